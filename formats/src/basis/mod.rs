@@ -1,0 +1,4 @@
+//! The bases that stored numbers refer to.
+
+pub mod brdf_grid;
+pub mod lobe_table;

@@ -1,0 +1,293 @@
+//! The header and its section table, and the checks that make them trustworthy.
+
+use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
+use crate::error::{Error, Place, Result};
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
+
+/// What a file holds. The number is what stands in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Kind {
+    /// Meshes, camera and materials of a scene: `kinds::scene`.
+    Scene = 1,
+    /// One animation: `kinds::animation`.
+    Animation = 2,
+    /// A basis of a BRDF space: `kinds::brdf_basis`.
+    BrdfBasis = 3,
+    /// The images of the method `transfer-images`: `kinds::transfer_images`.
+    TransferImages = 4,
+}
+
+impl Kind {
+    /// Every kind this version knows.
+    pub const ALL: [Kind; 4] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages];
+
+    /// The name used in messages, manifests and `bake info`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Scene => "scene",
+            Kind::Animation => "animation",
+            Kind::BrdfBasis => "brdf-basis",
+            Kind::TransferImages => "transfer-images",
+        }
+    }
+}
+
+/// The type of one element of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Element {
+    /// Unsigned byte.
+    U8,
+    /// Unsigned 16-bit integer.
+    U16,
+    /// Unsigned 32-bit integer.
+    U32,
+    /// IEEE 754 half precision.
+    F16,
+    /// IEEE 754 single precision.
+    F32,
+}
+
+impl Element {
+    /// Size of one element in bytes.
+    pub fn bytes(self) -> u64 {
+        match self {
+            Element::U8 => 1,
+            Element::U16 | Element::F16 => 2,
+            Element::U32 | Element::F32 => 4,
+        }
+    }
+
+    /// The name used by `bake info`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Element::U8 => "u8",
+            Element::U16 => "u16",
+            Element::U32 => "u32",
+            Element::F16 => "f16",
+            Element::F32 => "f32",
+        }
+    }
+}
+
+/// How a section is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Codec {
+    /// zstd over the raw bytes.
+    Zstd,
+    /// zstd over the raw bytes regrouped by significance: first the lowest byte of every element, then the next, and so on.
+    /// Neighbouring floats share their high bytes, so these then compress well.
+    ZstdPlanes,
+}
+
+/// One row of the section table.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SectionInfo {
+    /// Unique within the file; at most 64 characters of `a-z 0-9 - _ . /`.
+    pub name: String,
+    /// Element type.
+    pub element: Element,
+    /// Row-major shape; its product times the element size is `raw_bytes`.
+    pub shape: Vec<u64>,
+    /// How the bytes are stored.
+    pub codec: Codec,
+    /// Where the section starts, from the beginning of the file.
+    pub offset: u64,
+    /// Stored length in bytes.
+    pub stored_bytes: u64,
+    /// Decoded length in bytes.
+    pub raw_bytes: u64,
+    /// xxh3-64 of the stored bytes.
+    pub checksum: u64,
+}
+
+/// The validated header of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Header {
+    /// What the file holds.
+    pub kind: Kind,
+    /// The version of that kind.
+    pub kind_version: u32,
+    /// The section table.
+    pub sections: Vec<SectionInfo>,
+}
+
+type TableConfig = bincode::config::Configuration<
+    bincode::config::LittleEndian,
+    bincode::config::Fixint,
+    bincode::config::Limit<{ MAX_TABLE_BYTES as usize }>,
+>;
+
+fn table_config() -> TableConfig {
+    bincode::config::standard().with_fixed_int_encoding().with_limit()
+}
+
+/// Fields of the fixed part that are known before the table is read.
+pub(super) struct Fixed {
+    kind: u32,
+    kind_version: u32,
+    pub(super) table_bytes: u32,
+    checksum: u64,
+}
+
+fn u32_at(bytes: &[u8; FIXED_HEADER_BYTES as usize], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+impl Fixed {
+    /// Checks magic, container version and table length.
+    pub(super) fn parse(bytes: &[u8; FIXED_HEADER_BYTES as usize], file_bytes: u64, place: &Place) -> Result<Self> {
+        if bytes[..8] != MAGIC {
+            return Err(Error::invalid(place, "not a .relume file (wrong magic); give a file that `bake run` wrote"));
+        }
+        let version = u32_at(bytes, 8);
+        if version != CONTAINER_VERSION {
+            return Err(Error::unsupported(
+                place,
+                format!(
+                    "container version {version}, this program reads version {CONTAINER_VERSION}; use a matching program or bake again"
+                ),
+            ));
+        }
+        let table_bytes = u32_at(bytes, 20);
+        if table_bytes > MAX_TABLE_BYTES || u64::from(table_bytes) > file_bytes.saturating_sub(FIXED_HEADER_BYTES) {
+            return Err(Error::invalid(
+                place,
+                format!("section table of {table_bytes} bytes does not fit; the file is damaged or cut short, bake it again"),
+            ));
+        }
+        let mut sum = [0; 8];
+        sum.copy_from_slice(&bytes[24..32]);
+        Ok(Self { kind: u32_at(bytes, 12), kind_version: u32_at(bytes, 16), table_bytes, checksum: u64::from_le_bytes(sum) })
+    }
+
+    /// Bytes 0..32 of a file.
+    pub(super) fn encode(kind: Kind, kind_version: u32, table: &[u8], table_bytes: u32) -> [u8; FIXED_HEADER_BYTES as usize] {
+        let mut bytes = [0; FIXED_HEADER_BYTES as usize];
+        bytes[..8].copy_from_slice(&MAGIC);
+        bytes[8..12].copy_from_slice(&CONTAINER_VERSION.to_le_bytes());
+        bytes[12..16].copy_from_slice(&(kind as u32).to_le_bytes());
+        bytes[16..20].copy_from_slice(&kind_version.to_le_bytes());
+        bytes[20..24].copy_from_slice(&table_bytes.to_le_bytes());
+        let checksum = header_checksum(&bytes, table);
+        bytes[24..].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+}
+
+fn header_checksum(fixed: &[u8; FIXED_HEADER_BYTES as usize], table: &[u8]) -> u64 {
+    let mut hash = Xxh3::new();
+    hash.update(&fixed[8..24]);
+    hash.update(table);
+    hash.digest()
+}
+
+pub(super) fn encode_table(sections: &Vec<SectionInfo>, place: &Place) -> Result<Vec<u8>> {
+    bincode::serde::encode_to_vec(sections, table_config())
+        .map_err(|e| Error::invalid(place, format!("section table cannot be encoded: {e}")))
+}
+
+impl Header {
+    /// Checks everything the table says against itself and against the length of the file.
+    pub(super) fn parse(
+        bytes: &[u8; FIXED_HEADER_BYTES as usize],
+        fixed: &Fixed,
+        table: &[u8],
+        file_bytes: u64,
+        place: &Place,
+    ) -> Result<Self> {
+        if header_checksum(bytes, table) != fixed.checksum {
+            return Err(Error::invalid(place, "header checksum does not match; the file is damaged, bake it again"));
+        }
+        let kind = Kind::ALL
+            .into_iter()
+            .find(|k| *k as u32 == fixed.kind)
+            .ok_or_else(|| Error::unsupported(place, format!("kind number {} is unknown to this program; use a newer one", fixed.kind)))?;
+        let (sections, used): (Vec<SectionInfo>, usize) = bincode::serde::decode_from_slice(table, table_config())
+            .map_err(|e| Error::invalid(place, format!("section table is malformed ({e}); bake it again")))?;
+        if used != table.len() {
+            return Err(Error::invalid(place, "section table has bytes left over; bake it again"));
+        }
+        let header = Self { kind, kind_version: fixed.kind_version, sections };
+        header.validate(FIXED_HEADER_BYTES + table.len() as u64, file_bytes, place)?;
+        Ok(header)
+    }
+
+    fn validate(&self, payload_start: u64, file_bytes: u64, place: &Place) -> Result<()> {
+        if self.sections.len() > MAX_SECTIONS {
+            return Err(Error::invalid(place, format!("{} sections, at most {MAX_SECTIONS} are allowed", self.sections.len())));
+        }
+        let mut names = std::collections::BTreeSet::new();
+        let mut expected_offset = payload_start;
+        for info in &self.sections {
+            let part = place.part(format!("section `{}`", info.name.escape_default()));
+            info.validate(&part)?;
+            if !names.insert(info.name.as_str()) {
+                return Err(Error::invalid(&part, "the name occurs twice"));
+            }
+            if info.offset != expected_offset {
+                return Err(Error::invalid(
+                    &part,
+                    format!("starts at byte {}, expected {expected_offset}: sections must be contiguous", info.offset),
+                ));
+            }
+            expected_offset =
+                expected_offset.checked_add(info.stored_bytes).ok_or_else(|| Error::invalid(&part, "stored length overflows"))?;
+        }
+        if expected_offset != file_bytes {
+            return Err(Error::invalid(
+                place,
+                format!(
+                    "the sections end at byte {expected_offset} but the file has {file_bytes}; it is cut short or damaged, bake it again"
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Fails by name unless the file holds `kind` at `version`.
+    pub fn expect_kind(&self, kind: Kind, version: u32, place: &Place) -> Result<()> {
+        if self.kind != kind {
+            return Err(Error::invalid(place, format!("holds kind `{}`, expected `{}`", self.kind.name(), kind.name())));
+        }
+        if self.kind_version != version {
+            return Err(Error::unsupported(
+                place,
+                format!(
+                    "kind `{}` version {}, this program reads version {version}; use a matching program or bake again",
+                    kind.name(),
+                    self.kind_version
+                ),
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl SectionInfo {
+    fn validate(&self, place: &Place) -> Result<()> {
+        let name_ok = (1..=64).contains(&self.name.len())
+            && self.name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"-_./".contains(&b));
+        if !name_ok {
+            return Err(Error::invalid(place, "section names have 1 to 64 characters of a-z 0-9 - _ . /"));
+        }
+        if self.shape.len() > 8 {
+            return Err(Error::invalid(place, format!("{} dimensions, at most 8 are allowed", self.shape.len())));
+        }
+        let raw = self.shape.iter().try_fold(self.element.bytes(), |product, &n| product.checked_mul(n));
+        if raw != Some(self.raw_bytes) {
+            return Err(Error::invalid(
+                place,
+                format!("shape {:?} of {} does not make {} bytes", self.shape, self.element.name(), self.raw_bytes),
+            ));
+        }
+        if self.raw_bytes > MAX_SECTION_BYTES {
+            return Err(Error::invalid(place, format!("{} bytes, at most {MAX_SECTION_BYTES} are allowed in a section", self.raw_bytes)));
+        }
+        if self.stored_bytes > zstd::zstd_safe::compress_bound(self.raw_bytes as usize) as u64 {
+            return Err(Error::invalid(place, format!("stored as {} bytes, more than {} can need", self.stored_bytes, self.raw_bytes)));
+        }
+        Ok(())
+    }
+}

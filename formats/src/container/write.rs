@@ -1,0 +1,136 @@
+//! Writing a file: sections are compressed as they come, the header goes in front at the end.
+
+use super::header::{Fixed, encode_table};
+use super::{Codec, Element, FIXED_HEADER_BYTES, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo};
+use crate::error::{Error, Place, Result};
+use half::f16;
+use std::io::Write as _;
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// High enough to pay on smooth data, low enough that compressing is never the slow part of a bake.
+const ZSTD_LEVEL: i32 = 9;
+
+type RecordConfig =
+    bincode::config::Configuration<bincode::config::LittleEndian, bincode::config::Fixint, bincode::config::Limit<{ 16 << 20 }>>;
+
+pub(super) fn record_config() -> RecordConfig {
+    bincode::config::standard().with_fixed_int_encoding().with_limit()
+}
+
+/// Collects the compressed sections of one file.
+pub struct Writer {
+    kind: Kind,
+    kind_version: u32,
+    place: Place,
+    sections: Vec<SectionInfo>,
+    payload: Vec<u8>,
+}
+
+impl Writer {
+    /// An empty file of the given kind; `place` is used in messages only.
+    pub fn new(kind: Kind, kind_version: u32, place: Place) -> Self {
+        Self { kind, kind_version, place, sections: Vec::new(), payload: Vec::new() }
+    }
+
+    /// Adds a small record as a `u8` section.
+    pub fn record<T: serde::Serialize>(&mut self, name: &str, value: &T) -> Result<()> {
+        let bytes = bincode::serde::encode_to_vec(value, record_config())
+            .map_err(|e| Error::invalid(&self.place.part(format!("section `{name}`")), format!("cannot be encoded: {e}")))?;
+        self.bytes(name, Element::U8, &[bytes.len() as u64], Codec::Zstd, &bytes)
+    }
+
+    /// Adds a `u16` section of the given shape.
+    pub fn u16s(&mut self, name: &str, shape: &[u64], values: &[u16]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::U16, shape, Codec::ZstdPlanes, &bytes)
+    }
+
+    /// Adds a `u32` section of the given shape.
+    pub fn u32s(&mut self, name: &str, shape: &[u64], values: &[u32]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::U32, shape, Codec::ZstdPlanes, &bytes)
+    }
+
+    /// Adds a half-float section of the given shape.
+    pub fn f16s(&mut self, name: &str, shape: &[u64], values: &[f16]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::F16, shape, Codec::ZstdPlanes, &bytes)
+    }
+
+    /// Adds an `f32` section of the given shape.
+    pub fn f32s(&mut self, name: &str, shape: &[u64], values: &[f32]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::F32, shape, Codec::ZstdPlanes, &bytes)
+    }
+
+    fn bytes(&mut self, name: &str, element: Element, shape: &[u64], codec: Codec, raw: &[u8]) -> Result<()> {
+        let place = self.place.part(format!("section `{name}`"));
+        let raw_bytes = raw.len() as u64;
+        debug_assert_eq!(shape.iter().product::<u64>() * element.bytes(), raw_bytes, "{place}: shape {shape:?}");
+        if raw_bytes > MAX_SECTION_BYTES {
+            return Err(Error::unsupported(
+                &place,
+                format!("{raw_bytes} bytes, a section holds at most {MAX_SECTION_BYTES}; bake a smaller size"),
+            ));
+        }
+        let stored = match codec {
+            Codec::Zstd => zstd::bulk::compress(raw, ZSTD_LEVEL),
+            Codec::ZstdPlanes => zstd::bulk::compress(&planes(raw, element.bytes() as usize), ZSTD_LEVEL),
+        }
+        .map_err(|e| Error::io(&place, e))?;
+        self.sections.push(SectionInfo {
+            name: name.to_owned(),
+            element,
+            shape: shape.to_vec(),
+            codec,
+            offset: self.payload.len() as u64, // relative to the payload until `finish` knows the header's length
+            stored_bytes: stored.len() as u64,
+            raw_bytes,
+            checksum: xxh3_64(&stored),
+        });
+        self.payload.extend_from_slice(&stored);
+        Ok(())
+    }
+
+    /// The complete file.
+    pub fn finish(mut self) -> Result<Vec<u8>> {
+        // Fixed-size integers: the table is as long with offset 0 as with any other.
+        let table_length = encode_table(&self.sections, &self.place)?.len();
+        let table_bytes = u32::try_from(table_length).ok().filter(|n| *n <= MAX_TABLE_BYTES).ok_or_else(|| {
+            Error::unsupported(&self.place, format!("section table of {table_length} bytes, at most {MAX_TABLE_BYTES} are allowed"))
+        })?;
+        for section in &mut self.sections {
+            section.offset += FIXED_HEADER_BYTES + u64::from(table_bytes);
+        }
+        let table = encode_table(&self.sections, &self.place)?;
+        let mut file = Vec::with_capacity(FIXED_HEADER_BYTES as usize + table.len() + self.payload.len());
+        file.extend_from_slice(&Fixed::encode(self.kind, self.kind_version, &table, table_bytes));
+        file.extend_from_slice(&table);
+        file.extend_from_slice(&self.payload);
+        Ok(file)
+    }
+}
+
+/// Groups the bytes of equally wide elements by significance, lowest first.
+pub(super) fn planes(raw: &[u8], width: usize) -> Vec<u8> {
+    (0..width).flat_map(|byte| raw.iter().skip(byte).step_by(width).copied()).collect()
+}
+
+/// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let place = Place::file(path);
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(format!(".partial-{}", std::process::id()));
+    let write = || -> std::io::Result<()> {
+        let mut file = std::fs::File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&temporary, path)
+    };
+    write().map_err(|e| {
+        // The first error is the one worth telling; a failed clean-up would only hide it.
+        let _ = std::fs::remove_file(&temporary);
+        Error::io(&place, e)
+    })
+}

@@ -1,0 +1,95 @@
+//! One error type for everything read from or written to disk.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Shorthand for results of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Where in the outside world something went wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file concerned.
+    pub file: PathBuf,
+    /// The part of it: a section name, or `line:column` of a text file.
+    pub part: Option<String>,
+}
+
+impl Place {
+    /// A whole file.
+    pub fn file(file: impl AsRef<Path>) -> Self {
+        Self { file: file.as_ref().to_path_buf(), part: None }
+    }
+
+    /// The same file, narrowed to one part of it.
+    pub fn part(&self, part: impl Into<String>) -> Self {
+        Self { file: self.file.clone(), part: Some(part.into()) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.part {
+            Some(part) => write!(f, "{}: {part}", self.file.display()),
+            None => write!(f, "{}", self.file.display()),
+        }
+    }
+}
+
+/// What can go wrong with a file, named with its place; the text ends with a remedy where there is one.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The content breaks the rules of its format or asks for something impossible.
+    #[error("{place}: {reason}")]
+    Invalid {
+        /// Where.
+        place: Place,
+        /// What is wrong and how to mend it.
+        reason: String,
+    },
+    /// The content may be fine but is not something this version understands.
+    #[error("{place}: {reason}")]
+    Unsupported {
+        /// Where.
+        place: Place,
+        /// What is not supported and what is.
+        reason: String,
+    },
+    /// The operating system refused.
+    #[error("{place}: {source}")]
+    Io {
+        /// Where.
+        place: Place,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl Error {
+    /// An [`Error::Invalid`].
+    pub fn invalid(place: &Place, reason: impl Into<String>) -> Self {
+        Self::Invalid { place: place.clone(), reason: reason.into() }
+    }
+
+    /// An [`Error::Unsupported`].
+    pub fn unsupported(place: &Place, reason: impl Into<String>) -> Self {
+        Self::Unsupported { place: place.clone(), reason: reason.into() }
+    }
+
+    /// An [`Error::Io`].
+    pub fn io(place: &Place, source: io::Error) -> Self {
+        Self::Io { place: place.clone(), source }
+    }
+
+    /// True if the fault lies in what the user gave (exit code 2) rather than in the run (exit code 1).
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::Invalid { .. } | Self::Unsupported { .. } => true,
+            Self::Io { source, .. } => {
+                matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::IsADirectory | io::ErrorKind::NotADirectory)
+            }
+        }
+    }
+}

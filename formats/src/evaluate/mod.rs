@@ -1,0 +1,3 @@
+//! The CPU meaning of a bundle at a state, one file per method: clear, not fast. The player's shaders must equal it.
+
+pub mod transfer_images;

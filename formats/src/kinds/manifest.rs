@@ -1,0 +1,135 @@
+//! `manifest.json`: what a bundle holds, in order of playback preference, and what it was made from.
+//!
+//! Only what follows from the scene, the settings and the seed stands here; timings and machines go to `report.json`.
+
+use crate::container::replace_file;
+use crate::error::{Error, Place, Result};
+use crate::state::read_text;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Name of the manifest within a bundle.
+pub const FILE_NAME: &str = "manifest.json";
+/// The one manifest version there is so far.
+pub const VERSION: u32 = 0;
+
+/// The manifest of a bundle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// [`VERSION`].
+    pub version: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// xxh3-128 of everything of the scene that results depend on, hexadecimal.
+    pub scene_hash: String,
+    /// The file of kind `scene`.
+    pub scene_file: FileEntry,
+    /// The files of kind `animation`, by name of the animation.
+    pub animations: BTreeMap<String, FileEntry>,
+    /// The methods that can play this bundle, the preferred one first.
+    pub methods: Vec<MethodEntry>,
+}
+
+/// One file of a bundle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileEntry {
+    /// File name within the bundle.
+    pub file: String,
+    /// Length in bytes.
+    pub bytes: u64,
+    /// xxh3-128 of the file, hexadecimal.
+    pub hash: String,
+}
+
+/// One method's share of a bundle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MethodEntry {
+    /// Name of the method.
+    pub name: String,
+    /// Its files in the order in which a player wants them, each with its kind.
+    pub files: Vec<(String, FileEntry)>,
+    /// The settings that change results.
+    pub settings: BTreeMap<String, serde_json::Value>,
+    /// Measured errors, by what was measured.
+    pub errors: BTreeMap<String, f64>,
+}
+
+impl FileEntry {
+    /// The entry for `bytes` under the name `file`.
+    pub fn of(file: &str, bytes: &[u8]) -> Self {
+        Self { file: file.to_owned(), bytes: bytes.len() as u64, hash: content_hash(bytes) }
+    }
+}
+
+/// xxh3-128 in hexadecimal.
+pub fn content_hash(bytes: &[u8]) -> String {
+    format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
+}
+
+impl Manifest {
+    /// Reads the manifest of the bundle in `folder`.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(FILE_NAME);
+        let place = Place::file(&path);
+        let text = match read_text(&path) {
+            Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                return Err(Error::invalid(
+                    &Place::file(folder),
+                    format!("holds no bundle (no {FILE_NAME}); make one with `bake run SCENE -o {}`", folder.display()),
+                ));
+            }
+            other => other?,
+        };
+        // Older or newer manifests may differ in any field but this one.
+        let value: serde_json::Value = serde_json::from_str(&text).map_err(|e| Error::invalid(&place, e.to_string()))?;
+        match value.get("version").and_then(serde_json::Value::as_u64) {
+            Some(v) if v == u64::from(VERSION) => {}
+            Some(v) => {
+                return Err(Error::unsupported(
+                    &place,
+                    format!("manifest version {v}, this program reads version {VERSION}; bake it again"),
+                ));
+            }
+            None => return Err(Error::invalid(&place, "has no version; bake it again")),
+        }
+        let manifest: Self = serde_json::from_value(value).map_err(|e| Error::invalid(&place, format!("{e}; bake it again")))?;
+        let outside = |e: &&FileEntry| e.file.is_empty() || e.file.contains(['/', '\\']) || e.file.starts_with('.');
+        if let Some(entry) = manifest.entries().find(outside) {
+            return Err(Error::invalid(&place, format!("`{}` is no plain file name; bake it again", entry.file)));
+        }
+        Ok(manifest)
+    }
+
+    /// Writes the manifest into `folder`, last of all files: a bundle without one is unfinished.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let path = folder.join(FILE_NAME);
+        let mut text = serde_json::to_string_pretty(self).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
+        text.push('\n');
+        replace_file(&path, text.as_bytes())
+    }
+
+    /// Every file of the bundle.
+    pub fn entries(&self) -> impl Iterator<Item = &FileEntry> {
+        let methods = self.methods.iter().flat_map(|m| m.files.iter().map(|(_, entry)| entry));
+        [&self.scene_file].into_iter().chain(self.animations.values()).chain(methods)
+    }
+
+    /// The entry of `method`, or the preferred one.
+    pub fn method(&self, name: Option<&str>, folder: &Path) -> Result<&MethodEntry> {
+        let found = match name {
+            None => self.methods.first(),
+            Some(name) => self.methods.iter().find(|m| m.name == name),
+        };
+        found.ok_or_else(|| {
+            let there: Vec<_> = self.methods.iter().map(|m| m.name.as_str()).collect();
+            Error::invalid(
+                &Place::file(folder.join(FILE_NAME)),
+                format!("no method `{}`; this bundle has: {}", name.unwrap_or("any"), there.join(", ")),
+            )
+        })
+    }
+}

@@ -1,0 +1,12 @@
+//! One module per kind of stored thing: its specification, type, encoding, decoding and validation.
+
+pub mod animation;
+pub mod brdf_basis;
+pub mod manifest;
+pub mod scene;
+pub mod transfer_images;
+
+pub use brdf_basis::BrdfBasis;
+pub use manifest::Manifest;
+pub use scene::StoredScene;
+pub use transfer_images::TransferImages;

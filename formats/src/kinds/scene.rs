@@ -1,0 +1,121 @@
+//! Kind `scene`, version 0: what the player needs to know of a scene besides its light transport.
+//!
+//! | section     | type | shape        | content |
+//! |-------------|------|--------------|---------|
+//! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, materials, objects |
+//! | `positions` | f32  | [vertices, 3] | metres, world space |
+//! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space |
+//! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front |
+//!
+//! Objects own consecutive ranges of triangles.
+
+use crate::container::{Kind, Sections, Stored, Writer};
+use crate::error::Result;
+use crate::state::{BlinnPhong, Camera};
+use serde::{Deserialize, Serialize};
+
+/// Names, camera, materials, objects.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Meta {
+    /// Name of the scene.
+    pub name: String,
+    /// The camera as the scene file gives it.
+    pub camera: Camera,
+    /// Film size in pixels, width and height.
+    pub size: [u32; 2],
+    /// Every material.
+    pub materials: Vec<StoredMaterial>,
+    /// Every object, in the order of its triangles.
+    pub objects: Vec<StoredObject>,
+}
+
+/// A material and its default parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredMaterial {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Default parameters.
+    pub brdf: BlinnPhong,
+    /// Whether playback may change it.
+    pub varies: bool,
+}
+
+/// An object: a range of triangles and its material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredObject {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Index into [`Meta::materials`].
+    pub material: u32,
+    /// Number of triangles; the first follows the previous object's last.
+    pub triangles: u32,
+}
+
+/// Meshes, camera and materials of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredScene {
+    /// Everything that is not a big array.
+    pub meta: Meta,
+    /// Vertex positions, metres, world space.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals, world space.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Largest film side, so that a product of two fits in 32 bits with room to spare.
+pub const MAX_SIDE: u32 = 16_384;
+
+impl Stored for StoredScene {
+    const KIND: Kind = Kind::Scene;
+    const VERSION: u32 = 0;
+
+    fn encode(&self, out: &mut Writer) -> Result<()> {
+        let (vertices, triangles) = (self.positions.len() as u64, self.triangles.len() as u64);
+        out.record("meta", &self.meta)?;
+        out.f32s("positions", &[vertices, 3], self.positions.as_flattened())?;
+        out.f32s("normals", &[vertices, 3], self.normals.as_flattened())?;
+        out.u32s("triangles", &[triangles, 3], self.triangles.as_flattened())
+    }
+
+    fn decode(sections: &mut Sections<'_>) -> Result<Self> {
+        let section = sections.take("meta")?;
+        let meta: Meta = section.record()?;
+        meta.camera.validate(&sections.place)?;
+        if meta.size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
+            return Err(section.invalid(format!("film size {:?} is outside 1..{MAX_SIDE}", meta.size)));
+        }
+        for material in &meta.materials {
+            material.brdf.validate(&material.name, &sections.place)?;
+        }
+        if meta.objects.iter().any(|o| o.material as usize >= meta.materials.len()) {
+            return Err(section.invalid("an object names a material that is not there"));
+        }
+
+        let section = sections.take("positions")?;
+        let values = section.f32s()?;
+        section.expect_finite(&values)?;
+        let vertices = values.len() as u64 / 3;
+        section.expect_shape(&[vertices, 3])?;
+        let positions = values.as_chunks().0.to_vec();
+
+        let section = sections.take("normals")?;
+        let values = section.f32s()?;
+        section.expect_finite(&values)?;
+        section.expect_shape(&[vertices, 3])?;
+        let normals = values.as_chunks().0.to_vec();
+
+        let section = sections.take("triangles")?;
+        let values = section.u32s()?;
+        let count = values.len() as u64 / 3;
+        section.expect_shape(&[count, 3])?;
+        if values.iter().any(|index| u64::from(*index) >= vertices) {
+            return Err(section.invalid("a triangle names a vertex that is not there"));
+        }
+        if meta.objects.iter().map(|o| u64::from(o.triangles)).sum::<u64>() != count {
+            return Err(section.invalid("the objects do not cover the triangles"));
+        }
+        Ok(Self { meta, positions, normals, triangles: values.as_chunks().0.to_vec() })
+    }
+}

@@ -1,0 +1,220 @@
+//! Kind `transfer-images`, version 0: one image per light path × BRDF basis, by fragment (thesis §4.1.3, table 4-1).
+//!
+//! | section              | type | shape                 | content |
+//! |----------------------|------|-----------------------|---------|
+//! | `meta`               | u8   | record                | [`Meta`] |
+//! | `fragments/pixel`    | u32  | [fragments]           | y·width + x |
+//! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
+//! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0 |
+//! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot; 0 for an all-zero slot |
+//! | `image/NNNN`         | f16  | [channels, fragments] | one slot of the [`Layout`], channel by channel; brightest slots first |
+//!
+//! A *fragment* is one class of material seen through one pixel. Values are weighted by coverage already, so a pixel's radiance is the plain
+//! sum over its fragments and silhouettes stay antialiased for any materials. Fragments of editable materials come first, then the fixed
+//! ones, each group sorted by (pixel, class). Slots that also serve fixed fragments hold all fragments, the others only the editable ones.
+//! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
+
+mod layout;
+
+pub use layout::{FirstReflection, Layout, Slot};
+
+use super::scene::MAX_SIDE;
+use crate::container::{Kind, Section, Sections, Stored, Writer};
+use crate::error::{Error, Result};
+use crate::kinds::brdf_basis::MAX_BASES;
+use crate::state::Rgb;
+use half::f16;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Most editable materials that one bake may hold.
+pub const MAX_MATERIALS: usize = 64;
+/// Number of sections before the first image.
+pub const HEAD_SECTIONS: usize = 5;
+
+/// The small print.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Meta {
+    /// Film size in pixels, width and height.
+    pub size: [u32; 2],
+    /// Names of the editable materials; a fragment's class is an index into this list.
+    pub materials: Vec<String>,
+    /// Number of bases, the diffuse one included.
+    pub bases: u32,
+    /// The one colour of all light, its largest channel 1; `None` if lights differ in colour, then every slot is RGB.
+    pub chromaticity: Option<Rgb>,
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// Number of fragments of editable materials; they come first.
+    pub editable_fragments: u32,
+}
+
+/// Everything but the images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// The small print.
+    pub meta: Meta,
+    /// Pixel of each fragment.
+    pub pixel: Vec<u32>,
+    /// Class of each fragment.
+    pub class: Vec<u16>,
+    /// Coverage of each fragment, 0..=1.
+    pub coverage: Vec<f16>,
+    /// Factor of each slot.
+    pub scales: Vec<f32>,
+}
+
+/// The stored halves of one slot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Index into the layout's slots.
+    pub slot: usize,
+    /// Row-major [channels, fragments of the slot].
+    pub values: Vec<f16>,
+}
+
+/// A whole file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransferImages {
+    /// Everything but the images. Shared, for a player keeps it while images come and go.
+    pub head: Arc<Head>,
+    /// The images in the order of the file, most important first.
+    pub images: Vec<Image>,
+}
+
+impl Head {
+    /// The meaning of the slots.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.meta.materials.len(), self.meta.bases as usize, self.meta.chromaticity.is_some())
+    }
+
+    /// Number of fragments that `slot` holds values for.
+    pub fn fragments_of(&self, slot: &Slot) -> usize {
+        if slot.fixed.is_some() { self.pixel.len() } else { self.meta.editable_fragments as usize }
+    }
+
+    /// Reads the sections before the first image.
+    pub fn decode(sections: &mut Sections<'_>) -> Result<Self> {
+        let section = sections.take("meta")?;
+        let meta: Meta = section.record()?;
+        meta.validate(&section)?;
+
+        let section = sections.take("fragments/pixel")?;
+        let pixel = section.u32s()?;
+        let fragments = section.length()?;
+        let pixels = u64::from(meta.size[0]) * u64::from(meta.size[1]);
+        if u64::from(meta.editable_fragments) > fragments || fragments > pixels * (meta.materials.len() as u64 + 1) {
+            return Err(section.invalid(format!("{fragments} fragments do not fit the film")));
+        }
+        if pixel.iter().any(|p| u64::from(*p) >= pixels) {
+            return Err(section.invalid("a fragment lies outside the film"));
+        }
+
+        let section = sections.take("fragments/class")?;
+        let class = section.u16s()?;
+        section.expect_shape(&[fragments])?;
+        let (editable, fixed) = class.split_at(meta.editable_fragments as usize);
+        let materials = meta.materials.len();
+        let ordered = |from: usize, classes: &[u16]| {
+            (1..classes.len()).all(|i| (pixel[from + i - 1], classes[i - 1]) < (pixel[from + i], classes[i]))
+        };
+        if editable.iter().any(|c| usize::from(*c) >= materials)
+            || fixed.iter().any(|c| usize::from(*c) != materials)
+            || !ordered(0, editable)
+            || !ordered(editable.len(), fixed)
+        {
+            return Err(section.invalid("fragments are not in order, or of a class that is not there"));
+        }
+
+        let section = sections.take("fragments/coverage")?;
+        let coverage = section.f16s()?;
+        section.expect_shape(&[fragments])?;
+        if !coverage.iter().all(|c| *c > f16::ZERO && *c <= f16::ONE) {
+            return Err(section.invalid("a coverage is outside 0..1"));
+        }
+
+        let section = sections.take("scales")?;
+        let scales = section.f32s()?;
+        let head = Self { meta, pixel, class, coverage, scales };
+        section.expect_shape(&[head.layout().slots.len() as u64])?;
+        section.expect_finite(&head.scales)?;
+        Ok(head)
+    }
+
+    /// Reads one image section.
+    pub fn decode_image(&self, layout: &Layout, section: &Section) -> Result<Image> {
+        let slot = section
+            .info
+            .name
+            .strip_prefix("image/")
+            .and_then(|n| n.parse::<usize>().ok())
+            .filter(|slot| *slot < layout.slots.len() && section.info.name == image_name(*slot))
+            .ok_or_else(|| section.invalid("is no image of this layout"))?;
+        let channels = layout.slots[slot].channels();
+        section.expect_shape(&[channels as u64, self.fragments_of(&layout.slots[slot]) as u64])?;
+        let values = section.f16s()?;
+        if !values.iter().all(|v| v.is_finite()) {
+            return Err(section.invalid("a value is not a finite number"));
+        }
+        Ok(Image { slot, values })
+    }
+}
+
+/// Name of the section that holds `slot`.
+fn image_name(slot: usize) -> String {
+    format!("image/{slot:04}")
+}
+
+impl Meta {
+    fn validate(&self, section: &Section) -> Result<()> {
+        if self.size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
+            return Err(section.invalid(format!("film size {:?} is outside 1..{MAX_SIDE}", self.size)));
+        }
+        if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
+            return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));
+        }
+        if self.chromaticity.is_some_and(|c| !c.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v))) {
+            return Err(section.invalid("the chromaticity is outside 0..1"));
+        }
+        Ok(())
+    }
+}
+
+impl Stored for TransferImages {
+    const KIND: Kind = Kind::TransferImages;
+    const VERSION: u32 = 0;
+
+    fn encode(&self, out: &mut Writer) -> Result<()> {
+        let head = &self.head;
+        let fragments = head.pixel.len() as u64;
+        out.record("meta", &head.meta)?;
+        out.u32s("fragments/pixel", &[fragments], &head.pixel)?;
+        out.u16s("fragments/class", &[fragments], &head.class)?;
+        out.f16s("fragments/coverage", &[fragments], &head.coverage)?;
+        out.f32s("scales", &[head.scales.len() as u64], &head.scales)?;
+        let layout = head.layout();
+        for image in &self.images {
+            let slot = &layout.slots[image.slot];
+            out.f16s(&image_name(image.slot), &[slot.channels() as u64, head.fragments_of(slot) as u64], &image.values)?;
+        }
+        Ok(())
+    }
+
+    fn decode(sections: &mut Sections<'_>) -> Result<Self> {
+        let head = Head::decode(sections)?;
+        let layout = head.layout();
+        let mut images = Vec::new();
+        while let Some(section) = sections.take_any()? {
+            images.push(head.decode_image(&layout, &section)?);
+        }
+        if images.len() != layout.slots.len() {
+            return Err(Error::invalid(
+                &sections.place,
+                format!("{} images, expected {}; bake it again", images.len(), layout.slots.len()),
+            ));
+        }
+        Ok(Self { head: Arc::new(head), images })
+    }
+}

@@ -1,0 +1,20 @@
+//! What Relume stores on disk, what the stored numbers mean, and how a bundle is evaluated.
+//!
+//! Everything that passes from `bake` to `player` is defined here and nowhere else:
+//!
+//! * [`container`]: the `.relume` file: magic, versions, section table, checksums, limits;
+//! * [`basis`]: the bases that stored numbers refer to;
+//! * [`kinds`]: one module per kind of stored thing;
+//! * [`state`]: what may change at playback: materials, camera, animation;
+//! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it.
+//!
+//! This crate knows nothing of rays, windows or GPUs, uses no threads, and never panics on data from outside.
+
+pub mod basis;
+pub mod container;
+pub mod error;
+pub mod evaluate;
+pub mod kinds;
+pub mod state;
+
+pub use error::{Error, Place, Result};

@@ -1,0 +1,93 @@
+//! The pinhole camera.
+
+use super::CameraState;
+use crate::error::{Error, Place, Result};
+use glam::{Vec3, Vec3A};
+use serde::{Deserialize, Serialize};
+
+/// A pinhole camera in world space; +Y is up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Eye point, metres.
+    pub position: [f32; 3],
+    /// Point looked at, metres.
+    pub target: [f32; 3],
+    /// Vertical field of view, degrees.
+    pub fov_deg: f32,
+    /// Exposure: the display shows 2^ev times the radiance.
+    #[serde(default)]
+    pub exposure_ev: f32,
+}
+
+/// The image plane of a camera at a given size: turns film positions into directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Film {
+    /// Eye point in world space.
+    pub eye_in_world: Vec3A,
+    forward: Vec3A,
+    right: Vec3A,
+    up: Vec3A,
+    width: f32,
+    height: f32,
+}
+
+impl Camera {
+    /// This camera with the leaves that `change` names replaced.
+    pub fn with(&self, change: &CameraState, place: &Place) -> Result<Self> {
+        let camera = Self {
+            position: change.position.unwrap_or(self.position),
+            target: change.target.unwrap_or(self.target),
+            fov_deg: change.fov_deg.unwrap_or(self.fov_deg),
+            exposure_ev: change.exposure_ev.unwrap_or(self.exposure_ev),
+        };
+        camera.validate(place)?;
+        Ok(camera)
+    }
+
+    /// Checks that the camera looks somewhere and shows something.
+    pub fn validate(&self, place: &Place) -> Result<()> {
+        let numbers = self.position.iter().chain(&self.target).chain([&self.fov_deg, &self.exposure_ev]);
+        if !numbers.copied().all(f32::is_finite) {
+            return Err(Error::invalid(place, "camera: every value must be a finite number"));
+        }
+        if self.position == self.target {
+            return Err(Error::invalid(place, "camera: position and target coincide; move one of them"));
+        }
+        if !(0.1..=170.0).contains(&self.fov_deg) {
+            return Err(Error::invalid(place, format!("camera: fov_deg {} is outside 0.1..170", self.fov_deg)));
+        }
+        if !(-32.0..=32.0).contains(&self.exposure_ev) {
+            return Err(Error::invalid(place, format!("camera: exposure_ev {} is outside -32..32", self.exposure_ev)));
+        }
+        Ok(())
+    }
+
+    /// The image plane at `width` × `height` pixels.
+    pub fn film(&self, width: u32, height: u32) -> Film {
+        let eye = Vec3::from(self.position);
+        let forward = (Vec3::from(self.target) - eye).normalize_or(Vec3::NEG_Z);
+        // Looking straight up or down, +Y says nothing about the roll; -Z then points up on the film.
+        let up_hint = if forward.y.abs() > 0.9999 { Vec3::NEG_Z } else { Vec3::Y };
+        let right = forward.cross(up_hint).normalize_or(Vec3::X);
+        let half_height = (0.5 * self.fov_deg.to_radians()).tan();
+        let half_width = half_height * width as f32 / height as f32;
+        Film {
+            eye_in_world: eye.into(),
+            forward: forward.into(),
+            right: (right * half_width).into(),
+            up: (right.cross(forward) * half_height).into(),
+            width: width as f32,
+            height: height as f32,
+        }
+    }
+}
+
+impl Film {
+    /// Unit direction through film position (x, y) in pixels, y downwards; (0.5, 0.5) is the centre of the first pixel.
+    pub fn direction(&self, x: f32, y: f32) -> Vec3A {
+        let u = 2.0 * x / self.width - 1.0;
+        let v = 1.0 - 2.0 * y / self.height;
+        (self.forward + self.right * u + self.up * v).normalize()
+    }
+}

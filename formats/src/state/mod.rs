@@ -1,0 +1,158 @@
+//! What may change at playback, as one struct that `bake` and `player` share.
+//!
+//! A [`State`] is partial: it names only what differs from the scene. It is read from a `STATE.toml`, or sampled from an [`Animation`].
+
+mod animation;
+mod camera;
+mod material;
+mod strict_toml;
+
+pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
+pub use camera::{Camera, Film};
+pub use material::{BlinnPhong, SHININESS_MAX, SHININESS_MIN};
+pub use strict_toml::{parse as parse_toml, read_text};
+
+use crate::error::{Error, Place, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Linear RGB with Rec. 709 primaries.
+pub type Rgb = [f32; 3];
+
+/// A partial scene state; absent leaves keep the scene's values.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// The environment light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentState>,
+    /// The camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraState>,
+    /// Lights by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub lights: BTreeMap<String, LightState>,
+    /// Materials by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, MaterialState>,
+    /// Shapes by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub shapes: BTreeMap<String, ShapeState>,
+}
+
+/// Changes to the environment light.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentState {
+    /// Another equirectangular map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+    /// Counter-clockwise turn seen from +Y, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation_deg: Option<f32>,
+    /// Factor on the map's radiance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Rgb>,
+}
+
+/// Changes to the camera.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraState {
+    /// Eye point in world space, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f32; 3]>,
+    /// Point looked at in world space, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<[f32; 3]>,
+    /// Vertical field of view, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fov_deg: Option<f32>,
+    /// Exposure: the display shows 2^ev times the radiance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_ev: Option<f32>,
+}
+
+/// Changes to one light.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightState {
+    /// Factor on what the light emits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Rgb>,
+}
+
+/// Changes to one material.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialState {
+    /// Diffuse reflectance, 0..1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kd: Option<Rgb>,
+    /// Glossy reflectance, 0..1; kd + ks must not exceed 1 in any channel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ks: Option<Rgb>,
+    /// Blinn-Phong exponent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shininess: Option<f32>,
+}
+
+/// Changes to one shape.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeState {
+    /// Name of an animation clip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip: Option<String>,
+    /// Time within the clip, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f32>,
+}
+
+/// What a bundle lets vary; everything else in a state is refused by name.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Varies<'a> {
+    /// What varies, for the message: "materials `bunny`, `walls`".
+    pub materials: Vec<&'a str>,
+}
+
+impl State {
+    /// Reads a `STATE.toml`.
+    pub fn read_file(path: &Path) -> Result<Self> {
+        let place = Place::file(path);
+        parse_toml(&read_text(path)?, &place)
+    }
+
+    /// Fails if the state names anything that does not vary. Exposure belongs to the display and may always change.
+    pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
+        let list: Vec<String> = varies.materials.iter().map(|m| format!("`{m}`")).collect();
+        let refuse = |what: &str| {
+            let can = if list.is_empty() { "nothing varies".to_owned() } else { format!("only the materials {} vary", list.join(", ")) };
+            Err(Error::invalid(
+                place,
+                format!(
+                    "sets {what}, which this bundle does not vary ({can}); remove it, or add it to [vary] in scene.toml and bake again"
+                ),
+            ))
+        };
+        if self.environment.is_some() {
+            return refuse("[environment]");
+        }
+        if let Some(camera) = &self.camera
+            && (camera.position.is_some() || camera.target.is_some() || camera.fov_deg.is_some())
+        {
+            return refuse("the camera's position, target or field of view");
+        }
+        if let Some(name) = self.lights.keys().next() {
+            return refuse(&format!("light `{name}`"));
+        }
+        if let Some(name) = self.shapes.keys().next() {
+            return refuse(&format!("shape `{name}`"));
+        }
+        match self.materials.keys().find(|name| !varies.materials.contains(&name.as_str())) {
+            Some(name) => refuse(&format!("material `{name}`")),
+            None => Ok(()),
+        }
+    }
+}

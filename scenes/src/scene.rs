@@ -1,0 +1,141 @@
+//! A loaded scene: everything in world space, validated, ready for tracing.
+
+use relume_formats::state::{Animation, BlinnPhong, Camera, Rgb};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A loaded and validated scene. Directions and positions are in world space, lengths in metres.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Name: the folder's.
+    pub name: String,
+    /// The file it was read from, for messages.
+    pub file: PathBuf,
+    /// Film size in pixels, width and height.
+    pub size: [u32; 2],
+    /// Number of reflections that methods model: 1 is direct light only.
+    pub reflections: u32,
+    /// Largest relative L2 error that methods may make.
+    pub max_error: f32,
+    /// What varies at playback.
+    pub vary: Vary,
+    /// The camera.
+    pub camera: Camera,
+    /// Every material, by name.
+    pub materials: Vec<Material>,
+    /// Every object that reflects light, in file order.
+    pub objects: Vec<Object>,
+    /// Every light but the environment, in file order.
+    pub lights: Vec<Light>,
+    /// The light from afar.
+    pub environment: Option<Environment>,
+    /// Animations that come with the scene, by name.
+    pub animations: Vec<Animation>,
+    /// What was mended or ignored while loading, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// What varies at playback.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Vary {
+    /// Lights and environment.
+    pub light: bool,
+    /// The camera.
+    pub view: bool,
+    /// The shapes.
+    pub shape: bool,
+    /// Indices into [`Scene::materials`], in the order that the scene file names them.
+    pub materials: Vec<usize>,
+}
+
+/// A material and its default parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Default parameters.
+    pub brdf: BlinnPhong,
+}
+
+/// A mesh wearing a material.
+#[derive(Debug, Clone)]
+pub struct Object {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// The mesh in world space.
+    pub mesh: Arc<Mesh>,
+}
+
+/// A triangle mesh: finite, without degenerate triangles, one unit normal per vertex.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A light and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Light {
+    /// Name, unique among lights.
+    pub name: String,
+    /// What it emits, and from where.
+    pub emitter: Emitter,
+}
+
+/// The kinds of light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Emitter {
+    /// A parallelogram that emits on one side and reflects nothing.
+    Area {
+        /// One corner.
+        corner: [f32; 3],
+        /// From the corner to its two neighbours; `edge_u × edge_v` points to the side that emits.
+        edge_u: [f32; 3],
+        /// See `edge_u`.
+        edge_v: [f32; 3],
+        /// Emitted radiance, W/(sr·m²).
+        radiance: Rgb,
+    },
+    /// A point that emits evenly in all directions.
+    Point {
+        /// Where.
+        position: [f32; 3],
+        /// Radiant intensity, W/sr.
+        intensity: Rgb,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// Unit direction in which the light travels.
+        direction: [f32; 3],
+        /// Irradiance on a surface that faces it, W/m².
+        irradiance: Rgb,
+    },
+}
+
+/// Light from all directions, infinitely far away.
+#[derive(Debug, Clone)]
+pub struct Environment {
+    /// The map.
+    pub map: Arc<EnvironmentMap>,
+    /// Factor on its radiance.
+    pub gain: Rgb,
+    /// Counter-clockwise turn seen from +Y, degrees.
+    pub rotation_deg: f32,
+}
+
+/// An equirectangular radiance map: u = 0.5 + atan2(x, −z)/2π, v = acos(y)/π.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentMap {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows, from +Y down.
+    pub height: u32,
+    /// Row-major radiance, W/(sr·m²), finite and not negative.
+    pub texels: Vec<Rgb>,
+}

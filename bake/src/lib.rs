@@ -1,1 +1,20 @@
-//! x
+//! The offline pipeline: traces how light moves through a scene, projects it on bases, compresses and writes it.
+//!
+//! * [`trace`]: rays, samples, lights, the path tracer that is our truth, and every gather;
+//! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;
+//! * [`compress`]: numerics that make data small;
+//! * [`methods`]: one folder per method: gather, project, compress, write;
+//! * [`inspect`]: looking into bundles: info, verify, export.
+
+pub mod exr_file;
+pub mod job;
+pub mod inspect;
+pub mod brdf;
+pub mod bundle;
+pub mod cli;
+pub mod commands;
+pub mod compress;
+pub mod trace;
+pub mod error;
+pub mod methods;
+pub mod scene_hash;

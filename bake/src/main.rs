@@ -1,1 +1,51 @@
-fn main() {}
+//! The binary `bake`: parses the command line, runs one command, turns its end into an exit code.
+
+use clap::Parser;
+use relume_bake::cli::{Cli, Command};
+use relume_bake::{commands, inspect, job};
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            print!("{error}");
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => return fail(&usage_line(&error), 2),
+    };
+    if let Err(error) = job::watch_signals() {
+        return fail(&error.to_string(), 1);
+    }
+    let result = match &cli.command {
+        Command::Run(args) => commands::run(args),
+        Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
+        Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),
+        Command::Export(args) => commands::export(args),
+        Command::Reference(args) => commands::reference(args),
+    };
+    match result {
+        // A closed pipe is the reader's choice, not a failure.
+        Ok(text) => match std::io::stdout().write_all(text.as_bytes()) {
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => fail(&format!("standard output: {e}"), 1),
+            _ => ExitCode::SUCCESS,
+        },
+        Err(error) => fail(&error.to_string(), error.exit_code()),
+    }
+}
+
+fn fail(message: &str, code: u8) -> ExitCode {
+    let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    eprintln!("error: {line}");
+    ExitCode::from(code)
+}
+
+/// clap's message on one line, without its own prefix and usage.
+fn usage_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let mut lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+    let rest: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
+    format!("{} (see bake --help)", [&[first.as_str()], &rest[..]].concat().join(" "))
+}

@@ -1,1 +1,58 @@
-//! x
+//! Plays bundles that `bake` wrote.
+//!
+//! * [`stream`]: the files of a bundle as they arrive;
+//! * [`gpu`]: device, buffers, read-back, timestamps;
+//! * [`methods`]: one folder per method, the GPU twins of `relume_formats::evaluate`;
+//! * [`controls`]: state and animation on top of the scene's defaults;
+//! * [`session`]: a bundle being played;
+//! * [`headless`]: frames to files, through [`output`] and [`stats`];
+//! * [`cli`]: the command line.
+
+#![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod controls;
+pub mod error;
+pub mod gpu;
+pub mod headless;
+pub mod methods;
+pub mod output;
+pub mod session;
+pub mod stats;
+pub mod stream;
+
+#[cfg(test)]
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+pub use error::{Error, Result};
+
+use cli::Cli;
+use controls::PlacedState;
+use relume_formats::Place;
+use relume_formats::state::{Rgb, State};
+use session::{Request, Session};
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Does what the command line says. Setting `interrupted` ends it with [`Error::Interrupted`] within a frame or a section.
+pub fn run(cli: &Cli, interrupted: &AtomicBool) -> Result<()> {
+    if cli.list_adapters {
+        let text = gpu::list()?.join("\n");
+        return writeln!(std::io::stdout(), "{text}").map_err(|e| Error::Failed(format!("cannot write to stdout: {e}")));
+    }
+    headless::play(cli, interrupted)
+}
+
+/// Renders one state of the bundle in `folder` with its preferred method: film size, and linear radiance row by row in W/(sr·m²).
+///
+/// `adapter` is any part of an adapter's name; `None` takes the most promising one.
+pub fn render_once(folder: &Path, state: &State, adapter: Option<&str>) -> Result<([u32; 2], Vec<Rgb>)> {
+    let state = PlacedState { state: state.clone(), place: Place::file("state") };
+    let mut session = Session::start(Request { folder, method: None, state, animation: None, adapter, limits: Default::default() })?;
+    headless::load(&mut session, Instant::now(), &AtomicBool::new(false), |_| Ok(()))?;
+    let frame = session.render(0.0)?;
+    Ok((session.images()?.size(), frame.radiance))
+}

@@ -1,1 +1,56 @@
-fn main() {}
+//! The `player` binary: parses the command line, passes on interrupts, reports errors.
+
+#![forbid(unsafe_code)]
+
+use clap::Parser as _;
+use relume_player::cli::{self, Cli};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(target_os = "linux")]
+use std::{path::Path, process::Command};
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    without_device_selection();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            // Help and version: a reader that closes the pipe early has seen enough.
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => return fail(&cli::one_line(&error), 2),
+    };
+    if let Err(error) = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)) {
+        return fail(&format!("cannot listen for interrupts: {error}"), 1);
+    }
+    match relume_player::run(&cli, &INTERRUPTED) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => fail(&error.to_string(), error.exit_code()),
+    }
+}
+
+/// Starts the program afresh without Mesa's device-selection layer where no Wayland display can be. That layer would ask for one even so,
+/// and libwayland would then report, as lines of `error: …` on our stderr, that XDG_RUNTIME_DIR is not set. The layer only sorts
+/// adapters, which the player does for itself. The layer is told by an environment variable, which a running program cannot set safely.
+#[cfg(target_os = "linux")]
+fn without_device_selection() {
+    use std::os::unix::process::CommandExt as _;
+    const SWITCH: &str = "NODEVICE_SELECT";
+    let wayland_possible = std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute());
+    if wayland_possible || std::env::var_os(SWITCH).is_some() {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        // Returns only if it fails, and then the noise is the lesser evil.
+        let _ = Command::new(program).args(std::env::args_os().skip(1)).env(SWITCH, "1").exec();
+    }
+}
+
+/// Reports an error on exactly one line.
+fn fail(message: &str, code: u8) -> ExitCode {
+    eprintln!("error: {}", message.split_whitespace().collect::<Vec<_>>().join(" "));
+    ExitCode::from(code)
+}

@@ -71,7 +71,10 @@ pub trait Stored: Sized {
         let mut reader = open(path)?;
         reader.header().expect_kind(Self::KIND, Self::VERSION, reader.place())?;
         let mut next = move || reader.next_section();
-        Self::decode(&mut Sections { place: Place::file(path), next: &mut next })
+        let mut sections = Sections { place: Place::file(path), next: &mut next };
+        let value = Self::decode(&mut sections)?;
+        sections.finish()?;
+        Ok(value)
     }
 }
 

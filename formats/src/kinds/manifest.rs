@@ -107,6 +107,13 @@ impl Manifest {
     /// Writes the manifest into `folder`, last of all files: a bundle without one is unfinished.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = folder.join(FILE_NAME);
+        // JSON has no NaN; it would be written as null, which nothing can read back.
+        if let Some((name, error)) = self.methods.iter().flat_map(|m| &m.errors).find(|(_, error)| !error.is_finite()) {
+            return Err(Error::invalid(
+                &Place::file(&path),
+                format!("measured error `{name}` is {error}; the bake went wrong, please report it"),
+            ));
+        }
         let mut text = serde_json::to_string_pretty(self).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
         text.push('\n');
         replace_file(&path, text.as_bytes())

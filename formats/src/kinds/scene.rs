@@ -13,6 +13,7 @@ use crate::container::{Kind, Sections, Stored, Writer};
 use crate::error::Result;
 use crate::state::{BlinnPhong, Camera};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// Names, camera, materials, objects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,6 +89,10 @@ impl Stored for StoredScene {
         }
         for material in &meta.materials {
             material.brdf.validate(&material.name, &sections.place)?;
+        }
+        let distinct = |names: Vec<&String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+        if !distinct(meta.materials.iter().map(|m| &m.name).collect()) || !distinct(meta.objects.iter().map(|o| &o.name).collect()) {
+            return Err(section.invalid("two materials or two objects have the same name"));
         }
         if meta.objects.iter().any(|o| o.material as usize >= meta.materials.len()) {
             return Err(section.invalid("an object names a material that is not there"));

@@ -8,6 +8,8 @@ use std::path::Path;
 
 /// Upper bound on the keys of one animation.
 pub const MAX_KEYS: usize = 100_000;
+/// Most names on the way to a leaf of a state: `materials`, the material's, `kd`.
+const MAX_LEAF_DEPTH: usize = 3;
 
 /// A named timeline of states.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,6 +103,9 @@ impl Animation {
             return Err(Error::invalid(place, format!("more than {MAX_KEYS} keys")));
         }
         self.tracks.iter().try_for_each(|track| track.validate(place))?;
+        if let Some(pair) = self.tracks.windows(2).find(|w| w[0].leaf >= w[1].leaf) {
+            return Err(Error::invalid(place, format!("track `{}` is out of order or there twice", pair[1].leaf.join("."))));
+        }
         // The leaves must make a legal state at any time; types do not change over time, so one sample tells.
         self.sample(0.0).map(|_| ()).map_err(|e| Error::invalid(place, e))
     }
@@ -189,6 +194,10 @@ impl Track {
 
     fn validate(&self, place: &Place) -> Result<()> {
         let refuse = |reason: &str| Err(Error::invalid(place, format!("track `{}`: {reason}", self.leaf.join("."))));
+        // No state nests deeper, and building the state recurses.
+        if !(2..=MAX_LEAF_DEPTH).contains(&self.leaf.len()) {
+            return Err(Error::invalid(place, format!("a track's leaf has {} names, 2 to {MAX_LEAF_DEPTH} are possible", self.leaf.len())));
+        }
         if self.times_s.is_empty() || self.times_s.iter().any(|t| !t.is_finite() || *t < 0.0) {
             return refuse("needs keys at finite times of at least 0");
         }

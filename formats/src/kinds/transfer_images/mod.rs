@@ -25,6 +25,7 @@ use crate::kinds::brdf_basis::MAX_BASES;
 use crate::state::Rgb;
 use half::f16;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Most editable materials that one bake may hold.
@@ -174,6 +175,9 @@ impl Meta {
         }
         if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
             return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));
+        }
+        if self.materials.iter().collect::<BTreeSet<_>>().len() != self.materials.len() {
+            return Err(section.invalid("two materials have the same name"));
         }
         if self.chromaticity.is_some_and(|c| !c.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v))) {
             return Err(section.invalid("the chromaticity is outside 0..1"));

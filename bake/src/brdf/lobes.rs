@@ -1,0 +1,146 @@
+//! Sampling of directions from mixtures of a cosine lobe and Blinn-Phong lobes.
+//!
+//! A gather serves every basis at once, and bases have lobes of all widths; sampling any one of them would leave the others to chance. A mixture
+//! of a cosine lobe and a few Blinn-Phong lobes spread over the exponents comes near all of them, and as every sample is divided by the density
+//! of the whole mixture the estimate is right for each.
+
+use glam::Vec3A;
+use relume_formats::state::BlinnPhong;
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// A mixture: the cosine lobe takes what the Blinn-Phong lobes leave of the chance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobeMixture {
+    /// Chance and exponent of each Blinn-Phong lobe.
+    glossy: Vec<(f32, f32)>,
+}
+
+impl LobeMixture {
+    /// For a surface whose material may become anything within the Blinn-Phong space.
+    ///
+    /// With exponents a factor of five apart, no lobe between is more than about twice as high as the mixture makes it.
+    pub fn for_any_material() -> Self {
+        Self { glossy: vec![(0.2, 8.0), (0.2, 40.0), (0.2, 200.0)] }
+    }
+
+    /// For a surface that keeps its material. A share of cosine samples always stays, for it bounds every weight.
+    pub fn for_material(material: &BlinnPhong) -> Self {
+        let [kd, ks] = [material.kd, material.ks].map(|k| k.iter().sum::<f32>());
+        let chance = if ks > 0.0 { (ks / (kd + ks)).min(0.8) } else { 0.0 };
+        Self { glossy: if chance > 0.0 { vec![(chance, material.shininess)] } else { Vec::new() } }
+    }
+
+    /// A direction with its density per steradian. It may point below the surface, where it carries nothing.
+    pub fn sample(&self, normal: Vec3A, outgoing: Vec3A, choice: f32, [u, v]: [f32; 2]) -> (Vec3A, f32) {
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        let (sin_phi, cos_phi) = (TAU * u).sin_cos();
+        let around = |cosine: f32| {
+            let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+            tangent * (sine * cos_phi) + bitangent * (sine * sin_phi) + normal * cosine
+        };
+        let mut below = 0.0;
+        let chosen = self.glossy.iter().find(|(chance, _)| {
+            below += chance;
+            choice < below
+        });
+        let incoming = match chosen {
+            Some((_, exponent)) => {
+                // Half vectors of density (s+1)/2π · cosˢδ, mirrored.
+                let half = around((1.0 - v).powf(1.0 / (exponent + 1.0)));
+                half * (2.0 * half.dot(outgoing)) - outgoing
+            }
+            None => around((1.0 - v).sqrt()),
+        };
+        (incoming, self.density(normal, outgoing, incoming))
+    }
+
+    /// Density per steradian with which [`LobeMixture::sample`] chooses `incoming`.
+    pub fn density(&self, normal: Vec3A, outgoing: Vec3A, incoming: Vec3A) -> f32 {
+        let mut cosine_chance = 1.0;
+        let half = (incoming + outgoing).normalize_or_zero();
+        // Half vectors behind `outgoing` mirror it to below the surface; there the half vector of the two is the negative of the sampled one.
+        let cos_delta = half.dot(normal).abs();
+        // |dω_half / dω_incoming| = 1 / (4 |ω_o·h|)
+        let jacobian = 0.25 / half.dot(outgoing).abs().max(1e-6);
+        let mut density = 0.0;
+        for (chance, exponent) in &self.glossy {
+            cosine_chance -= chance;
+            density += chance * (exponent + 1.0) / (2.0 * PI) * cos_delta.powf(*exponent) * jacobian;
+        }
+        density + cosine_chance * incoming.dot(normal).max(0.0) * FRAC_1_PI
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// χ² over cells of direction: counts of samples against the density integrated over each cell.
+    #[test]
+    fn samples_follow_the_density() {
+        let material = BlinnPhong { kd: [0.2; 3], ks: [0.6; 3], shininess: 20.0 };
+        for mixture in [LobeMixture::for_any_material(), LobeMixture::for_material(&material)] {
+            for tilt in [0.0f32, 0.7, 1.3] {
+                chi_squared(&mixture, Vec3A::new(tilt.sin(), tilt.cos(), 0.0));
+            }
+        }
+    }
+
+    fn chi_squared(mixture: &LobeMixture, outgoing: Vec3A) {
+        const ROWS: usize = 12;
+        const COLUMNS: usize = 16;
+        const N: usize = 1 << 20;
+        let normal = Vec3A::Y;
+        let mut counts = vec![0.0; ROWS * COLUMNS];
+        let sampler = crate::trace::sampler::PixelSampler::new(3, 1);
+        let mut random = 12345u64;
+        for _ in 0..N {
+            // Independent numbers: χ² assumes them, and a stratified sequence would only fit too well.
+            let mut next = || {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (random >> 40) as f32 / 16_777_216.0
+            };
+            let (d, density) = mixture.sample(normal, outgoing, next(), [next(), next()]);
+            assert!(density >= 0.0 && (d.length() - 1.0).abs() < 1e-4);
+            let row = (((1.0 - d.y) * 0.5 * ROWS as f32) as usize).min(ROWS - 1);
+            let column = (((d.z.atan2(d.x) / TAU + 0.5) * COLUMNS as f32) as usize).min(COLUMNS - 1);
+            counts[row * COLUMNS + column] += 1.0;
+        }
+        let (mut statistic, mut cells) = (0.0, 0);
+        // The upper hemisphere: what points below the surface carries nothing, and there the density has a pole opposite to `outgoing`.
+        for row in 0..ROWS / 2 {
+            for column in 0..COLUMNS {
+                let expected = N as f64 * integrate_cell(mixture, outgoing, row, column, ROWS, COLUMNS, &sampler);
+                if expected > 20.0 {
+                    statistic += (counts[row * COLUMNS + column] - expected).powi(2) / expected;
+                    cells += 1;
+                }
+            }
+        }
+        // χ² has mean k and variance 2k; the integral's own error adds a little.
+        let bound = f64::from(cells) + 5.0 * (2.0 * f64::from(cells)).sqrt();
+        assert!(statistic < bound, "χ² = {statistic} over {cells} cells, bound {bound}, outgoing {outgoing}");
+    }
+
+    fn integrate_cell(
+        mixture: &LobeMixture,
+        outgoing: Vec3A,
+        row: usize,
+        column: usize,
+        rows: usize,
+        columns: usize,
+        sampler: &crate::trace::sampler::PixelSampler,
+    ) -> f64 {
+        const POINTS: u32 = 16_384;
+        let mut sum = 0.0;
+        for i in 0..POINTS {
+            let [u, v] = sampler.sample(i).pair((row * columns + column) as u32);
+            let y = 1.0 - 2.0 * (row as f32 + u) / rows as f32;
+            let phi = TAU * ((column as f32 + v) / columns as f32 - 0.5);
+            let r = (1.0 - y * y).max(0.0).sqrt();
+            let d = Vec3A::new(r * phi.cos(), y, r * phi.sin());
+            sum += f64::from(mixture.density(Vec3A::Y, outgoing, d));
+        }
+        sum / f64::from(POINTS) * 4.0 * std::f64::consts::PI / (rows * columns) as f64
+    }
+}

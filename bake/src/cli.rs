@@ -1,0 +1,166 @@
+//! The command line: what can be asked for, and nothing of how it is done.
+
+use crate::job::ProgressMode;
+use crate::trace::reference::Paths;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Bakes how light moves through a scene, once, so that `player` can show it while materials change.
+#[derive(Debug, Parser)]
+#[command(name = "bake", version, arg_required_else_help = true, after_help = "\
+SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot.
+Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Bake a scene into a bundle that `player` plays
+    Run(RunArgs),
+    /// Tell what a file or bundle holds: sections, sizes, settings, measured error
+    Info(InfoArgs),
+    /// Check every checksum and invariant of a file or bundle
+    Verify(PathArgs),
+    /// Write a file, bundle or scene in standard formats: .npy, .exr, .ply, .json
+    Export(ExportArgs),
+    /// Path trace reference images of a scene in any state
+    Reference(ReferenceArgs),
+}
+
+/// Arguments of `bake run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The scene
+    pub scene: String,
+    /// Where the bundle goes [default: baked/<scene name>]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Method to bake; there is one so far
+    #[arg(long, value_name = "NAME", value_parser = ["transfer-images"])]
+    pub method: Vec<String>,
+    /// Film samples a pixel by name: draft 64, preview 256, final 1024
+    #[arg(long, default_value = "preview")]
+    pub quality: Quality,
+    /// Largest relative L2 error that bases and storage may make; chooses the number of bases [default: the scene's, or 0.01]
+    #[arg(long, value_name = "E")]
+    pub max_error: Option<f32>,
+    /// Number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
+    pub bases: Option<u32>,
+    /// Film size [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Film samples a pixel, instead of --quality's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub spp: Option<u32>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Go on with an interrupted bake
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Throw away what is there and bake everything again
+    #[arg(long)]
+    pub force: bool,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
+/// Film samples by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// A first look.
+    Draft,
+    /// Good to work with.
+    Preview,
+    /// Good to keep.
+    Final,
+}
+
+impl Quality {
+    /// Film samples a pixel.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Draft => 64,
+            Self::Preview => 256,
+            Self::Final => 1024,
+        }
+    }
+}
+
+/// Arguments of `bake info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// A .relume file or a bundle's folder
+    pub path: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `bake verify`.
+#[derive(Debug, Args)]
+pub struct PathArgs {
+    /// A .relume file or a bundle's folder
+    pub path: PathBuf,
+}
+
+/// Arguments of `bake export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// A .relume file, a bundle's folder, or a scene
+    pub what: String,
+    /// Where the files go
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// Arguments of `bake reference`.
+#[derive(Debug, Args)]
+pub struct ReferenceArgs {
+    /// The scene
+    pub scene: String,
+    /// A state to render; may be given many times [default: the scene as it is]
+    #[arg(long, value_name = "STATE.toml")]
+    pub state: Vec<PathBuf>,
+    /// Most reflections of a path; 1 is direct light only [default: unlimited; the scene's with --paths gather]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub reflections: Option<u32>,
+    /// best: least noise; gather: the very paths that `bake run` traces with the same size, seed and samples
+    #[arg(long, default_value = "best")]
+    pub paths: Paths,
+    /// Film samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub spp: u32,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Film size [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// FILE.exr, or a pattern such as 'OUT/%04d.exr' for one image per state
+    #[arg(short, long, value_name = "FILE")]
+    pub output: String,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size) if size.iter().all(|n| (1..=relume_formats::kinds::scene::MAX_SIDE).contains(n)) => Ok(size),
+        _ => Err(format!("expected WIDTHxHEIGHT such as 512x512, each at most {}", relume_formats::kinds::scene::MAX_SIDE)),
+    }
+}

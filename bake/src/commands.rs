@@ -1,0 +1,171 @@
+//! Carries out each command of the command line; returns what to print.
+
+use crate::brdf::blinn_phong::glossy_albedo;
+use crate::bundle::{self, Leftover};
+use crate::cli::{ExportArgs, ReferenceArgs, RunArgs};
+use crate::error::{BakeError, Result};
+use crate::exr_file::write_exr;
+use crate::inspect;
+use crate::job::Job;
+use crate::methods::transfer_images::{Settings, bases_for};
+use crate::trace::reference::{self, Estimate, Paths};
+use relume_formats::state::{BlinnPhong, State};
+use relume_formats::{Error, Place};
+use relume_scenes::Scene;
+use std::path::{Path, PathBuf};
+
+/// Most reflections that gathers trace.
+const GATHER_REFLECTIONS: u32 = 2;
+
+/// `bake run`.
+pub fn run(args: &RunArgs) -> Result<String> {
+    start_threads(args.threads)?;
+    let scene = load(&args.scene)?;
+    let max_error = args.max_error.unwrap_or(scene.max_error);
+    if !(max_error > 0.0 && max_error.is_finite()) {
+        return Err(BakeError::invalid(&Place::file(&scene.file), format!("a largest error of {max_error} makes no sense; give one above 0")));
+    }
+    let settings = Settings {
+        size: args.size.unwrap_or(scene.size),
+        samples: args.spp.unwrap_or(args.quality.samples()),
+        seed: args.seed,
+        bases: args.bases.map_or_else(|| bases_for(max_error), |n| n as usize),
+    };
+    let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
+    let leftover = match (args.resume, args.force) {
+        (true, _) => Leftover::Resume,
+        (_, true) => Leftover::Discard,
+        _ => Leftover::Refuse,
+    };
+    let summary = bundle::run(&scene, &settings, &folder, leftover, &Job::new(args.progress))?;
+
+    let [median, worst] = summary.errors.map(|e| 100.0 * e);
+    let what = if summary.reused { "up to date, images reused" } else { "baked" };
+    let mut text = format!(
+        "{}: {what}: {} bases, {} samples a pixel, {:.1} MB in {}\nerror of bases and storage over held-out states: median {median:.3} %, worst {worst:.3} %\n",
+        scene.name,
+        settings.bases,
+        settings.samples,
+        summary.bytes as f64 / 1e6,
+        folder.display(),
+    );
+    if let Some(traced) = summary.traced {
+        let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
+        text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
+    }
+    if summary.errors[1] > f64::from(max_error) {
+        eprintln!("warning: the worst error is above the {} % asked for; add --bases {}", 100.0 * max_error, settings.bases + 1);
+    }
+    Ok(text)
+}
+
+/// `bake export`.
+pub fn export(args: &ExportArgs) -> Result<String> {
+    let path = Path::new(&args.what);
+    let is_bundle = path.extension().is_some_and(|e| e == "relume") || path.join("manifest.json").exists();
+    let files = if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
+    Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
+}
+
+/// `bake reference`.
+pub fn reference(args: &ReferenceArgs) -> Result<String> {
+    start_threads(args.threads)?;
+    let base = load(&args.scene)?;
+    let states = if args.state.is_empty() { vec![base.clone()] } else { states(&base, &args.state)? };
+    let files = output_files(&args.output, states.len())?;
+    let settings = reference::Settings {
+        size: args.size.unwrap_or(base.size),
+        samples: args.spp,
+        seed: args.seed,
+        reflections: reflections(args, &base)?,
+        paths: args.paths,
+    };
+    states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
+    let job = Job::new(args.progress);
+    // States of the same light and view share one set of paths; the others need their own.
+    let mut from = 0;
+    while from < states.len() {
+        let to = from + states[from..].iter().take_while(|s| same_light_and_view(s, &states[from])).count();
+        // Directions follow the base's materials, whatever the states say.
+        let base = Scene { materials: base.materials.clone(), ..states[from].clone() };
+        let images = reference::render(&base, &states[from..to], &settings, &job)?;
+        for (image, file) in images.iter().zip(&files[from..to]) {
+            write_estimate(image, settings.size, file)?;
+        }
+        from = to;
+    }
+    Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
+}
+
+fn load(scene: &str) -> Result<Scene> {
+    let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
+    scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    Ok(scene)
+}
+
+fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
+    let state = |file: &PathBuf| Ok(base.with_state(&State::read_file(file)?, &Place::file(file))?);
+    files.iter().map(state).collect()
+}
+
+fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
+    match (args.paths, args.reflections) {
+        (Paths::Best, n) => Ok(n.unwrap_or(u32::MAX)),
+        (Paths::Gather, None) => Ok(scene.reflections.min(GATHER_REFLECTIONS)),
+        (Paths::Gather, Some(n)) if n <= GATHER_REFLECTIONS => Ok(n),
+        (Paths::Gather, Some(n)) => {
+            let place = Place::file("--reflections");
+            Err(BakeError::invalid(&place, format!("{n} with --paths gather, which traces at most {GATHER_REFLECTIONS}; use --paths best")))
+        }
+    }
+}
+
+/// Sums over many reflections need not converge if a material sends back more than it gets.
+fn warn_of_gain(scene: &Scene, reflections: u32) {
+    for material in scene.materials.iter().filter(|_| reflections > GATHER_REFLECTIONS) {
+        let BlinnPhong { kd, ks, shininess } = material.brdf;
+        let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
+        if albedo > 1.0 {
+            let name = &material.name;
+            eprintln!("warning: material `{name}` reflects up to {albedo:.2} times what it receives; many reflections may not converge, add --reflections 2 or lower ks");
+        }
+    }
+}
+
+fn same_light_and_view(a: &Scene, b: &Scene) -> bool {
+    let environment = |s: &Scene| s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map)));
+    let camera = |s: &Scene| (s.camera.position, s.camera.target, s.camera.fov_deg);
+    camera(a) == camera(b) && a.lights == b.lights && environment(a) == environment(b)
+}
+
+/// The file for each of `count` images: the name itself for one, else the pattern with its number filled in.
+fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
+    let place = Place::file(pattern);
+    let refuse = |reason: &str| Err(BakeError::invalid(&place, reason));
+    if !pattern.ends_with(".exr") {
+        return refuse("references are written as .exr; end the name so");
+    }
+    let Some((before, rest)) = pattern.split_once('%') else {
+        return if count == 1 { Ok(vec![pattern.into()]) } else { refuse("many states need a pattern such as 'OUT/%04d.exr'") };
+    };
+    let Some((digits, after)) = rest.split_once('d').filter(|(d, after)| d.chars().all(|c| c.is_ascii_digit()) && !after.contains('%')) else {
+        return refuse("a pattern has one number such as %d or %04d");
+    };
+    let width: usize = digits.parse().unwrap_or(1).min(20);
+    Ok((0..count).map(|i| format!("{before}{i:0width$}{after}").into()).collect())
+}
+
+fn write_estimate(image: &Estimate, [width, height]: [u32; 2], file: &Path) -> Result<()> {
+    if let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
+    }
+    let plane = |pixels: &[[f32; 3]], channel: usize| -> Vec<f32> { pixels.iter().map(|p| p[channel]).collect() };
+    let [r, g, b] = [0, 1, 2].map(|c| plane(&image.radiance, c));
+    let [vr, vg, vb] = [0, 1, 2].map(|c| plane(&image.variance, c));
+    let channels = [("R", &r[..]), ("G", &g), ("B", &b), ("variance.R", &vr), ("variance.G", &vg), ("variance.B", &vb)];
+    Ok(write_exr(file, width as usize, height as usize, &channels)?)
+}
+
+fn start_threads(threads: Option<u32>) -> Result<()> {
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0) as usize).build_global()?)
+}

@@ -1,0 +1,3 @@
+//! Numerics that make data small.
+
+pub mod linalg;

@@ -1,0 +1,185 @@
+//! Transfer images: every value by fragment as arrays, and every light path as a picture.
+
+use super::out::{Out, file_name_part};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Meta, Slot, TransferImages};
+use relume_formats::{Error, Place, Result};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+const EDITABLE_ARRAY: &str = "transfer_editable.npy";
+const FIXED_ARRAY: &str = "transfer_fixed.npy";
+
+/// The fragments that an image is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Surface {
+    Editable,
+    Fixed,
+}
+
+/// One light path seen on one group of fragments.
+#[derive(Serialize)]
+struct Path {
+    slot: usize,
+    surface: Surface,
+    /// The picture, fragments summed into pixels.
+    file: String,
+    /// The basis worn by the surface that the eye sees; fixed surfaces wear their own material.
+    eye_basis: Option<usize>,
+    first: Value,
+    channels: &'static [&'static str],
+    /// Factor on the stored halves; arrays and pictures have it multiplied in.
+    scale: f32,
+    array: &'static str,
+    /// Row of the array that holds the first channel; the others follow.
+    first_row: usize,
+}
+
+/// `fragments_*.npy`, `transfer_editable.npy` and `transfer_fixed.npy` [rows, fragments], a picture for every light path,
+/// `transfer-images.json`.
+pub(super) fn export(images: &TransferImages, out: &mut Out) -> Result<()> {
+    let head = &images.head;
+    let fragments = head.pixel.len();
+    out.npy("fragments_pixel.npy", &[fragments], head.pixel.iter().copied())?;
+    out.npy("fragments_class.npy", &[fragments], head.class.iter().copied())?;
+    out.npy("fragments_coverage.npy", &[fragments], head.coverage.iter().map(|c| c.to_f32()))?;
+    let by_slot = by_slot(images);
+    let editable = paths(head, Surface::Editable);
+    let fixed = paths(head, Surface::Fixed);
+    for paths in [&editable, &fixed] {
+        array(paths, head, &by_slot, out)?;
+        paths.iter().try_for_each(|path| picture(path, head, &by_slot, out))?;
+    }
+    out.json("transfer-images.json", &metadata(head, &editable, &fixed))
+}
+
+/// The images in the order of the layout; a file read back has every one of them.
+fn by_slot(images: &TransferImages) -> Vec<&Image> {
+    let mut sorted: Vec<_> = images.images.iter().collect();
+    sorted.sort_by_key(|image| image.slot);
+    sorted
+}
+
+/// Every light path that `surface` has fragments for.
+fn paths(head: &Head, surface: Surface) -> Vec<Path> {
+    if range(head, surface).is_empty() {
+        return Vec::new();
+    }
+    let mut first_row = 0;
+    let mut paths = Vec::new();
+    for (slot, (meaning, &scale)) in head.layout().slots.iter().zip(&head.scales).enumerate() {
+        let first = match surface {
+            Surface::Editable => meaning.first,
+            Surface::Fixed => match meaning.fixed {
+                Some(first) => first,
+                None => continue,
+            },
+        };
+        paths.push(Path {
+            slot,
+            surface,
+            file: file_name(slot, surface, meaning, first, &head.meta),
+            eye_basis: (surface == Surface::Editable).then_some(meaning.eye_basis),
+            first: first_json(first, &head.meta),
+            channels: if meaning.rgb { &["R", "G", "B"] } else { &["Y"] },
+            scale,
+            array: if surface == Surface::Editable { EDITABLE_ARRAY } else { FIXED_ARRAY },
+            first_row,
+        });
+        first_row += meaning.channels();
+    }
+    paths
+}
+
+/// The fragments of `surface`.
+fn range(head: &Head, surface: Surface) -> std::ops::Range<usize> {
+    let editable = head.meta.editable_fragments as usize;
+    match surface {
+        Surface::Editable => 0..editable,
+        Surface::Fixed => editable..head.pixel.len(),
+    }
+}
+
+fn file_name(slot: usize, surface: Surface, meaning: &Slot, first: FirstReflection, meta: &Meta) -> String {
+    let eye = match surface {
+        Surface::Editable => format!("eye-b{}", meaning.eye_basis),
+        Surface::Fixed => "fixed".to_owned(),
+    };
+    let first = match first {
+        FirstReflection::None => "direct".to_owned(),
+        FirstReflection::Fixed => "first-fixed".to_owned(),
+        FirstReflection::Editable { material, basis } => {
+            format!("first-{}-b{basis}", file_name_part(meta.materials.get(material).map_or("", String::as_str)))
+        }
+    };
+    format!("image_{slot:04}_{eye}_{first}.exr")
+}
+
+fn first_json(first: FirstReflection, meta: &Meta) -> Value {
+    match first {
+        FirstReflection::None => json!({ "on": "none" }),
+        FirstReflection::Fixed => json!({ "on": "fixed" }),
+        FirstReflection::Editable { material, basis } => {
+            json!({ "on": "editable", "material": meta.materials.get(material), "basis": basis })
+        }
+    }
+}
+
+/// Scaled values of one channel of a path, fragment by fragment.
+fn channel<'a>(path: &Path, channel: usize, head: &Head, by_slot: &[&'a Image]) -> impl Iterator<Item = f32> + use<'a> {
+    let range = range(head, path.surface);
+    // A slot that serves fixed fragments holds all of them, another only the editable ones.
+    let values: &'a [_] = by_slot.get(path.slot).map_or(&[], |image| &image.values);
+    let stride = values.len() / path.channels.len();
+    let scale = path.scale;
+    values.iter().skip(channel * stride + range.start).take(range.len()).map(move |v| v.to_f32() * scale)
+}
+
+fn array(paths: &[Path], head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
+    let Some(first) = paths.first() else { return Ok(()) };
+    let rows = paths.iter().map(|p| p.channels.len()).sum();
+    let values = paths.iter().flat_map(|p| (0..p.channels.len()).flat_map(move |c| channel(p, c, head, by_slot)));
+    out.npy(first.array, &[rows, range(head, first.surface).len()], values)
+}
+
+fn picture(path: &Path, head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
+    let pixels = head.meta.size.iter().map(|n| *n as usize).product();
+    let of_fragments = head.pixel.get(range(head, path.surface)).unwrap_or_default();
+    let mut planes = Vec::new();
+    for (index, name) in path.channels.iter().enumerate() {
+        let mut plane = vec![0.0; pixels];
+        for (&pixel, value) in of_fragments.iter().zip(channel(path, index, head, by_slot)) {
+            *plane
+                .get_mut(pixel as usize)
+                .ok_or_else(|| Error::invalid(&Place::file(&path.file), "a fragment lies outside the film"))? += value;
+        }
+        planes.push((*name, plane));
+    }
+    let channels: Vec<_> = planes.iter().map(|(name, plane)| (*name, plane.as_slice())).collect();
+    out.exr(&path.file, head.meta.size, &channels)
+}
+
+fn metadata(head: &Head, editable: &[Path], fixed: &[Path]) -> Value {
+    let Meta { size, materials, bases, chromaticity, samples, seed, editable_fragments } = &head.meta;
+    json!({
+        "kind": "transfer-images",
+        "meaning": "radiance of a fragment = sum over its paths of value * coefficients; on editable surfaces the coefficients are those \
+            of the surface's own material on eye_basis and of the first reflection's material on its basis, on fixed surfaces the latter \
+            alone; a single channel Y is multiplied by the chromaticity; a pixel is the sum of its fragments",
+        "unit": "W/(sr m^2) per unit coefficient, linear Rec. 709",
+        "size": size,
+        "materials": materials,
+        "bases": bases,
+        "chromaticity": chromaticity,
+        "samples": samples,
+        "seed": seed,
+        "fragments": {
+            "editable": editable_fragments,
+            "fixed": head.pixel.len() - *editable_fragments as usize,
+            "pixel": "fragments_pixel.npy: y * width + x, editable fragments first",
+            "class": "fragments_class.npy: index into materials, or their number for everything fixed",
+            "coverage": "fragments_coverage.npy: share of the pixel, multiplied into all values already",
+        },
+        "paths": editable.iter().chain(fixed).collect::<Vec<_>>(),
+    })
+}

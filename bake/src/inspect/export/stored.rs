@@ -1,0 +1,107 @@
+//! Stored scenes and animations.
+
+use super::out::{Out, file_name_part};
+use super::ply::PlyMesh;
+use relume_formats::Result;
+use relume_formats::kinds::StoredScene;
+use relume_formats::kinds::scene::Meta;
+use relume_formats::state::{Animation, BlinnPhong, Camera, TrackValues};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// `mesh.ply` with the indices of object and material on every face, `scene.json`, `camera.json`, `materials.json`.
+pub(super) fn scene(scene: &StoredScene, out: &mut Out) -> Result<()> {
+    let meta = &scene.meta;
+    let labels: Vec<[u32; 2]> =
+        (0..).zip(&meta.objects).flat_map(|(index, o)| std::iter::repeat_n([index, o.material], o.triangles as usize)).collect();
+    let mesh = PlyMesh {
+        positions: &scene.positions,
+        normals: &scene.normals,
+        triangles: &scene.triangles,
+        labels: Some((["object", "material"], &labels)),
+    };
+    out.bytes("mesh.ply", &mesh.encode())?;
+    out.json("camera.json", &CameraFile { camera: meta.camera, size: meta.size })?;
+    let materials: Vec<_> = meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.varies)).collect();
+    out.json("materials.json", &materials)?;
+    out.json("scene.json", &json!({ "name": meta.name, "mesh": "mesh.ply", "objects": objects(meta) }))
+}
+
+/// A material as JSON.
+#[derive(Serialize)]
+pub(super) struct MaterialFile<'a> {
+    name: &'a str,
+    brdf: &'static str,
+    #[serde(flatten)]
+    parameters: BlinnPhong,
+    varies: bool,
+}
+
+impl<'a> MaterialFile<'a> {
+    pub fn new(name: &'a str, parameters: BlinnPhong, varies: bool) -> Self {
+        Self { name, brdf: "blinn-phong", parameters, varies }
+    }
+}
+
+/// The camera and its film.
+#[derive(Serialize)]
+struct CameraFile {
+    #[serde(flatten)]
+    camera: Camera,
+    size: [u32; 2],
+}
+
+fn objects(meta: &Meta) -> Vec<Value> {
+    let mut first = 0;
+    let mut describe = |o: &relume_formats::kinds::scene::StoredObject| {
+        let material = meta.materials.get(o.material as usize).map(|m| &m.name);
+        let value = json!({ "name": o.name, "material": material, "first_triangle": first, "triangles": o.triangles });
+        first += u64::from(o.triangles);
+        value
+    };
+    meta.objects.iter().map(&mut describe).collect()
+}
+
+/// `<name>.json`.
+pub(super) fn animation(animation: &Animation, out: &mut Out) -> Result<()> {
+    out.json(&format!("{}.json", file_name_part(&animation.name)), &AnimationFile::new(animation))
+}
+
+/// An animation as JSON.
+#[derive(Serialize)]
+struct AnimationFile<'a> {
+    name: &'a str,
+    duration_s: f32,
+    #[serde(rename = "loop")]
+    looping: bool,
+    tracks: Vec<TrackFile<'a>>,
+}
+
+#[derive(Serialize)]
+struct TrackFile<'a> {
+    leaf: String,
+    times_s: &'a [f32],
+    values: ValuesFile<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum ValuesFile<'a> {
+    Scalar(&'a [f32]),
+    Vector(&'a [Vec<f32>]),
+    Name(&'a [String]),
+}
+
+impl<'a> AnimationFile<'a> {
+    fn new(animation: &'a Animation) -> Self {
+        let tracks = animation.tracks.iter().map(|track| {
+            let values = match &track.values {
+                TrackValues::Scalar(v) => ValuesFile::Scalar(v),
+                TrackValues::Vector(v) => ValuesFile::Vector(v),
+                TrackValues::Name(v) => ValuesFile::Name(v),
+            };
+            TrackFile { leaf: track.leaf.join("."), times_s: &track.times_s, values }
+        });
+        Self { name: &animation.name, duration_s: animation.duration_s, looping: animation.looping, tracks: tracks.collect() }
+    }
+}

@@ -1,0 +1,363 @@
+//! What a file or a bundle holds, gathered from headers and small sections; big arrays stay unread.
+
+use super::{codec_name, info_text};
+use relume_formats::container::{CONTAINER_VERSION, Kind, Reader, SectionInfo, Sections, Stored, open};
+use relume_formats::kinds::brdf_basis::BasisError;
+use relume_formats::kinds::scene::StoredMaterial;
+use relume_formats::kinds::transfer_images::Head;
+use relume_formats::kinds::{BrdfBasis, Manifest, StoredScene};
+use relume_formats::state::{Animation, Camera, Rgb};
+use relume_formats::{Error, Place, Result};
+use serde::Serialize;
+use std::io::Read;
+use std::path::Path;
+
+/// One `.relume` file.
+#[derive(Debug, Serialize)]
+pub(super) struct FileInfo {
+    pub file: String,
+    pub kind: &'static str,
+    pub kind_version: u32,
+    pub container_version: u32,
+    pub totals: Totals,
+    pub details: Details,
+    pub sections: Vec<SectionRow>,
+}
+
+/// Sizes of a file or of all files of a bundle.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub(super) struct Totals {
+    pub sections: usize,
+    /// Whole files, headers included.
+    pub bytes_on_disk: u64,
+    /// All sections decoded.
+    pub bytes_in_memory: u64,
+    /// In memory over on disk.
+    pub ratio: f64,
+}
+
+/// One row of the section table.
+#[derive(Debug, Serialize)]
+pub(super) struct SectionRow {
+    pub name: String,
+    pub element: &'static str,
+    pub shape: Vec<u64>,
+    pub codec: &'static str,
+    pub offset: u64,
+    pub stored_bytes: u64,
+    pub raw_bytes: u64,
+    pub ratio: f64,
+    pub xxh3: String,
+}
+
+/// What is particular to each kind.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub(super) enum Details {
+    Scene {
+        name: String,
+        size: [u32; 2],
+        camera: Camera,
+        vertices: usize,
+        triangles: usize,
+        objects: Vec<String>,
+        materials: Vec<StoredMaterial>,
+    },
+    Animation {
+        name: String,
+        duration_s: f32,
+        #[serde(rename = "loop")]
+        looping: bool,
+        tracks: Vec<TrackInfo>,
+    },
+    BrdfBasis {
+        bases: usize,
+        nodes: usize,
+        shininess: [f32; 2],
+        shared_diffuse: bool,
+        error_at_integers: BasisError,
+        error_between: BasisError,
+    },
+    TransferImages {
+        size: [u32; 2],
+        bases: u32,
+        chromaticity: Option<Rgb>,
+        samples: u32,
+        seed: u64,
+        rgb_images: usize,
+        single_channel_images: usize,
+        fragments: usize,
+        classes: Vec<ClassInfo>,
+    },
+}
+
+/// One animated leaf.
+#[derive(Debug, Serialize)]
+pub(super) struct TrackInfo {
+    pub leaf: String,
+    pub keys: usize,
+}
+
+/// The fragments of one class.
+#[derive(Debug, Serialize)]
+pub(super) struct ClassInfo {
+    /// The editable material; `None` for everything fixed.
+    pub material: Option<String>,
+    pub fragments: usize,
+}
+
+/// A bundle and its files.
+#[derive(Debug, Serialize)]
+pub(super) struct BundleInfo {
+    pub kind: &'static str,
+    pub folder: String,
+    pub manifest: Manifest,
+    pub totals: Totals,
+    pub files: Vec<FileInfo>,
+}
+
+/// Describes the `.relume` file or bundle folder at `path`: as aligned text, or as JSON that has every section.
+///
+/// # Errors
+/// If a header or one of the small sections cannot be read. Big arrays are not looked at; that is [`super::verify`]'s work.
+pub fn info(path: &Path, json: bool) -> Result<String> {
+    if path.is_dir() {
+        let bundle = bundle_info(path)?;
+        return if json { to_json(&bundle, path) } else { Ok(info_text::bundle(&bundle)) };
+    }
+    let file = file_info(path)?;
+    if json { to_json(&file, path) } else { Ok(info_text::file(&file)) }
+}
+
+fn to_json(value: &impl Serialize, path: &Path) -> Result<String> {
+    serde_json::to_string_pretty(value).map(|text| text + "\n").map_err(|e| Error::invalid(&Place::file(path), e.to_string()))
+}
+
+fn bundle_info(folder: &Path) -> Result<BundleInfo> {
+    let manifest = Manifest::read(folder)?;
+    let mut files: Vec<FileInfo> = Vec::new();
+    for entry in manifest.entries() {
+        // Methods may share a file.
+        let path = folder.join(&entry.file);
+        let name = path.display().to_string();
+        if files.iter().all(|f| f.file != name) {
+            files.push(file_info(&path)?);
+        }
+    }
+    let sum = |of: fn(&Totals) -> u64| files.iter().map(|f| of(&f.totals)).sum::<u64>();
+    let totals = Totals::new(files.iter().map(|f| f.totals.sections).sum(), sum(|t| t.bytes_on_disk), sum(|t| t.bytes_in_memory));
+    Ok(BundleInfo { kind: "bundle", folder: folder.display().to_string(), manifest, totals, files })
+}
+
+fn file_info(path: &Path) -> Result<FileInfo> {
+    let place = Place::file(path);
+    let bytes_on_disk = std::fs::metadata(path).map_err(|e| Error::io(&place, e))?.len();
+    let mut reader = open(path)?;
+    let header = reader.header().clone();
+    let bytes_in_memory = header.sections.iter().map(|s| s.raw_bytes).sum();
+    Ok(FileInfo {
+        file: path.display().to_string(),
+        kind: header.kind.name(),
+        kind_version: header.kind_version,
+        container_version: CONTAINER_VERSION,
+        totals: Totals::new(header.sections.len(), bytes_on_disk, bytes_in_memory),
+        details: details(header.kind, path, &mut reader)?,
+        sections: header.sections.iter().map(SectionRow::new).collect(),
+    })
+}
+
+fn details(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Result<Details> {
+    Ok(match kind {
+        Kind::Scene => scene_details(StoredScene::read_file(path)?),
+        Kind::Animation => animation_details(<Animation as Stored>::read_file(path)?),
+        Kind::BrdfBasis => basis_details(&BrdfBasis::read_file(path)?),
+        Kind::TransferImages => {
+            reader.header().expect_kind(kind, relume_formats::kinds::TransferImages::VERSION, reader.place())?;
+            let place = reader.place().clone();
+            let mut next = || reader.next_section();
+            images_details(&Head::decode(&mut Sections { place, next: &mut next })?)
+        }
+    })
+}
+
+fn scene_details(scene: StoredScene) -> Details {
+    Details::Scene {
+        size: scene.meta.size,
+        camera: scene.meta.camera,
+        vertices: scene.positions.len(),
+        triangles: scene.triangles.len(),
+        objects: scene.meta.objects.into_iter().map(|o| o.name).collect(),
+        materials: scene.meta.materials,
+        name: scene.meta.name,
+    }
+}
+
+fn animation_details(animation: Animation) -> Details {
+    let Animation { name, duration_s, looping, tracks } = animation;
+    let tracks = tracks.iter().map(|t| TrackInfo { leaf: t.leaf.join("."), keys: t.times_s.len() }).collect();
+    Details::Animation { name, duration_s, looping, tracks }
+}
+
+fn basis_details(basis: &BrdfBasis) -> Details {
+    let ends = [basis.shininess.first(), basis.shininess.last()].map(|s| s.copied().unwrap_or(f32::NAN));
+    Details::BrdfBasis {
+        bases: basis.bases(),
+        nodes: basis.shininess.len(),
+        shininess: ends,
+        shared_diffuse: basis.meta.shared_diffuse,
+        error_at_integers: basis.meta.error_at_integers,
+        error_between: basis.meta.error_between,
+    }
+}
+
+fn images_details(head: &Head) -> Details {
+    let layout = head.layout();
+    let rgb_images = layout.slots.iter().filter(|s| s.rgb).count();
+    let fragments_of = |class: usize| head.class.iter().filter(|c| usize::from(**c) == class).count();
+    let materials = head.meta.materials.iter().cloned().map(Some).chain([None]);
+    Details::TransferImages {
+        size: head.meta.size,
+        bases: head.meta.bases,
+        chromaticity: head.meta.chromaticity,
+        samples: head.meta.samples,
+        seed: head.meta.seed,
+        rgb_images,
+        single_channel_images: layout.slots.len() - rgb_images,
+        fragments: head.pixel.len(),
+        classes: materials.enumerate().map(|(class, material)| ClassInfo { material, fragments: fragments_of(class) }).collect(),
+    }
+}
+
+impl Totals {
+    fn new(sections: usize, bytes_on_disk: u64, bytes_in_memory: u64) -> Self {
+        Self { sections, bytes_on_disk, bytes_in_memory, ratio: ratio(bytes_in_memory, bytes_on_disk) }
+    }
+}
+
+impl SectionRow {
+    fn new(info: &SectionInfo) -> Self {
+        Self {
+            name: info.name.clone(),
+            element: info.element.name(),
+            shape: info.shape.clone(),
+            codec: codec_name(info.codec),
+            offset: info.offset,
+            stored_bytes: info.stored_bytes,
+            raw_bytes: info.raw_bytes,
+            ratio: ratio(info.raw_bytes, info.stored_bytes),
+            xxh3: format!("{:016x}", info.checksum),
+        }
+    }
+}
+
+/// How many times smaller `stored` is than `raw`.
+pub(super) fn ratio(raw: u64, stored: u64) -> f64 {
+    raw as f64 / stored.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_bundle::TestBundle;
+    use super::*;
+    use serde_json::Value;
+
+    fn bundle() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        TestBundle::new().write(folder.path());
+        folder
+    }
+
+    fn json(path: &Path) -> Value {
+        serde_json::from_str(&info(path, true).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn json_of_a_file_is_complete() {
+        let folder = bundle();
+        let path = folder.path().join("transfer-images.relume");
+        let value = json(&path);
+        let length = std::fs::metadata(&path).unwrap().len();
+        assert_eq!(
+            (&value["kind"], &value["kind_version"], &value["container_version"]),
+            (&"transfer-images".into(), &0.into(), &0.into())
+        );
+        assert_eq!(value["totals"]["bytes_on_disk"], length);
+        // Head, and 3 bases × 8 first reflections; grey are 2 glossy bases × (direct, 2 materials × 2 glossy bases).
+        let sections = value["sections"].as_array().unwrap();
+        assert_eq!(sections.len(), 5 + 24);
+        let details = &value["details"];
+        assert_eq!((&details["rgb_images"], &details["single_channel_images"]), (&14.into(), &10.into()));
+        let classes: Vec<_> =
+            details["classes"].as_array().unwrap().iter().map(|c| (c["material"].as_str(), c["fragments"].as_u64())).collect();
+        assert_eq!(classes, [(Some("../knot"), Some(2)), (Some("floor"), Some(2)), (None, Some(4))]);
+
+        let number = |section: &Value, name: &str| section[name].as_u64().unwrap();
+        let raw: u64 = sections.iter().map(|s| number(s, "raw_bytes")).sum();
+        assert_eq!(value["totals"]["bytes_in_memory"], raw);
+        let last = sections.last().unwrap();
+        assert_eq!(number(last, "offset") + number(last, "stored_bytes"), length, "sections cover the file");
+        let pixels = &sections[1];
+        assert_eq!((&pixels["name"], &pixels["element"], &pixels["shape"][0]), (&"fragments/pixel".into(), &"u32".into(), &8.into()));
+        assert_eq!((number(pixels, "raw_bytes"), &pixels["codec"]), (32, &"zstd-planes".into()));
+        assert_eq!(pixels["ratio"].as_f64().unwrap(), 32.0 / number(pixels, "stored_bytes") as f64);
+    }
+
+    #[test]
+    fn json_of_a_bundle_has_manifest_and_every_file() {
+        let folder = bundle();
+        let value = json(folder.path());
+        assert_eq!((&value["kind"], &value["manifest"]["scene"]), (&"bundle".into(), &"test room".into()));
+        assert_eq!(value["manifest"]["methods"][0]["errors"]["relative_l2_median"], 0.00125);
+        let files = value["files"].as_array().unwrap();
+        let kinds: Vec<_> = files.iter().map(|f| f["kind"].as_str().unwrap()).collect();
+        assert_eq!(kinds, ["scene", "animation", "brdf-basis", "transfer-images"]);
+        let sum: u64 = files.iter().map(|f| f["totals"]["bytes_on_disk"].as_u64().unwrap()).sum();
+        assert_eq!(value["totals"]["bytes_on_disk"], sum);
+        let basis = &files[2]["details"];
+        assert_eq!((&basis["bases"], &basis["nodes"], &basis["error_at_integers"]["worst"]), (&3.into(), &3.into(), &0.002.into()));
+        assert_eq!(info(folder.path(), true).unwrap(), info(folder.path(), true).unwrap());
+    }
+
+    #[test]
+    fn text_is_aligned_and_sums_up_long_lists() {
+        let folder = bundle();
+        let text = info(&folder.path().join("transfer-images.relume"), false).unwrap();
+        assert!(text.contains("  images      14 RGB, 10 single-channel\n"), "{text}");
+        assert!(text.contains("  fragments   8: ../knot 2, floor 2, (fixed) 4\n"), "{text}");
+        let table: Vec<&str> = text.lines().skip_while(|l| !l.trim_start().starts_with("section")).collect();
+        // Heading, 8 sections, the other 21 of 29, the total; all as wide, for the last column is aligned to the right.
+        assert_eq!(table.len(), 1 + 8 + 1 + 1, "{text}");
+        assert!(table[9].contains("… 21 more"), "{text}");
+        assert!(table.iter().all(|line| line.chars().count() == table[0].chars().count()), "{text}");
+    }
+
+    #[test]
+    fn text_of_a_bundle_tells_settings_and_errors() {
+        let folder = bundle();
+        let text = info(folder.path(), false).unwrap();
+        for part in [
+            "  scene       test room, hash 0123456789abcdef\n",
+            "    settings  samples 16\n",
+            "    errors    relative_l2_median 0.001250\n",
+            "  animations  glow\n",
+            "  error       0.1000 % mean, 0.2000 % worst at s = 7 at integer exponents\n",
+            "  varies      ../knot, floor\n",
+            "  tracks      materials.../knot.kd (2 keys), materials.../knot.shininess (1 keys)\n",
+        ] {
+            assert!(text.contains(part), "`{part}` is not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_bundle_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(info(folder.path(), false).unwrap_err().to_string().contains("holds no bundle"));
+        let path = folder.path().join("a.relume");
+        std::fs::write(&path, b"text").unwrap();
+        assert!(info(&path, true).unwrap_err().is_bad_input());
+    }
+    #[test]
+    fn show() { let f=bundle(); println!("{}", info(f.path(), false).unwrap()); println!("{}", super::super::verify(f.path()).unwrap()); println!("{}", &info(&f.path().join("brdf-basis.relume"), true).unwrap());
+    let o = f.path().join("o"); super::super::export_file(f.path(), &o).unwrap(); println!("{}", std::fs::read_to_string(o.join("transfer-images/transfer-images.json")).unwrap().chars().take(2500).collect::<String>());
+     println!("{}", std::fs::read_to_string(o.join("scene/materials.json")).unwrap()); println!("{}", std::fs::read_to_string(o.join("animation-glow/glow.json")).unwrap()); }
+}

@@ -1,0 +1,169 @@
+//! The text form of [`super::info`]: facts in two columns, sections as a table.
+
+use super::info::{BundleInfo, ClassInfo, Details, FileInfo, SectionRow, Totals, ratio};
+use relume_formats::kinds::brdf_basis::BasisError;
+
+/// Longer tables show this many rows and the sum of the others.
+const MOST_ROWS: usize = 12;
+/// Rows shown of a longer table.
+const ROWS_SHOWN: usize = 8;
+
+/// The text for one file.
+pub(super) fn file(info: &FileInfo) -> String {
+    let mut facts = vec![
+        ("kind", format!("{} version {}, container version {}", info.kind, info.kind_version, info.container_version)),
+        ("bytes", totals(&info.totals)),
+    ];
+    facts.extend(details(&info.details));
+    format!("{}\n{}\n{}", info.file, lines(&facts), table(&info.sections))
+}
+
+/// The text for a bundle: what it is, then every file.
+pub(super) fn bundle(info: &BundleInfo) -> String {
+    let manifest = &info.manifest;
+    let mut facts = vec![
+        ("kind", "bundle".to_owned()),
+        ("scene", format!("{}, hash {}", manifest.scene, manifest.scene_hash)),
+        ("bytes", format!("{} in {} files", totals(&info.totals), info.files.len())),
+    ];
+    for method in &manifest.methods {
+        facts.push(("method", method.name.clone()));
+        facts.push(("  settings", list(method.settings.iter().map(|(name, value)| format!("{name} {value}")))));
+        facts.push(("  errors", list(method.errors.iter().map(|(name, value)| format!("{name} {value:.6}")))));
+    }
+    if !manifest.animations.is_empty() {
+        facts.push(("animations", list(manifest.animations.keys().cloned())));
+    }
+    let files: Vec<String> = info.files.iter().map(file).collect();
+    format!("{}\n{}\n{}", info.folder, lines(&facts), files.join("\n"))
+}
+
+fn totals(totals: &Totals) -> String {
+    format!("{} on disk, {} in memory, ratio {:.2}", grouped(totals.bytes_on_disk), grouped(totals.bytes_in_memory), totals.ratio)
+}
+
+fn details(details: &Details) -> Vec<(&'static str, String)> {
+    match details {
+        Details::Scene { name, size, camera, vertices, triangles, objects, materials } => vec![
+            ("name", name.clone()),
+            ("size", pixels(*size)),
+            ("camera", format!("position {:?}, target {:?}, fov {}°", camera.position, camera.target, camera.fov_deg)),
+            ("geometry", format!("{} vertices, {} triangles", grouped(*vertices as u64), grouped(*triangles as u64))),
+            ("objects", list(objects.iter().cloned())),
+            ("varies", list(materials.iter().filter(|m| m.varies).map(|m| m.name.clone()))),
+            ("fixed", list(materials.iter().filter(|m| !m.varies).map(|m| m.name.clone()))),
+        ],
+        Details::Animation { name, duration_s, looping, tracks } => vec![
+            ("name", name.clone()),
+            ("duration", format!("{duration_s} s{}", if *looping { ", repeated" } else { "" })),
+            ("tracks", list(tracks.iter().map(|t| format!("{} ({} keys)", t.leaf, t.keys)))),
+        ],
+        Details::BrdfBasis { bases, nodes, shininess: [first, last], shared_diffuse, error_at_integers, error_between } => vec![
+            ("model", "blinn-phong".to_owned()),
+            (
+                "bases",
+                format!("{bases}, {}", if *shared_diffuse { "lobes use the diffuse one too" } else { "lobes leave the diffuse one alone" }),
+            ),
+            ("exponents", format!("{nodes} from {first} to {last}")),
+            ("error", format!("{} at integer exponents", error(error_at_integers))),
+            ("", format!("{} between them", error(error_between))),
+        ],
+        Details::TransferImages { size, bases, chromaticity, samples, seed, rgb_images, single_channel_images, fragments, classes } => {
+            vec![
+                ("size", format!("{}, {samples} samples a pixel, seed {seed}", pixels(*size))),
+                ("bases", bases.to_string()),
+                ("light", chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}"))),
+                ("images", format!("{rgb_images} RGB, {single_channel_images} single-channel")),
+                ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
+            ]
+        }
+    }
+}
+
+fn class(class: &ClassInfo) -> String {
+    format!("{} {}", class.material.as_deref().unwrap_or("(fixed)"), grouped(class.fragments as u64))
+}
+
+fn error(error: &BasisError) -> String {
+    format!("{:.4} % mean, {:.4} % worst at s = {}", error.mean * 100.0, error.worst * 100.0, error.worst_shininess)
+}
+
+fn pixels(size: [u32; 2]) -> String {
+    format!("{} × {} pixels", size[0], size[1])
+}
+
+fn list(items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.collect();
+    if items.is_empty() { "none".to_owned() } else { items.join(", ") }
+}
+
+fn lines(facts: &[(&str, String)]) -> String {
+    facts.iter().map(|(name, value)| format!("  {name:<11} {value}\n")).collect()
+}
+
+/// Names to the left, numbers to the right.
+fn table(sections: &[SectionRow]) -> String {
+    let shown = if sections.len() > MOST_ROWS { ROWS_SHOWN } else { sections.len() };
+    let (first, others) = sections.split_at(shown);
+    let mut rows = vec![["section", "element", "shape", "codec", "stored", "raw", "ratio"].map(str::to_owned)];
+    rows.extend(first.iter().map(|s| {
+        [
+            s.name.clone(),
+            s.element.to_owned(),
+            shape(&s.shape),
+            s.codec.to_owned(),
+            grouped(s.stored_bytes),
+            grouped(s.raw_bytes),
+            format!("{:.2}", s.ratio),
+        ]
+    }));
+    if !others.is_empty() {
+        rows.push(sum(format!("… {} more", others.len()), others));
+    }
+    rows.push(sum("total".to_owned(), sections));
+    let widths: [usize; 7] = std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    rows.iter().map(|row| aligned(row, &widths)).collect()
+}
+
+fn sum(name: String, sections: &[SectionRow]) -> [String; 7] {
+    let stored = sections.iter().map(|s| s.stored_bytes).sum();
+    let raw = sections.iter().map(|s| s.raw_bytes).sum();
+    let blank = String::new;
+    [name, blank(), blank(), blank(), grouped(stored), grouped(raw), format!("{:.2}", ratio(raw, stored))]
+}
+
+fn aligned(row: &[String; 7], widths: &[usize; 7]) -> String {
+    let mut line = String::from(" ");
+    for (column, (cell, &width)) in row.iter().zip(widths).enumerate() {
+        line += &if column < 4 { format!(" {cell:<width$} ") } else { format!(" {cell:>width$} ") };
+    }
+    line.trim_end().to_owned() + "\n"
+}
+
+fn shape(shape: &[u64]) -> String {
+    shape.iter().map(u64::to_string).collect::<Vec<_>>().join(" × ")
+}
+
+/// 1234567 as 1,234,567.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped_by_three() {
+        let cases = [(0, "0"), (999, "999"), (1000, "1,000"), (65_536, "65,536"), (1_234_567, "1,234,567")];
+        cases.iter().for_each(|(number, text)| assert_eq!(grouped(*number), *text));
+    }
+}

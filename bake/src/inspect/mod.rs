@@ -1,0 +1,22 @@
+//! Looking into files and bundles: what they hold, whether they are sound, and their content in standard formats.
+
+mod export;
+mod info;
+mod info_text;
+#[cfg(test)]
+mod test_bundle;
+mod verify;
+
+pub use export::{export_file, export_scene};
+pub use info::info;
+pub use verify::verify;
+
+use relume_formats::container::Codec;
+
+/// The name of a codec in messages and JSON.
+fn codec_name(codec: Codec) -> &'static str {
+    match codec {
+        Codec::Zstd => "zstd",
+        Codec::ZstdPlanes => "zstd-planes",
+    }
+}

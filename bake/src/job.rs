@@ -1,0 +1,131 @@
+//! Long work: progress with time left, interruption, and a ceiling on memory.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// How progress is told, always on stderr.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProgressMode {
+    /// A bar on a terminal, else plain lines.
+    Auto,
+    /// A line now and then.
+    Plain,
+    /// A JSON object a line: stage, done, total, seconds, seconds_left.
+    Json,
+    /// Nothing.
+    None,
+}
+
+/// The user asked to stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C and SIGTERM end running stages at their next step.
+///
+/// # Errors
+/// If the handler cannot be installed.
+pub fn watch_signals() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| {
+        // A second signal does not wait for the step to end. Finished steps are safe on disk already.
+        if STOP.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    })
+}
+
+/// The work of one command.
+#[derive(Debug, Clone, Copy)]
+pub struct Job {
+    mode: ProgressMode,
+}
+
+impl Job {
+    /// A job that tells its progress in the given way.
+    pub fn new(mode: ProgressMode) -> Self {
+        let mode = match mode {
+            ProgressMode::Auto if !std::io::stderr().is_terminal() => ProgressMode::Plain,
+            other => other,
+        };
+        Self { mode }
+    }
+
+    /// Starts a stage of `total` steps.
+    pub fn stage(&self, name: &'static str, total: u64) -> Stage {
+        let bar = match self.mode {
+            ProgressMode::Auto => ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8)),
+            _ => ProgressBar::hidden(),
+        };
+        if let Ok(style) = ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left") {
+            bar.set_style(style);
+        }
+        bar.set_message(name);
+        let now = Instant::now();
+        Stage { mode: self.mode, name, total, done: AtomicU64::new(0), bar, start: now, last_told: Mutex::new(now) }
+    }
+}
+
+/// A running stage; its steps may be done by many threads.
+#[derive(Debug)]
+pub struct Stage {
+    mode: ProgressMode,
+    name: &'static str,
+    total: u64,
+    done: AtomicU64,
+    bar: ProgressBar,
+    start: Instant,
+    last_told: Mutex<Instant>,
+}
+
+/// Time between two lines of plain progress.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
+/// Time between two lines of JSON progress.
+const JSON_INTERVAL: Duration = Duration::from_millis(500);
+
+impl Stage {
+    /// Counts `steps` more steps as done.
+    pub fn advance(&self, steps: u64) {
+        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
+        self.bar.inc(steps);
+        let interval = match self.mode {
+            ProgressMode::Plain => PLAIN_INTERVAL,
+            ProgressMode::Json => JSON_INTERVAL,
+            ProgressMode::Auto | ProgressMode::None => return,
+        };
+        let Ok(mut last_told) = self.last_told.try_lock() else { return };
+        if done == self.total || last_told.elapsed() >= interval {
+            *last_told = Instant::now();
+            self.tell(done);
+        }
+    }
+
+    fn tell(&self, done: u64) {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let left = seconds / done.max(1) as f64 * self.total.saturating_sub(done) as f64;
+        if self.mode == ProgressMode::Json {
+            let line = serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
+            eprintln!("{line}");
+        } else {
+            eprintln!("{}: {} %, {seconds:.0} s gone, {left:.0} s left", self.name, 100 * done / self.total.max(1));
+        }
+    }
+
+    /// Fails if the user asked to stop.
+    ///
+    /// # Errors
+    /// [`Interrupted`].
+    pub fn check(&self) -> Result<(), Interrupted> {
+        if STOP.load(Ordering::SeqCst) { Err(Interrupted) } else { Ok(()) }
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,3 @@
+//! One folder per method: gather, project, compress, write.
+
+pub mod transfer_images;

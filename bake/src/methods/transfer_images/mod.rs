@@ -1,0 +1,187 @@
+//! Method `transfer-images` (thesis §4.1): light and view stay, materials of whole objects vary.
+//!
+//! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Compress: halves with a range per image,
+//! [`pack`]. What it cannot do: exponents outside 1..=200, more than two reflections, lights or views that vary.
+
+pub mod held_out;
+mod pack;
+mod project;
+mod tiles;
+
+pub use tiles::TileLog;
+
+use crate::error::{BakeError, Result};
+use crate::job::Job;
+use crate::trace::gather::Gather;
+use crate::trace::lights::Lights;
+use crate::trace::world::{World, take_ray_count};
+use project::Projector;
+use rayon::prelude::*;
+use relume_formats::Place;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS, Meta, TransferImages};
+use relume_formats::state::{BlinnPhong, Rgb};
+use relume_scenes::{Emitter, Scene};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+use tiles::{Tile, TileFragment};
+
+/// Name of the method.
+pub const NAME: &str = "transfer-images";
+/// Changes whenever the same scene and settings give other bytes than before.
+pub const REVISION: u32 = 1;
+/// Number of bases and the worst relative L2 error that images of the library's scenes showed with it over the held-out states, rounded up.
+const WORST_IMAGE_ERRORS: [(usize, f32); 8] =
+    [(4, 0.06), (5, 0.03), (6, 0.015), (7, 0.006), (8, 0.0025), (9, 0.0012), (10, 0.0006), (12, 0.0003)];
+/// Side of a tile, pixels.
+const TILE: u32 = 16;
+
+/// The settings that change results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Film size in pixels.
+    pub size: [u32; 2],
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// Number of bases, the diffuse one included.
+    pub bases: usize,
+}
+
+/// What tracing took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Traced {
+    /// Rays traced, shadow rays included; those of resumed tiles are not counted.
+    pub rays: u64,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// Fails, naming what stands in the way, unless the method serves what `scene` varies.
+pub fn expect_fit(scene: &Scene) -> Result<()> {
+    let place = Place::file(&scene.file);
+    let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
+    let varies = [("light", scene.vary.light), ("view", scene.vary.view), ("shape", scene.vary.shape)];
+    if let Some((what, _)) = varies.iter().find(|(_, varies)| *varies) {
+        return refuse(format!("[vary] {what} = true, but {NAME}, the method there is so far, keeps the {what} fixed; set it to false"));
+    }
+    if scene.vary.materials.is_empty() {
+        return refuse("[vary] names no materials, so there is nothing to bake; `bake reference` makes an image of a scene that never changes".into());
+    }
+    if scene.vary.materials.len() > MAX_MATERIALS {
+        return refuse(format!("[vary] names {} materials, {NAME} serves at most {MAX_MATERIALS}", scene.vary.materials.len()));
+    }
+    if scene.reflections > 2 {
+        return refuse(format!("[render] reflections = {}, {NAME} models at most 2; set 2 or 1", scene.reflections));
+    }
+    Ok(())
+}
+
+/// The one colour of all light in `scene`, its largest channel 1; `None` if colours differ.
+pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
+    let colours = scene.lights.iter().map(|light| match light.emitter {
+        Emitter::Area { radiance, .. } => radiance,
+        Emitter::Point { intensity, .. } => intensity,
+        Emitter::Directional { irradiance, .. } => irradiance,
+    });
+    let environment = scene.environment.iter().flat_map(|e| {
+        let gain = e.gain;
+        e.map.texels.iter().map(move |t| [t[0] * gain[0], t[1] * gain[1], t[2] * gain[2]])
+    });
+    let mut common: Option<Rgb> = None;
+    for colour in colours.chain(environment) {
+        let largest = colour.iter().copied().fold(0.0, f32::max);
+        if largest <= 0.0 {
+            continue;
+        }
+        let unit = colour.map(|c| c / largest);
+        match common {
+            None => common = Some(unit),
+            Some(c) if c.iter().zip(unit).all(|(a, b)| (a - b).abs() <= 1e-6) => {}
+            Some(_) => return None,
+        }
+    }
+    Some(common.unwrap_or([1.0; 3]))
+}
+
+/// How many bases keep the error of images below `max_error`.
+pub fn bases_for(max_error: f32) -> usize {
+    let enough = WORST_IMAGE_ERRORS.iter().find(|(_, worst)| *worst <= max_error);
+    enough.or(WORST_IMAGE_ERRORS.last()).map_or(6, |(bases, _)| *bases)
+}
+
+/// Bytes that packing will hold at most: the halves and their compressed copy.
+pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
+    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some());
+    let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
+    // A tenth of the pixels show a second class at most in all scenes seen so far.
+    let fragments = pixels + pixels / 10;
+    let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
+    fragments * (layout.channels() as u64 * 4 + 32) + triangles * 400
+}
+
+/// Bakes `scene`. Finished tiles are in `log` already or are added to it.
+///
+/// # Errors
+/// If the log cannot be written or read, or the job is interrupted.
+pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &TileLog, job: &Job) -> Result<(TransferImages, Traced)> {
+    let chromaticity = chromaticity(scene);
+    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
+    let materials: Vec<BlinnPhong> = scene.materials.iter().map(|m| m.brdf).collect();
+    let projector = Projector::new(basis, &layout, &materials, &scene.vary.materials, grey_channel(chromaticity));
+
+    let [columns, rows] = settings.size.map(|n| n.div_ceil(TILE));
+    let finished = log.finished();
+    let missing: Vec<u32> = (0..columns * rows).filter(|tile| finished.binary_search(tile).is_err()).collect();
+    let stage = job.stage("tracing", missing.len() as u64);
+    let (rays, start) = (AtomicU64::new(0), Instant::now());
+    missing.par_iter().try_for_each(|&id| {
+        stage.check()?;
+        let tile = trace_tile(id, columns, settings, &gather, &projector);
+        log.append(id, &tile)?;
+        rays.fetch_add(take_ray_count(), Ordering::Relaxed);
+        stage.advance(1);
+        Ok::<_, BakeError>(())
+    })?;
+    drop(stage);
+    let traced = Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() };
+
+    let meta = Meta {
+        size: settings.size,
+        materials: scene.vary.materials.iter().map(|m| scene.materials[*m].name.clone()).collect(),
+        bases: settings.bases as u32,
+        chromaticity,
+        samples: settings.samples,
+        seed: settings.seed,
+        editable_fragments: 0,
+    };
+    let stage = job.stage("packing", 2 * u64::from(columns * rows));
+    Ok((pack::pack(log, columns * rows, &layout, basis, meta, &stage)?, traced))
+}
+
+fn grey_channel(chromaticity: Option<Rgb>) -> usize {
+    let colour = chromaticity.unwrap_or([1.0; 3]);
+    (0..3).max_by(|a, b| colour[*a].total_cmp(&colour[*b])).unwrap_or(0)
+}
+
+fn trace_tile(id: u32, columns: u32, settings: &Settings, gather: &Gather<'_>, projector: &Projector<'_>) -> Tile {
+    let [width, height] = settings.size;
+    let (x0, y0) = (id % columns * TILE, id / columns * TILE);
+    let mut records = projector.empty();
+    let mut tile = Tile::default();
+    for y in y0..(y0 + TILE).min(height) {
+        for x in x0..(x0 + TILE).min(width) {
+            let pixel = y * width + x;
+            gather.pixel(pixel, settings.samples, |path| projector.add(path, &mut records));
+            records.drain(|class, count, sums| {
+                tile.fragments.push(TileFragment { pixel, class: class as u16, count });
+                tile.values.extend_from_slice(sums);
+            });
+        }
+    }
+    tile
+}

@@ -1,0 +1,144 @@
+//! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts images by importance.
+
+use super::tiles::{TileFragment, TileLog};
+use crate::job::{Interrupted, Stage};
+use half::f16;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Layout, Meta, Slot, TransferImages};
+use std::sync::Arc;
+
+/// The largest stored half of an image: a power of two well below the largest half, so that scales are powers of two and scaling is exact.
+const LARGEST_HALF: f32 = 32_768.0;
+
+/// Sums over all fragments of one slot.
+#[derive(Debug, Clone, Copy, Default)]
+struct SlotSums {
+    largest: f32,
+    squares: f64,
+}
+
+/// Reads all tiles, twice, and packs them. `meta.editable_fragments` is filled in here.
+///
+/// # Errors
+/// If the log cannot be read or the job is interrupted.
+pub fn pack(log: &TileLog, tiles: u32, layout: &Layout, basis: &BrdfBasis, mut meta: Meta, stage: &Stage) -> crate::error::Result<TransferImages> {
+    let channel_starts = channel_starts(layout);
+    let samples = meta.samples as f32;
+
+    // First reading: which fragments there are, and the range of each slot.
+    let mut fragments = Vec::new();
+    let mut sums = vec![SlotSums::default(); layout.slots.len()];
+    for_each_record(log, tiles, layout, stage, |fragment, record| {
+        fragments.push(*fragment);
+        for (sums, start) in sums.iter_mut().zip(channel_starts.windows(2)) {
+            for value in record.get(start[0]..start[1]).unwrap_or(&[]) {
+                sums.largest = sums.largest.max((value / samples).abs());
+                sums.squares += f64::from(value / samples).powi(2);
+            }
+        }
+    })?;
+    let fixed_class = layout.materials as u16;
+    fragments.sort_by_key(|f| (f.class == fixed_class, f.pixel, f.class));
+    let editable = fragments.partition_point(|f| f.class != fixed_class);
+    meta.editable_fragments = editable as u32;
+    let scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
+
+    // Second reading: every value to its place.
+    let count_of = |slot: &Slot| if slot.fixed.is_some() { fragments.len() } else { editable };
+    let mut images: Vec<Vec<f16>> = layout.slots.iter().map(|s| vec![f16::ZERO; s.channels() * count_of(s)]).collect();
+    for_each_record(log, tiles, layout, stage, |fragment, record| {
+        let key = |f: &TileFragment| (f.class == fixed_class, f.pixel, f.class);
+        let Ok(index) = fragments.binary_search_by_key(&key(fragment), key) else { return };
+        for ((image, slot), (start, scale)) in images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales)) {
+            let values = record.get(start[0]..start[1]).unwrap_or(&[]);
+            for (channel, value) in values.iter().enumerate().filter(|_| *scale > 0.0) {
+                image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
+            }
+        }
+    })?;
+
+    let mut images: Vec<Image> = images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
+    let weights = basis_weights(basis);
+    let importance: Vec<f64> = layout.slots.iter().zip(&sums).map(|(slot, sums)| sums.squares * slot_weight(slot, &weights)).collect();
+    images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
+    let head = Head {
+        meta,
+        pixel: fragments.iter().map(|f| f.pixel).collect(),
+        class: fragments.iter().map(|f| f.class).collect(),
+        coverage: fragments.iter().map(|f| f16::from_f32(f.count as f32 / samples)).collect(),
+        scales,
+    };
+    Ok(TransferImages { head: Arc::new(head), images })
+}
+
+/// Where the channels of each slot start within a fragment's record, and the end of the last.
+fn channel_starts(layout: &Layout) -> Vec<usize> {
+    let mut starts = vec![0];
+    for slot in &layout.slots {
+        starts.push(starts[starts.len() - 1] + slot.channels());
+    }
+    starts
+}
+
+fn for_each_record(
+    log: &TileLog,
+    tiles: u32,
+    layout: &Layout,
+    stage: &Stage,
+    mut each: impl FnMut(&TileFragment, &[f32]),
+) -> crate::error::Result<()> {
+    for id in 0..tiles {
+        stage.check().map_err(|Interrupted| Interrupted)?;
+        let tile = log.read(id)?;
+        let mut values = tile.values.as_slice();
+        for fragment in &tile.fragments {
+            // Fixed fragments have the first slots only, all of them RGB.
+            let channels = if usize::from(fragment.class) == layout.materials { 3 * layout.firsts() } else { layout.channels() };
+            let (record, rest) = values.split_at(channels.min(values.len()));
+            each(fragment, record);
+            values = rest;
+        }
+        stage.advance(1);
+    }
+    Ok(())
+}
+
+fn scale_for(largest: f32) -> f32 {
+    if largest > 0.0 { largest.log2().ceil().exp2() / LARGEST_HALF } else { 0.0 }
+}
+
+/// Mean square of each basis' coefficient over the exponents: how much a basis counts in a typical material.
+fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
+    let (bases, nodes) = (basis.bases(), basis.shininess.len() as f64);
+    let mut weights = vec![0.0; bases];
+    for row in basis.coefficients.chunks_exact(bases) {
+        weights.iter_mut().zip(row).for_each(|(w, c)| *w += f64::from(*c).powi(2) / nodes);
+    }
+    weights[0] += 1.0;
+    weights
+}
+
+fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {
+    let first = |first: FirstReflection| match first {
+        FirstReflection::Editable { basis, .. } => weights[basis],
+        FirstReflection::None | FirstReflection::Fixed => 1.0,
+    };
+    let editable = weights[slot.eye_basis] * first(slot.first);
+    slot.fixed.map_or(editable, |fixed| editable.max(first(fixed)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_powers_of_two_and_no_half_overflows() {
+        for largest in [1e-30f32, 1e-3, 0.5, 1.0, 1.1, 65_504.0, 1e9, 3e30] {
+            let scale = scale_for(largest);
+            assert_eq!(scale.log2().fract(), 0.0);
+            let half = f16::from_f32(largest / scale);
+            assert!(half.is_finite() && half.to_f32() > LARGEST_HALF / 2.0 * 0.99, "{largest}: {half}");
+        }
+        assert_eq!(scale_for(0.0), 0.0);
+    }
+}

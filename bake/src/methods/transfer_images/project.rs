@@ -1,0 +1,155 @@
+//! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with every basis (thesis eq. 4-26, 4-27).
+
+use crate::brdf::blinn_phong;
+use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection};
+use glam::Vec3A;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::brdf_basis::MAX_BASES;
+use relume_formats::kinds::transfer_images::{FirstReflection, Layout};
+use relume_formats::state::BlinnPhong;
+
+/// How paths of one scene fall into the slots of a layout.
+pub struct Projector<'a> {
+    basis: &'a BrdfBasis,
+    layout: &'a Layout,
+    /// For each material: its class if it varies, or its fixed parameters.
+    materials: Vec<Surface>,
+    /// For (eye basis, first reflection): where the channels of the slot start in an editable fragment's record.
+    channels: Vec<Channels>,
+    /// Which channel of the light single-channel slots follow: the one where the chromaticity is 1.
+    grey_channel: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Surface {
+    Editable(usize),
+    Fixed(BlinnPhong),
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Channels {
+    start: usize,
+    rgb: bool,
+}
+
+/// Basis values at one reflection.
+type Values = [f32; MAX_BASES];
+
+/// What the samples of one pixel add up to, class by class.
+pub struct PixelRecords {
+    /// For each class, the fixed one last: number of samples and sums per channel.
+    classes: Vec<(u32, Vec<f32>)>,
+}
+
+impl<'a> Projector<'a> {
+    /// Prepares the projection. `editable` lists the materials that vary in order of their class; `grey_channel` is the largest of the
+    /// light's chromaticity.
+    pub fn new(basis: &'a BrdfBasis, layout: &'a Layout, materials: &[BlinnPhong], editable: &[usize], grey_channel: usize) -> Self {
+        let class = |index: usize| editable.iter().position(|e| *e == index);
+        let materials = materials.iter().enumerate().map(|(i, m)| class(i).map_or(Surface::Fixed(*m), Surface::Editable)).collect();
+        let mut channels = vec![Channels::default(); layout.bases * layout.firsts()];
+        let mut start = 0;
+        for slot in &layout.slots {
+            channels[slot.eye_basis * layout.firsts() + layout.first_index(slot.first)] = Channels { start, rgb: slot.rgb };
+            start += slot.channels();
+        }
+        Self { basis, layout, materials, channels, grey_channel }
+    }
+
+    /// Records with nothing in them.
+    pub fn empty(&self) -> PixelRecords {
+        let editable = (0, vec![0.0; self.layout.channels()]);
+        let mut classes = vec![editable; self.layout.materials];
+        classes.push((0, vec![0.0; 3 * self.layout.firsts()]));
+        PixelRecords { classes }
+    }
+
+    /// Adds one path.
+    pub fn add(&self, path: &GatherPath, records: &mut PixelRecords) {
+        match path {
+            GatherPath::Light(radiance) => {
+                let (count, sums) = &mut records.classes[self.layout.materials];
+                *count += 1;
+                add_rgb(sums, 0, *radiance);
+            }
+            GatherPath::Surface(eye) => match self.materials[eye.material as usize] {
+                Surface::Editable(class) => self.add_editable(eye, &mut records.classes[class]),
+                Surface::Fixed(material) => self.add_fixed(eye, &material, &mut records.classes[self.layout.materials]),
+            },
+        }
+    }
+
+    fn add_editable(&self, eye: &EyeVertex, (count, sums): &mut (u32, Vec<f32>)) {
+        *count += 1;
+        if let Some(direct) = &eye.direct {
+            self.add_slots(sums, FirstReflection::None, direct.light, &self.values(direct.cos_delta));
+        }
+        if let Some(first) = &eye.indirect {
+            let at_eye = self.values(first.eye_cos_delta);
+            self.each_first(first, |reflection, light| self.add_slots(sums, reflection, light, &at_eye));
+        }
+    }
+
+    fn add_fixed(&self, eye: &EyeVertex, material: &BlinnPhong, (count, sums): &mut (u32, Vec<f32>)) {
+        *count += 1;
+        if let Some(Reflection { cos_delta, light }) = eye.direct {
+            add_rgb(sums, 0, light * blinn_phong::evaluate(material, cos_delta));
+        }
+        if let Some(first) = &eye.indirect {
+            let at_eye = blinn_phong::evaluate(material, first.eye_cos_delta);
+            self.each_first(first, |reflection, light| add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye));
+        }
+    }
+
+    /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
+    fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
+        let Reflection { cos_delta, light } = first.reflection;
+        match self.materials[first.material as usize] {
+            Surface::Fixed(material) => each(FirstReflection::Fixed, light * blinn_phong::evaluate(&material, cos_delta)),
+            Surface::Editable(material) => {
+                let values = self.values(cos_delta);
+                for (basis, value) in values[..self.layout.bases].iter().enumerate() {
+                    each(FirstReflection::Editable { material, basis }, light * *value);
+                }
+            }
+        }
+    }
+
+    /// Adds `light`, weighed with every eye basis, to the slots of one first reflection.
+    fn add_slots(&self, sums: &mut [f32], first: FirstReflection, light: Vec3A, at_eye: &Values) {
+        let (firsts, first) = (self.layout.firsts(), self.layout.first_index(first));
+        for (eye_basis, value) in at_eye[..self.layout.bases].iter().enumerate() {
+            let channels = self.channels[eye_basis * firsts + first];
+            if channels.rgb {
+                add_rgb(sums, channels.start, light * *value);
+            } else {
+                sums[channels.start] += light[self.grey_channel] * value;
+            }
+        }
+    }
+
+    fn values(&self, cos_delta: f32) -> Values {
+        let mut values = [0.0; MAX_BASES];
+        self.basis.evaluate(cos_delta, &mut values[..self.layout.bases]);
+        values
+    }
+}
+
+impl PixelRecords {
+    /// Hands over every class that was met, with its samples and its sums, and forgets them.
+    pub fn drain(&mut self, mut each: impl FnMut(usize, u32, &[f32])) {
+        for (class, (count, sums)) in self.classes.iter_mut().enumerate() {
+            if *count > 0 {
+                each(class, *count, sums);
+                *count = 0;
+                sums.fill(0.0);
+            }
+        }
+    }
+}
+
+fn add_rgb(sums: &mut [f32], start: usize, light: Vec3A) {
+    sums[start] += light.x;
+    sums[start + 1] += light.y;
+    sums[start + 2] += light.z;
+}

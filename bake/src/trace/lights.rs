@@ -1,0 +1,160 @@
+//! All lights of a scene as one thing to sample: one light is chosen by its power, then a point or direction on it.
+
+use super::environment::EnvironmentLight;
+use super::world::{Surface, World, rounding_of};
+use glam::Vec3A;
+use relume_scenes::{Emitter, Scene};
+use std::f32::consts::PI;
+
+/// The lights of a scene, prepared for sampling.
+pub struct Lights {
+    lights: Vec<PreparedLight>,
+    environment: Option<EnvironmentLight>,
+    /// Running sums of the chance of each light, the environment last; ends in 1.
+    cdf: Vec<f32>,
+}
+
+enum PreparedLight {
+    Area { corner: Vec3A, edge_u: Vec3A, edge_v: Vec3A, normal: Vec3A, area: f32, rounding: f32, radiance: Vec3A },
+    Point { position: Vec3A, intensity: Vec3A },
+    Directional { towards: Vec3A, irradiance: Vec3A },
+}
+
+/// Light that arrives at a point unless something stands in its way.
+#[derive(Debug, Clone, Copy)]
+pub struct LightSample {
+    /// Unit direction towards the light.
+    pub direction: Vec3A,
+    /// Distance to the light; infinite for lights from afar.
+    pub distance: f32,
+    /// Radiance over density: times BRDF and cosine, an estimate of reflected radiance.
+    pub weight: Vec3A,
+    /// Density per steradian; `None` for lights without extent, which no other sampling can find.
+    pub density: Option<f32>,
+}
+
+impl Lights {
+    /// Prepares the lights of `scene`.
+    pub fn new(scene: &Scene, world: &World) -> Self {
+        let lights: Vec<_> = scene.lights.iter().map(|l| PreparedLight::new(&l.emitter)).collect();
+        let environment = scene.environment.as_ref().and_then(EnvironmentLight::new);
+        let cross_section = PI * world.extent * world.extent;
+        let powers = lights.iter().map(|l| l.power(cross_section)).chain(environment.iter().map(|e| e.total() * cross_section));
+        let mut sum = 0.0;
+        let mut cdf: Vec<f32> = powers
+            .map(|p| {
+                sum += p;
+                sum
+            })
+            .collect();
+        cdf.iter_mut().for_each(|c| *c /= sum);
+        if sum <= 0.0 {
+            cdf.clear();
+        }
+        Self { lights, environment, cdf }
+    }
+
+    /// Chooses light towards `surface` with three numbers in [0, 1). `None` where nothing shines or the light is behind.
+    pub fn sample(&self, surface: &Surface, choice: f32, point: [f32; 2]) -> Option<LightSample> {
+        let index = self.cdf.partition_point(|c| *c <= choice).min(self.cdf.len().checked_sub(1)?);
+        let chance = self.chance(index);
+        let from = surface.offset();
+        let mut sample = match self.lights.get(index) {
+            Some(light) => light.sample(from, point)?,
+            None => {
+                let environment = self.environment.as_ref()?;
+                let (direction, density) = environment.sample(point);
+                LightSample { direction, distance: f32::INFINITY, weight: environment.radiance(direction) / density, density: Some(density) }
+            }
+        };
+        sample.weight /= chance;
+        sample.density = sample.density.map(|d| d * chance);
+        let faces = sample.direction.dot(surface.geometric_normal) > 0.0 && sample.direction.dot(surface.shading_normal) > 0.0;
+        (faces && sample.weight != Vec3A::ZERO && sample.weight.is_finite()).then_some(sample)
+    }
+
+    /// Light that arrives at `surface`: a sample that nothing blocks.
+    pub fn sample_visible(&self, world: &World, surface: &Surface, choice: f32, point: [f32; 2]) -> Option<LightSample> {
+        self.sample(surface, choice, point).filter(|s| !world.occluded(surface.offset(), s.direction, s.distance))
+    }
+
+    /// Radiance that the front of area light `index` emits.
+    pub fn emitted(&self, index: u32) -> Vec3A {
+        match self.lights.get(index as usize) {
+            Some(PreparedLight::Area { radiance, .. }) => *radiance,
+            _ => Vec3A::ZERO,
+        }
+    }
+
+    /// Radiance from infinitely far away.
+    pub fn background(&self, direction: Vec3A) -> Vec3A {
+        self.environment.as_ref().map_or(Vec3A::ZERO, |e| e.radiance(direction))
+    }
+
+    /// Density per steradian with which [`Lights::sample`] at `from` chooses the point `hit` of area light `index`.
+    pub fn density_of_area(&self, index: u32, from: Vec3A, hit: &Surface) -> f32 {
+        match self.lights.get(index as usize) {
+            Some(PreparedLight::Area { area, .. }) => {
+                let distance_squared = from.distance_squared(hit.position);
+                self.chance(index as usize) * distance_squared / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Density per steradian with which [`Lights::sample`] chooses the background in `direction`.
+    pub fn density_of_background(&self, direction: Vec3A) -> f32 {
+        self.environment.as_ref().map_or(0.0, |e| e.density(direction) * self.chance(self.lights.len()))
+    }
+
+    fn chance(&self, index: usize) -> f32 {
+        self.cdf.get(index).map_or(0.0, |c| c - if index == 0 { 0.0 } else { self.cdf[index - 1] })
+    }
+}
+
+impl PreparedLight {
+    fn new(emitter: &Emitter) -> Self {
+        match *emitter {
+            Emitter::Area { corner, edge_u, edge_v, radiance } => {
+                let [corner, edge_u, edge_v] = [corner, edge_u, edge_v].map(Vec3A::from);
+                let cross = edge_u.cross(edge_v);
+                let rounding = rounding_of(&[corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v]);
+                Self::Area { corner, edge_u, edge_v, normal: cross.normalize(), area: cross.length(), rounding, radiance: radiance.into() }
+            }
+            Emitter::Point { position, intensity } => Self::Point { position: position.into(), intensity: intensity.into() },
+            Emitter::Directional { direction, irradiance } => {
+                Self::Directional { towards: -Vec3A::from(direction), irradiance: irradiance.into() }
+            }
+        }
+    }
+
+    fn power(&self, cross_section: f32) -> f32 {
+        match self {
+            Self::Area { area, radiance, .. } => PI * area * radiance.max_element(),
+            Self::Point { intensity, .. } => 4.0 * PI * intensity.max_element(),
+            Self::Directional { irradiance, .. } => cross_section * irradiance.max_element(),
+        }
+    }
+
+    fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightSample> {
+        match *self {
+            Self::Area { corner, edge_u, edge_v, normal, area, rounding, radiance } => {
+                let to = corner + edge_u * u + edge_v * v + normal * rounding - from;
+                let distance = to.length();
+                let direction = to / distance;
+                let cosine = -direction.dot(normal);
+                let density = distance * distance / (area * cosine);
+                (cosine > 0.0).then(|| LightSample { direction, distance, weight: radiance / density, density: Some(density) })
+            }
+            Self::Point { position, intensity } => {
+                let to = position - from;
+                let distance = to.length();
+                let weight = intensity / (distance * distance);
+                (distance > 0.0).then(|| LightSample { direction: to / distance, distance, weight, density: None })
+            }
+            Self::Directional { towards, irradiance } => {
+                Some(LightSample { direction: towards, distance: f32::INFINITY, weight: irradiance, density: None })
+            }
+        }
+    }
+}

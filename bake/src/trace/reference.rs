@@ -1,0 +1,142 @@
+//! Reference images: radiance and its variance at every pixel, for any state.
+
+use super::gather::{Gather, GatherPath, Reflection};
+use super::lights::Lights;
+use super::path::PathTracer;
+use super::world::World;
+use crate::brdf::blinn_phong;
+use crate::job::{Interrupted, Job};
+use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
+use relume_formats::state::BlinnPhong;
+use relume_scenes::Scene;
+
+/// Which paths a reference traces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Paths {
+    /// The ones with the least noise for the materials at hand.
+    Best,
+    /// The very ones that a bake with the same size, seed and samples traces.
+    Gather,
+}
+
+/// What to trace.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Film size in pixels.
+    pub size: [u32; 2],
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// Most reflections of a path; 1 is direct light only.
+    pub reflections: u32,
+    /// Which paths.
+    pub paths: Paths,
+}
+
+/// An image with its uncertainty, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Linear radiance, W/(sr·m²).
+    pub radiance: Vec<[f32; 3]>,
+    /// Variance of each radiance: the samples' variance over their number, an upper bound as samples are stratified.
+    pub variance: Vec<[f32; 3]>,
+}
+
+/// Sums of one pixel in one state.
+#[derive(Debug, Clone, Copy, Default)]
+struct PixelSums {
+    sum: DVec3,
+    squares: DVec3,
+}
+
+impl PixelSums {
+    fn add(&mut self, radiance: Vec3A) {
+        let radiance = radiance.as_dvec3();
+        self.sum += radiance;
+        self.squares += radiance * radiance;
+    }
+
+    fn mean_and_variance(&self, samples: u32) -> ([f32; 3], [f32; 3]) {
+        let n = f64::from(samples);
+        let mean = self.sum / n;
+        let spread = (self.squares / n - mean * mean).max(DVec3::ZERO);
+        let variance = spread / (n - 1.0).max(1.0);
+        (mean.as_vec3().to_array(), variance.as_vec3().to_array())
+    }
+}
+
+/// Renders `scenes`, which must differ in their materials only. With [`Paths::Gather`] they share one set of paths, whose directions follow the
+/// materials of `base`.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Result<Vec<Estimate>, Interrupted> {
+    let world = World::new(base);
+    let lights = Lights::new(base, &world);
+    match settings.paths {
+        Paths::Best => scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect(),
+        Paths::Gather => {
+            let gather = Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed);
+            let states: Vec<Vec<BlinnPhong>> = scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
+            let pixel = |pixel| {
+                let mut sums = vec![PixelSums::default(); states.len()];
+                gather.pixel(pixel, settings.samples, |path| {
+                    for (sums, materials) in sums.iter_mut().zip(&states) {
+                        sums.add(radiance_of(path, materials));
+                    }
+                });
+                sums
+            };
+            film(settings, scenes.len(), job, pixel)
+        }
+    }
+}
+
+/// Radiance that `path` carries with the given materials.
+pub fn radiance_of(path: &GatherPath, materials: &[BlinnPhong]) -> Vec3A {
+    let reflect = |material: u32, r: &Reflection| r.light * blinn_phong::evaluate(&materials[material as usize], r.cos_delta);
+    match path {
+        GatherPath::Light(radiance) => *radiance,
+        GatherPath::Surface(eye) => {
+            let direct = eye.direct.as_ref().map_or(Vec3A::ZERO, |r| reflect(eye.material, r));
+            let indirect = eye.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
+                let light = reflect(first.material, &first.reflection);
+                reflect(eye.material, &Reflection { cos_delta: first.eye_cos_delta, light })
+            });
+            direct + indirect
+        }
+    }
+}
+
+fn render_best(scene: &Scene, world: &World, lights: &Lights, settings: &Settings, job: &Job) -> Result<Estimate, Interrupted> {
+    let tracer = PathTracer::new(scene, world, lights, settings.size, settings.reflections, settings.seed);
+    let pixel = |pixel| {
+        let mut sums = PixelSums::default();
+        tracer.pixel(pixel, settings.samples, |radiance| sums.add(radiance));
+        vec![sums]
+    };
+    Ok(film(settings, 1, job, pixel)?.swap_remove(0))
+}
+
+/// Computes every pixel, a row at a time on all threads.
+fn film(settings: &Settings, images: usize, job: &Job, pixel: impl Fn(u32) -> Vec<PixelSums> + Sync) -> Result<Vec<Estimate>, Interrupted> {
+    let [width, height] = settings.size;
+    let stage = job.stage("tracing", u64::from(height));
+    let rows: Vec<Vec<Vec<PixelSums>>> = (0..height)
+        .into_par_iter()
+        .map(|y| {
+            stage.check()?;
+            let row = (0..width).map(|x| pixel(y * width + x)).collect();
+            stage.advance(1);
+            Ok(row)
+        })
+        .collect::<Result<_, Interrupted>>()?;
+    let estimate = |image: usize| {
+        let pixels = rows.iter().flatten().map(|sums| sums[image].mean_and_variance(settings.samples));
+        let (radiance, variance) = pixels.unzip();
+        Estimate { radiance, variance }
+    };
+    Ok((0..images).map(estimate).collect())
+}

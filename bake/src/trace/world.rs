@@ -1,0 +1,187 @@
+//! A scene prepared for rays: all triangles in one hierarchy, with what a hit needs to know.
+
+use super::triangle::{ShearedRay, TriangleHit};
+use glam::{UVec2, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::Ray;
+use obvhs::{BvhBuildParams, Boundable, traverse};
+use relume_scenes::{Emitter, Scene};
+use std::cell::Cell;
+use std::time::Duration;
+
+thread_local! {
+    /// Rays that this thread has traced since it was last asked.
+    static RAYS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// How many rays the calling thread has traced since its last call.
+pub fn take_ray_count() -> u64 {
+    RAYS.take()
+}
+
+/// What a triangle belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// A surface wearing the material of this index.
+    Material(u32),
+    /// The area light of this index; it emits on its front and reflects nothing.
+    Light(u32),
+}
+
+/// All triangles of a scene in one bounding volume hierarchy.
+pub struct World {
+    hierarchy: CwBvh,
+    /// In the order of the hierarchy's leaves.
+    triangles: Vec<[Vec3A; 3]>,
+    normals: Vec<[Vec3A; 3]>,
+    owners: Vec<Owner>,
+    /// Largest absolute coordinate of geometry and eye: what rounding errors are relative to.
+    pub extent: f32,
+}
+
+/// A point on a surface that a ray found.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface {
+    /// World space.
+    pub position: Vec3A,
+    /// Unit normal of the triangle, on the side that the ray came from.
+    pub geometric_normal: Vec3A,
+    /// Unit shading normal, within the hemisphere of the geometric one.
+    pub shading_normal: Vec3A,
+    /// Whose it is.
+    pub owner: Owner,
+    /// True if the ray came from the front.
+    pub front: bool,
+    /// Unit direction to where the ray came from.
+    pub outgoing: Vec3A,
+    /// How far rounding may have moved the point off its triangle, metres.
+    pub rounding: f32,
+}
+
+impl Surface {
+    /// Where a ray that leaves the surface may start without meeting it again.
+    pub fn offset(&self) -> Vec3A {
+        self.position + self.geometric_normal * self.rounding
+    }
+}
+
+/// Rounding errors of a hit point and of tests against it, relative to the largest coordinate. A hit point is a sum of three products and a ray test
+/// subtracts it from vertices, each off by at most a few 2⁻²⁴; 2⁻¹⁸ leaves a factor of about ten.
+const ROUNDING: f32 = 1.0 / 262_144.0;
+
+/// How far rounding may move a point computed on the triangle or parallelogram with these corners, metres.
+pub fn rounding_of(corners: &[Vec3A]) -> f32 {
+    ROUNDING * corners.iter().fold(0.0, |m: f32, v| m.max(v.abs().max_element()))
+}
+
+impl World {
+    /// Builds the hierarchy.
+    pub fn new(scene: &Scene) -> Self {
+        let (mut triangles, mut normals, mut owners) = (Vec::new(), Vec::new(), Vec::new());
+        for object in &scene.objects {
+            let mesh = &object.mesh;
+            for corner in &mesh.triangles {
+                triangles.push(corner.map(|i| Vec3A::from(mesh.positions[i as usize])));
+                normals.push(corner.map(|i| Vec3A::from(mesh.normals[i as usize])));
+                owners.push(Owner::Material(object.material as u32));
+            }
+        }
+        for (index, light) in scene.lights.iter().enumerate() {
+            if let Emitter::Area { corner, edge_u, edge_v, .. } = light.emitter {
+                let [p, u, v] = [corner, edge_u, edge_v].map(Vec3A::from);
+                let normal = u.cross(v).normalize();
+                for triangle in [[p, p + u, p + u + v], [p, p + u + v, p + v]] {
+                    triangles.push(triangle);
+                    normals.push([normal; 3]);
+                    owners.push(Owner::Light(index as u32));
+                }
+            }
+        }
+        Self::from_triangles(&triangles, &normals, &owners, Vec3A::from(scene.camera.position))
+    }
+
+    fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], eye: Vec3A) -> Self {
+        let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a triangle it hits.
+        let boxes: Vec<Padded> = triangles.iter().map(|t| Padded { triangle: *t, pad: extent * ROUNDING }).collect();
+        let hierarchy = build_cwbvh(&boxes, BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }, &mut Duration::default());
+        let order = hierarchy.primitive_indices.iter().map(|i| *i as usize);
+        Self {
+            triangles: order.clone().map(|i| triangles[i]).collect(),
+            normals: order.clone().map(|i| normals[i]).collect(),
+            owners: order.map(|i| owners[i]).collect(),
+            hierarchy,
+            extent,
+        }
+    }
+
+    /// The nearest surface along the ray. `direction` must be a unit vector.
+    pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
+        RAYS.set(RAYS.get() + 1);
+        let mut ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
+        let sheared = ShearedRay::new(origin, direction);
+        let mut nearest: Option<(u32, TriangleHit)> = None;
+        if self.hierarchy.nodes.is_empty() {
+            return None;
+        }
+        let mut state = self.hierarchy.new_traversal(direction);
+        let mut node;
+        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            if let Some(hit) = sheared.intersect(&self.triangles[state.primitive_id as usize], ray.tmax) {
+                ray.tmax = hit.t;
+                nearest = Some((state.primitive_id, hit));
+            }
+        });
+        nearest.map(|(triangle, hit)| self.surface(triangle as usize, hit.barycentric, direction))
+    }
+
+    /// Whether anything stands in the way from `from` along the unit vector `direction`, nearer than `distance`.
+    pub fn occluded(&self, from: Vec3A, direction: Vec3A, distance: f32) -> bool {
+        RAYS.set(RAYS.get() + 1);
+        if self.hierarchy.nodes.is_empty() {
+            return false;
+        }
+        // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes up for it only at unit length.
+        let ray = Ray::new(from, direction, 0.0, distance);
+        let sheared = ShearedRay::new(from, direction);
+        let mut state = self.hierarchy.new_traversal(direction);
+        let mut node;
+        let mut blocked = false;
+        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            if sheared.intersect(&self.triangles[state.primitive_id as usize], distance).is_some() {
+                blocked = true;
+                break;
+            }
+        });
+        blocked
+    }
+
+    fn surface(&self, triangle: usize, [v, w]: [f32; 2], direction: Vec3A) -> Surface {
+        let [a, b, c] = self.triangles[triangle];
+        let [na, nb, nc] = self.normals[triangle];
+        let u = 1.0 - v - w;
+        // Normalised before the product, for the sides of a triangle of micrometres make an area that underflows.
+        let face = (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(Vec3A::Y);
+        let front = face.dot(direction) <= 0.0;
+        let geometric_normal = if front { face } else { -face };
+        let smooth = (na * u + nb * v + nc * w).normalize_or(face) * if front { 1.0 } else { -1.0 };
+        let shading_normal = if smooth.dot(geometric_normal) > 0.0 { smooth } else { geometric_normal };
+        let position = a * u + b * v + c * w;
+        let rounding = rounding_of(&[a, b, c]);
+        Surface { position, geometric_normal, shading_normal, owner: self.owners[triangle], front, outgoing: -direction, rounding }
+    }
+}
+
+struct Padded {
+    triangle: [Vec3A; 3],
+    pad: f32,
+}
+
+impl Boundable for Padded {
+    fn aabb(&self) -> Aabb {
+        let tight = Aabb::from_points(&self.triangle);
+        Aabb::new(tight.min - self.pad, tight.max + self.pad)
+    }
+}

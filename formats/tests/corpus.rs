@@ -1,0 +1,160 @@
+//! The committed invalid files in `corpus/invalid`: each of them stays refused, for its own reason, for ever.
+//!
+//! To add one, add a case here and run `cargo test --release -p relume-formats --test corpus -- --ignored`, which writes the files that are
+//! missing and leaves the others alone.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod support {
+    pub mod raw_file;
+    pub mod reading;
+    pub mod samples;
+    pub mod scenes;
+}
+
+use half::f16;
+use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::{Manifest, StoredScene};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use support::raw_file::{RawFile, RawSection};
+use support::reading::refusal;
+use support::{samples, scenes};
+
+/// Name, the kind it is read as, what the error says, and how it was made.
+type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
+
+const CASES: [Case; 14] = [
+    ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
+    ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
+        let mut file = triangle().bytes();
+        file.splice(7..8, *b"\r\n");
+        file
+    }),
+    ("future-container.relume", Kind::Scene, "container version 1000", || RawFile { container_version: 1000, ..triangle() }.bytes()),
+    ("future-kind.relume", Kind::Scene, "kind number 1000 is unknown", || RawFile { kind: 1000, ..triangle() }.bytes()),
+    ("future-kind-version.relume", Kind::Scene, "version 1000", || RawFile { kind_version: 1000, ..triangle() }.bytes()),
+    ("cut-short.relume", Kind::Scene, "cut short", || {
+        let file = triangle().bytes();
+        file[..file.len() - 3].to_vec()
+    }),
+    ("flipped-payload-bit.relume", Kind::Scene, "section `triangles`: checksum does not match", || {
+        let mut file = triangle().bytes();
+        *file.last_mut().unwrap() ^= 16;
+        file
+    }),
+    ("shape-product-wraps.relume", Kind::Scene, "does not make 0 bytes", || {
+        let section = RawSection::new("meta", 4, &[1 << 33, 1 << 33], 0, &[]);
+        RawFile::new(1, vec![section]).bytes()
+    }),
+    ("decompression-bomb.relume", Kind::BrdfBasis, "section `meta`: cannot be decompressed", || {
+        let mut section = RawSection::new("meta", 0, &[1 << 20], 0, &[0; 1 << 20]);
+        (section.shape, section.raw_bytes) = (vec![49], 49);
+        RawFile::new(3, vec![section]).bytes()
+    }),
+    ("overlapping-sections.relume", Kind::Scene, "sections must be contiguous", || {
+        let mut file = triangle();
+        file.sections[2].offset_error = u64::MAX;
+        file.bytes()
+    }),
+    ("vertex-index-out-of-range.relume", Kind::Scene, "names a vertex that is not there", || {
+        let mut file = triangle();
+        let mut indices = file.sections[3].raw();
+        indices[8] = 3;
+        file.sections[3].set_raw(&indices);
+        file.bytes()
+    }),
+    ("deeply-nested-leaf.relume", Kind::Animation, "a track's leaf has 100000 names", || {
+        let mut animation = scenes::animation(1);
+        animation.tracks[0].leaf = vec![String::new(); 100_000];
+        written(&animation)
+    }),
+    ("fragment-outside-film.relume", Kind::TransferImages, "a fragment lies outside the film", || {
+        let mut images = samples::images(1, 1, 2, true, [1, 1]);
+        let head = Arc::make_mut(&mut images.head);
+        (head.pixel, head.class, head.coverage) = (vec![1], vec![0], vec![f16::ONE]);
+        head.meta.editable_fragments = 1;
+        images.images.clear();
+        written(&images)
+    }),
+    ("bases-without-lobes.relume", Kind::BrdfBasis, "holds 1 bases", || {
+        let mut basis = samples::basis(1, 2, true);
+        (basis.shininess, basis.coefficients, basis.lobes) = (vec![1.0, 200.0], vec![1.0; 2], Vec::new());
+        written(&basis)
+    }),
+];
+
+/// Manifests, read as `manifest.json`.
+const MANIFESTS: [(&str, &str, &str); 3] = [
+    (
+        "manifest-leaves-the-bundle.json",
+        "no plain file name",
+        r#"{"version":0,"scene":"a","scene_hash":"0","scene_file":{"file":"../a","bytes":1,"hash":"0"},"animations":{},"methods":[]}"#,
+    ),
+    ("manifest-of-the-future.json", "manifest version 1000", r#"{"version":1000}"#),
+    ("manifest-cut-short.json", "EOF", r#"{"version":0,"scene":"a","#),
+];
+
+fn written(value: &impl Stored) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    value.write_file(&folder.path().join("a.relume")).unwrap()
+}
+
+/// A sound scene of one triangle.
+fn triangle() -> RawFile {
+    let mut scene: StoredScene = scenes::scene(3);
+    scene.meta.objects.truncate(1);
+    scene.meta.objects[0].triangles = 1;
+    scene.positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    scene.normals = vec![[0.0, 0.0, 1.0]; 3];
+    scene.triangles = vec![[0, 1, 2]];
+    RawFile::parse(&written(&scene))
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/invalid")
+}
+
+#[test]
+fn every_file_is_refused_for_its_own_reason() {
+    for (name, kind, expected, _) in CASES {
+        let message = refusal(kind, &std::fs::read(folder().join(name)).expect(name)).to_string();
+        assert!(message.contains(expected), "{name}: {message}");
+    }
+    for (name, expected, _) in MANIFESTS {
+        let bundle = tempfile::tempdir().unwrap();
+        std::fs::copy(folder().join(name), bundle.path().join("manifest.json")).expect(name);
+        let message = Manifest::read(bundle.path()).unwrap_err().to_string();
+        assert!(message.contains(expected), "{name}: {message}");
+    }
+}
+
+#[test]
+fn every_file_is_small_and_has_a_case() {
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        let listed = CASES.iter().map(|c| c.0).chain(MANIFESTS.iter().map(|m| m.0)).any(|n| n == name);
+        assert!(listed, "{name} has no case in this test");
+        assert!(entry.metadata().unwrap().len() < 1024, "{name} is too large for the corpus");
+        // Whatever it is read as, a broken container is refused.
+        if name.ends_with(".relume") {
+            let bytes = std::fs::read(entry.path()).unwrap();
+            for kind in Kind::ALL {
+                refusal(kind, &bytes);
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "writes into the source tree: the files of the corpus that are missing"]
+fn write_missing_files() {
+    let texts = MANIFESTS.map(|(name, _, text)| (name, text.as_bytes().to_vec()));
+    for (name, bytes) in CASES.map(|(name, _, _, make)| (name, make())).into_iter().chain(texts) {
+        let path = folder().join(name);
+        if !path.exists() {
+            std::fs::write(path, bytes).unwrap();
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Small bases and transfer images, and random numbers for all samples.
+
+use half::f16;
+use relume_formats::basis::lobe_table;
+use relume_formats::kinds::brdf_basis::{BasisError, Meta as BasisMeta};
+use relume_formats::kinds::transfer_images::{Head, Image, Meta as ImagesMeta};
+use relume_formats::kinds::{BrdfBasis, TransferImages};
+use relume_formats::state::BlinnPhong;
+use std::sync::Arc;
+
+/// SplitMix64 (Steele et al. 2014): tests must not change with the version of a crate.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// In 0..1.
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// In -1..1.
+    pub fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// Any finite half: all signs, exponents and subnormals.
+    fn half(&mut self) -> f16 {
+        let value = f16::from_bits(self.bits() as u16);
+        if value.is_finite() { value } else { f16::ONE }
+    }
+
+    pub fn material(&mut self) -> BlinnPhong {
+        let kd = [self.unit(), self.unit(), self.unit()];
+        let share = self.unit();
+        BlinnPhong { kd, ks: kd.map(|v| (1.0 - v) * share), shininess: 1.0 + 199.0 * self.unit() }
+    }
+}
+
+/// `smooth` lobes compress to a few hundred bytes, others do not.
+pub fn basis(seed: u64, bases: usize, smooth: bool) -> BrdfBasis {
+    let random = &mut Random(seed);
+    let nodes = 2 + random.below(6);
+    let mut error = || BasisError { mean: f64::from(random.unit()), worst: f64::from(random.unit()), worst_shininess: 3.5 };
+    let meta = BasisMeta { shared_diffuse: true, error_at_integers: error(), error_between: error() };
+    let lobe = |random: &mut Random, i: usize| if smooth { (i / 1024) as f32 * 0.25 } else { random.signed() };
+    BrdfBasis {
+        meta,
+        shininess: (0..nodes).map(|i| 1.0 + 199.0 * i as f32 / (nodes - 1) as f32).collect(),
+        coefficients: (0..nodes * bases).map(|_| random.signed()).collect(),
+        lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect(),
+    }
+}
+
+pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size: [u32; 2]) -> TransferImages {
+    let random = &mut Random(seed);
+    let fragments: Vec<(u32, u16)> = (0..size[0] * size[1])
+        .flat_map(|pixel| (0..=materials as u16).map(move |class| (pixel, class)))
+        .filter(|_| random.below(3) > 0)
+        .collect();
+    let (editable, fixed): (Vec<_>, Vec<_>) = fragments.into_iter().partition(|f| usize::from(f.1) < materials);
+    let (pixel, class): (Vec<u32>, Vec<u16>) = editable.iter().chain(&fixed).copied().unzip();
+    let meta = ImagesMeta {
+        size,
+        materials: (0..materials).map(|i| format!("m{i}")).collect(),
+        bases: bases as u32,
+        chromaticity: one_colour.then_some([1.0, 0.75, 0.3]),
+        samples: 64,
+        seed,
+        editable_fragments: editable.len() as u32,
+    };
+    let coverage = pixel.iter().map(|_| f16::from_f32((1 + random.below(64)) as f32 / 64.0)).collect();
+    let mut head = Head { meta, pixel, class, coverage, scales: Vec::new() };
+    let layout = head.layout();
+    head.scales = layout.slots.iter().map(|_| random.unit() * 3.0).collect();
+    let mut images: Vec<_> = layout
+        .slots
+        .iter()
+        .enumerate()
+        .map(|(slot, s)| Image { slot, values: (0..s.channels() * head.fragments_of(s)).map(|_| random.half()).collect() })
+        .collect();
+    // Any order of importance is legal.
+    images.sort_by_cached_key(|_| random.bits());
+    TransferImages { head: Arc::new(head), images }
+}

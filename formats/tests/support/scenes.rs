@@ -1,0 +1,47 @@
+//! Small scenes and animations, made from a seed.
+
+use super::samples::Random;
+use relume_formats::kinds::StoredScene;
+use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
+use relume_formats::state::{Animation, Camera, Track, TrackValues};
+
+fn point(random: &mut Random) -> [f32; 3] {
+    [(); 3].map(|()| random.signed() * 10.0)
+}
+
+pub fn scene(seed: u64) -> StoredScene {
+    let random = &mut Random(seed);
+    let materials = 1 + random.below(3);
+    let objects: Vec<_> = (0..random.below(4))
+        .map(|i| StoredObject { name: format!("object {i}"), material: random.below(materials) as u32, triangles: random.below(5) as u32 })
+        .collect();
+    let triangles: u32 = objects.iter().map(|o| o.triangles).sum();
+    let vertices = 1 + random.below(9);
+    StoredScene {
+        meta: Meta {
+            name: "päper room".to_owned(),
+            camera: Camera { position: point(random), target: [20.0, 0.0, 0.0], fov_deg: 40.0, exposure_ev: random.signed() },
+            size: [1 + random.below(500) as u32, 16_384],
+            materials: (0..materials)
+                .map(|i| StoredMaterial { name: format!("m{i}"), brdf: random.material(), varies: random.below(2) == 0 })
+                .collect(),
+            objects,
+        },
+        positions: (0..vertices).map(|_| point(random)).collect(),
+        normals: (0..vertices).map(|i| [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.6, 0.8]][i % 3]).collect(),
+        triangles: (0..triangles).map(|_| [(); 3].map(|()| random.below(vertices) as u32)).collect(),
+    }
+}
+
+pub fn animation(seed: u64) -> Animation {
+    let random = &mut Random(seed);
+    let mut times = |n: usize| -> Vec<f32> { (0..n).map(|i| i as f32 * 0.5 + 0.4 * random.unit()).collect() };
+    let (kd_times, shininess_times, name_times) = (times(3), times(2), times(1));
+    let track = |leaf: [&str; 3], times_s, values| Track { leaf: leaf.map(str::to_owned).to_vec(), times_s, values };
+    let tracks = vec![
+        track(["materials", "m0", "kd"], kd_times, TrackValues::Vector((0..3).map(|_| random.material().kd.to_vec()).collect())),
+        track(["materials", "m0", "shininess"], shininess_times, TrackValues::Scalar((0..2).map(|_| random.unit() * 100.0).collect())),
+        track(["shapes", "fox", "clip"], name_times, TrackValues::Name(vec!["Walk".to_owned()])),
+    ];
+    Animation { name: "turn of colours".to_owned(), duration_s: 0.1 + random.unit(), looping: random.below(2) == 0, tracks }
+}

@@ -1,0 +1,102 @@
+//! The command line of `player`.
+
+use crate::output::FramePath;
+use clap::Parser;
+use std::path::PathBuf;
+
+/// Plays a bundle that `bake run` wrote: light transport computed beforehand, materials free to change.
+///
+/// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
+/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, clamped and sRGB-encoded.
+///
+/// Exit codes: 0 done, 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
+#[derive(Debug, Clone, Parser)]
+#[command(name = "player", version, max_term_width = 120)]
+pub struct Cli {
+    /// Folder of the bundle
+    #[arg(value_name = "DIR", required_unless_present = "list_adapters")]
+    pub folder: Option<PathBuf>,
+    /// Method to play [default: the one the bundle prefers]
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+    /// Animation to play: the name of one in the bundle, or a file that ends in .toml
+    #[arg(long, value_name = "NAME|FILE")]
+    pub animation: Option<String>,
+    /// State to start from: what differs from the scene's defaults
+    #[arg(long, value_name = "STATE.toml")]
+    pub state: Option<PathBuf>,
+    /// GPU adapter to use: any part of its name, in any case [default: the fastest kind there is]
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// List the GPU adapters of this machine and stop
+    #[arg(long)]
+    pub list_adapters: bool,
+    /// Play only what fits in the first N bytes of the bundle's files, in playback order
+    #[arg(long, value_name = "N")]
+    pub bytes: Option<u64>,
+    /// Read at most N bytes a second
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub rate: Option<u64>,
+    /// Render to files, without a window
+    #[arg(long)]
+    pub headless: bool,
+    /// Write PNG frames; the number of the frame replaces %d or %04d
+    #[arg(long, value_name = "OUT/%04d.png")]
+    pub frames: Option<FramePath>,
+    /// Write EXR frames: linear radiance, before exposure
+    #[arg(long, value_name = "OUT/%04d.exr")]
+    pub exr: Option<FramePath>,
+    /// Frames a second of the animation
+    #[arg(long, value_name = "N", default_value = "30", value_parser = parse_fps)]
+    pub fps: f32,
+    /// Number of frames [default: the whole animation once, or 1 without an animation]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub count: Option<u32>,
+    /// Write timings and sizes as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// Write up to 12 evenly spaced frames as one PNG
+    #[arg(long, value_name = "FILE.png")]
+    pub contact_sheet: Option<PathBuf>,
+}
+
+fn parse_fps(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(fps) if fps > 0.0 && fps <= 1e6 => Ok(fps),
+        _ => Err("give a number above 0 and at most 1000000".to_owned()),
+    }
+}
+
+/// clap's report on one line: what is wrong, without the usage that follows it.
+pub fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let report = text.split("\nUsage:").next().unwrap_or(&text);
+    let report = report.split("\nFor more information").next().unwrap_or(report);
+    let flat = report.split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("{}; see `player --help`", flat.strip_prefix("error: ").unwrap_or(&flat))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        use clap::CommandFactory as _;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn usage_errors_take_one_line() {
+        for (arguments, part) in [
+            (vec!["player"], "DIR"),
+            (vec!["player", "d", "--fps", "0"], "above 0"),
+            (vec!["player", "d", "--count", "0"], "--count"),
+            (vec!["player", "d", "--frames", "%d%d.png"], "exactly one"),
+            (vec!["player", "d", "--framse", "%d.png"], "--frames"),
+        ] {
+            let message = one_line(&Cli::try_parse_from(arguments).unwrap_err());
+            assert!(message.contains(part) && !message.contains('\n') && !message.starts_with("error"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Finding and choosing an adapter.
+
+use crate::error::{Error, Result};
+use wgpu::{Adapter, AdapterInfo, DeviceType};
+
+/// Every adapter, the most promising first; never empty.
+fn all() -> Result<Vec<Adapter>> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    if adapters.is_empty() {
+        return Err(Error::Failed("no GPU adapter; install mesa-vulkan-drivers for a software one".to_owned()));
+    }
+    adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+    Ok(adapters)
+}
+
+fn rank(kind: DeviceType) -> u32 {
+    match kind {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    }
+}
+
+fn describe(info: &AdapterInfo) -> String {
+    let kind = match info.device_type {
+        DeviceType::DiscreteGpu => "discrete GPU",
+        DeviceType::IntegratedGpu => "integrated GPU",
+        DeviceType::VirtualGpu => "virtual GPU",
+        DeviceType::Other => "other",
+        DeviceType::Cpu => "CPU",
+    };
+    format!("{} [{kind}, {}]", info.name, info.backend)
+}
+
+/// One line per adapter, in order of preference.
+pub fn list() -> Result<Vec<String>> {
+    Ok(all()?.iter().map(|adapter| describe(&adapter.get_info())).collect())
+}
+
+/// The adapter whose name contains `name` in any case, or the most promising one.
+pub(super) fn choose(name: Option<&str>) -> Result<Adapter> {
+    let adapters = all()?;
+    let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+    let index = pick(&names, name).map_err(|reason| {
+        let there: Vec<_> = adapters.iter().map(|adapter| describe(&adapter.get_info())).collect();
+        Error::Usage(format!("{reason}; this machine has: {}", there.join("; ")))
+    })?;
+    adapters.into_iter().nth(index).ok_or_else(|| Error::Failed("the GPU adapter has gone".to_owned()))
+}
+
+/// Index of the adapter asked for. Equal names are one device behind several drivers, or twins: then the first will do.
+fn pick(names: &[String], wanted: Option<&str>) -> std::result::Result<usize, String> {
+    let Some(wanted) = wanted else { return Ok(0) };
+    let wanted_lower = wanted.to_lowercase();
+    let mut found = names.iter().enumerate().filter(|(_, name)| name.to_lowercase().contains(&wanted_lower));
+    match found.next() {
+        None => Err(format!("no GPU adapter is called `{wanted}`")),
+        Some((_, first)) if found.any(|(_, other)| other != first) => Err(format!("several GPU adapters are called `{wanted}`")),
+        Some((index, _)) => Ok(index),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_match_in_part_and_in_any_case() {
+        let names = ["GeForce RTX 4070", "Radeon 780M", "llvmpipe (LLVM 15)", "Radeon 780M"].map(str::to_owned);
+        assert_eq!(pick(&names, None), Ok(0));
+        assert_eq!(pick(&names, Some("LLVM")), Ok(2));
+        assert_eq!(pick(&names, Some("radeon")), Ok(1), "twins");
+        assert!(pick(&names, Some("r")).unwrap_err().starts_with("several"));
+        assert!(pick(&names, Some("voodoo")).unwrap_err().starts_with("no GPU"));
+    }
+
+    #[test]
+    fn hardware_is_preferred_to_software() {
+        let best_first = [DeviceType::DiscreteGpu, DeviceType::IntegratedGpu, DeviceType::VirtualGpu, DeviceType::Other, DeviceType::Cpu];
+        assert!(best_first.windows(2).all(|w| rank(w[0]) < rank(w[1])));
+    }
+}

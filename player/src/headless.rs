@@ -1,0 +1,163 @@
+//! Playing without a window: frames to files.
+
+use crate::cli::Cli;
+use crate::controls::{PlacedAnimation, PlacedState};
+use crate::error::{Error, Result};
+use crate::output::{ContactSheet, display_value, encode_exr, encode_png, write_whole};
+use crate::session::{AnimationChoice, Frame, Progress, Request, Session};
+use crate::stats::{Appearance, Recorder};
+use crate::stream::Limits;
+use indicatif::{ProgressBar, ProgressStyle};
+use relume_formats::Place;
+use relume_formats::state::{Animation, Rgb, State};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long to sleep when nothing has arrived.
+const NAP: Duration = Duration::from_millis(1);
+
+const WHAT_TO_ADD: &str = "--frames 'OUT/%04d.png', --exr 'OUT/%04d.exr', --contact-sheet FILE.png or --stats FILE.json";
+
+/// Plays as `cli` says, until done or `interrupted` is set.
+pub fn play(cli: &Cli, interrupted: &AtomicBool) -> Result<()> {
+    let started = Instant::now();
+    check_usage(cli)?;
+    let mut session = Session::start(request(cli)?)?;
+    let appearance = load(&mut session, started, interrupted, |session| frame_count(cli, session).map(|_| ()))?;
+    let count = frame_count(cli, &session)?;
+    let recorder = render_frames(cli, &mut session, count, interrupted)?;
+    match &cli.stats {
+        Some(path) => write_whole(path, &recorder.finish(&session, appearance)?),
+        None => Ok(()),
+    }
+}
+
+fn check_usage(cli: &Cli) -> Result<()> {
+    let writes_something = cli.frames.is_some() || cli.exr.is_some() || cli.contact_sheet.is_some() || cli.stats.is_some();
+    match (cli.headless, writes_something) {
+        (false, _) => Err(Error::Usage(format!("this version plays headless only; add --headless and {WHAT_TO_ADD}"))),
+        (true, false) => Err(Error::Usage(format!("nothing to write; add {WHAT_TO_ADD}"))),
+        (true, true) => Ok(()),
+    }
+}
+
+fn request(cli: &Cli) -> Result<Request<'_>> {
+    let state = match &cli.state {
+        None => PlacedState { state: State::default(), place: Place::file("defaults") },
+        Some(path) => PlacedState { state: State::read_file(path)?, place: Place::file(path) },
+    };
+    let animation = match cli.animation.as_deref() {
+        Some(file) if file.ends_with(".toml") => {
+            let place = Place::file(file);
+            Some(AnimationChoice::Own(PlacedAnimation { animation: Animation::read_file(Path::new(file))?, place }))
+        }
+        other => other.map(AnimationChoice::Named),
+    };
+    Ok(Request {
+        folder: cli.folder.as_deref().unwrap_or(Path::new(".")),
+        method: cli.method.as_deref(),
+        state,
+        animation,
+        adapter: cli.adapter.as_deref(),
+        limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },
+    })
+}
+
+/// Takes in everything that comes, rendering once as soon as anything can be seen and once at the end. `check` sees the session when the
+/// controls are known, before the long part of the wait.
+pub(crate) fn load(
+    session: &mut Session,
+    started: Instant,
+    interrupted: &AtomicBool,
+    check: impl Fn(&Session) -> Result<()>,
+) -> Result<Appearance> {
+    let mut appearance = Appearance::default();
+    let mut checked = false;
+    loop {
+        stop_if(interrupted)?;
+        let progress = session.advance()?;
+        if !checked && session.controls().is_some() {
+            check(session)?;
+            checked = true;
+        }
+        match progress {
+            Progress::Waiting => std::thread::sleep(NAP),
+            Progress::Arrived if appearance.first_s.is_none() && session.is_ready() => {
+                session.render(0.0)?;
+                appearance.first_s = Some(started.elapsed().as_secs_f64());
+            }
+            Progress::Arrived => {}
+            Progress::Loaded { complete: false } => return Ok(appearance),
+            Progress::Loaded { complete: true } => {
+                session.render(0.0)?;
+                appearance.full_s = Some(started.elapsed().as_secs_f64());
+                return Ok(appearance);
+            }
+        }
+    }
+}
+
+fn stop_if(interrupted: &AtomicBool) -> Result<()> {
+    if interrupted.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// How many frames to render. Fails if their names would be the same.
+fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
+    let of_animation = session.controls().map_or(1, |controls| controls.frame_count(cli.fps));
+    let count = cli.count.map_or(of_animation, |count| count as usize);
+    let plain = cli.frames.iter().chain(&cli.exr).find(|path| !path.is_numbered());
+    match plain {
+        Some(path) if count > 1 => {
+            let name = path.of(0).display().to_string();
+            Err(Error::Usage(format!("`{name}` would be overwritten by each of {count} frames; put %04d into the name, or add --count 1")))
+        }
+        _ => Ok(count),
+    }
+}
+
+fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupted: &AtomicBool) -> Result<Recorder> {
+    let size = session.images()?.size();
+    let bar = progress_bar(count);
+    let mut recorder = Recorder::default();
+    let mut sheet = ContactSheet::new(count);
+    for index in 0..count {
+        stop_if(interrupted)?;
+        let frame = session.render(index as f64 / f64::from(cli.fps))?;
+        recorder.add(&frame);
+        write_frame(cli, size, index, &frame, &mut sheet)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    if let Some(path) = &cli.contact_sheet {
+        write_whole(path, &sheet.encode()?)?;
+    }
+    Ok(recorder)
+}
+
+fn write_frame(cli: &Cli, size: [u32; 2], index: usize, frame: &Frame, sheet: &mut ContactSheet) -> Result<()> {
+    if let Some(path) = &cli.exr {
+        write_whole(&path.of(index), &encode_exr(size, &frame.radiance)?)?;
+    }
+    let on_sheet = cli.contact_sheet.is_some() && sheet.wants(index);
+    if cli.frames.is_none() && !on_sheet {
+        return Ok(());
+    }
+    let display: Vec<Rgb> = frame.radiance.iter().map(|radiance| display_value(*radiance, frame.exposure_ev)).collect();
+    if on_sheet {
+        sheet.add(size, &display);
+    }
+    match &cli.frames {
+        Some(path) => write_whole(&path.of(index), &encode_png(size, &display)?),
+        None => Ok(()),
+    }
+}
+
+/// A bar on a terminal's stderr; nothing elsewhere, and nothing for a single frame.
+fn progress_bar(count: usize) -> ProgressBar {
+    if count < 2 {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} frame {pos} of {len}, {eta} left");
+    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

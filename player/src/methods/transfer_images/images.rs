@@ -1,0 +1,208 @@
+//! The GPU objects of one bake: images, film, and the dispatches between them.
+
+use super::SHADER;
+use super::bands::{self, Band, FILM_BYTES};
+use super::gpu_data::Dispatch;
+use super::storage::{Storage, padded};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use relume_formats::container::Section;
+use relume_formats::evaluate::transfer_images::coefficients;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::transfer_images::{Head, Layout};
+use relume_formats::state::BlinnPhong;
+use relume_formats::{Error as FormatError, Place};
+use std::collections::BTreeMap;
+use wgpu::BufferUsages;
+
+/// Invocations of a workgroup, as in the shader.
+const WORKGROUP: u32 = 64;
+
+/// All that is needed to play a bake. Images may still be missing.
+pub struct Images {
+    head: Head,
+    layout: Layout,
+    basis: BrdfBasis,
+    place: Place,
+    storage: Storage,
+    /// By slot: whether its image is there.
+    present: Vec<bool>,
+    /// By chunk.
+    halves: Vec<wgpu::Buffer>,
+    coefficients: wgpu::Buffer,
+    /// By band.
+    film: Vec<wgpu::Buffer>,
+    pipeline: wgpu::ComputePipeline,
+    dispatches: Vec<Work>,
+}
+
+/// One dispatch: a band × a chunk.
+struct Work {
+    bindings: wgpu::BindGroup,
+    workgroups: [u32; 2],
+}
+
+impl Images {
+    /// Makes room for the images that `head` announces.
+    pub(super) fn new(gpu: &Gpu, head: Head, basis: BrdfBasis, place: Place) -> Result<Self> {
+        let layout = head.layout();
+        let storage = Storage::arrange(&head, &layout, gpu.binding_bytes).map_err(|bytes| {
+            let reason =
+                format!("an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size", gpu.info.name, gpu.binding_bytes);
+            FormatError::unsupported(&place, reason)
+        })?;
+        let bands = bands::cut(&head, gpu.binding_bytes);
+        let table_bytes = ((layout.materials + 1) * layout.slots.len() * size_of::<[f32; 4]>()) as u64;
+        let storage_usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let film_usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        let mut images = Self {
+            present: vec![false; layout.slots.len()],
+            halves: storage.chunks.iter().map(|chunk| gpu.buffer("images", chunk.bytes, storage_usage)).collect(),
+            coefficients: gpu.buffer("coefficients", table_bytes, storage_usage),
+            film: bands.iter().map(|band| gpu.buffer("film", band.pixels.len() as u64 * FILM_BYTES, film_usage)).collect(),
+            pipeline: pipeline(gpu),
+            dispatches: Vec::new(),
+            head,
+            layout,
+            basis,
+            place,
+            storage,
+        };
+        images.dispatches = images.work(gpu, &bands);
+        Ok(images)
+    }
+
+    /// The dispatches of a frame: band by band, every chunk in order, for later chunks add to what earlier ones left.
+    fn work(&self, gpu: &Gpu, bands: &[Band]) -> Vec<Work> {
+        let slots = gpu.storage("slots", &self.storage.slots);
+        let mut all = Vec::new();
+        for (band, film) in bands.iter().zip(&self.film) {
+            let starts = gpu.storage("fragment starts", &band.starts);
+            let fragments = gpu.storage("fragments", &band.fragments);
+            for (index, (chunk, halves)) in self.storage.chunks.iter().zip(&self.halves).enumerate() {
+                let dispatch = Dispatch {
+                    pixels: band.pixels.len() as u32,
+                    first_slot: chunk.slots.start as u32,
+                    end_slot: chunk.slots.end as u32,
+                    slots: self.layout.slots.len() as u32,
+                    accumulate: u32::from(index > 0),
+                };
+                let uniform = gpu.buffer("dispatch", size_of::<Dispatch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+                gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
+                let buffers = [&uniform, &slots, &self.coefficients, halves, &starts, &fragments, film];
+                all.push(Work { bindings: bind(gpu, &self.pipeline, &buffers), workgroups: workgroups(gpu, dispatch.pixels) });
+            }
+        }
+        all
+    }
+
+    /// Writes the image in `section` into its place.
+    pub(super) fn image_arrived(&mut self, gpu: &Gpu, section: &Section) -> Result<()> {
+        let image = self.head.decode_image(&self.layout, section)?;
+        let slot = &self.storage.slots[image.slot];
+        let chunk = self.storage.chunks.iter().position(|chunk| chunk.slots.contains(&image.slot));
+        if let Some(halves) = chunk.and_then(|chunk| self.halves.get(chunk)) {
+            let planes = padded(&image.values, slot.fragments as usize);
+            gpu.write(halves, 2 * u64::from(slot.offset), bytemuck::cast_slice(&planes));
+        }
+        self.present[image.slot] = true;
+        gpu.check()
+    }
+
+    /// Uploads the coefficients of `materials`, by name.
+    pub(super) fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, BlinnPhong>) -> Result<()> {
+        let current = |name: &String| {
+            let missing =
+                || FormatError::invalid(&self.place, format!("edits material `{name}`, which the scene does not have; bake it again"));
+            materials.get(name).copied().ok_or_else(missing)
+        };
+        let current = self.head.meta.materials.iter().map(current).collect::<relume_formats::Result<Vec<_>>>()?;
+        let mut table = coefficients(&self.head, &self.layout, &self.basis, &current);
+        for row in table.chunks_exact_mut(self.present.len()) {
+            for (factor, _) in row.iter_mut().zip(&self.present).filter(|(_, present)| !**present) {
+                *factor = [0.0; 3];
+            }
+        }
+        let table: Vec<[f32; 4]> = table.iter().map(|c| [c[0], c[1], c[2], 0.0]).collect();
+        gpu.queue.write_buffer(&self.coefficients, 0, bytemuck::cast_slice(&table));
+        Ok(())
+    }
+
+    /// Encodes the pass that fills the film.
+    pub(super) fn encode(&self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sum slots"), timestamp_writes: timestamps });
+        pass.set_pipeline(&self.pipeline);
+        for work in &self.dispatches {
+            pass.set_bind_group(0, &work.bindings, &[]);
+            pass.dispatch_workgroups(work.workgroups[0], work.workgroups[1], 1);
+        }
+    }
+
+    /// Film size in pixels, width and height.
+    pub fn size(&self) -> [u32; 2] {
+        self.head.meta.size
+    }
+
+    /// Names of the materials that may change.
+    pub fn materials(&self) -> &[String] {
+        &self.head.meta.materials
+    }
+
+    /// The film, row by row over all buffers: linear radiance as four floats a pixel, the fourth unused.
+    pub fn film(&self) -> &[wgpu::Buffer] {
+        &self.film
+    }
+
+    /// Slots whose images have not arrived.
+    pub fn missing(&self) -> Vec<usize> {
+        self.present.iter().enumerate().filter(|(_, present)| !**present).map(|(slot, _)| slot).collect()
+    }
+
+    /// Whether any image has arrived.
+    pub fn any_present(&self) -> bool {
+        self.present.contains(&true)
+    }
+
+    /// Bytes of images that a pass reads.
+    pub fn bytes_per_frame(&self) -> u64 {
+        self.layout.slots.iter().map(|slot| 2 * (slot.channels() * self.head.fragments_of(slot)) as u64).sum()
+    }
+
+    /// The file that the images come from.
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+}
+
+fn pipeline(gpu: &Gpu) -> wgpu::ComputePipeline {
+    let module = gpu
+        .device
+        .create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sum.wgsl"), source: wgpu::ShaderSource::Wgsl(SHADER.into()) });
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("sum slots"),
+        layout: None,
+        module: &module,
+        entry_point: Some("sum_slots"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}
+
+/// Binds `buffers` in the order of the shader's bindings.
+fn bind(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("sum slots"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &(0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect::<Vec<_>>(),
+    })
+}
+
+/// Workgroups for `pixels` invocations, in two dimensions where one does not reach.
+fn workgroups(gpu: &Gpu, pixels: u32) -> [u32; 2] {
+    let groups = pixels.div_ceil(WORKGROUP);
+    let rows = groups.div_ceil(gpu.workgroups_per_dimension);
+    [groups.div_ceil(rows), rows]
+}

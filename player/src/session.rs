@@ -1,0 +1,256 @@
+//! A bundle being played: what has arrived, what is set, and the frames that follow.
+
+use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, Readback, Timer};
+use crate::methods::transfer_images::{Images, TransferImages, decode_all};
+use crate::stream::{Arrival, Event, Limits, Playlist, Source};
+use relume_formats::container::{Kind, Section};
+use relume_formats::kinds::{StoredScene, scene};
+use relume_formats::state::{Animation, Rgb};
+use relume_formats::{Error as FormatError, Place};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::Instant;
+
+/// What to play.
+#[derive(Debug)]
+pub struct Request<'a> {
+    /// Folder of the bundle.
+    pub folder: &'a Path,
+    /// Method, or the preferred one.
+    pub method: Option<&'a str>,
+    /// State to start from.
+    pub state: PlacedState,
+    /// Animation to play.
+    pub animation: Option<AnimationChoice<'a>>,
+    /// Adapter to use, or the most promising one.
+    pub adapter: Option<&'a str>,
+    /// How much may be read, and how fast.
+    pub limits: Limits,
+}
+
+/// Where an animation comes from.
+#[derive(Debug)]
+pub enum AnimationChoice<'a> {
+    /// One of the bundle's, by name.
+    Named(&'a str),
+    /// The user's own.
+    Own(PlacedAnimation),
+}
+
+/// How loading stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing new; the caller may do something else for a moment.
+    Waiting,
+    /// Something new arrived.
+    Arrived,
+    /// Everything that will come is there.
+    Loaded {
+        /// Whether that is the whole bundle, or the prefix that was asked for.
+        complete: bool,
+    },
+}
+
+/// One rendered frame and its cost.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// Linear radiance, row by row, W/(sr·m²).
+    pub radiance: Vec<Rgb>,
+    /// Exposure that goes with it.
+    pub exposure_ev: f32,
+    /// Updating coefficients, encoding and submitting, in milliseconds.
+    pub cpu_ms: f64,
+    /// The pass on the GPU, in milliseconds, where the device tells.
+    pub gpu_ms: Option<f64>,
+}
+
+/// A bundle being played.
+pub struct Session {
+    source: Source,
+    gpu: Gpu,
+    method_name: String,
+    method: TransferImages,
+    /// Sections of the small file that is arriving.
+    pending: Vec<Section>,
+    scene: Option<scene::Meta>,
+    state: PlacedState,
+    animation: Option<PlacedAnimation>,
+    waits_for_animation: bool,
+    controls: Option<Controls>,
+    timer: Option<Timer>,
+    readback: Option<Readback>,
+}
+
+impl Session {
+    /// Opens the bundle and the GPU; sections arrive from now on.
+    pub fn start(request: Request<'_>) -> Result<Self> {
+        let (name, animation) = match request.animation {
+            None => (None, None),
+            Some(AnimationChoice::Named(name)) => (Some(name), None),
+            Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
+        };
+        let playlist = Playlist::of(request.folder, request.method, name)?;
+        let method_name = playlist.method.clone();
+        let source = Source::start(playlist, request.limits)?;
+        let gpu = Gpu::open(request.adapter)?;
+        Ok(Self {
+            source,
+            timer: Timer::new(&gpu),
+            gpu,
+            method_name,
+            method: TransferImages::default(),
+            pending: Vec::new(),
+            scene: None,
+            state: request.state,
+            animation,
+            waits_for_animation: name.is_some(),
+            controls: None,
+            readback: None,
+        })
+    }
+
+    /// Takes in the next section, if there is one. Never waits for the source.
+    pub fn advance(&mut self) -> Result<Progress> {
+        match self.source.poll()? {
+            Event::Waiting => Ok(Progress::Waiting),
+            Event::Section(arrival) => self.section_arrived(arrival).map(|()| Progress::Arrived),
+            Event::End { complete } => self.check_loaded(complete).map(|()| Progress::Loaded { complete }),
+        }
+    }
+
+    fn section_arrived(&mut self, arrival: Arrival) -> Result<()> {
+        match arrival.kind {
+            Kind::Scene => {
+                if let Some(sections) = self.collect(arrival) {
+                    self.scene = Some(decode_all::<StoredScene>(sections)?.meta);
+                }
+            }
+            Kind::Animation => {
+                let place = arrival.section.place.clone();
+                if let Some(sections) = self.collect(arrival) {
+                    self.animation = Some(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
+                }
+            }
+            Kind::BrdfBasis | Kind::TransferImages => {
+                let known = self.method.images().is_some();
+                self.method.section_arrived(&self.gpu, arrival)?;
+                if let Some(images) = self.method.images().filter(|_| !known) {
+                    self.check_same_bake(images)?;
+                }
+            }
+        }
+        self.set_up_controls()
+    }
+
+    /// Keeps a section of a small file until the last one is there, then hands out all.
+    fn collect(&mut self, arrival: Arrival) -> Option<Vec<Section>> {
+        self.pending.push(arrival.section);
+        arrival.last.then(|| std::mem::take(&mut self.pending))
+    }
+
+    fn set_up_controls(&mut self) -> Result<()> {
+        let animation_is_known = self.animation.is_some() || !self.waits_for_animation;
+        if let Some(scene) = self.scene.as_ref().filter(|_| self.controls.is_none() && animation_is_known) {
+            self.controls = Some(Controls::new(scene, &self.state, self.animation.take())?);
+        }
+        Ok(())
+    }
+
+    /// Files of different bakes can each be sound and yet not fit together.
+    fn check_same_bake(&self, images: &Images) -> Result<()> {
+        let Some(scene) = &self.scene else { return Ok(()) };
+        let varying: BTreeSet<_> = scene.materials.iter().filter(|m| m.varies).map(|m| &m.name).collect();
+        if scene.size != images.size() || varying != images.materials().iter().collect() {
+            let reason = "film size or editable materials differ from the scene file's; the files are of different bakes, bake it again";
+            return Err(FormatError::invalid(images.place(), reason).into());
+        }
+        Ok(())
+    }
+
+    fn check_loaded(&self, complete: bool) -> Result<()> {
+        let missing = self.images()?.missing().len();
+        if self.controls.is_none() || !self.is_ready() || (complete && missing > 0) {
+            let reason = format!("{missing} images are missing; bake it again");
+            return Err(FormatError::invalid(self.images()?.place(), reason).into());
+        }
+        Ok(())
+    }
+
+    /// Whether a frame can be rendered, if only a coarse one.
+    pub fn is_ready(&self) -> bool {
+        self.controls.is_some() && self.method.images().is_some_and(Images::any_present)
+    }
+
+    /// The controls, once the scene is there.
+    pub fn controls(&self) -> Option<&Controls> {
+        self.controls.as_ref()
+    }
+
+    /// The images and what is known of them.
+    pub fn images(&self) -> Result<&Images> {
+        self.method.images().ok_or_else(|| {
+            let reason = format!("no file of kind `{}` came; bake it again", Kind::TransferImages.name());
+            FormatError::invalid(&Place::file(relume_formats::kinds::manifest::FILE_NAME), reason).into()
+        })
+    }
+
+    /// Renders the frame at `time_s` with what has arrived, and waits for it.
+    pub fn render(&mut self, time_s: f64) -> Result<Frame> {
+        let Some(controls) = &self.controls else { return Err(Error::Failed("nothing has arrived that could be rendered".to_owned())) };
+        let look = controls.look_at(time_s)?;
+        let readback = match self.readback.take() {
+            Some(readback) => readback,
+            None => Readback::new(&self.gpu, self.images()?.film()),
+        };
+        let started = Instant::now();
+        self.submit_pass(&look)?;
+        let cpu_ms = started.elapsed().as_secs_f64() * 1e3;
+        let gpu_ms = self.timer.as_ref().map(|timer| timer.read_ms(&self.gpu)).transpose()?;
+        let radiance = self.read_film(&readback)?;
+        self.readback = Some(readback);
+        Ok(Frame { radiance, exposure_ev: look.exposure_ev, cpu_ms, gpu_ms })
+    }
+
+    fn submit_pass(&self, look: &Look) -> Result<()> {
+        self.method.update(&self.gpu, &look.materials)?;
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        self.method.encode(&mut encoder, self.timer.as_ref().map(Timer::writes));
+        if let Some(timer) = &self.timer {
+            timer.encode(&mut encoder);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn read_film(&self, readback: &Readback) -> Result<Vec<Rgb>> {
+        let film = self.images()?.film();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
+        readback.encode(&mut encoder, film);
+        self.gpu.queue.submit([encoder.finish()]);
+        let mut radiance = Vec::new();
+        readback.read(&self.gpu, |bytes| {
+            radiance.extend(bytes.as_chunks::<16>().0.iter().map(|pixel| {
+                let [r, g, b, _] = bytemuck::cast::<[u8; 16], [f32; 4]>(*pixel);
+                [r, g, b]
+            }));
+        })?;
+        Ok(radiance)
+    }
+
+    /// Name of the method that plays.
+    pub fn method_name(&self) -> &str {
+        &self.method_name
+    }
+
+    /// What the adapter says of itself.
+    pub fn adapter(&self) -> &wgpu::AdapterInfo {
+        &self.gpu.info
+    }
+
+    /// Bytes read from the bundle's files so far.
+    pub fn bytes_streamed(&self) -> u64 {
+        self.source.bytes()
+    }
+}

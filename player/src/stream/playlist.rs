@@ -1,0 +1,119 @@
+//! Which files of a bundle are played, and in which order.
+//!
+//! The scene comes first, then the animation, which is small and without which not even the first frame is known, then the files of the
+//! method in the order of the manifest, the images last.
+
+use super::throttle::{Pace, Throttle};
+use crate::error::{Error, Result};
+use crate::methods::transfer_images;
+use relume_formats::container::{Kind, Reader, Stored, open};
+use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest};
+use relume_formats::kinds::transfer_images::HEAD_SECTIONS;
+use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::state::Animation;
+use relume_formats::{Error as FormatError, Place};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// One file to play.
+#[derive(Debug, Clone)]
+pub struct Item {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What the manifest says it holds.
+    pub kind: Kind,
+    /// How long the manifest says it is.
+    pub bytes: u64,
+}
+
+/// The files to play, in playback order.
+#[derive(Debug, Clone)]
+pub struct Playlist {
+    /// The files.
+    pub items: Vec<Item>,
+    /// Name of the method that plays them.
+    pub method: String,
+}
+
+impl Playlist {
+    /// The playlist of the bundle in `folder`: for the method called `method` or the preferred one, with the named animation if any.
+    pub fn of(folder: &Path, method: Option<&str>, animation: Option<&str>) -> Result<Self> {
+        let manifest = Manifest::read(folder)?;
+        let place = Place::file(folder.join(FILE_NAME));
+        let method = manifest.method(method, folder)?;
+        if method.name != transfer_images::NAME {
+            let reason = format!("method `{}` is unknown to this player, which plays {}", method.name, transfer_images::NAME);
+            return Err(FormatError::unsupported(&place, reason).into());
+        }
+        let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, bytes: entry.bytes };
+        let mut items = vec![item(Kind::Scene, &manifest.scene_file)];
+        if let Some(name) = animation {
+            items.push(item(Kind::Animation, animation_entry(&manifest, name)?));
+        }
+        for (kind, entry) in &method.files {
+            let kind = Kind::ALL
+                .into_iter()
+                .find(|k| k.name() == kind)
+                .ok_or_else(|| FormatError::unsupported(&place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
+            items.push(item(kind, entry));
+        }
+        Ok(Self { items, method: method.name.clone() })
+    }
+
+    /// Length of the shortest prefix that shows anything: every small file, and the images up to the first.
+    pub fn least_bytes(&self) -> Result<u64> {
+        let (mut start, mut needed) = (0, 0);
+        for item in &self.items {
+            needed = start + item.least_bytes()?;
+            start += item.bytes;
+        }
+        Ok(needed)
+    }
+}
+
+fn animation_entry<'a>(manifest: &'a Manifest, name: &str) -> Result<&'a FileEntry> {
+    manifest.animations.get(name).ok_or_else(|| {
+        let there: Vec<_> = manifest.animations.keys().map(String::as_str).collect();
+        let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
+        Error::Usage(format!("no animation `{name}`; this bundle has: {there} (a file must end in .toml)"))
+    })
+}
+
+impl Item {
+    /// Opens the file, which must be as long and of the kind that the manifest says.
+    pub(super) fn open<'a>(&self, pace: &'a mut Pace) -> relume_formats::Result<Reader<Throttle<'a, File>>> {
+        let place = Place::file(&self.path);
+        let file = File::open(&self.path).map_err(|e| FormatError::io(&place, e))?;
+        let length = file.metadata().map_err(|e| FormatError::io(&place, e))?.len();
+        if length != self.bytes {
+            let reason =
+                format!("has {length} bytes where {FILE_NAME} says {}; it is cut short or of another bake, bake it again", self.bytes);
+            return Err(FormatError::invalid(&place, reason));
+        }
+        let reader = Reader::new(Throttle { input: file, pace }, length, place.clone())?;
+        reader.header().expect_kind(self.kind, version_of(self.kind), &place)?;
+        if reader.header().sections.is_empty() {
+            return Err(FormatError::invalid(&place, "holds no sections; bake it again"));
+        }
+        Ok(reader)
+    }
+
+    fn least_bytes(&self) -> Result<u64> {
+        if self.kind != Kind::TransferImages {
+            return Ok(self.bytes);
+        }
+        let reader = open(&self.path)?;
+        let first_image = reader.header().sections.get(HEAD_SECTIONS);
+        Ok(first_image.map_or(self.bytes, |info| info.offset + info.stored_bytes))
+    }
+}
+
+/// The version of each kind that this player reads.
+fn version_of(kind: Kind) -> u32 {
+    match kind {
+        Kind::Scene => StoredScene::VERSION,
+        Kind::Animation => Animation::VERSION,
+        Kind::BrdfBasis => BrdfBasis::VERSION,
+        Kind::TransferImages => TransferImages::VERSION,
+    }
+}

@@ -1,0 +1,233 @@
+//! The binary as a user meets it: exit codes, one-line errors, and the files it writes.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::path::Path;
+use std::process::{Command, Output};
+use support::Bundle;
+
+fn player(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_player")).args(arguments).output().unwrap()
+}
+
+fn gpu_there() -> bool {
+    support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))
+}
+
+/// Runs with `--headless` on `folder`; in `arguments`, `@` stands for the folder too.
+fn headless(folder: &Path, arguments: &[&str]) -> Output {
+    let folder = folder.to_str().unwrap();
+    let arguments: Vec<String> = arguments.iter().map(|a| a.replace('@', folder)).collect();
+    player(&[&[folder, "--headless"], arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice()].concat())
+}
+
+#[track_caller]
+fn expect_error(output: &Output, code: i32, part: &str) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{stderr}");
+    assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(part), "{stderr}");
+}
+
+#[track_caller]
+fn expect_success(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn exr(path: &Path) -> Vec<[f32; 3]> {
+    use exr::prelude::*;
+    read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| vec![[0.0; 3]; size.area()],
+            |pixels, at, (r, g, b): (f32, f32, f32)| pixels[at.y() * support::SIZE[0] as usize + at.x()] = [r, g, b],
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap()
+        .layer_data
+        .channel_data
+        .pixels
+}
+
+fn stats(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn help_and_usage() {
+    let help = player(&["--help"]);
+    expect_success(&help);
+    let text = String::from_utf8(help.stdout).unwrap();
+    for flag in ["--bytes", "--rate", "--headless", "--contact-sheet", "Exit codes"] {
+        assert!(text.contains(flag), "{text}");
+    }
+    let bundle = Bundle::write(true);
+    let folder = bundle.folder().to_str().unwrap();
+    expect_error(&player(&[]), 2, "DIR");
+    expect_error(&player(&[folder]), 2, "headless only; add --headless and --frames");
+    expect_error(&player(&[folder, "--frames", "f.png"]), 2, "headless only");
+    expect_error(&headless(bundle.folder(), &[]), 2, "nothing to write");
+    expect_error(&headless(bundle.folder(), &["--frames", "%d/%d.png"]), 2, "exactly one %d");
+    expect_error(&headless(bundle.folder(), &["--frames", "@/f.png", "--colour"]), 2, "--colour");
+}
+
+#[test]
+fn bad_input() {
+    let bundle = Bundle::write(true);
+    let frames = ["--frames", "@/f.png"];
+    let with = |more: &[&str]| headless(bundle.folder(), &[&frames, more].concat());
+    expect_error(&headless(Path::new("no/such/folder"), &frames), 2, "holds no bundle");
+    expect_error(&with(&["--method", "photon-volume"]), 2, "this bundle has: transfer-images");
+    expect_error(&with(&["--animation", "gloom"]), 2, "this bundle has: glow");
+    expect_error(&with(&["--animation", "@/gloom.toml"]), 2, "gloom.toml");
+    expect_error(&with(&["--state", "@/absent.toml"]), 2, "absent.toml");
+    if !gpu_there() {
+        return;
+    }
+    std::fs::write(bundle.folder().join("state.toml"), "[materials.fixed]\nshininess = 3.0").unwrap();
+    expect_error(&with(&["--state", "@/state.toml"]), 2, "state.toml: sets material `fixed`");
+    std::fs::write(bundle.folder().join("wild.toml"), "duration_s = 1.0\n[[key]]\nt_s = 0.9\nmaterials.a.shininess = 900").unwrap();
+    expect_error(&with(&["--animation", "@/wild.toml", "--count", "1"]), 2, "shininess 900");
+    expect_error(&with(&["--animation", "glow"]), 2, "each of 15 frames");
+    expect_error(&with(&["--adapter", "no such thing"]), 2, "this machine has: ");
+    assert!(!bundle.folder().join("f.png").exists());
+}
+
+#[test]
+fn no_adapter_is_a_failure_that_names_the_remedy() {
+    let bundle = Bundle::write(true);
+    let output = Command::new(env!("CARGO_BIN_EXE_player"))
+        .args(["--headless", "--frames", "never.png"])
+        .arg(bundle.folder())
+        // The Vulkan loader then finds no driver.
+        .env("VK_ICD_FILENAMES", "/dev/null")
+        .env("VK_DRIVER_FILES", "/dev/null")
+        .output()
+        .unwrap();
+    if cfg!(target_os = "linux") {
+        expect_error(&output, 1, "no GPU adapter; install mesa-vulkan-drivers for a software one");
+    }
+}
+
+#[test]
+fn truncated_and_damaged_files() {
+    if !gpu_there() {
+        return;
+    }
+    for name in ["scene.relume", "glow.relume", "basis.relume", "images.relume"] {
+        let bundle = Bundle::write(true);
+        let path = bundle.folder().join(name);
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 7]).unwrap();
+        let play = || headless(bundle.folder(), &["--animation", "glow", "--frames", "@/%d.png"]);
+        expect_error(&play(), 2, "cut short");
+        let mut damaged = bytes.clone();
+        *damaged.last_mut().unwrap() ^= 1;
+        std::fs::write(&path, damaged).unwrap();
+        expect_error(&play(), 2, "checksum");
+        std::fs::remove_file(&path).unwrap();
+        expect_error(&play(), 2, name);
+        assert!(!bundle.folder().join("0.png").exists());
+    }
+}
+
+#[test]
+fn an_animation_becomes_frames_a_sheet_and_statistics() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let files = ["--frames", "@/png/f%03d.png", "--exr", "@/deep/er/%d.exr", "--contact-sheet", "@/sheet.png", "--stats", "@/s.json"];
+    expect_success(&headless(bundle.folder(), &[&files[..], &["--animation", "glow", "--fps", "8"]].concat()));
+    let at = |name: &str| bundle.folder().join(name);
+    assert!(at("png/f003.png").exists() && !at("png/f004.png").exists() && !at("deep/er/4.exr").exists());
+    // Frame 1 is at 1/8 s, halfway to the key at 0.25 s.
+    let mut materials = support::default_materials();
+    materials[0].kd = [0.3, 0.2, 0.15];
+    let expected = bundle.evaluate(&materials, |_| true);
+    let radiance = exr(&at("deep/er/1.exr"));
+    assert!(support::largest_difference(&radiance, &expected) <= 1e-5);
+    // PNG = sRGB(clamp(2^ev · L)), the scene's exposure being 0.5; one step apart where rounding falls on a boundary.
+    let png = image::open(at("png/f001.png")).unwrap().to_rgb8();
+    for (pixel, radiance) in png.pixels().zip(&radiance) {
+        for (byte, value) in pixel.0.iter().zip(radiance) {
+            let linear = (f64::from(*value) * 2_f64.sqrt()).clamp(0.0, 1.0);
+            let srgb = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            assert!((f64::from(*byte) - 255.0 * srgb).abs() <= 0.501, "{byte} for {value}");
+        }
+    }
+    let sheet = image::open(at("sheet.png")).unwrap();
+    assert_eq!((sheet.width(), sheet.height()), (2 * (37 + 4) + 4, 2 * (23 + 4) + 4));
+    let stats = stats(&at("s.json"));
+    assert_eq!(
+        (&stats["frames"], &stats["method"], &stats["bytes_streamed"]),
+        (&4.into(), &"transfer-images".into(), &bundle.playlist_bytes().into())
+    );
+    assert_eq!((&stats["size"], stats["missing_slots"].as_array().unwrap().len()), (&serde_json::json!([37, 23]), 0));
+    assert!(
+        stats["cpu_ms"]["median"].as_f64().unwrap() > 0.0 && stats["gpu_ms"].is_null() || stats["gpu_ms"]["p95"].as_f64().unwrap() > 0.0
+    );
+    assert!(stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap());
+    let temporary = std::fs::read_dir(at("png")).unwrap().filter(|e| !e.as_ref().unwrap().path().to_string_lossy().ends_with(".png"));
+    assert_eq!(temporary.count(), 0);
+}
+
+#[test]
+fn a_prefix_plays_what_it_holds() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let play = |bytes: u64| headless(bundle.folder(), &["--bytes", &bytes.to_string(), "--exr", "@/p.exr", "--stats", "@/s.json"]);
+    let all: u64 = bundle.playlist_bytes() - bundle.manifest.animations["glow"].bytes;
+    expect_success(&play(all - bundle.manifest.methods[0].files[1].1.bytes / 2));
+    let stats = stats(&bundle.folder().join("s.json"));
+    let missing: Vec<u64> = stats["missing_slots"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect();
+    let slots = bundle.images.images.len();
+    assert!((1..slots).contains(&missing.len()) && stats["time_to_full_quality_s"].is_null());
+    assert!(stats["bytes_streamed"].as_u64().unwrap() < all);
+    // The last images of the file are those that are missing.
+    let mut last: Vec<u64> = bundle.images.images[slots - missing.len()..].iter().map(|image| image.slot as u64).collect();
+    last.sort_unstable();
+    assert_eq!(missing, last);
+    let expected = bundle.evaluate(&support::default_materials(), |slot| !missing.contains(&(slot as u64)));
+    assert!(support::largest_difference(&exr(&bundle.folder().join("p.exr")), &expected) <= 1e-5);
+    expect_error(&play(1000), 2, "give at least");
+    expect_success(&play(all));
+}
+
+#[test]
+fn adapters_are_listed_and_found() {
+    if !gpu_there() {
+        return;
+    }
+    let list = player(&["--list-adapters"]);
+    expect_success(&list);
+    let text = String::from_utf8(list.stdout).unwrap();
+    let name = text.lines().next().unwrap().split(" [").next().unwrap().to_uppercase();
+    let bundle = Bundle::write(false);
+    expect_success(&headless(bundle.folder(), &["--adapter", &name, "--frames", "@/f.png", "--count", "1"]));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_it_with_130() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_player"))
+        .arg(bundle.folder())
+        // At this rate loading would take minutes.
+        .args(["--headless", "--rate", "100", "--exr", "never.exr"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success() && child.try_wait().unwrap().is_none());
+    expect_error(&child.wait_with_output().unwrap(), 130, "interrupted");
+}

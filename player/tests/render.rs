@@ -1,0 +1,58 @@
+//! `render_once` against the CPU evaluation.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use relume_formats::Place;
+use relume_formats::state::{State, parse_toml};
+use support::Bundle;
+
+fn gpu_there() -> bool {
+    support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))
+}
+
+#[test]
+fn a_state_is_rendered_as_the_cpu_does() {
+    if !gpu_there() {
+        return;
+    }
+    let text = "[materials.b]\nkd = [0.1, 0.6, 0.2]\nks = [0.5, 0.4, 0.3]\nshininess = 33.0\n[camera]\nexposure_ev = 3.0";
+    let state: State = parse_toml(text, &Place::file("test")).unwrap();
+    let mut materials = support::default_materials();
+    materials[1] = materials[1].with(&state.materials["b"], "b", &Place::file("test")).unwrap();
+    for one_colour in [true, false] {
+        let bundle = Bundle::write(one_colour);
+        let (size, ours) = relume_player::render_once(bundle.folder(), &state, None).unwrap();
+        assert_eq!(size, support::SIZE);
+        let difference = support::largest_difference(&ours, &bundle.evaluate(&materials, |_| true));
+        assert!(difference <= 1e-5, "{difference}: exposure must not touch radiance");
+    }
+}
+
+#[test]
+fn files_of_different_bakes_are_refused() {
+    if !gpu_there() {
+        return;
+    }
+    use relume_formats::container::Stored as _;
+    use relume_formats::kinds::manifest::FileEntry;
+    use relume_formats::kinds::{BrdfBasis, StoredScene};
+    let state = State::default();
+
+    let mut bundle = Bundle::write(true);
+    let mut scene = StoredScene::read_file(&bundle.folder().join("scene.relume")).unwrap();
+    scene.meta.size = [23, 37];
+    bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
+    bundle.manifest.write(bundle.folder()).unwrap();
+    let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
+    assert!(error.to_string().contains("different bakes") && error.exit_code() == 2, "{error}");
+
+    let mut bundle = Bundle::write(true);
+    let path = bundle.folder().join("basis.relume");
+    let whole = BrdfBasis::read_file(&path).unwrap();
+    let smaller = BrdfBasis { coefficients: vec![0.5; 6], lobes: whole.lobes[..whole.lobes.len() / 3].to_vec(), ..whole };
+    bundle.manifest.methods[0].files[0].1 = FileEntry::of("basis.relume", &smaller.write_file(&path).unwrap());
+    bundle.manifest.write(bundle.folder()).unwrap();
+    let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
+    assert!(error.to_string().contains("needs a BRDF basis of 4 functions") && error.exit_code() == 2, "{error}");
+}

@@ -1,0 +1,126 @@
+//! `scene.toml` as written: every key, its type and its default. What the values mean is decided by [`crate::loading`].
+//!
+//! Everything denies unknown keys, so that a misspelt one is an error with its line and a suggestion, never a silent default.
+
+mod object;
+
+pub(crate) use object::{ObjectFile, ShapeName};
+
+use crate::transform::TransformFile;
+use relume_formats::state::{Camera, Rgb};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
+
+/// A whole scene file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SceneFile {
+    #[serde(default)]
+    pub vary: VaryFile,
+    pub render: RenderFile,
+    pub camera: Camera,
+    #[serde(default)]
+    pub object: Vec<ObjectFile>,
+    #[serde(default)]
+    pub materials: BTreeMap<String, MaterialFile>,
+    #[serde(default)]
+    pub light: Vec<LightFile>,
+    pub environment: Option<EnvironmentFile>,
+    #[serde(default)]
+    pub error: ErrorFile,
+}
+
+/// `[vary]`: nothing varies unless said so.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct VaryFile {
+    pub light: bool,
+    pub view: bool,
+    pub shape: bool,
+    pub materials: Vec<String>,
+}
+
+/// `[render]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RenderFile {
+    pub size: [u32; 2],
+    #[serde(default = "two_reflections")]
+    pub reflections: u32,
+}
+
+fn two_reflections() -> u32 {
+    2
+}
+
+/// `[materials.NAME]`. The keys of both models are known, so that a ggx material is answered as such and not as a spelling mistake.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MaterialFile {
+    pub brdf: BrdfName,
+    pub kd: Option<Rgb>,
+    pub ks: Option<Rgb>,
+    pub shininess: Option<f32>,
+    pub base_color: Option<IgnoredAny>,
+    pub metallic: Option<IgnoredAny>,
+    pub roughness: Option<IgnoredAny>,
+}
+
+/// The reflectance models that a scene may name.
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum BrdfName {
+    BlinnPhong,
+    Ggx,
+}
+
+/// `[[light]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LightFile {
+    pub name: String,
+    pub kind: LightKind,
+    #[serde(default)]
+    pub transform: TransformFile,
+    pub radiance: Option<Rgb>,
+    pub intensity: Option<Rgb>,
+    pub irradiance: Option<Rgb>,
+}
+
+/// The kinds of light.
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LightKind {
+    Area,
+    Point,
+    Directional,
+}
+
+/// `[environment]`; without a file it is evenly white.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EnvironmentFile {
+    pub file: Option<String>,
+    #[serde(default = "unit_gain")]
+    pub gain: Rgb,
+    #[serde(default)]
+    pub rotation_deg: f32,
+}
+
+fn unit_gain() -> Rgb {
+    [1.0; 3]
+}
+
+/// `[error]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct ErrorFile {
+    pub max: f32,
+}
+
+impl Default for ErrorFile {
+    fn default() -> Self {
+        Self { max: 0.01 }
+    }
+}

@@ -1,0 +1,124 @@
+//! Collects parts in world space and cleans them: finite positions, legal indices, no degenerate triangles, a unit normal per vertex.
+
+use super::{MAX_ELEMENTS, normals};
+use crate::scene::Mesh;
+use crate::transform::{is_mirroring, normal_map};
+use glam::{DAffine3, DVec3, Vec3};
+use relume_formats::{Error, Place, Result};
+
+/// Geometry in a space of its own, not yet checked.
+#[derive(Default)]
+pub(crate) struct Part {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// One per vertex, of any length; zero where there is none.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// See the module.
+#[derive(Default)]
+pub(crate) struct MeshBuilder {
+    mesh: Mesh,
+    /// What the readers noticed, one line each.
+    pub notes: Vec<String>,
+}
+
+impl MeshBuilder {
+    /// Fails, before anything is allocated, if so many more vertices and triangles would be too many.
+    pub fn expect_room(&self, vertices: usize, triangles: usize, place: &Place) -> Result<()> {
+        let total = |have: usize, more: usize| have.saturating_add(more);
+        if total(self.mesh.positions.len(), vertices).max(total(self.mesh.triangles.len(), triangles)) > MAX_ELEMENTS {
+            return Err(Error::invalid(
+                place,
+                format!("more than {MAX_ELEMENTS} vertices or triangles in one object; split or simplify it"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Adds `part`; fronts stay fronts even if `world_from_part` mirrors. `place` names the part in messages.
+    pub fn append(&mut self, part: &Part, world_from_part: &DAffine3, place: &Place) -> Result<()> {
+        self.expect_room(part.positions.len(), part.triangles.len(), place)?;
+        let offset = self.mesh.positions.len() as u32;
+        for (index, position) in part.positions.iter().enumerate() {
+            let world = world_from_part.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3();
+            if !world.is_finite() {
+                return Err(Error::invalid(place, format!("vertex {index} at {position:?} is not a finite position; mend the mesh")));
+            }
+            // Adding 0 turns −0 into +0, so that equal positions have equal bits.
+            self.mesh.positions.push((world + 0.0).to_array());
+        }
+        let world_from_normal = normal_map(world_from_part);
+        let world_normal = |n: &[f32; 3]| unit_or_zero(world_from_normal * Vec3::from(*n).as_dvec3());
+        self.mesh.normals.extend(part.normals.iter().map(world_normal));
+        self.mesh.normals.resize(self.mesh.positions.len(), [0.0; 3]);
+        let flip = is_mirroring(world_from_part);
+        for (index, triangle) in part.triangles.iter().enumerate() {
+            if let Some(vertex) = triangle.iter().find(|v| **v as usize >= part.positions.len()) {
+                let reason = format!("triangle {index} names vertex {vertex} of {}; mend the mesh", part.positions.len());
+                return Err(Error::invalid(place, reason));
+            }
+            let [a, b, c] = triangle.map(|v| v + offset);
+            self.mesh.triangles.push(if flip { [a, c, b] } else { [a, b, c] });
+        }
+        Ok(())
+    }
+
+    /// The clean mesh. Adds what was mended to `warnings`.
+    pub fn finish(self, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
+        let Self { mut mesh, notes } = self;
+        warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
+        let given = mesh.triangles.len();
+        mesh.triangles.retain(|triangle| !is_degenerate(triangle.map(|v| mesh.positions[v as usize])));
+        let dropped = given - mesh.triangles.len();
+        if mesh.triangles.is_empty() {
+            return Err(Error::invalid(place, format!("no usable triangle ({dropped} degenerate); check the mesh and its scale")));
+        }
+        if dropped > 0 {
+            warnings.push(format!("{place}: dropped {dropped} of {given} triangles, which are degenerate (zero area)"));
+        }
+        drop_unused_vertices(&mut mesh);
+        let smoothed = normals::fill_missing(&mut mesh);
+        if smoothed > 0 {
+            let vertices = mesh.positions.len();
+            warnings.push(format!("{place}: gave {smoothed} of {vertices} vertices smooth normals, theirs are missing or zero"));
+        }
+        Ok(mesh)
+    }
+}
+
+/// The unit vector along `v`, or zero if it has no direction.
+pub(super) fn unit_or_zero(v: DVec3) -> [f32; 3] {
+    v.try_normalize().unwrap_or(DVec3::ZERO).as_vec3().to_array()
+}
+
+/// Twice the area of a triangle times its unit normal.
+pub(super) fn area_vector(corners: [[f32; 3]; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// True if the corners lie on a line as far as single precision can tell: a height of less than 1e-7 of the longest side is the rounding
+/// error of the corners, and gives no normal.
+fn is_degenerate(corners: [[f32; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
+    let longest_squared = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    // Below a square nanometre the tracer's single precision underflows.
+    area_vector(corners).length() <= (1e-7 * longest_squared).max(1e-18)
+}
+
+fn drop_unused_vertices(mesh: &mut Mesh) {
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
+    let kept_before = used.iter().scan(0, |kept, used| Some(std::mem::replace(kept, *kept + u32::from(*used))));
+    let new_index: Vec<u32> = kept_before.collect();
+    let keep = |values: &mut Vec<[f32; 3]>| {
+        let mut used = used.iter();
+        values.retain(|_| used.next().copied().unwrap_or(false));
+    };
+    keep(&mut mesh.positions);
+    keep(&mut mesh.normals);
+    mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
+}

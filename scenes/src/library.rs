@@ -1,0 +1,143 @@
+//! Where scenes and their files are found.
+
+use crate::suggest::unknown_name;
+use relume_formats::{Error, Place, Result};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Name of the file that makes a folder a scene.
+const SCENE_FILE: &str = "scene.toml";
+
+/// Turns what a user typed into the path of a scene file: an existing `.toml` file, a folder that holds a `scene.toml`,
+/// or the name of a scene in the library.
+///
+/// # Errors
+/// `Io` (not found) for a path that leads nowhere, `Invalid` with the nearest name for a name that the library lacks.
+pub fn resolve(name_or_path: &str) -> Result<PathBuf> {
+    resolve_in(name_or_path, &library_folder())
+}
+
+fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
+    let path = Path::new(name_or_path);
+    if path.is_file() && has_extension(path, "toml") {
+        return Ok(path.to_path_buf());
+    }
+    if path.join(SCENE_FILE).is_file() {
+        return Ok(path.join(SCENE_FILE));
+    }
+    if path.components().count() != 1 || has_extension(path, "toml") {
+        let reason = format!("no scene file here; give a .toml file, a folder with a {SCENE_FILE}, or a name in {}", library.display());
+        return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
+    }
+    let in_library = library.join(path).join(SCENE_FILE);
+    if in_library.is_file() {
+        return Ok(in_library);
+    }
+    let names = library_names(library)?;
+    Err(Error::invalid(&Place::file(library), unknown_name("scene", name_or_path, names.iter().map(String::as_str))))
+}
+
+fn library_names(library: &Path) -> Result<Vec<String>> {
+    let folders = std::fs::read_dir(library).map_err(|e| Error::io(&Place::file(library), e))?;
+    let scenes = folders.filter_map(io::Result::ok).filter(|folder| folder.path().join(SCENE_FILE).is_file());
+    let mut names: Vec<String> = scenes.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    Ok(names)
+}
+
+/// `scenes/library` in the current folder or above it, else the one that the program was built from.
+fn library_folder() -> PathBuf {
+    let here = std::env::current_dir().unwrap_or_default();
+    let above = here.ancestors().map(|folder| folder.join("scenes/library")).find(|folder| folder.is_dir());
+    above.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("library"))
+}
+
+/// The folder above `scenes/library` if the scene in `folder` lies there.
+fn workspace_root(folder: &Path) -> Option<PathBuf> {
+    let folder = folder.canonicalize().ok()?;
+    let library = folder.parent()?;
+    library.ends_with("scenes/library").then(|| library.ancestors().nth(2).map(Path::to_path_buf))?
+}
+
+/// The path that `name` stands for in a scene file in `folder`: relative to the folder, but `assets/…` of a library scene is relative
+/// to the workspace, and of any other scene to the folder or else to the current directory.
+pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
+    let beside = folder.join(name);
+    if !name.starts_with("assets/") {
+        return beside;
+    }
+    match workspace_root(folder) {
+        Some(root) => root.join(name),
+        None if beside.exists() => beside,
+        None => PathBuf::from(name),
+    }
+}
+
+/// Fails with a remedy if there is no file at `path`. `place` is where it was named.
+pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> {
+    if path.is_file() {
+        return Ok(());
+    }
+    let remedy = if name.starts_with("assets/") { "run `make assets` to fetch it" } else { "correct the path or add the file" };
+    let reason = format!("no such file, but {place} names it; {remedy}");
+    Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)))
+}
+
+/// True if the extension of `path` is `extension` in any case.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn library() -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for name in ["bunny-room", "cornell-knot"] {
+            fs::create_dir_all(root.path().join("scenes/library").join(name)).unwrap();
+            fs::write(root.path().join("scenes/library").join(name).join(SCENE_FILE), "").unwrap();
+        }
+        fs::create_dir(root.path().join("scenes/library/empty")).unwrap();
+        root
+    }
+
+    #[test]
+    fn files_folders_and_names_resolve() {
+        let root = library();
+        let library = root.path().join("scenes/library");
+        let file = library.join("bunny-room/scene.toml");
+        assert_eq!(resolve_in("bunny-room", &library).unwrap(), file);
+        assert_eq!(resolve_in(file.to_str().unwrap(), &library).unwrap(), file);
+        assert_eq!(resolve_in(library.join("bunny-room").to_str().unwrap(), &library).unwrap(), file);
+    }
+
+    #[test]
+    fn unknown_names_list_the_library_and_suggest() {
+        let root = library();
+        let message = resolve_in("buny-room", &root.path().join("scenes/library")).unwrap_err().to_string();
+        assert!(message.ends_with("no scene `buny-room`; did you mean `bunny-room`? There are: `bunny-room`, `cornell-knot`"), "{message}");
+        let error = resolve_in("nowhere/scene.toml", root.path()).unwrap_err();
+        assert!(error.is_bad_input() && error.to_string().starts_with("nowhere/scene.toml: no scene file here"), "{error}");
+    }
+
+    #[test]
+    fn the_library_of_the_build_is_found() {
+        assert!(resolve("cornell-knot").unwrap().ends_with("scenes/library/cornell-knot/scene.toml"));
+    }
+
+    #[test]
+    fn assets_are_found_from_the_workspace_or_the_scene() {
+        let root = library();
+        let scene = root.path().join("scenes/library/bunny-room");
+        assert_eq!(locate(&scene, "mesh.obj"), scene.join("mesh.obj"));
+        assert_eq!(locate(&scene, "assets/mesh.obj"), root.path().canonicalize().unwrap().join("assets/mesh.obj"));
+        // Outside the library: beside the scene if it is there, else from the current directory.
+        let outside = root.path().join("elsewhere");
+        fs::create_dir_all(outside.join("assets")).unwrap();
+        assert_eq!(locate(&outside, "assets/mesh.obj"), Path::new("assets/mesh.obj"));
+        fs::write(outside.join("assets/mesh.obj"), "").unwrap();
+        assert_eq!(locate(&outside, "assets/mesh.obj"), outside.join("assets/mesh.obj"));
+    }
+}

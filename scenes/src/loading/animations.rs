@@ -1,0 +1,41 @@
+//! `animations/*.toml` beside the scene file.
+
+use crate::scene::Scene;
+use relume_formats::state::Animation;
+use relume_formats::{Error, Place, Result};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Every animation, sorted by name, each checked against the scene.
+pub(super) fn read_all(scene: &Scene, scene_folder: &Path) -> Result<Vec<Animation>> {
+    let read = |path: PathBuf| {
+        let animation = Animation::read_file(&path)?;
+        check(&animation, scene, &Place::file(&path))?;
+        Ok(animation)
+    };
+    files(&scene_folder.join("animations"))?.into_iter().map(read).collect()
+}
+
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let fail = |e: io::Error| Error::io(&Place::file(folder), e);
+    let entries: Vec<_> = std::fs::read_dir(folder).and_then(Iterator::collect).map_err(fail)?;
+    let mut files: Vec<PathBuf> = entries.into_iter().map(|entry: std::fs::DirEntry| entry.path()).collect();
+    files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    files.sort();
+    Ok(files)
+}
+
+/// Checks the states at all keys. Between keys every leaf is linear and every legal range is convex, so the keys suffice.
+fn check(animation: &Animation, scene: &Scene, place: &Place) -> Result<()> {
+    let mut times_s: Vec<f32> = animation.tracks.iter().flat_map(|track| track.times_s.iter().copied()).collect();
+    times_s.sort_by(f32::total_cmp);
+    times_s.dedup();
+    for time_s in times_s {
+        let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;
+        scene.with_state(&state, &place.part(format!("at {time_s} s")))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,73 @@
+//! `[[light]]`. In its own space a light emits along −Z, as in glTF; an area light is the unit square in z = 0.
+
+use super::expect_unique;
+use crate::description::{LightFile, LightKind};
+use crate::scene::{Emitter, Light};
+use crate::transform::is_mirroring;
+use glam::{DAffine3, DVec3, Vec3};
+use relume_formats::state::Rgb;
+use relume_formats::{Error, Place, Result};
+
+/// Every light, in file order.
+pub(super) fn build(files: &[LightFile], scene_place: &Place) -> Result<Vec<Light>> {
+    expect_unique(files.iter().map(|l| l.name.as_str()), "light", scene_place)?;
+    files.iter().map(|file| light(file, &scene_place.part(format!("light `{}`", file.name)))).collect()
+}
+
+fn light(file: &LightFile, place: &Place) -> Result<Light> {
+    let emission = emission(file, place)?;
+    let world_from_local = file.transform.world_from_local(place)?;
+    let emitter = match file.kind {
+        LightKind::Area => area(&world_from_local, emission, place)?,
+        LightKind::Point => Emitter::Point { position: finite(world_from_local.translation, place)?, intensity: emission },
+        LightKind::Directional => {
+            let direction = world_from_local.transform_vector3(DVec3::NEG_Z).try_normalize();
+            let direction = direction.ok_or_else(|| Error::invalid(place, "a scale of 0 leaves no direction; remove it"))?;
+            Emitter::Directional { direction: direction.as_vec3().to_array(), irradiance: emission }
+        }
+    };
+    Ok(Light { name: file.name.clone(), emitter })
+}
+
+/// The one quantity that fits the kind of light.
+fn emission(file: &LightFile, place: &Place) -> Result<Rgb> {
+    let given = [("radiance", file.radiance), ("intensity", file.intensity), ("irradiance", file.irradiance)];
+    let (kind, fitting) = match file.kind {
+        LightKind::Area => ("an area", "radiance"),
+        LightKind::Point => ("a point", "intensity"),
+        LightKind::Directional => ("a directional", "irradiance"),
+    };
+    if let Some((stranger, _)) = given.iter().find(|(name, value)| *name != fitting && value.is_some()) {
+        return Err(Error::invalid(place, format!("{kind} light is measured by `{fitting}`, not by `{stranger}`")));
+    }
+    let value = given.into_iter().find_map(|(_, value)| value);
+    let value = value.ok_or_else(|| Error::invalid(place, format!("{kind} light needs `{fitting}`")))?;
+    expect_radiometric(value, fitting, place)?;
+    Ok(value)
+}
+
+/// Light cannot be negative, infinite or NaN.
+pub(super) fn expect_radiometric(value: Rgb, name: &str, place: &Place) -> Result<()> {
+    if value.iter().all(|x| x.is_finite() && *x >= 0.0) {
+        return Ok(());
+    }
+    Err(Error::invalid(place, format!("{name} {value:?} must be finite numbers of at least 0")))
+}
+
+fn area(world_from_local: &DAffine3, radiance: Rgb, place: &Place) -> Result<Emitter> {
+    let corner = finite(world_from_local.transform_point3(DVec3::new(-0.5, -0.5, 0.0)), place)?;
+    let x = Vec3::from(finite(world_from_local.matrix3.x_axis, place)?);
+    let y = Vec3::from(finite(world_from_local.matrix3.y_axis, place)?);
+    // y × x points along −z in a right-handed space.
+    let (edge_u, edge_v) = if is_mirroring(world_from_local) { (x, y) } else { (y, x) };
+    let area = edge_u.cross(edge_v).length();
+    if !(area.is_finite() && area > f32::MIN_POSITIVE) {
+        return Err(Error::invalid(place, format!("its area is {area} m²; give it a scale above 0 along x and y")));
+    }
+    Ok(Emitter::Area { corner, edge_u: edge_u.to_array(), edge_v: edge_v.to_array(), radiance })
+}
+
+fn finite(v: DVec3, place: &Place) -> Result<[f32; 3]> {
+    let v = v.as_vec3();
+    if v.is_finite() { Ok(v.to_array()) } else { Err(Error::invalid(place, "transform: too large for single precision")) }
+}

@@ -1,0 +1,236 @@
+use super::*;
+use crate::scene::Emitter;
+use crate::test_support::Scratch;
+use relume_formats::state::State;
+use std::sync::Arc;
+
+const TEXT: &str = r#"
+[vary]
+materials = ["clay"]
+[render]
+size = [64, 32]
+[camera]
+position = [0, 1, 4]
+target = [0, 1, 0]
+fov_deg = 40
+[materials.clay]
+brdf = "blinn-phong"
+[materials.gold]
+brdf = "blinn-phong"
+kd = [0.1, 0.1, 0.1]
+ks = [0.5, 0.4, 0.2]
+shininess = 80
+[[object]]
+name = "ball"
+shape = "sphere"
+subdivisions = 1
+material = "clay"
+[[object]]
+name = "floor"
+shape = "quad"
+transform = { scale = 4 }
+material = "gold"
+[[light]]
+name = "lamp"
+kind = "area"
+radiance = [1, 2, 3]
+transform = { translation = [0, 3, 0], rotation_deg = [-90, 0, 0], scale = 2 }
+"#;
+
+/// The error of `TEXT` with `from` replaced by `to`.
+fn refusal(from: &str, to: &str) -> String {
+    assert!(TEXT.contains(from), "{from}");
+    one_line_error(&Scratch::scene(&TEXT.replacen(from, to, 1)))
+}
+
+fn one_line_error(scratch: &Scratch) -> String {
+    let error = scratch.load().unwrap_err();
+    let message = error.to_string();
+    assert!(!message.contains('\n') && error.is_bad_input(), "{message}");
+    message
+}
+
+#[test]
+fn a_scene_loads_with_its_defaults() {
+    let scratch = Scratch::scene(TEXT);
+    let scene = scratch.load().unwrap();
+    assert_eq!(scene.name, scratch.path("").file_name().unwrap().to_string_lossy());
+    assert_eq!((scene.size, scene.reflections, scene.max_error), ([64, 32], 2, 0.01));
+    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["clay", "gold"]);
+    let clay = scene.materials[0].brdf;
+    assert_eq!((clay.kd, clay.ks, clay.shininess), ([0.5; 3], [0.0; 3], 10.0));
+    assert_eq!((scene.vary.materials.as_slice(), scene.varying_names()), (&[0][..], vec!["clay"]));
+    assert_eq!(scene.objects[1].material, 1);
+    assert!(scene.objects[1].mesh.positions.iter().all(|p| p[0].abs() == 2.0 && p[2].abs() == 2.0));
+    assert!(scene.environment.is_none() && scene.animations.is_empty() && scene.warnings.is_empty());
+}
+
+#[test]
+fn mistakes_are_one_line_with_file_and_place() {
+    for (from, to, part) in [
+        ("fov_deg", "fov", "line 9, column 1: unknown field `fov`"),
+        ("size = [64, 32]", "size = [64, 32]\nsamples = 4", "line 6, column 1: unknown field `samples`"),
+        ("subdivisions", "subdivision", "did you mean `subdivisions`?"),
+        ("\"area\"", "\"aera\"", "did you mean `area`?"),
+        ("\"blinn-phong\"", "\"phong\"", "unknown variant `phong`"),
+        ("brdf = \"blinn-phong\"", "brdf = \"ggx\"\nroughness = 0.4", "material `clay`: brdf \"ggx\" is not modelled yet"),
+        ("ks = ", "metallic = 1\nks = ", "material `gold`: `metallic` belongs to \"ggx\""),
+        ("kd = [0.1, 0.1, 0.1]", "kd = [0.6, 0.1, 0.1]", "material `gold`: kd + ks = 1.1 exceeds 1"),
+        ("shininess = 80", "shininess = 800", "shininess 800 is outside"),
+        ("position = [0, 1, 4]", "position = [0, 1, 0]", "position and target coincide"),
+        ("[64, 32]", "[64, 0]", "[render]: size [64, 0] is outside 1..16384"),
+        ("[64, 32]", "[64, 16385]", "[render]: size [64, 16385] is outside"),
+        ("[64, 32]", "[64, 32]\nreflections = 0", "[render]: reflections 0"),
+        ("\"floor\"", "\"ball\"", "two objects are called `ball`"),
+        ("material = \"gold\"", "material = \"golf\"", "object `floor`: no material `golf`; did you mean `gold`?"),
+        ("[\"clay\"]", "[\"clya\"]", "[vary] materials: no material `clya`; did you mean `clay`?"),
+        ("[\"clay\"]", "[\"clay\", \"clay\"]", "two materials are called `clay`"),
+        ("shape = \"quad\"", "", "object `floor`: give either `file` or `shape`"),
+        ("shape = \"quad\"", "shape = \"quad\"\nfile = \"a.obj\"", "object `floor`: give either `file` or `shape`"),
+        ("shape = \"quad\"", "shape = \"quad\"\nnode = \"a\"", "`node` belongs to a glTF file"),
+        ("shape = \"sphere\"", "file = \"a.obj\"", "object `ball`: `subdivisions` belongs to a shape"),
+        ("shape = \"quad\"", "file = \"a.obj\"", "a.obj: no such file, but "),
+        ("shape = \"quad\"", "file = \"assets/a.obj\"", "run `make assets` to fetch it"),
+        ("scale = 4", "scale = 0", "object `floor`: no usable triangle (2 degenerate)"),
+        ("scale = 4", "scale = 1e39", "object `floor`: vertex 0 at [-0.5, 0.0, -0.5] is not a finite position"),
+        ("scale = 4", "scale = inf", "object `floor`: transform: every value must be a finite number"),
+        ("radiance = [1, 2, 3]", "radiance = [1, -2, 3]", "light `lamp`: radiance [1.0, -2.0, 3.0] must be finite"),
+        ("radiance = [1, 2, 3]", "radiance = [1, inf, 3]", "light `lamp`: radiance"),
+        ("radiance", "intensity", "an area light is measured by `radiance`, not by `intensity`"),
+        ("radiance = [1, 2, 3]", "", "an area light needs `radiance`"),
+        ("scale = 2", "scale = [2, 0, 1]", "light `lamp`: its area is 0 m²"),
+        ("[[light]]", "[error]\nmax = 0\n[[light]]", "[error]: max 0 must be a number above 0"),
+        ("[[light]]", "[environment]\ngain = [1, -1, 1]\n[[light]]", "[environment]: gain"),
+        ("[[light]]", "[environment]\nrotation_deg = nan\n[[light]]", "[environment]: rotation_deg"),
+        ("[[light]]", "[environment]\nfile = \"sky.exr\"\n[[light]]", "sky.exr: no such file"),
+    ] {
+        let message = refusal(from, to);
+        assert!(message.contains(part) && message.contains("scene.toml"), "{to}: {message}");
+    }
+    let twice = format!("{TEXT}\n[[light]]\nname = 'lamp'\nkind = 'point'\nintensity = [1, 1, 1]");
+    assert!(one_line_error(&Scratch::scene(&twice)).ends_with("two lights are called `lamp`; rename or remove one"));
+    let no_object = TEXT.split("[[object]]").next().unwrap();
+    assert!(one_line_error(&Scratch::scene(no_object)).ends_with("the scene has no object; add an [[object]]"));
+    assert!(load(Path::new("nowhere/scene.toml")).unwrap_err().is_bad_input());
+}
+
+fn light(text: &str) -> Emitter {
+    let lights = TEXT.split("[[light]]").next().unwrap().to_owned() + "[[light]]\nname = 'lamp'\n" + text;
+    Scratch::scene(&lights).load().unwrap().lights[0].emitter
+}
+
+#[test]
+fn area_lights_emit_along_their_minus_z() {
+    // Straight, turned to face down, mirrored along x (still down), and mirrored along z (then up).
+    for (transform, centre, normal) in [
+        ("translation = [1, 2, 3]", [1.0, 2.0, 3.0], [0.0, 0.0, -1.0]),
+        ("translation = [0, 3, 0], rotation_deg = [-90, 0, 0]", [0.0, 3.0, 0.0], [0.0, -1.0, 0.0]),
+        ("rotation_deg = [-90, 0, 0], scale = [-1, 1, 1]", [0.0; 3], [0.0, -1.0, 0.0]),
+        ("rotation_deg = [-90, 0, 0], scale = [1, 1, -1]", [0.0; 3], [0.0, 1.0, 0.0]),
+    ] {
+        let emitter = light(&format!("kind = 'area'\nradiance = [1, 1, 1]\ntransform = {{ {transform} }}"));
+        let Emitter::Area { corner, edge_u, edge_v, .. } = emitter else { panic!("{emitter:?}") };
+        let (corner, u, v) = (glam::Vec3::from(corner), glam::Vec3::from(edge_u), glam::Vec3::from(edge_v));
+        assert_eq!((corner + 0.5 * u + 0.5 * v).to_array(), centre, "{transform}");
+        assert_eq!(u.cross(v).to_array(), normal, "{transform}");
+    }
+}
+
+#[test]
+fn point_and_directional_lights() {
+    let point = light("kind = 'point'\nintensity = [4, 5, 6]\ntransform = { translation = [1, 2, 3] }");
+    assert_eq!(point, Emitter::Point { position: [1.0, 2.0, 3.0], intensity: [4.0, 5.0, 6.0] });
+    let sun = light("kind = 'directional'\nirradiance = [4, 5, 6]\ntransform = { rotation_deg = [-90, 0, 0], scale = 3 }");
+    assert_eq!(sun, Emitter::Directional { direction: [0.0, -1.0, 0.0], irradiance: [4.0, 5.0, 6.0] });
+}
+
+#[test]
+fn idle_parts_are_reported() {
+    let text = TEXT.replace("materials = [\"clay\"]", "materials = [\"clay\", \"gold\"]\nlight = true\nview = true\nshape = true");
+    let text = text.split("[[light]]").next().unwrap().replace("material = \"gold\"", "material = \"clay\"");
+    let scene = Scratch::scene(&text).load().unwrap();
+    assert!(scene.vary.light && scene.vary.view && scene.vary.shape);
+    assert!(scene.warnings[0].ends_with("neither a light nor an environment, everything is black"));
+    assert!(scene.warnings[1].ends_with("material `gold` varies, but no object wears it"));
+}
+
+#[test]
+fn an_environment_without_a_file_is_white() {
+    let scene = Scratch::scene(&format!("{TEXT}\n[environment]\ngain = [1, 2, 3]\nrotation_deg = 30")).load().unwrap();
+    let environment = scene.environment.unwrap();
+    assert_eq!((environment.gain, environment.rotation_deg), ([1.0, 2.0, 3.0], 30.0));
+    assert_eq!(environment.map.texels.len(), (environment.map.width * environment.map.height) as usize);
+    assert!(environment.map.texels.iter().all(|t| *t == [1.0; 3]));
+}
+
+#[test]
+fn animations_are_read_in_name_order_and_checked_at_every_key() {
+    let scratch = Scratch::scene(TEXT);
+    let animation = |kd: &str| format!("duration_s = 1\n[[key]]\nt_s = 0\n[[key]]\nt_s = 0.5\nmaterials.clay.kd = {kd}");
+    scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]"));
+    scratch.write("animations/a.toml", animation("[0.2, 0.1, 0.1]"));
+    scratch.write("animations/notes.txt", "");
+    let scene = scratch.load().unwrap();
+    assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
+    scratch.write("animations/b.toml", animation("[1.1, 0.1, 0.1]"));
+    let message = one_line_error(&scratch);
+    assert!(message.contains("b.toml: at 0.5 s: material `clay`: kd + ks = 1.1 exceeds 1"), "{message}");
+    scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]").replace("clay", "day"));
+    assert!(one_line_error(&scratch).contains("no material `day`; did you mean `clay`?"));
+}
+
+fn state(text: &str) -> State {
+    parse_toml(text, &Place::file("s.toml")).unwrap()
+}
+
+#[test]
+fn a_state_changes_what_it_names_and_nothing_else() {
+    let scene = Scratch::scene(&format!("{TEXT}\n[environment]")).load().unwrap();
+    let text = "environment = { rotation_deg = 20, gain = [2, 2, 2] }\ncamera = { fov_deg = 50 }\nlights.lamp.gain = [2, 1, 0]\n\
+                materials.gold = { shininess = 5 }";
+    let changed = scene.with_state(&state(text), &Place::file("s.toml")).unwrap();
+    assert_eq!((changed.camera.fov_deg, changed.camera.position), (50.0, scene.camera.position));
+    assert_eq!((changed.materials[1].brdf.shininess, changed.materials[1].brdf.ks), (5.0, scene.materials[1].brdf.ks));
+    assert_eq!(changed.materials[0], scene.materials[0]);
+    let Emitter::Area { radiance, .. } = changed.lights[0].emitter else { panic!() };
+    assert_eq!(radiance, [2.0, 2.0, 0.0]);
+    let environment = changed.environment.unwrap();
+    assert_eq!((environment.gain, environment.rotation_deg), ([2.0; 3], 20.0));
+    assert!(Arc::ptr_eq(&changed.objects[0].mesh, &scene.objects[0].mesh));
+}
+
+#[test]
+fn maps_are_sought_beside_the_state_then_beside_the_scene() {
+    let map = |value: u8| {
+        let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n".to_vec();
+        bytes.extend([value, value, value, 128]);
+        bytes
+    };
+    let scratch = Scratch::scene(TEXT);
+    scratch.write("sky.hdr", map(64));
+    let scene = scratch.load().unwrap();
+    let change = state("environment.map = 'sky.hdr'");
+    let place = Place::file(scratch.path("states/s.toml"));
+    let texel = || scene.with_state(&change, &place).unwrap().environment.unwrap().map.texels[0][0];
+    assert_eq!(texel(), 0.25);
+    scratch.write("states/sky.hdr", map(128));
+    assert_eq!(texel(), 0.5);
+}
+
+#[test]
+fn states_that_do_not_fit_are_refused() {
+    let scene = Scratch::scene(TEXT).load().unwrap();
+    for (text, part) in [
+        ("materials.gild.ks = [0, 0, 0]", "s.toml: no material `gild`; did you mean `gold`?"),
+        ("materials.gold.shininess = 0.5", "shininess 0.5 is outside"),
+        ("lights.lump.gain = [1, 1, 1]", "no light `lump`; did you mean `lamp`?"),
+        ("lights.lamp.gain = [-1, 1, 1]", "light `lamp`: gain [-1.0, 1.0, 1.0] must be finite"),
+        ("camera.fov_deg = 180", "fov_deg 180 is outside"),
+        ("shapes.fox.time_s = 1", "deformation is not modelled yet"),
+        ("environment.rotation_deg = 1", "but the scene has none"),
+        ("environment.map = 'gone.exr'", "gone.exr: no such file, but s.toml names it"),
+    ] {
+        let message = scene.with_state(&state(text), &Place::file("s.toml")).unwrap_err().to_string();
+        assert!(message.contains(part), "{text}: {message}");
+    }
+}

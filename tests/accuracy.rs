@@ -1,0 +1,166 @@
+//! Baked images against the reference, with stated bounds.
+
+use crate::support::{job, library_scene, relative_l2, render, scene};
+use relume_bake::brdf::basis;
+use relume_bake::methods::transfer_images::{self, Settings, TileLog, held_out};
+use relume_bake::trace::gather::{Gather, GatherPath};
+use relume_bake::trace::lights::Lights;
+use relume_bake::trace::reference::{self, Estimate, Paths};
+use relume_bake::trace::world::World;
+use relume_formats::evaluate::transfer_images::evaluate;
+use relume_formats::kinds::{BrdfBasis, TransferImages};
+use relume_formats::state::BlinnPhong;
+use relume_scenes::Scene;
+
+fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
+    Settings { size: [size, size], samples, seed, bases }
+}
+
+fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
+    let folder = tempfile::tempdir().unwrap();
+    let log = TileLog::create(&folder.path().join("log"), 0).unwrap();
+    let basis = basis::build(settings.bases, shared_diffuse).unwrap();
+    let (images, _) = transfer_images::bake(scene, settings, &basis, &log, &job()).unwrap();
+    (basis, images)
+}
+
+/// Random states from another sequence than the one that bakes measure themselves on.
+fn states(scene: &Scene) -> Vec<Vec<BlinnPhong>> {
+    (100..116).map(|s| held_out::random_state(s, scene.vary.materials.len())).collect()
+}
+
+fn in_state(scene: &Scene, materials: &[BlinnPhong]) -> Scene {
+    let mut scene = scene.clone();
+    for (index, material) in scene.vary.materials.clone().into_iter().zip(materials) {
+        scene.materials[index].brdf = *material;
+    }
+    scene
+}
+
+fn references(scene: &Scene, states: &[Vec<BlinnPhong>], settings: &Settings, paths: Paths) -> Vec<Estimate> {
+    let scenes: Vec<Scene> = states.iter().map(|s| in_state(scene, s)).collect();
+    let Settings { size, samples, seed, .. } = *settings;
+    reference::render(scene, &scenes, &reference::Settings { size, samples, seed, reflections: 2, paths }, &job()).unwrap()
+}
+
+/// Pixels that no light or background is seen through: a lamp in view would hide the errors of everything else.
+fn surface_pixels(scene: &Scene, settings: &Settings) -> Vec<usize> {
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let gather = Gather::new(scene, &world, &lights, settings.size, 2, settings.seed);
+    let shows_surfaces_only = |pixel: &u32| {
+        let mut only = true;
+        gather.pixel(*pixel, settings.samples, |path| only &= matches!(path, GatherPath::Surface(_)));
+        only
+    };
+    (0..settings.size[0] * settings.size[1]).filter(shows_surfaces_only).map(|p| p as usize).collect()
+}
+
+fn pick(image: &[[f32; 3]], pixels: &[usize]) -> Vec<[f32; 3]> {
+    pixels.iter().map(|p| image[*p]).collect()
+}
+
+/// Median and worst relative L2 over 16 random states, on the bake's own paths.
+fn errors(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (f64, f64) {
+    let (basis, images) = bake(scene, settings, shared_diffuse);
+    let pixels = surface_pixels(scene, settings);
+    let states = states(scene);
+    let references = references(scene, &states, settings, Paths::Gather);
+    let error = |(state, reference): (&Vec<BlinnPhong>, &Estimate)| {
+        relative_l2(&pick(&evaluate(&images, &basis, state), &pixels), &pick(&reference.radiance, &pixels))
+    };
+    let mut errors: Vec<f64> = states.iter().zip(&references).map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    (0.5 * (errors[7] + errors[8]), errors[15])
+}
+
+#[test]
+fn six_and_nine_bases_stay_below_the_published_errors() {
+    let scene = library_scene("cornell-knot");
+    for (bases, shared, median_bound, worst_bound) in [(6, true, 0.006, 0.015), (6, false, 0.009, 0.02), (9, true, 0.0005, 0.003)] {
+        let (median, worst) = errors(&scene, &settings(64, 64, bases, 1), shared);
+        println!("{bases} bases, shared diffuse {shared}: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
+        assert!(median <= median_bound && worst <= worst_bound, "{bases} bases: {median}, {worst}");
+    }
+}
+
+/// Two lamps of different colours and three materials that vary: everything is RGB then.
+#[test]
+fn coloured_lights_and_three_materials() {
+    let mut scene = library_scene("cornell-knot");
+    let red = scene.materials.iter().position(|m| m.name == "red").unwrap();
+    scene.vary.materials.push(red);
+    let mut lamp = scene.lights[0].clone();
+    lamp.name = "green".into();
+    lamp.emitter = relume_scenes::Emitter::Point { position: [-0.6, 1.2, 0.6], intensity: [0.2, 1.5, 0.4] };
+    scene.lights.push(lamp);
+    assert_eq!(transfer_images::chromaticity(&scene), None);
+    let (median, worst) = errors(&scene, &settings(32, 64, 9, 1), true);
+    assert!(median <= 0.0005 && worst <= 0.003, "{median}, {worst}");
+}
+
+/// Against independent samples, what differs is noise and the error of the basis, and the stored variances say how much noise.
+#[test]
+fn independent_samples_differ_by_noise_only() {
+    let scene = library_scene("cornell-knot");
+    let (ours, theirs) = (settings(48, 256, 9, 1), settings(48, 256, 9, 2));
+    let (basis, images) = bake(&scene, &ours, true);
+    let states = states(&scene);
+    let own = references(&scene, &states, &ours, Paths::Gather);
+    let other = references(&scene, &states, &theirs, Paths::Gather);
+    for ((state, own), other) in states.iter().zip(&own).zip(&other) {
+        let x = evaluate(&images, &basis, state);
+        let squared = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v).powi(2)).sum::<f64>();
+        let difference: f64 = x.iter().flatten().zip(other.radiance.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+        let noise: f64 = own.variance.iter().chain(&other.variance).flatten().map(|v| f64::from(*v)).sum();
+        let bound = 1.2 * noise + 0.003f64.powi(2) * squared(&other.radiance);
+        assert!(difference <= bound, "{difference} above {bound}");
+    }
+}
+
+/// The coverage of each pixel's fragments adds up to the whole pixel, and silhouettes have more than one.
+#[test]
+fn fragments_cover_every_pixel() {
+    let (_, images) = bake(&library_scene("cornell-knot"), &settings(64, 64, 4, 1), true);
+    let mut covered = vec![0.0; 64 * 64];
+    let mut count = vec![0; 64 * 64];
+    for (pixel, coverage) in images.head.pixel.iter().zip(&images.head.coverage) {
+        covered[*pixel as usize] += coverage.to_f64();
+        count[*pixel as usize] += 1;
+    }
+    assert!(covered.iter().all(|c| (c - 1.0f64).abs() < 1e-3));
+    let silhouettes = count.iter().filter(|n| **n > 1).count();
+    assert!(silhouettes > 100 && silhouettes < 1000, "{silhouettes} pixels show two classes");
+}
+
+/// A bake of direct light is the reference of one reflection.
+#[test]
+fn one_reflection_is_direct_light() {
+    let mut scene = library_scene("cornell-knot");
+    scene.reflections = 1;
+    let settings = settings(32, 64, 9, 1);
+    let (basis, images) = bake(&scene, &settings, true);
+    let materials: Vec<_> = scene.vary.materials.iter().map(|m| scene.materials[*m].brdf).collect();
+    let direct = render(&scene, settings.size, settings.samples, 1, Paths::Gather, settings.seed);
+    assert!(relative_l2(&evaluate(&images, &basis, &materials), &direct.radiance) < 0.002);
+}
+
+/// Halves have a range per image: light 2³⁰ times as bright gives the same halves, and nothing overflows.
+#[test]
+fn bright_light_does_not_overflow() {
+    let text = |radiance: f64| {
+        format!(
+            "[vary]\nmaterials = ['m']\n[camera]\nposition = [0, 1, 3]\ntarget = [0, 0.3, 0]\nfov_deg = 40\n[render]\nsize = [16, 16]\n\
+             [materials.m]\nbrdf = 'blinn-phong'\n[[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ scale = 4.0 }}\n\
+             [[object]]\nname = 'ball'\nmaterial = 'm'\nshape = 'sphere'\ntransform = {{ translation = [0, 0.5, 0], scale = 0.4 }}\n\
+             [[light]]\nname = 'lamp'\nkind = 'area'\nradiance = [{radiance:?}, {radiance:?}, {radiance:?}]\ntransform = {{ translation = [0, 3, 0], rotation_deg = [-90, 0, 0], scale = 0.05 }}\n"
+        )
+    };
+    let settings = settings(16, 16, 6, 1);
+    let (_, dim) = bake(&scene(&text(8.0)), &settings, true);
+    let (_, bright) = bake(&scene(&text(8.0 * f64::from(1 << 30))), &settings, true);
+    assert_eq!(dim.images, bright.images);
+    for (a, b) in dim.head.scales.iter().zip(&bright.head.scales) {
+        assert_eq!(a * (1u32 << 30) as f32, *b);
+    }
+}

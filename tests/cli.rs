@@ -1,0 +1,317 @@
+//! The binaries as a user runs them.
+
+use crate::support::{command, expect_exit, relative_l2, run, write_scene};
+use relume_bake::exr_file::read_exr;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+/// A room small enough to bake in a second.
+const ROOM: &str = "
+    [vary]
+    materials = ['ball', 'room']
+    [render]
+    size = [48, 40]
+    [camera]
+    position = [0.0, 1.0, 3.5]
+    target = [0.0, 0.8, 0.0]
+    fov_deg = 45.0
+    [materials.ball]
+    brdf = 'blinn-phong'
+    kd = [0.2, 0.3, 0.4]
+    ks = [0.3, 0.3, 0.3]
+    shininess = 20.0
+    [materials.room]
+    brdf = 'blinn-phong'
+    kd = [0.6, 0.6, 0.6]
+    [materials.wall]
+    brdf = 'blinn-phong'
+    kd = [0.7, 0.1, 0.1]
+    [[object]]
+    name = 'ball'
+    shape = 'sphere'
+    material = 'ball'
+    transform = { translation = [0.1, 0.5, 0.0], scale = 0.5 }
+    [[object]]
+    name = 'floor'
+    shape = 'quad'
+    material = 'room'
+    transform = { scale = 4.0 }
+    [[object]]
+    name = 'wall'
+    shape = 'quad'
+    material = 'wall'
+    transform = { translation = [-1.0, 1.0, 0.0], rotation_deg = [0.0, 0.0, -90.0], scale = 2.0 }
+    [[light]]
+    name = 'lamp'
+    kind = 'area'
+    radiance = [10.0, 9.0, 8.0]
+    transform = { translation = [0.0, 2.5, 0.5], rotation_deg = [-90.0, 0.0, 0.0] }
+";
+
+const ANIMATION: &str = "
+    duration_s = 0.5
+    loop = true
+    [[key]]
+    t_s = 0.0
+    materials.ball.shininess = 5.0
+    [[key]]
+    t_s = 0.5
+    materials.ball.shininess = 150.0
+";
+
+/// A folder with the room in it, and its path as text.
+struct Workshop {
+    folder: tempfile::TempDir,
+}
+
+impl Workshop {
+    fn new() -> Self {
+        let workshop = Self { folder: tempfile::tempdir().unwrap() };
+        write_scene(workshop.folder.path(), ROOM);
+        std::fs::create_dir(workshop.folder.path().join("animations")).unwrap();
+        workshop.write("animations/shine.toml", ANIMATION);
+        workshop
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.folder.path().join(name), text).unwrap();
+        self.path(name)
+    }
+
+    /// Bakes the room into `bundle` and expects success.
+    fn bake(&self, bundle: &str, more: &[&str]) {
+        let (scene, output) = (self.path("scene.toml"), self.path(bundle));
+        expect_exit("bake", &[&["run", &scene, "-o", &output, "--progress", "none"], more].concat(), 0);
+    }
+}
+
+/// Names and contents of the files in a folder, timings left out.
+fn contents(folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap());
+    let mut files: Vec<_> = entries
+        .filter(|e| e.file_name() != "report.json")
+        .map(|e| (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default()))
+        .collect();
+    files.sort();
+    files
+}
+
+fn pixels(exr: &str) -> Vec<[f32; 3]> {
+    let image = read_exr(Path::new(exr)).unwrap();
+    let [r, g, b] = ["R", "G", "B"].map(|c| image.channel(c).unwrap());
+    r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
+}
+
+#[test]
+fn bake_play_and_compare_with_the_reference() {
+    let w = Workshop::new();
+    let settings = ["--spp", "64", "--seed", "9"];
+    w.bake("bundle", &[&settings[..], &["--bases", "9"]].concat());
+    let (bundle, scene) = (w.path("bundle"), w.path("scene.toml"));
+    let state = w.write("state.toml", "[materials.ball]\nkd = [0.1, 0.5, 0.2]\nks = [0.4, 0.4, 0.4]\nshininess = 90.0\n[materials.room]\nks = [0.2, 0.2, 0.2]\nshininess = 35.5\n");
+    let (played, reference) = (w.path("played.exr"), w.path("reference.exr"));
+    expect_exit("player", &[&bundle, "--headless", "--state", &state, "--exr", &played], 0);
+    expect_exit("bake", &[&["reference", &scene, "--state", &state, "--paths", "gather", "--reflections", "2", "-o", &reference, "--progress", "none"], &settings[..]].concat(), 0);
+    let error = relative_l2(&pixels(&played), &pixels(&reference));
+    assert!(error < 0.0005, "relative L2 {error}");
+
+    expect_exit("bake", &["verify", &bundle], 0);
+    let info: serde_json::Value = serde_json::from_slice(&run("bake", &["info", &bundle, "--json"]).stdout).unwrap();
+    assert!(info.to_string().contains("transfer-images"));
+    let export = w.path("export");
+    expect_exit("bake", &["export", &bundle, "-o", &export], 0);
+    for file in ["basis.npy", "parameters.npy", "coefficients.npy"] {
+        let found = find(Path::new(&export), file);
+        assert_eq!(&std::fs::read(found).unwrap()[..6], b"\x93NUMPY");
+    }
+    let stats = w.path("stats.json");
+    let frames = w.path("frames/%04d.png");
+    expect_exit("player", &[&bundle, "--headless", "--animation", "shine", "--fps", "10", "--frames", &frames, "--stats", &stats], 0);
+    assert_eq!(std::fs::read_dir(w.path("frames")).unwrap().count(), 5, "ceil(0.5 s · 10/s)");
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
+    assert_eq!(stats["frames"], 5);
+}
+
+fn find(folder: &Path, name: &str) -> std::path::PathBuf {
+    let entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    let direct = entries.iter().find(|p| p.file_name().is_some_and(|n| n == name)).cloned();
+    direct.or_else(|| entries.iter().filter(|p| p.is_dir()).map(|p| find(p, name)).next()).unwrap_or_else(|| panic!("{name} is not in {}", folder.display()))
+}
+
+#[test]
+fn same_bytes_at_one_and_two_threads() {
+    let w = Workshop::new();
+    w.bake("one", &["--spp", "16", "--threads", "1"]);
+    w.bake("two", &["--spp", "16", "--threads", "2"]);
+    assert_eq!(contents(&w.path("one")), contents(&w.path("two")));
+    w.bake("other", &["--spp", "16", "--seed", "1"]);
+    assert_ne!(contents(&w.path("one")), contents(&w.path("other")));
+}
+
+/// Starts a bake that takes long enough to be stopped.
+fn start_long_bake(w: &Workshop, more: &[&str]) -> Child {
+    let (scene, output) = (w.path("scene.toml"), w.path("bundle"));
+    let arguments = [&["run", &scene, "-o", &output, "--spp", "2048", "--bases", "4", "--progress", "none"], more].concat();
+    command("bake").args(arguments).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn wait_for_log(w: &Workshop, child: &mut Child, bytes: u64) {
+    let log = w.folder.path().join("bundle/unfinished/tiles.log");
+    let start = Instant::now();
+    while std::fs::metadata(&log).map_or(0, |m| m.len()) <= bytes {
+        assert!(start.elapsed() < Duration::from_secs(120), "the bake does not get going");
+        assert!(child.try_wait().unwrap().is_none(), "the bake ended too soon");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn log_length(w: &Workshop) -> u64 {
+    std::fs::metadata(w.folder.path().join("bundle/unfinished/tiles.log")).unwrap().len()
+}
+
+#[test]
+fn interrupted_and_killed_bakes_go_on_where_they_were() {
+    let w = Workshop::new();
+    w.bake("whole", &["--spp", "2048", "--bases", "4"]);
+    let mut child = start_long_bake(&w, &[]);
+    wait_for_log(&w, &mut child, 16);
+    let signal = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signal.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(!w.folder.path().join("bundle/manifest.json").exists());
+
+    // Without a word about what to do, nothing is touched.
+    let before = log_length(&w);
+    let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
+    let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2048", "--bases", "4"], 2);
+    assert!(stderr.contains("--resume") && stderr.contains("--force"), "{stderr}");
+    let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2047", "--bases", "4", "--resume"], 2);
+    assert!(stderr.contains("other settings"), "{stderr}");
+    assert_eq!(log_length(&w), before);
+
+    let mut child = start_long_bake(&w, &["--resume"]);
+    wait_for_log(&w, &mut child, before);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    w.bake("bundle", &["--spp", "2048", "--bases", "4", "--resume"]);
+    assert_eq!(contents(&w.path("bundle")), contents(&w.path("whole")));
+}
+
+#[test]
+fn finished_work_is_reused() {
+    let w = Workshop::new();
+    w.bake("bundle", &["--spp", "16"]);
+    let images = w.folder.path().join("bundle/transfer-images.relume");
+    let written = std::fs::metadata(&images).unwrap().modified().unwrap();
+    // Defaults of a material that varies, exposure and animations trace nothing again, but arrive in the bundle.
+    let changed = ROOM.replace("shininess = 20.0", "shininess = 30.0").replace("fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0");
+    write_scene(w.folder.path(), &changed);
+    w.write("animations/dim.toml", &ANIMATION.replace("shininess", "kd").replace("5.0", "[0.1, 0.1, 0.1]").replace("150.0", "[0.2, 0.2, 0.2]").replace("duration_s = 0.[0.1, 0.1, 0.1]", "duration_s = 0.5").replace("t_s = 0.[0.1, 0.1, 0.1]", "t_s = 0.5"));
+    w.bake("bundle", &["--spp", "16"]);
+    assert_eq!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
+    assert!(w.folder.path().join("bundle/animation-dim.relume").exists());
+    // Anything that the light depends on does.
+    write_scene(w.folder.path(), &changed.replace("[0.7, 0.1, 0.1]", "[0.1, 0.7, 0.1]"));
+    w.bake("bundle", &["--spp", "16"]);
+    assert_ne!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
+}
+
+#[test]
+fn mistakes_in_scenes_get_one_clear_line() {
+    let w = Workshop::new();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    w.write("nan.obj", &format!("{}f 1 2 3\n", obj.replace("v 1 0 0", "v nan 0 0")));
+    w.write("empty.obj", obj);
+    let object = |file: &str| ROOM.replace("shape = 'sphere'", &format!("file = '{file}'"));
+    let cases = [
+        (ROOM.replace("[vary]", "[vari]"), "did you mean `vary`"),
+        (ROOM.replace("'ball', 'room'", "'bell', 'room'"), "`bell`"),
+        (ROOM.replace("material = 'wall'", "material = 'well'"), "`well`"),
+        (object("missing.obj"), "missing.obj"),
+        (object("nan.obj"), "vertex"),
+        (object("empty.obj"), "empty.obj"),
+        (ROOM.replace("shininess = 20.0", "shininess = 500.0"), "outside 1..200"),
+        (ROOM.replace("ks = [0.3, 0.3, 0.3]", "ks = [0.9, 0.9, 0.9]"), "exceeds 1"),
+        (ROOM.replace("materials = ['ball', 'room']", "materials = []"), "nothing to bake"),
+        (ROOM.replace("materials = ['ball', 'room']", "view = true"), "view"),
+        (ROOM.replace("size = [48, 40]", "size = [48, 40]\nreflections = 5"), "at most 2"),
+        (ROOM.replace("size = [48, 40]", "size = [0, 40]"), "size"),
+    ];
+    for (text, part) in cases {
+        let scene = write_scene(w.folder.path(), &text);
+        let stderr = expect_exit("bake", &["run", scene.to_str().unwrap(), "-o", &w.path("bad")], 2);
+        assert!(stderr.contains(part), "{stderr} does not say {part}");
+        assert!(!Path::new(&w.path("bad")).join("manifest.json").exists());
+    }
+    assert!(expect_exit("bake", &["run", &w.path("nowhere.toml")], 2).contains("nowhere.toml"));
+    assert!(expect_exit("bake", &["run", "cornell-not"], 2).contains("cornell-knot"));
+    expect_exit("bake", &["run"], 2);
+    expect_exit("bake", &["run", "cornell-knot", "--size", "0x9"], 2);
+    expect_exit("bake", &["bake-everything"], 2);
+    expect_exit("bake", &["info", &w.path("nowhere")], 2);
+    expect_exit("bake", &["reference", "cornell-knot", "-o", "x.png"], 2);
+    expect_exit("bake", &["--help"], 0);
+}
+
+#[test]
+fn mistakes_at_playback_get_one_clear_line() {
+    let w = Workshop::new();
+    w.bake("bundle", &["--spp", "4", "--bases", "4"]);
+    let bundle = w.path("bundle");
+    let frame = w.path("frame.png");
+    let play = |more: &[&str], code| expect_exit("player", &[&[&bundle[..], "--headless", "--frames", &frame], more].concat(), code);
+    for (text, part) in [
+        ("[materials.wall]\nkd = [0.1, 0.1, 0.1]\n", "`wall`"),
+        ("[materials.bell]\nshininess = 3.0\n", "`bell`"),
+        ("[lights.lamp]\ngain = [2.0, 2.0, 2.0]\n", "light `lamp`"),
+        ("camera = { fov_deg = 20.0 }\n", "camera"),
+        ("[materials.ball]\nshininess = 0.5\n", "outside 1..200"),
+        ("[materials.ball]\nshinyness = 5.0\n", "did you mean `shininess`"),
+    ] {
+        let state = w.write("state.toml", text);
+        let stderr = play(&["--state", &state], 2);
+        assert!(stderr.contains(part), "{stderr} does not say {part}");
+    }
+    assert!(play(&["--animation", "shin"], 2).contains("shine"));
+    let exposure = w.write("state.toml", "camera = { exposure_ev = 1.5 }\n");
+    play(&["--state", &exposure], 0);
+
+    let images = w.folder.path().join("bundle/transfer-images.relume");
+    let whole = std::fs::read(&images).unwrap();
+    let mut flipped = whole.clone();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 4;
+    for damaged in [&whole[..whole.len() - 1], &whole[..100], &flipped] {
+        std::fs::write(&images, damaged).unwrap();
+        std::fs::remove_file(&frame).ok();
+        assert!(play(&[], 2).contains("transfer-images.relume"));
+        assert!(!Path::new(&frame).exists());
+        assert!(expect_exit("bake", &["verify", &bundle], 2).contains("transfer-images.relume"));
+    }
+}
+
+/// A disk that fills up ends the bake with code 1 and leaves no file that could be taken for finished.
+#[test]
+fn a_full_disk_leaves_nothing_half_written() {
+    let w = Workshop::new();
+    let bake = command("bake").get_program().to_str().unwrap().to_owned();
+    let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
+    // With the signal ignored, a write beyond the limit fails as it would on a full disk. 64 KiB hold the first files, not the images.
+    let script = "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"";
+    let output = std::process::Command::new("sh")
+        .args(["-c", script, &bake, "run", &scene, "-o", &bundle, "--spp", "4", "--progress", "none"])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    for (name, _) in contents(&bundle) {
+        assert!(!name.contains("partial") && name != "manifest.json" && name != "transfer-images.relume", "{name} was left");
+    }
+}

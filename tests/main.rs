@@ -1,0 +1,14 @@
+//! Whole-product tests, all in one binary:
+//!
+//! * [`truth`]: the tracer against closed forms;
+//! * [`stability`]: where methods fail, that they fail as documented;
+//! * [`accuracy`]: baked images against the reference, with stated bounds;
+//! * [`cpu_gpu`]: the player's shaders against `evaluate`;
+//! * [`cli`]: the binaries as a user runs them.
+
+mod accuracy;
+mod cli;
+mod cpu_gpu;
+mod stability;
+mod support;
+mod truth;

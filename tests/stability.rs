@@ -1,0 +1,139 @@
+//! Where methods fail: that they do not, or that they fail as documented.
+
+use crate::support::{render, scene};
+use glam::{Mat3A, Vec3A};
+use rayon::prelude::*;
+use relume_bake::trace::reference::Paths;
+use relume_bake::trace::sampler::PixelSampler;
+use relume_bake::trace::world::World;
+use relume_scenes::Scene;
+use std::sync::Arc;
+
+const CLOSED_SHAPES: [&str; 5] = ["torus-knot", "torus", "sphere", "box", "ring"];
+
+/// A scene of nothing but one shape with its default parameters.
+fn lone_shape(shape: &str) -> Scene {
+    scene(&format!(
+        "[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 30\n[materials.m]\nbrdf = 'blinn-phong'\nkd = [1, 1, 1]\n\
+         [environment]\n[render]\nsize = [32, 32]\n[[object]]\nname = 'o'\nmaterial = 'm'\nshape = '{shape}'\n"
+    ))
+}
+
+/// The scene with its only mesh turned about an odd axis, scaled and moved.
+fn transformed(scene: &Scene, scale: f32, offset: Vec3A) -> Scene {
+    let turn = Mat3A::from_axis_angle(glam::Vec3::new(0.3, 0.8, -0.5).normalize(), 0.7);
+    let mut scene = scene.clone();
+    let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
+    for p in &mut mesh.positions {
+        *p = (turn * Vec3A::from(*p) * scale + offset * scale).to_array();
+    }
+    for n in &mut mesh.normals {
+        *n = (turn * Vec3A::from(*n)).to_array();
+    }
+    let place = |p: [f32; 3]| ((Vec3A::from(p) + offset) * scale).to_array();
+    scene.camera.position = place(scene.camera.position);
+    scene.camera.target = place(scene.camera.target);
+    scene
+}
+
+/// From inside a closed mesh no ray escapes, in 10⁸: a leak in a visibility bake is a bright or dark speck.
+#[test]
+fn no_ray_escapes_from_inside() {
+    const RAYS: u32 = 100_000_000;
+    let variants = [(1.0, Vec3A::ZERO), (1e-3, Vec3A::new(3.0, -2.0, 1.0)), (1e3, Vec3A::new(-1.0, 4.0, 0.5))];
+    let per_mesh = RAYS / (CLOSED_SHAPES.len() * variants.len()) as u32 + 1;
+    for shape in CLOSED_SHAPES {
+        let base = lone_shape(shape);
+        for (scale, offset) in variants {
+            let scene = transformed(&base, scale, offset);
+            let escaped = escaping_rays(&scene, per_mesh);
+            assert_eq!(escaped, 0, "{shape} at scale {scale}: of {per_mesh} rays");
+        }
+    }
+}
+
+/// Shoots rays from just below random points of the surface in all directions; counts those that meet nothing.
+fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
+    let mesh = &scene.objects[0].mesh;
+    let world = World::new(scene);
+    let chunk = 1 << 14;
+    let escapes = |start: u32| {
+        let sampler = PixelSampler::new(1, start);
+        let mut escaped = 0;
+        for index in 0..chunk.min(rays - start) {
+            let sample = sampler.sample(index);
+            let [[a, b], [c, _], [u, v]] = [sample.pair(0), sample.pair(1), sample.pair(2)];
+            let corners = mesh.triangles[((c * mesh.triangles.len() as f32) as usize).min(mesh.triangles.len() - 1)];
+            let [p, q, r] = corners.map(|i| Vec3A::from(mesh.positions[i as usize]));
+            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+            let normal = (q - p).cross(r - p).normalize();
+            // A hundredth of the longest side inwards: within every mesh here, and far above rounding.
+            let depth = 0.01 * (q - p).length().max((r - p).length()).max((r - q).length());
+            let origin = p + (q - p) * a + (r - p) * b - normal * depth;
+            let z = 1.0 - 2.0 * u;
+            let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
+            let ring = (1.0 - z * z).max(0.0).sqrt();
+            escaped += u32::from(world.intersect(origin, Vec3A::new(ring * cos, ring * sin, z)).is_none());
+        }
+        escaped
+    };
+    (0..rays.div_ceil(chunk)).into_par_iter().map(|i| escapes(i * chunk)).sum()
+}
+
+/// A white box in a white sky shows no speck at any scale from a millimetre to a kilometre, near the origin or away from it.
+#[test]
+fn no_self_shadow_at_any_scale() {
+    let base = lone_shape("box");
+    for scale in [1e-3, 1e-2, 1.0, 1e2, 1e3] {
+        for offset in [Vec3A::ZERO, Vec3A::new(7.0, -3.0, 5.0)] {
+            let image = render(&transformed(&base, scale, offset), [32, 32], 64, 8, Paths::Best, 1);
+            // Convex and white: every path sees the sky with weight 1, unless its own surface stands in the way.
+            let darkest = image.radiance.iter().flatten().fold(f32::INFINITY, |m, r| m.min(*r));
+            assert!((darkest - 1.0).abs() < 1e-3, "scale {scale}, offset {offset}: {darkest}");
+        }
+    }
+}
+
+/// The same room a thousand times larger or smaller looks the same: light depends on angles alone.
+#[test]
+fn a_thousand_times_larger_or_smaller() {
+    let base = crate::support::library_scene("cornell-knot");
+    let image = |scale: f32| {
+        let mut scene = base.clone();
+        let scaled = |v: [f32; 3]| v.map(|x| x * scale);
+        for object in &mut scene.objects {
+            Arc::make_mut(&mut object.mesh).positions.iter_mut().for_each(|p| *p = scaled(*p));
+        }
+        for light in &mut scene.lights {
+            if let relume_scenes::Emitter::Area { corner, edge_u, edge_v, .. } = &mut light.emitter {
+                [*corner, *edge_u, *edge_v] = [scaled(*corner), scaled(*edge_u), scaled(*edge_v)];
+            }
+        }
+        scene.camera.position = scaled(scene.camera.position);
+        scene.camera.target = scaled(scene.camera.target);
+        render(&scene, [32, 32], 64, 2, Paths::Gather, 1).radiance
+    };
+    let metre = image(1.0);
+    for scale in [1e-3, 1e3] {
+        // The paths are the same; a handful of samples round to the other side of an edge.
+        let error = crate::support::relative_l2(&image(scale), &metre);
+        assert!(error < 2e-3, "scale {scale}: relative L2 {error}");
+    }
+}
+
+/// Scenes at the edge of sense: nothing to see, no light, black light.
+#[test]
+fn nothing_to_see() {
+    let dark = lone_shape("sphere");
+    let mut away = dark.clone();
+    away.camera.target = [0.0, 0.0, 20.0];
+    assert!(render(&away, [8, 8], 4, 4, Paths::Best, 0).radiance.iter().flatten().all(|r| (*r - 1.0).abs() < 1e-5), "only the sky");
+    let mut unlit = dark.clone();
+    unlit.environment = None;
+    assert!(render(&unlit, [8, 8], 4, 4, Paths::Gather, 0).radiance.iter().flatten().all(|r| *r == 0.0));
+    let mut black = dark;
+    if let Some(environment) = &mut black.environment {
+        environment.gain = [0.0; 3];
+    }
+    assert!(render(&black, [8, 8], 4, 4, Paths::Best, 0).radiance.iter().flatten().all(|r| *r == 0.0));
+}

@@ -1,0 +1,96 @@
+//! Scenes made on the spot, and the binaries.
+
+use glam::Vec3A;
+use relume_bake::job::{Job, ProgressMode};
+use relume_bake::trace::lights::Lights;
+use relume_bake::trace::path::PathTracer;
+use relume_bake::trace::reference::{self, Estimate, Paths, Settings};
+use relume_bake::trace::sampler::PixelSampler;
+use relume_bake::trace::world::World;
+use relume_scenes::Scene;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A scene loaded from the given text, and the folder it lives in.
+pub fn scene(text: &str) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    relume_scenes::load(&write_scene(folder.path(), text)).unwrap()
+}
+
+/// Writes `text` as scene.toml into `folder`.
+pub fn write_scene(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A quiet job.
+pub fn job() -> Job {
+    Job::new(ProgressMode::None)
+}
+
+/// Renders one image of `scene` as it is.
+pub fn render(scene: &Scene, size: [u32; 2], samples: u32, reflections: u32, paths: Paths, seed: u64) -> Estimate {
+    let settings = Settings { size, samples, seed, reflections, paths };
+    reference::render(scene, std::slice::from_ref(scene), &settings, &job()).unwrap().swap_remove(0)
+}
+
+/// The path tracer's mean radiance along rays that `ray` makes from two uniform numbers, with its standard error.
+pub fn mean_radiance(scene: &Scene, reflections: u32, samples: u32, ray: impl Fn([f32; 2]) -> (Vec3A, Vec3A)) -> (f64, f64) {
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let tracer = PathTracer::new(scene, &world, &lights, [1, 1], reflections, 0);
+    let sampler = PixelSampler::new(11, 0);
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for index in 0..samples {
+        let sample = sampler.sample(index);
+        let (origin, direction) = ray(sample.pair(1_000_000));
+        let radiance = f64::from(tracer.radiance(origin, direction, &sample).y);
+        sum += radiance;
+        squares += radiance * radiance;
+    }
+    let n = f64::from(samples);
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
+}
+
+/// Relative L2 difference over all channels.
+pub fn relative_l2(x: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    let (mut difference, mut norm) = (0.0, 0.0);
+    for (a, b) in x.as_flattened().iter().zip(reference.as_flattened()) {
+        difference += (f64::from(*a) - f64::from(*b)).powi(2);
+        norm += f64::from(*b).powi(2);
+    }
+    (difference / norm).sqrt()
+}
+
+/// The library's scene `name`.
+pub fn library_scene(name: &str) -> Scene {
+    relume_scenes::load(&relume_scenes::resolve(name).unwrap()).unwrap()
+}
+
+/// Runs one of our binaries, which `make test` builds beside the tests.
+pub fn run(binary: &str, arguments: &[&str]) -> Output {
+    command(binary).args(arguments).output().unwrap()
+}
+
+/// One of our binaries, ready to be given arguments.
+pub fn command(binary: &str) -> Command {
+    let test = std::env::current_exe().unwrap();
+    let release = test.parent().and_then(Path::parent).unwrap();
+    let path = release.join(binary);
+    assert!(path.exists(), "{} is missing; run `cargo build --release --workspace` first, as `make test` does", path.display());
+    Command::new(path)
+}
+
+/// Runs and expects exit code `code`; returns standard error, which for failures must be a single `error: …` line after any warnings and progress.
+pub fn expect_exit(binary: &str, arguments: &[&str], code: i32) -> String {
+    let output = run(binary, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{binary} {arguments:?}: {stderr}");
+    if code != 0 && code != 130 {
+        assert_eq!(stderr.lines().filter(|l| l.starts_with("error: ")).count(), 1, "{stderr}");
+        assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+    stderr
+}

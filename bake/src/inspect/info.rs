@@ -356,8 +356,4 @@ mod tests {
         std::fs::write(&path, b"text").unwrap();
         assert!(info(&path, true).unwrap_err().is_bad_input());
     }
-    #[test]
-    fn show() { let f=bundle(); println!("{}", info(f.path(), false).unwrap()); println!("{}", super::super::verify(f.path()).unwrap()); println!("{}", &info(&f.path().join("brdf-basis.relume"), true).unwrap());
-    let o = f.path().join("o"); super::super::export_file(f.path(), &o).unwrap(); println!("{}", std::fs::read_to_string(o.join("transfer-images/transfer-images.json")).unwrap().chars().take(2500).collect::<String>());
-     println!("{}", std::fs::read_to_string(o.join("scene/materials.json")).unwrap()); println!("{}", std::fs::read_to_string(o.join("animation-glow/glow.json")).unwrap()); }
 }

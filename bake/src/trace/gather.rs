@@ -27,10 +27,14 @@ pub struct EyeVertex {
     /// Index of its material.
     pub material: u32,
     /// Light that arrives directly.
-    pub direct: Option<Reflection>,
+    pub direct: Reflections,
     /// Light that arrives by way of another surface.
     pub indirect: Option<FirstVertex>,
 }
+
+/// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the surface's lobes. Both carry the balance
+/// heuristic's weights (Veach 1997), so their sum is the estimate.
+pub type Reflections = [Option<Reflection>; 2];
 
 /// Light about to be reflected: times the BRDF at this half angle it is radiance.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +53,7 @@ pub struct FirstVertex {
     /// cos δ at the surface that the eye sees.
     pub eye_cos_delta: f32,
     /// Light that this surface reflects towards the one that the eye sees, times cosine / density there.
-    pub reflection: Reflection,
+    pub reflections: Reflections,
 }
 
 /// Everything that traces the paths of one scene.
@@ -92,36 +96,91 @@ impl<'a> Gather<'a> {
         };
         match surface.owner {
             Owner::Light(index) => GatherPath::Light(if surface.front { self.lights.emitted(index) } else { Vec3A::ZERO }),
-            Owner::Material(material) => {
-                let choices = sample.pair(1);
-                let direct = self.direct(&surface, choices[0], sample.pair(2));
-                let indirect = if self.indirect { self.bounce(&surface, material, choices[1], sample) } else { None };
-                GatherPath::Surface(EyeVertex { material, direct, indirect })
-            }
+            Owner::Material(material) => GatherPath::Surface(self.eye_vertex(&surface, material, sample)),
         }
     }
 
-    fn direct(&self, surface: &Surface, choice: f32, point: [f32; 2]) -> Option<Reflection> {
-        let LightSample { direction, weight, .. } = self.lights.sample_visible(self.world, surface, choice, point)?;
-        let cos_delta = cos_half_angle(direction, surface.outgoing, surface.shading_normal);
-        Some(Reflection { cos_delta, light: weight * direction.dot(surface.shading_normal) })
-    }
-
-    fn bounce(&self, surface: &Surface, material: u32, choice: f32, sample: &Sample) -> Option<FirstVertex> {
-        let normal = surface.shading_normal;
-        let (direction, density) = self.mixtures[material as usize].sample(normal, surface.outgoing, choice, sample.pair(3));
-        let cosine = direction.dot(normal);
-        if cosine <= 0.0 || direction.dot(surface.geometric_normal) <= 0.0 {
-            return None;
-        }
-        let first = self.world.intersect(surface.offset(), direction)?;
-        let Owner::Material(material) = first.owner else {
-            // Light seen directly from the surface is what `direct` samples.
-            return None;
+    fn eye_vertex(&self, surface: &Surface, material: u32, sample: &Sample) -> EyeVertex {
+        let choices = sample.pair(1);
+        let mixture = &self.mixtures[material as usize];
+        let bounce = Bounce::sample(surface, mixture, choices[1], sample.pair(3));
+        let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
+        let seen = bounce.and_then(|b| self.light_seen(surface, &b, hit.as_ref()));
+        let direct = [self.light_sampled(surface, mixture, choices[0], sample.pair(2)), seen];
+        let indirect = match (bounce, hit) {
+            (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
+            _ => None,
         };
-        let mut reflection = self.direct(&first, sample.pair(4)[0], sample.pair(5))?;
-        reflection.light *= cosine / density;
-        let eye_cos_delta = cos_half_angle(direction, surface.outgoing, normal);
-        Some(FirstVertex { material, eye_cos_delta, reflection })
+        EyeVertex { material, direct, indirect }
+    }
+
+    fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
+        let Owner::Material(material) = first.owner else { return None };
+        let choices = sample.pair(4);
+        let mixture = &self.mixtures[material as usize];
+        let sampled = self.light_sampled(first, mixture, choices[0], sample.pair(5));
+        let seen = Bounce::sample(first, mixture, choices[1], sample.pair(6)).and_then(|b| self.light_along(first, &b));
+        let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
+        let reflections = [sampled.map(carried), seen.map(carried)];
+        reflections.iter().any(Option::is_some).then_some(FirstVertex { material, eye_cos_delta: bounce.cos_delta, reflections })
+    }
+
+    /// Light from a point chosen on a light.
+    fn light_sampled(&self, surface: &Surface, mixture: &LobeMixture, choice: f32, point: [f32; 2]) -> Option<Reflection> {
+        let LightSample { direction, weight, density, .. } = self.lights.sample_visible(self.world, surface, choice, point)?;
+        let normal = surface.shading_normal;
+        let share = density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, direction)));
+        let cos_delta = cos_half_angle(direction, surface.outgoing, normal);
+        Some(Reflection { cos_delta, light: weight * (direction.dot(normal) * share) })
+    }
+
+    /// Light that a bounce met, `hit` being the first surface in its way.
+    fn light_seen(&self, surface: &Surface, bounce: &Bounce, hit: Option<&Surface>) -> Option<Reflection> {
+        let (radiance, density) = match hit {
+            None => (self.lights.background(bounce.direction), self.lights.density_of_background(bounce.direction)),
+            Some(hit) => match hit.owner {
+                Owner::Light(index) if hit.front => {
+                    (self.lights.emitted(index), self.lights.density_of_area(index, surface.position, hit))
+                }
+                _ => return None,
+            },
+        };
+        // Weight density / (density + light's) over density.
+        let light = radiance * (bounce.cosine / (bounce.density + density));
+        (light != Vec3A::ZERO).then_some(Reflection { cos_delta: bounce.cos_delta, light })
+    }
+
+    /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them and need no ray.
+    fn light_along(&self, surface: &Surface, bounce: &Bounce) -> Option<Reflection> {
+        let from = surface.offset();
+        let (radiance, density, distance) = self.lights.along(from, bounce.direction)?;
+        let light = radiance * (bounce.cosine / (bounce.density + density));
+        let arrives = light != Vec3A::ZERO && !self.world.occluded(from, bounce.direction, distance);
+        arrives.then_some(Reflection { cos_delta: bounce.cos_delta, light })
+    }
+}
+
+/// A direction chosen by a surface's lobes, above the surface.
+#[derive(Debug, Clone, Copy)]
+struct Bounce {
+    direction: Vec3A,
+    /// Per steradian.
+    density: f32,
+    /// With the shading normal.
+    cosine: f32,
+    cos_delta: f32,
+}
+
+impl Bounce {
+    fn sample(surface: &Surface, mixture: &LobeMixture, choice: f32, point: [f32; 2]) -> Option<Self> {
+        let normal = surface.shading_normal;
+        let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
+        let cosine = direction.dot(normal);
+        let above = cosine > 0.0 && direction.dot(surface.geometric_normal) > 0.0;
+        above.then(|| Self { direction, density, cosine, cos_delta: cos_half_angle(direction, surface.outgoing, normal) })
+    }
+
+    fn weight(&self) -> f32 {
+        self.cosine / self.density
     }
 }

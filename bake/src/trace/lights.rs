@@ -78,6 +78,17 @@ impl Lights {
         self.sample(surface, choice, point).filter(|s| !world.occluded(surface.offset(), s.direction, s.distance))
     }
 
+    /// What shines from `direction` on the point `from` if nothing is in the way: radiance, the density per steradian with which
+    /// [`Lights::sample`] chooses that direction, and how far away it is.
+    pub fn along(&self, from: Vec3A, direction: Vec3A) -> Option<(Vec3A, f32, f32)> {
+        let met = self.lights.iter().enumerate().filter_map(|(i, light)| light.meet(from, direction).map(|(r, d, t)| (r, d * self.chance(i), t)));
+        let nearest = met.min_by(|a, b| a.2.total_cmp(&b.2));
+        nearest.or_else(|| {
+            let environment = self.environment.as_ref()?;
+            Some((environment.radiance(direction), self.density_of_background(direction), f32::INFINITY))
+        })
+    }
+
     /// Radiance that the front of area light `index` emits.
     pub fn emitted(&self, index: u32) -> Vec3A {
         match self.lights.get(index as usize) {
@@ -134,6 +145,24 @@ impl PreparedLight {
             Self::Point { intensity, .. } => 4.0 * PI * intensity.max_element(),
             Self::Directional { irradiance, .. } => cross_section * irradiance.max_element(),
         }
+    }
+
+    /// Where a ray meets the front of an area light: radiance, density over the solid angle, distance to just before it.
+    fn meet(&self, from: Vec3A, direction: Vec3A) -> Option<(Vec3A, f32, f32)> {
+        let Self::Area { corner, edge_u, edge_v, normal, area, rounding, radiance } = *self else { return None };
+        let cosine = -direction.dot(normal);
+        if cosine <= 0.0 {
+            return None;
+        }
+        let distance = (from - corner).dot(normal) / cosine;
+        let on_light = from + direction * distance - corner;
+        // Coordinates along the edges, which need not be perpendicular.
+        let (uu, uv, vv) = (edge_u.dot(edge_u), edge_u.dot(edge_v), edge_v.dot(edge_v));
+        let (pu, pv) = (on_light.dot(edge_u), on_light.dot(edge_v));
+        let determinant = uu * vv - uv * uv;
+        let (u, v) = ((pu * vv - pv * uv) / determinant, (pv * uu - pu * uv) / determinant);
+        let inside = distance > 0.0 && (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
+        inside.then(|| (radiance, distance * distance / (area * cosine), distance - rounding / cosine))
     }
 
     fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightSample> {

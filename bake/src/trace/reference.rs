@@ -1,6 +1,6 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
-use super::gather::{Gather, GatherPath, Reflection};
+use super::gather::{Gather, GatherPath, Reflection, Reflections};
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
@@ -96,16 +96,18 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
 
 /// Radiance that `path` carries with the given materials.
 pub fn radiance_of(path: &GatherPath, materials: &[BlinnPhong]) -> Vec3A {
-    let reflect = |material: u32, r: &Reflection| r.light * blinn_phong::evaluate(&materials[material as usize], r.cos_delta);
+    let reflect = |material: u32, reflections: &Reflections| -> Vec3A {
+        let brdf = |r: &Reflection| r.light * blinn_phong::evaluate(&materials[material as usize], r.cos_delta);
+        reflections.iter().flatten().map(brdf).sum()
+    };
     match path {
         GatherPath::Light(radiance) => *radiance,
         GatherPath::Surface(eye) => {
-            let direct = eye.direct.as_ref().map_or(Vec3A::ZERO, |r| reflect(eye.material, r));
             let indirect = eye.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
-                let light = reflect(first.material, &first.reflection);
-                reflect(eye.material, &Reflection { cos_delta: first.eye_cos_delta, light })
+                let light = reflect(first.material, &first.reflections);
+                light * blinn_phong::evaluate(&materials[eye.material as usize], first.eye_cos_delta)
             });
-            direct + indirect
+            reflect(eye.material, &eye.direct) + indirect
         }
     }
 }

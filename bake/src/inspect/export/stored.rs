@@ -79,7 +79,7 @@ struct AnimationFile<'a> {
 
 #[derive(Serialize)]
 struct TrackFile<'a> {
-    leaf: String,
+    leaf: &'a [String],
     times_s: &'a [f32],
     values: ValuesFile<'a>,
 }
@@ -100,7 +100,7 @@ impl<'a> AnimationFile<'a> {
                 TrackValues::Vector(v) => ValuesFile::Vector(v),
                 TrackValues::Name(v) => ValuesFile::Name(v),
             };
-            TrackFile { leaf: track.leaf.join("."), times_s: &track.times_s, values }
+            TrackFile { leaf: &track.leaf, times_s: &track.times_s, values }
         });
         Self { name: &animation.name, duration_s: animation.duration_s, looping: animation.looping, tracks: tracks.collect() }
     }

@@ -1,7 +1,7 @@
 //! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with every basis (thesis eq. 4-26, 4-27).
 
 use crate::brdf::blinn_phong;
-use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection};
+use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
 use glam::Vec3A;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
@@ -81,7 +81,7 @@ impl<'a> Projector<'a> {
 
     fn add_editable(&self, eye: &EyeVertex, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
-        if let Some(direct) = &eye.direct {
+        for direct in eye.direct.iter().flatten() {
             self.add_slots(sums, FirstReflection::None, direct.light, &self.values(direct.cos_delta));
         }
         if let Some(first) = &eye.indirect {
@@ -92,9 +92,7 @@ impl<'a> Projector<'a> {
 
     fn add_fixed(&self, eye: &EyeVertex, material: &BlinnPhong, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
-        if let Some(Reflection { cos_delta, light }) = eye.direct {
-            add_rgb(sums, 0, light * blinn_phong::evaluate(material, cos_delta));
-        }
+        add_rgb(sums, 0, reflect(&eye.direct, material));
         if let Some(first) = &eye.indirect {
             let at_eye = blinn_phong::evaluate(material, first.eye_cos_delta);
             self.each_first(first, |reflection, light| add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye));
@@ -103,13 +101,16 @@ impl<'a> Projector<'a> {
 
     /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
     fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
-        let Reflection { cos_delta, light } = first.reflection;
         match self.materials[first.material as usize] {
-            Surface::Fixed(material) => each(FirstReflection::Fixed, light * blinn_phong::evaluate(&material, cos_delta)),
+            Surface::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, &material)),
             Surface::Editable(material) => {
-                let values = self.values(cos_delta);
-                for (basis, value) in values[..self.layout.bases].iter().enumerate() {
-                    each(FirstReflection::Editable { material, basis }, light * *value);
+                let mut sums = [Vec3A::ZERO; MAX_BASES];
+                for Reflection { cos_delta, light } in first.reflections.iter().flatten() {
+                    let values = self.values(*cos_delta);
+                    sums.iter_mut().zip(&values[..self.layout.bases]).for_each(|(sum, value)| *sum += *light * *value);
+                }
+                for (basis, light) in sums[..self.layout.bases].iter().enumerate() {
+                    each(FirstReflection::Editable { material, basis }, *light);
                 }
             }
         }
@@ -146,6 +147,10 @@ impl PixelRecords {
             }
         }
     }
+}
+
+fn reflect(reflections: &Reflections, material: &BlinnPhong) -> Vec3A {
+    reflections.iter().flatten().map(|r| r.light * blinn_phong::evaluate(material, r.cos_delta)).sum()
 }
 
 fn add_rgb(sums: &mut [f32], start: usize, light: Vec3A) {

@@ -126,7 +126,7 @@ fn bake_play_and_compare_with_the_reference() {
     let export = w.path("export");
     expect_exit("bake", &["export", &bundle, "-o", &export], 0);
     for file in ["basis.npy", "parameters.npy", "coefficients.npy"] {
-        let found = find(Path::new(&export), file);
+        let found = find(Path::new(&export), file).unwrap_or_else(|| panic!("no {file} was exported"));
         assert_eq!(&std::fs::read(found).unwrap()[..6], b"\x93NUMPY");
     }
     let stats = w.path("stats.json");
@@ -137,10 +137,11 @@ fn bake_play_and_compare_with_the_reference() {
     assert_eq!(stats["frames"], 5);
 }
 
-fn find(folder: &Path, name: &str) -> std::path::PathBuf {
-    let entries: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    let direct = entries.iter().find(|p| p.file_name().is_some_and(|n| n == name)).cloned();
-    direct.or_else(|| entries.iter().filter(|p| p.is_dir()).map(|p| find(p, name)).next()).unwrap_or_else(|| panic!("{name} is not in {}", folder.display()))
+/// The file of that name in a folder or below it.
+fn find(folder: &Path, name: &str) -> Option<std::path::PathBuf> {
+    std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).find_map(|path| {
+        if path.is_dir() { find(&path, name) } else { path.file_name().is_some_and(|n| n == name).then_some(path) }
+    })
 }
 
 #[test]

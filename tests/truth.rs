@@ -28,10 +28,13 @@ fn white_furnace() {
         let reflections = if paths == Paths::Best { 50 } else { 2 };
         let image = render(&scene(&text), [24, 24], 64, reflections, paths, 1);
         for (radiance, variance) in image.radiance.iter().flatten().zip(image.variance.iter().flatten()) {
-            // Convex, so a single reflection sees the sky alone: the cosine lobe's weight is 1 for every sample of the path tracer.
-            let bound = if paths == Paths::Best { 2e-3 } else { 6.0 * variance.sqrt() + 1e-4 };
-            assert!((radiance - 1.0).abs() < bound, "{paths:?}: {radiance} ± {}", variance.sqrt());
+            assert!((radiance - 1.0).abs() < 6.0 * variance.sqrt() + 1e-4, "{paths:?}: {radiance} ± {}", variance.sqrt());
         }
+        let n = image.radiance.as_flattened().len() as f32;
+        let mean = image.radiance.iter().flatten().sum::<f32>() / n;
+        // Channels are alike, so a third of the values are independent.
+        let error = image.variance.iter().flatten().sum::<f32>().sqrt() / n * 3.0f32.sqrt();
+        assert!((mean - 1.0).abs() < 4.0 * error + 1e-4 && error < 0.003, "{paths:?}: mean {mean} ± {error}");
     }
     // Concave: two boxes that face each other across a slit, light going back and forth many times.
     let two = text.clone()

@@ -1,4 +1,7 @@
 //! A scene prepared for rays: all triangles in one hierarchy, with what a hit needs to know.
+//!
+//! Inside, lengths are scaled by a power of two so that the scene is some 2¹⁴ units large. That costs no rounding and makes every decision independent
+//! of the scene's scale; and obvhs passes over boxes that end within 10⁻⁴ units of a ray's origin, which must not be a length that matters.
 
 use super::triangle::{ShearedRay, TriangleHit};
 use glam::{UVec2, Vec3A};
@@ -37,6 +40,8 @@ pub struct World {
     triangles: Vec<[Vec3A; 3]>,
     normals: Vec<[Vec3A; 3]>,
     owners: Vec<Owner>,
+    /// Hierarchy units per metre: a power of two.
+    units_per_metre: f32,
     /// Largest absolute coordinate of geometry and eye: what rounding errors are relative to.
     pub extent: f32,
 }
@@ -71,6 +76,9 @@ impl Surface {
 /// subtracts it from vertices, each off by at most a few 2⁻²⁴; 2⁻¹⁸ leaves a factor of about ten.
 const ROUNDING: f32 = 1.0 / 262_144.0;
 
+/// Binary logarithm of the scene's size in hierarchy units.
+const EXTENT_LOG2: f32 = 14.0;
+
 /// How far rounding may move a point computed on the triangle or parallelogram with these corners, metres.
 pub fn rounding_of(corners: &[Vec3A]) -> f32 {
     ROUNDING * corners.iter().fold(0.0, |m: f32, v| m.max(v.abs().max_element()))
@@ -104,8 +112,11 @@ impl World {
 
     fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], eye: Vec3A) -> Self {
         let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let exponent = (EXTENT_LOG2 - extent.max(f32::MIN_POSITIVE).log2().ceil()).clamp(-100.0, 100.0);
+        let units_per_metre = exponent.exp2();
+        let triangles: Vec<[Vec3A; 3]> = triangles.iter().map(|t| t.map(|v| v * units_per_metre)).collect();
         // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a triangle it hits.
-        let boxes: Vec<Padded> = triangles.iter().map(|t| Padded { triangle: *t, pad: extent * ROUNDING }).collect();
+        let boxes: Vec<Padded> = triangles.iter().map(|t| Padded { triangle: *t, pad: extent * units_per_metre * ROUNDING }).collect();
         let hierarchy = build_cwbvh(&boxes, BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }, &mut Duration::default());
         let order = hierarchy.primitive_indices.iter().map(|i| *i as usize);
         Self {
@@ -113,6 +124,7 @@ impl World {
             normals: order.clone().map(|i| normals[i]).collect(),
             owners: order.map(|i| owners[i]).collect(),
             hierarchy,
+            units_per_metre,
             extent,
         }
     }
@@ -120,6 +132,7 @@ impl World {
     /// The nearest surface along the ray. `direction` must be a unit vector.
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
         RAYS.set(RAYS.get() + 1);
+        let origin = origin * self.units_per_metre;
         let mut ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
         let sheared = ShearedRay::new(origin, direction);
         let mut nearest: Option<(u32, TriangleHit)> = None;
@@ -144,6 +157,7 @@ impl World {
             return false;
         }
         // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes up for it only at unit length.
+        let (from, distance) = (from * self.units_per_metre, distance * self.units_per_metre);
         let ray = Ray::new(from, direction, 0.0, distance);
         let sheared = ShearedRay::new(from, direction);
         let mut state = self.hierarchy.new_traversal(direction);
@@ -162,14 +176,14 @@ impl World {
         let [a, b, c] = self.triangles[triangle];
         let [na, nb, nc] = self.normals[triangle];
         let u = 1.0 - v - w;
-        // Normalised before the product, for the sides of a triangle of micrometres make an area that underflows.
-        let face = (b - a).normalize_or_zero().cross((c - a).normalize_or_zero()).normalize_or(Vec3A::Y);
+        let face = (b - a).cross(c - a).normalize_or(Vec3A::Y);
         let front = face.dot(direction) <= 0.0;
         let geometric_normal = if front { face } else { -face };
         let smooth = (na * u + nb * v + nc * w).normalize_or(face) * if front { 1.0 } else { -1.0 };
         let shading_normal = if smooth.dot(geometric_normal) > 0.0 { smooth } else { geometric_normal };
-        let position = a * u + b * v + c * w;
-        let rounding = rounding_of(&[a, b, c]);
+        let metres_per_unit = 1.0 / self.units_per_metre;
+        let position = (a * u + b * v + c * w) * metres_per_unit;
+        let rounding = rounding_of(&[a, b, c]) * metres_per_unit;
         Surface { position, geometric_normal, shading_normal, owner: self.owners[triangle], front, outgoing: -direction, rounding }
     }
 }

@@ -116,7 +116,15 @@ fn bake_play_and_compare_with_the_reference() {
     let state = w.write("state.toml", "[materials.ball]\nkd = [0.1, 0.5, 0.2]\nks = [0.4, 0.4, 0.4]\nshininess = 90.0\n[materials.room]\nks = [0.2, 0.2, 0.2]\nshininess = 35.5\n");
     let (played, reference) = (w.path("played.exr"), w.path("reference.exr"));
     expect_exit("player", &[&bundle, "--headless", "--state", &state, "--exr", &played], 0);
-    expect_exit("bake", &[&["reference", &scene, "--state", &state, "--paths", "gather", "--reflections", "2", "-o", &reference, "--progress", "none"], &settings[..]].concat(), 0);
+    expect_exit(
+        "bake",
+        &[
+            &["reference", &scene, "--state", &state, "--paths", "gather", "--reflections", "2", "-o", &reference, "--progress", "none"],
+            &settings[..],
+        ]
+        .concat(),
+        0,
+    );
     let error = relative_l2(&pixels(&played), &pixels(&reference));
     assert!(error < 0.0005, "relative L2 {error}");
 
@@ -139,9 +147,10 @@ fn bake_play_and_compare_with_the_reference() {
 
 /// The file of that name in a folder or below it.
 fn find(folder: &Path, name: &str) -> Option<std::path::PathBuf> {
-    std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).find_map(|path| {
-        if path.is_dir() { find(&path, name) } else { path.file_name().is_some_and(|n| n == name).then_some(path) }
-    })
+    std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .find_map(|path| if path.is_dir() { find(&path, name) } else { path.file_name().is_some_and(|n| n == name).then_some(path) })
 }
 
 #[test]
@@ -213,7 +222,7 @@ fn finished_work_is_reused() {
     // Defaults of a material that varies, exposure and animations trace nothing again, but arrive in the bundle.
     let changed = ROOM.replace("shininess = 20.0", "shininess = 30.0").replace("fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0");
     write_scene(w.folder.path(), &changed);
-    w.write("animations/dim.toml", &ANIMATION.replace("shininess", "kd").replace("5.0", "[0.1, 0.1, 0.1]").replace("150.0", "[0.2, 0.2, 0.2]").replace("duration_s = 0.[0.1, 0.1, 0.1]", "duration_s = 0.5").replace("t_s = 0.[0.1, 0.1, 0.1]", "t_s = 0.5"));
+    w.write("animations/dim.toml", "duration_s = 1.0\n[[key]]\nt_s = 0.0\nmaterials.ball.kd = [0.1, 0.1, 0.1]\n");
     w.bake("bundle", &["--spp", "16"]);
     assert_eq!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
     assert!(w.folder.path().join("bundle/animation-dim.relume").exists());
@@ -280,6 +289,8 @@ fn mistakes_at_playback_get_one_clear_line() {
         assert!(stderr.contains(part), "{stderr} does not say {part}");
     }
     assert!(play(&["--animation", "shin"], 2).contains("shine"));
+    assert!(play(&["--size", "99x99"], 2).contains("48x40"));
+    play(&["--size", "48x40"], 0);
     let exposure = w.write("state.toml", "camera = { exposure_ev = 1.5 }\n");
     play(&["--state", &exposure], 0);
 

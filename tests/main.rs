@@ -6,6 +6,8 @@
 //! * [`cpu_gpu`]: the player's shaders against `evaluate`;
 //! * [`cli`]: the binaries as a user runs them.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
+
 mod accuracy;
 mod cli;
 mod cpu_gpu;

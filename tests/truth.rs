@@ -39,7 +39,8 @@ fn white_furnace() {
     // Concave: two boxes that face each other across a slit, light going back and forth many times.
     let two = text.clone()
         + "transform = { translation = [-0.55, 0, 0] }\n[[object]]\nname = 'p'\nmaterial = 'm'\nshape = 'box'\ntransform = { translation = [0.55, 0, 0] }\n";
-    let (mean, error) = mean_radiance(&scene(&two), 10_000, 20_000, |[x, y]| (v(0.0, 0.0, 2.0), v(0.2 * (x - 0.5), 0.3 * (y - 0.5), -1.0).normalize()));
+    let (mean, error) =
+        mean_radiance(&scene(&two), 10_000, 20_000, |[x, y]| (v(0.0, 0.0, 2.0), v(0.2 * (x - 0.5), 0.3 * (y - 0.5), -1.0).normalize()));
     assert!((mean - 1.0).abs() < 4.0 * error + 1e-3, "{mean} ± {error}");
 }
 
@@ -103,7 +104,10 @@ fn area_light_irradiance() {
         let radiance = f64::from(image.radiance[0][0]);
         // The variance is an upper bound; stratification makes the true error smaller still. 1e-4 is the spread of the footprint.
         let sigma = f64::from(image.variance[0][0]).sqrt();
-        assert!((radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected, "{radiance}, expected {expected} ± {sigma}");
+        assert!(
+            (radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected,
+            "{radiance}, expected {expected} ± {sigma}"
+        );
     }
 }
 
@@ -112,7 +116,8 @@ fn area_light_irradiance() {
 fn point_and_directional_irradiance() {
     let without_lamp = LIT_FLOOR.split("[[light]]").next().unwrap();
     let point = "[[light]]\nname = 'p'\nkind = 'point'\nintensity = [3.0, 3.0, 3.0]\ntransform = { translation = [0.3, 2.0, 1.7] }\n";
-    let sun = "[[light]]\nname = 's'\nkind = 'directional'\nirradiance = [5.0, 5.0, 5.0]\ntransform = { rotation_deg = [-30.0, 0.0, 0.0] }\n";
+    let sun =
+        "[[light]]\nname = 's'\nkind = 'directional'\nirradiance = [5.0, 5.0, 5.0]\ntransform = { rotation_deg = [-30.0, 0.0, 0.0] }\n";
     // Light at height 2, 1.5 aside; the sun 30° above the horizon.
     let by_point = 3.0 * 2.0 / (2.0f64.powi(2) + 1.5f64.powi(2)).powf(1.5);
     let by_sun = 5.0 * 0.5;
@@ -127,7 +132,10 @@ fn point_and_directional_irradiance() {
 /// Two parallel unit squares at distance 1 exchange the share 0.19982 (Howell's catalogue C-11).
 #[test]
 fn form_factor_of_parallel_squares() {
-    let text = LIT_FLOOR.replace("scale = 10.0", "scale = 1.0").replace("radiance = [2.0, 2.0, 2.0]", "radiance = [1, 1, 1]").replace("0.8, 0.8, 0.8", "1, 1, 1");
+    let text = LIT_FLOOR
+        .replace("scale = 10.0", "scale = 1.0")
+        .replace("radiance = [2.0, 2.0, 2.0]", "radiance = [1, 1, 1]")
+        .replace("0.8, 0.8, 0.8", "1, 1, 1");
     let (mean, error) = mean_radiance(&scene(&text), 1, 1 << 17, |[x, y]| (v(x - 0.5, 0.5, y - 0.5), Vec3A::NEG_Y));
     // The mean over the square of E/π with unit radiance is the form factor itself.
     assert!((mean - 0.199_82).abs() < 4.0 * error + 2e-5, "{mean} ± {error}");

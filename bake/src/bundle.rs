@@ -141,8 +141,9 @@ fn open_log(unfinished: &Path, leftover: Leftover, key: u128) -> Result<TileLog>
     if leftover == Leftover::Refuse {
         return Err(BakeError::invalid(&place, "holds an unfinished bake; add --resume to go on with it or --force to start again"));
     }
-    TileLog::reopen(&path, key)?
-        .ok_or_else(|| BakeError::invalid(&place, "holds an unfinished bake of another scene or other settings; add --force to start again"))
+    TileLog::reopen(&path, key)?.ok_or_else(|| {
+        BakeError::invalid(&place, "holds an unfinished bake of another scene or other settings; add --force to start again")
+    })
 }
 
 fn stored_scene(scene: &Scene, settings: &Settings) -> StoredScene {

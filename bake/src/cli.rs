@@ -7,9 +7,14 @@ use std::path::PathBuf;
 
 /// Bakes how light moves through a scene, once, so that `player` can show it while materials change.
 #[derive(Debug, Parser)]
-#[command(name = "bake", version, arg_required_else_help = true, after_help = "\
+#[command(
+    name = "bake",
+    version,
+    arg_required_else_help = true,
+    after_help = "\
 SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot.
-Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted.")]
+Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted."
+)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

@@ -23,7 +23,10 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let scene = load(&args.scene)?;
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
-        return Err(BakeError::invalid(&Place::file(&scene.file), format!("a largest error of {max_error} makes no sense; give one above 0")));
+        return Err(BakeError::invalid(
+            &Place::file(&scene.file),
+            format!("a largest error of {max_error} makes no sense; give one above 0"),
+        ));
     }
     let settings = Settings {
         size: args.size.unwrap_or(scene.size),
@@ -63,7 +66,8 @@ pub fn run(args: &RunArgs) -> Result<String> {
 pub fn export(args: &ExportArgs) -> Result<String> {
     let path = Path::new(&args.what);
     let is_bundle = path.extension().is_some_and(|e| e == "relume") || path.join("manifest.json").exists();
-    let files = if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
+    let files =
+        if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
 }
 
@@ -127,7 +131,9 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
         let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
         if albedo > 1.0 {
             let name = &material.name;
-            eprintln!("warning: material `{name}` reflects up to {albedo:.2} times what it receives; many reflections may not converge, add --reflections 2 or lower ks");
+            eprintln!(
+                "warning: material `{name}` reflects up to {albedo:.2} times what it receives; many reflections may not converge, add --reflections 2 or lower ks"
+            );
         }
     }
 }
@@ -148,7 +154,8 @@ fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
     let Some((before, rest)) = pattern.split_once('%') else {
         return if count == 1 { Ok(vec![pattern.into()]) } else { refuse("many states need a pattern such as 'OUT/%04d.exr'") };
     };
-    let Some((digits, after)) = rest.split_once('d').filter(|(d, after)| d.chars().all(|c| c.is_ascii_digit()) && !after.contains('%')) else {
+    let Some((digits, after)) = rest.split_once('d').filter(|(d, after)| d.chars().all(|c| c.is_ascii_digit()) && !after.contains('%'))
+    else {
         return refuse("a pattern has one number such as %d or %04d");
     };
     let width: usize = digits.parse().unwrap_or(1).min(20);

@@ -108,7 +108,8 @@ impl Stage {
         let seconds = self.start.elapsed().as_secs_f64();
         let left = seconds / done.max(1) as f64 * self.total.saturating_sub(done) as f64;
         if self.mode == ProgressMode::Json {
-            let line = serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
+            let line =
+                serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
             eprintln!("{line}");
         } else {
             eprintln!("{}: {} %, {seconds:.0} s gone, {left:.0} s left", self.name, 100 * done / self.total.max(1));

@@ -6,15 +6,15 @@
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
-pub mod exr_file;
-pub mod job;
-pub mod inspect;
 pub mod brdf;
 pub mod bundle;
 pub mod cli;
 pub mod commands;
 pub mod compress;
-pub mod trace;
 pub mod error;
+pub mod exr_file;
+pub mod inspect;
+pub mod job;
 pub mod methods;
 pub mod scene_hash;
+pub mod trace;

@@ -25,6 +25,9 @@ pub struct Cli {
     /// State to start from: what differs from the scene's defaults
     #[arg(long, value_name = "STATE.toml")]
     pub state: Option<PathBuf>,
+    /// Size of the frames; images are baked at one size, so it must be that one
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
     /// GPU adapter to use: any part of its name, in any case [default: the fastest kind there is]
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
@@ -58,6 +61,11 @@ pub struct Cli {
     /// Write up to 12 evenly spaced frames as one PNG
     #[arg(long, value_name = "FILE.png")]
     pub contact_sheet: Option<PathBuf>,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    sides.filter(|size| !size.contains(&0)).ok_or_else(|| "give WIDTHxHEIGHT such as 512x512".to_owned())
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {

@@ -118,6 +118,10 @@ fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
 
 fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupted: &AtomicBool) -> Result<Recorder> {
     let size = session.images()?.size();
+    if let Some([width, height]) = cli.size.filter(|asked| *asked != size) {
+        let [w, h] = size;
+        return Err(Error::Usage(format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}")));
+    }
     let bar = progress_bar(count);
     let mut recorder = Recorder::default();
     let mut sheet = ContactSheet::new(count);

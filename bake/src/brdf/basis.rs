@@ -178,7 +178,8 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
         (difference / norm).sqrt()
     };
     let errors: Vec<f64> = shininess.par_iter().map(error).collect();
-    let (worst, worst_shininess) = errors.iter().zip(shininess).fold((0.0, 0.0), |w, (e, s)| if *e > w.0 { (*e, f64::from(*s)) } else { w });
+    let (worst, worst_shininess) =
+        errors.iter().zip(shininess).fold((0.0, 0.0), |w, (e, s)| if *e > w.0 { (*e, f64::from(*s)) } else { w });
     BasisError { mean: errors.iter().sum::<f64>() / errors.len() as f64, worst, worst_shininess }
 }
 
@@ -190,7 +191,9 @@ mod tests {
     /// The figures of the thesis, under the metric that reproduces them, are ceilings.
     #[test]
     fn errors_stay_below_the_published_figures() {
-        for (bases, shared, mean, worst) in [(6, true, 0.0065, 0.050), (6, false, 0.0090, 0.068), (4, false, 0.048, 1.0), (9, true, 0.0007, 0.005)] {
+        for (bases, shared, mean, worst) in
+            [(6, true, 0.0065, 0.050), (6, false, 0.0090, 0.068), (4, false, 0.048, 1.0), (9, true, 0.0007, 0.005)]
+        {
             let meta = build(bases, shared).unwrap().meta;
             for error in [meta.error_at_integers, meta.error_between] {
                 assert!(error.mean <= mean && error.worst <= worst, "{bases} bases, shared {shared}: {error:?}");
@@ -214,7 +217,11 @@ mod tests {
                 for channel in 0..3 {
                     let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum();
                     // Powers that are no integers have a singular derivative at cos δ = 0, where integer powers follow them slowly.
-                    assert!((sum - truth[channel]).abs() < 5e-4 * peak.max(1.0), "s {s}, cos δ {cos_delta}: {sum} against {}", truth[channel]);
+                    assert!(
+                        (sum - truth[channel]).abs() < 5e-4 * peak.max(1.0),
+                        "s {s}, cos δ {cos_delta}: {sum} against {}",
+                        truth[channel]
+                    );
                 }
             }
         }

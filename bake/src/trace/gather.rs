@@ -13,6 +13,7 @@ use relume_formats::state::Film;
 use relume_scenes::Scene;
 
 /// One path from the eye.
+#[allow(clippy::large_enum_variant, reason = "lives on the stack for one sample; a box would allocate for every path")]
 #[derive(Debug, Clone, Copy)]
 pub enum GatherPath {
     /// The eye sees a light or the background: its radiance.
@@ -139,9 +140,7 @@ impl<'a> Gather<'a> {
         let (radiance, density) = match hit {
             None => (self.lights.background(bounce.direction), self.lights.density_of_background(bounce.direction)),
             Some(hit) => match hit.owner {
-                Owner::Light(index) if hit.front => {
-                    (self.lights.emitted(index), self.lights.density_of_area(index, surface.position, hit))
-                }
+                Owner::Light(index) if hit.front => (self.lights.emitted(index), self.lights.density_of_area(index, surface.position, hit)),
                 _ => return None,
             },
         };

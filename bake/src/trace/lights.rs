@@ -64,7 +64,12 @@ impl Lights {
             None => {
                 let environment = self.environment.as_ref()?;
                 let (direction, density) = environment.sample(point);
-                LightSample { direction, distance: f32::INFINITY, weight: environment.radiance(direction) / density, density: Some(density) }
+                LightSample {
+                    direction,
+                    distance: f32::INFINITY,
+                    weight: environment.radiance(direction) / density,
+                    density: Some(density),
+                }
             }
         };
         sample.weight /= chance;
@@ -81,7 +86,8 @@ impl Lights {
     /// What shines from `direction` on the point `from` if nothing is in the way: radiance, the density per steradian with which
     /// [`Lights::sample`] chooses that direction, and how far away it is.
     pub fn along(&self, from: Vec3A, direction: Vec3A) -> Option<(Vec3A, f32, f32)> {
-        let met = self.lights.iter().enumerate().filter_map(|(i, light)| light.meet(from, direction).map(|(r, d, t)| (r, d * self.chance(i), t)));
+        let met =
+            self.lights.iter().enumerate().filter_map(|(i, light)| light.meet(from, direction).map(|(r, d, t)| (r, d * self.chance(i), t)));
         let nearest = met.min_by(|a, b| a.2.total_cmp(&b.2));
         nearest.or_else(|| {
             let environment = self.environment.as_ref()?;

@@ -94,7 +94,10 @@ mod tests {
     #[test]
     fn edges_and_vertices_belong_to_somebody() {
         // Two triangles share the diagonal of a square; rays aimed exactly at it must hit at least one.
-        let square = [[vec3a(0.1, 0.3, 0.0), vec3a(1.7, 0.2, 0.1), vec3a(1.9, 2.1, 0.3)], [vec3a(0.1, 0.3, 0.0), vec3a(1.9, 2.1, 0.3), vec3a(-0.2, 1.8, 0.2)]];
+        let square = [
+            [vec3a(0.1, 0.3, 0.0), vec3a(1.7, 0.2, 0.1), vec3a(1.9, 2.1, 0.3)],
+            [vec3a(0.1, 0.3, 0.0), vec3a(1.9, 2.1, 0.3), vec3a(-0.2, 1.8, 0.2)],
+        ];
         let eye = vec3a(0.7, -0.4, 5.0);
         for step in 0..100_000 {
             let target = square[0][0].lerp(square[0][2], step as f32 / 100_000.0);

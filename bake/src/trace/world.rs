@@ -9,7 +9,7 @@ use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::Ray;
-use obvhs::{BvhBuildParams, Boundable, traverse};
+use obvhs::{Boundable, BvhBuildParams, traverse};
 use relume_scenes::{Emitter, Scene};
 use std::cell::Cell;
 use std::time::Duration;

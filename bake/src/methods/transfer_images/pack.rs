@@ -21,7 +21,14 @@ struct SlotSums {
 ///
 /// # Errors
 /// If the log cannot be read or the job is interrupted.
-pub fn pack(log: &TileLog, tiles: u32, layout: &Layout, basis: &BrdfBasis, mut meta: Meta, stage: &Stage) -> crate::error::Result<TransferImages> {
+pub fn pack(
+    log: &TileLog,
+    tiles: u32,
+    layout: &Layout,
+    basis: &BrdfBasis,
+    mut meta: Meta,
+    stage: &Stage,
+) -> crate::error::Result<TransferImages> {
     let channel_starts = channel_starts(layout);
     let samples = meta.samples as f32;
 

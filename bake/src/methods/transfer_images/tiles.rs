@@ -83,7 +83,8 @@ impl TileLog {
     /// Starts an empty log at `path`.
     pub fn create(path: &Path, key: u128) -> Result<Self> {
         let place = Place::file(path);
-        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path).map_err(|e| Error::io(&place, e))?;
+        let mut file =
+            OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path).map_err(|e| Error::io(&place, e))?;
         file.write_all(&key.to_le_bytes()).map_err(|e| Error::io(&place, e))?;
         Ok(Self { place, inner: Mutex::new(Inner { file, end: KEY_BYTES as u64, tiles: BTreeMap::new() }) })
     }

@@ -20,12 +20,12 @@ play: build  ## play SCENE=<name> [ANIMATION=<name>]: frames and a contact sheet
 	$(PLAYER) baked/$(SCENE) --headless $(if $(ANIMATION),--animation $(ANIMATION)) --frames 'baked/$(SCENE)/frames/%04d.png' --contact-sheet baked/$(SCENE)/contact-sheet.png
 	@echo "frames in baked/$(SCENE)/frames, all at a glance in baked/$(SCENE)/contact-sheet.png"
 demo: build  ## bake a small scene and play its animations to pictures in demo/
-	$(BAKE) run cornell-knot -o demo/cornell-knot
+	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot
 	$(PLAYER) demo/cornell-knot --headless --animation polish --fps 12 --frames 'demo/polish/%04d.png' --contact-sheet demo/polish.png
 	$(PLAYER) demo/cornell-knot --headless --animation repaint --fps 12 --frames 'demo/repaint/%04d.png' --contact-sheet demo/repaint.png
 	@echo "look at demo/polish.png and demo/repaint.png; single frames are in demo/polish and demo/repaint"
 test: build  ## run every test; a missing GPU adapter is a failure
-	RELUME_REQUIRE_GPU=1 cargo test --release --workspace
+	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace
 lint: setup  ## formatting and lints, warnings are errors
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings

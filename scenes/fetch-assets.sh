@@ -49,7 +49,7 @@ has_sha256() {
 npm_file() {
     command -v npm >/dev/null || fail "npm is missing; on Debian or Ubuntu: apt-get install npm"
     rm -rf "$scratch/npm" && mkdir "$scratch/npm"
-    (cd "$scratch/npm" && npm pack --silent --ignore-scripts "$1@$2" >/dev/null) || fail "npm could not fetch $1@$2; see above, or try again"
+    (cd "$scratch/npm" && npm pack --ignore-scripts --loglevel error "$1@$2" >/dev/null </dev/null) || fail "npm could not fetch $1@$2; see above, or try again"
     tar -xzOf "$scratch"/npm/*.tgz "package/$3" >"$scratch/source" || fail "$1@$2 holds no file $3"
 }
 

@@ -84,6 +84,24 @@ fn six_and_nine_bases_stay_below_the_published_errors() {
     }
 }
 
+/// The number of bases that a scene gets for a wanted error is enough, and not much more.
+#[test]
+fn bases_are_chosen_by_error() {
+    let scene = library_scene("cornell-knot");
+    let choose = |max_error| held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, &job()).unwrap();
+    for max_error in [0.02, 0.005, 0.001] {
+        let bases = choose(max_error);
+        let worst = |bases| {
+            let settings = settings(64, 64, bases, 1);
+            let (basis, images) = bake(&scene, &settings, true);
+            held_out::measure(&scene, &settings, &basis, &images, &job()).unwrap().worst
+        };
+        // The choice sees other pixels and fewer paths than the measurement.
+        assert!(worst(bases) < 1.3 * max_error && worst(bases - 1) > 0.7 * max_error, "{bases} bases for {max_error}");
+    }
+    assert_eq!(choose(1e-9), 16, "the most there are");
+}
+
 /// Two lamps of different colours and three materials that vary: everything is RGB then.
 #[test]
 fn coloured_lights_and_three_materials() {

@@ -165,8 +165,12 @@ fn same_bytes_at_one_and_two_threads() {
 
 /// Starts a bake that takes long enough to be stopped.
 fn start_long_bake(w: &Workshop, more: &[&str]) -> Child {
+    start_bake(w, "2048", more)
+}
+
+fn start_bake(w: &Workshop, samples: &str, more: &[&str]) -> Child {
     let (scene, output) = (w.path("scene.toml"), w.path("bundle"));
-    let arguments = [&["run", &scene, "-o", &output, "--spp", "2048", "--bases", "4", "--progress", "none"], more].concat();
+    let arguments = [&["run", &scene, "-o", &output, "--spp", samples, "--bases", "4", "--progress", "none"], more].concat();
     command("bake").args(arguments).stderr(Stdio::piped()).spawn().unwrap()
 }
 
@@ -232,6 +236,38 @@ fn finished_work_is_reused() {
     assert_ne!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
 }
 
+/// An unfinished bake in the folder of a finished one is neither forgotten nor thrown away, and the finished one plays until the new one is whole.
+#[test]
+fn an_unfinished_bake_beside_a_finished_one() {
+    let w = Workshop::new();
+    w.bake("bundle", &["--spp", "8", "--bases", "4"]);
+    let finished = contents(&w.path("bundle"));
+    let mut child = start_long_bake(&w, &["--force"]);
+    wait_for_log(&w, &mut child, 16);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    expect_exit("bake", &["verify", &w.path("bundle")], 0);
+    let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
+    expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "8", "--bases", "4"], 2);
+    expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "8", "--bases", "4", "--resume"], 2);
+    assert!(log_length(&w) > 16);
+    w.bake("bundle", &["--spp", "8", "--bases", "4", "--force"]);
+    assert_eq!(contents(&bundle), finished);
+}
+
+/// Two bakes in one folder would overwrite each other's work.
+#[test]
+fn a_second_bake_in_the_same_folder_is_refused() {
+    let w = Workshop::new();
+    let mut child = start_bake(&w, "65536", &[]);
+    wait_for_log(&w, &mut child, 15);
+    let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
+    let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "65536", "--bases", "4", "--resume"], 2);
+    assert!(stderr.contains("another bake"), "{stderr}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 #[test]
 fn mistakes_in_scenes_get_one_clear_line() {
     let w = Workshop::new();
@@ -252,6 +288,8 @@ fn mistakes_in_scenes_get_one_clear_line() {
         (ROOM.replace("materials = ['ball', 'room']", "view = true"), "view"),
         (ROOM.replace("size = [48, 40]", "size = [48, 40]\nreflections = 5"), "at most 2"),
         (ROOM.replace("size = [48, 40]", "size = [0, 40]"), "size"),
+        (ROOM.replace("size = [48, 40]", "size = [16000, 16000]"), "--size"),
+        (ROOM.replace("radiance = [10.0, 9.0, 8.0]", "radiance = [3e38, 9.0, 8.0]"), "radiance"),
     ];
     for (text, part) in cases {
         let scene = write_scene(w.folder.path(), &text);

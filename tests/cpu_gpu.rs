@@ -1,8 +1,8 @@
 //! The player's shaders against `evaluate`, on a real bake.
 
 use crate::support::{job, library_scene};
-use relume_bake::bundle::{self, Leftover};
-use relume_bake::methods::transfer_images::{Settings, held_out};
+use relume_bake::bundle::{self, Bases, Leftover, Wanted};
+use relume_bake::methods::transfer_images::held_out;
 use relume_formats::container::Stored;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
@@ -11,8 +11,8 @@ use relume_formats::state::{MaterialState, State};
 #[test]
 fn shaders_equal_evaluate() {
     let folder = tempfile::tempdir().unwrap();
-    let settings = Settings { size: [96, 64], samples: 16, seed: 5, bases: 6 };
-    bundle::run(&library_scene("cornell-knot"), &settings, folder.path(), Leftover::Refuse, &job()).unwrap();
+    let wanted = Wanted { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
+    bundle::run(&library_scene("cornell-knot"), &wanted, folder.path(), Leftover::Refuse, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
     let basis = BrdfBasis::read_file(&folder.path().join("brdf-basis.relume")).unwrap();
     for number in 0..8 {
@@ -30,7 +30,7 @@ fn shaders_equal_evaluate() {
             }
             Err(error) => panic!("{error}"),
         };
-        assert_eq!(size, settings.size);
+        assert_eq!(size, wanted.size);
         let cpu = evaluate(&images, &basis, &materials);
         let largest = cpu.iter().flatten().fold(0.0f32, |m, v| m.max(v.abs()));
         let difference = cpu.iter().flatten().zip(gpu.iter().flatten()).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));

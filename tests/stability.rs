@@ -149,6 +149,23 @@ fn a_thousand_times_larger_or_smaller() {
     }
 }
 
+/// Moving a scene far from the origin costs no accuracy: which light is chosen depends on the size of the scene, not on where it stands.
+#[test]
+fn far_from_the_origin() {
+    let image = |offset: f32| {
+        let text = format!(
+            "[camera]\nposition = [{x}, 1, 4]\ntarget = [{x}, 0.5, 0]\nfov_deg = 40\n[render]\nsize = [24, 24]\n[environment]\ngain = [0.05, 0.05, 0.05]\n\
+             [materials.m]\nbrdf = 'blinn-phong'\n[[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ translation = [{x}, 0, 0], scale = 4 }}\n\
+             [[light]]\nname = 'lamp'\nkind = 'area'\nradiance = [9, 9, 9]\ntransform = {{ translation = [{x}, 2, 0], rotation_deg = [-90, 0, 0], scale = 0.5 }}\n",
+            x = offset
+        );
+        let image = render(&scene(&text), [24, 24], 64, 2, Paths::Gather, 1);
+        image.variance.iter().flatten().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let (near, far) = (image(0.0), image(256.0));
+    assert!(far < 1.5 * near, "variance {near} at the origin, {far} 256 m away");
+}
+
 /// Scenes at the edge of sense: nothing to see, no light, black light.
 #[test]
 fn nothing_to_see() {

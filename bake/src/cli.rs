@@ -10,7 +10,6 @@ use std::path::PathBuf;
 #[command(
     name = "bake",
     version,
-    arg_required_else_help = true,
     after_help = "\
 SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot.
 Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted."
@@ -50,7 +49,7 @@ pub struct RunArgs {
     /// Film samples a pixel by name: draft 64, preview 256, final 1024
     #[arg(long, default_value = "preview")]
     pub quality: Quality,
-    /// Largest relative L2 error that bases and storage may make; chooses the number of bases [default: the scene's, or 0.01]
+    /// Largest relative L2 error that bases and storage may make; chooses the number of bases by trying them on the scene [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
     pub max_error: Option<f32>,
     /// Number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
@@ -60,7 +59,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// Film samples a pixel, instead of --quality's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]

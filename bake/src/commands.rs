@@ -1,13 +1,12 @@
 //! Carries out each command of the command line; returns what to print.
 
 use crate::brdf::blinn_phong::glossy_albedo;
-use crate::bundle::{self, Leftover};
+use crate::bundle::{self, Bases, Leftover, Wanted};
 use crate::cli::{ExportArgs, ReferenceArgs, RunArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::inspect;
-use crate::job::Job;
-use crate::methods::transfer_images::{Settings, bases_for};
+use crate::job::{Job, say, watch_signals};
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::state::{BlinnPhong, State};
 use relume_formats::{Error, Place};
@@ -19,20 +18,18 @@ const GATHER_REFLECTIONS: u32 = 2;
 
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
+    watch_signals()?;
     start_threads(args.threads)?;
     let scene = load(&args.scene)?;
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
-        return Err(BakeError::invalid(
-            &Place::file(&scene.file),
-            format!("a largest error of {max_error} makes no sense; give one above 0"),
-        ));
+        return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
     }
-    let settings = Settings {
+    let wanted = Wanted {
         size: args.size.unwrap_or(scene.size),
         samples: args.spp.unwrap_or(args.quality.samples()),
         seed: args.seed,
-        bases: args.bases.map_or_else(|| bases_for(max_error), |n| n as usize),
+        bases: args.bases.map_or(Bases::Error(max_error.into()), |n| Bases::Number(n as usize)),
     };
     let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
     let leftover = match (args.resume, args.force) {
@@ -40,15 +37,15 @@ pub fn run(args: &RunArgs) -> Result<String> {
         (_, true) => Leftover::Discard,
         _ => Leftover::Refuse,
     };
-    let summary = bundle::run(&scene, &settings, &folder, leftover, &Job::new(args.progress))?;
+    let summary = bundle::run(&scene, &wanted, &folder, leftover, &Job::new(args.progress))?;
 
     let [median, worst] = summary.errors.map(|e| 100.0 * e);
     let what = if summary.reused { "up to date, images reused" } else { "baked" };
     let mut text = format!(
         "{}: {what}: {} bases, {} samples a pixel, {:.1} MB in {}\nerror of bases and storage over held-out states: median {median:.3} %, worst {worst:.3} %\n",
         scene.name,
-        settings.bases,
-        settings.samples,
+        summary.bases,
+        wanted.samples,
         summary.bytes as f64 / 1e6,
         folder.display(),
     );
@@ -57,7 +54,9 @@ pub fn run(args: &RunArgs) -> Result<String> {
         text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
     }
     if summary.errors[1] > f64::from(max_error) {
-        eprintln!("warning: the worst error is above the {} % asked for; add --bases {}", 100.0 * max_error, settings.bases + 1);
+        let remedy =
+            if summary.bases < 16 { format!("add --bases {}", summary.bases + 1) } else { "no number of bases does better".to_owned() };
+        say(&format!("warning: the worst error is above the {} % asked for; {remedy}", 100.0 * max_error));
     }
     Ok(text)
 }
@@ -73,6 +72,7 @@ pub fn export(args: &ExportArgs) -> Result<String> {
 
 /// `bake reference`.
 pub fn reference(args: &ReferenceArgs) -> Result<String> {
+    watch_signals()?;
     start_threads(args.threads)?;
     let base = load(&args.scene)?;
     let states = if args.state.is_empty() { vec![base.clone()] } else { states(&base, &args.state)? };
@@ -86,10 +86,14 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     };
     states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
     let job = Job::new(args.progress);
-    // States of the same light and view share one set of paths; the others need their own.
+    for folder in files.iter().filter_map(|f| f.parent()).filter(|f| !f.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
+    }
+    // States of the same light and view share one set of gather paths; the others need their own, and the sooner each is written the better.
     let mut from = 0;
     while from < states.len() {
-        let to = from + states[from..].iter().take_while(|s| same_light_and_view(s, &states[from])).count();
+        let alike = |s: &&Scene| args.paths == Paths::Gather && same_light_and_view(s, &states[from]);
+        let to = from + states[from..].iter().take_while(alike).count().max(1);
         // Directions follow the base's materials, whatever the states say.
         let base = Scene { materials: base.materials.clone(), ..states[from].clone() };
         let images = reference::render(&base, &states[from..to], &settings, &job)?;
@@ -103,7 +107,7 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
 
 fn load(scene: &str) -> Result<Scene> {
     let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
-    scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    scene.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     Ok(scene)
 }
 
@@ -131,9 +135,9 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
         let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
         if albedo > 1.0 {
             let name = &material.name;
-            eprintln!(
+            say(&format!(
                 "warning: material `{name}` reflects up to {albedo:.2} times what it receives; many reflections may not converge, add --reflections 2 or lower ks"
-            );
+            ));
         }
     }
 }
@@ -163,9 +167,6 @@ fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
 }
 
 fn write_estimate(image: &Estimate, [width, height]: [u32; 2], file: &Path) -> Result<()> {
-    if let Some(folder) = file.parent().filter(|f| !f.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
-    }
     let plane = |pixels: &[[f32; 3]], channel: usize| -> Vec<f32> { pixels.iter().map(|p| p[channel]).collect() };
     let [r, g, b] = [0, 1, 2].map(|c| plane(&image.radiance, c));
     let [vr, vg, vb] = [0, 1, 2].map(|c| plane(&image.variance, c));

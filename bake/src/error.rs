@@ -27,8 +27,11 @@ pub enum BakeError {
         /// Free at the start.
         available_mib: u64,
     },
+    /// Signals could not be watched.
+    #[error("interrupts cannot be watched: {0}; another program holds the handler")]
+    Signals(#[from] ctrlc::Error),
     /// Threads could not be started.
-    #[error("threads could not be started: {0}")]
+    #[error("threads could not be started: {0}; lower --threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 

@@ -1,7 +1,7 @@
-//! Long work: progress with time left, interruption, and a ceiling on memory.
+//! Long work: progress with time left, and interruption.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write as _};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -110,9 +110,9 @@ impl Stage {
         if self.mode == ProgressMode::Json {
             let line =
                 serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
-            eprintln!("{line}");
+            say(&line.to_string());
         } else {
-            eprintln!("{}: {} %, {seconds:.0} s gone, {left:.0} s left", self.name, 100 * done / self.total.max(1));
+            say(&format!("{}: {} %, {seconds:.0} s gone, {left:.0} s left", self.name, 100 * done / self.total.max(1)));
         }
     }
 
@@ -123,6 +123,11 @@ impl Stage {
     pub fn check(&self) -> Result<(), Interrupted> {
         if STOP.load(Ordering::SeqCst) { Err(Interrupted) } else { Ok(()) }
     }
+}
+
+/// A line on stderr. Nobody listening is no reason to stop.
+pub fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 impl Drop for Stage {

@@ -10,14 +10,12 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
-            print!("{error}");
+            // Help and version: a reader that closes the pipe early has seen enough.
+            let _ = error.print();
             return ExitCode::SUCCESS;
         }
         Err(error) => return fail(&usage_line(&error), 2),
     };
-    if let Err(error) = job::watch_signals() {
-        return fail(&error.to_string(), 1);
-    }
     let result = match &cli.command {
         Command::Run(args) => commands::run(args),
         Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
@@ -31,13 +29,17 @@ fn main() -> ExitCode {
             Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => fail(&format!("standard output: {e}"), 1),
             _ => ExitCode::SUCCESS,
         },
-        Err(error) => fail(&error.to_string(), error.exit_code()),
+        Err(error) => {
+            let code = error.exit_code();
+            let kept = matches!(cli.command, Command::Run(_)) && code != 2;
+            fail(&format!("{error}{}", if kept { "; finished tiles are kept, add --resume to go on" } else { "" }), code)
+        }
     }
 }
 
 fn fail(message: &str, code: u8) -> ExitCode {
     let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("error: {line}");
+    job::say(&format!("error: {line}"));
     ExitCode::from(code)
 }
 

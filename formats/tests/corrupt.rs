@@ -119,7 +119,7 @@ fn oversized_claims_are_refused() {
         ("a table of 4 GiB", with(|f| f.table_bytes_error = u32::MAX - 4096), "does not fit"),
         ("more sections than the table holds", with(|f| f.section_count = 3), "section table is malformed"),
         ("sections without number", with(|f| f.section_count = u64::MAX), "section table is malformed"),
-        ("too many sections", RawFile::new(1, empty_sections((1 << 16) + 1)), "65537 sections, at most 65536"),
+        ("too many sections", RawFile::new(1, empty_sections((1 << 16) + 1)), "65537 sections, kind `scene` has at most 4"),
         ("a name of all addresses", table_of(&[&u64::MAX.to_le_bytes()]), "section table is malformed"),
         (
             "dimensions without number",

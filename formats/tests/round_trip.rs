@@ -81,7 +81,7 @@ proptest! {
         let shorts: Vec<u16> = words.iter().map(|w| *w as u16).collect();
         let halves: Vec<f16> = shorts.iter().map(|w| f16::from_bits(*w)).collect();
 
-        let mut writer = Writer::new(Kind::Scene, 7, Place::file("test"));
+        let mut writer = Writer::new(Kind::TransferImages, 7, Place::file("test"));
         writer.record("record", &(3u8, words)).unwrap();
         writer.u16s("u16", &shape, &shorts).unwrap();
         writer.u32s("u32", &shape, words).unwrap();
@@ -90,7 +90,7 @@ proptest! {
         let file = writer.finish().unwrap();
 
         let mut reader = Reader::new(&file[..], file.len() as u64, Place::file("test")).unwrap();
-        prop_assert_eq!((reader.header().kind, reader.header().kind_version), (Kind::Scene, 7));
+        prop_assert_eq!((reader.header().kind, reader.header().kind_version), (Kind::TransferImages, 7));
         let mut next = || reader.next_section().unwrap().unwrap();
         prop_assert_eq!(next().record::<(u8, Vec<u32>)>().unwrap(), (3, words.to_vec()));
         let section = next();
@@ -129,7 +129,7 @@ proptest! {
 }
 
 fn any_manifest() -> impl Strategy<Value = Manifest> {
-    let entry = ("[a-z][a-z0-9_.-]{0,20}", any::<u64>(), "[0-9a-f]{32}").prop_map(|(file, bytes, hash)| FileEntry { file, bytes, hash });
+    let entry = ("[a-z][a-z0-9_.-]{0,20}", 0..1u64 << 50, "[0-9a-f]{32}").prop_map(|(file, bytes, hash)| FileEntry { file, bytes, hash });
     let value = prop_oneof![
         any::<bool>().prop_map(serde_json::Value::from),
         any::<i64>().prop_map(serde_json::Value::from),
@@ -143,7 +143,7 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let method =
         (".{0,12}", files, settings, errors).prop_map(|(name, files, settings, errors)| MethodEntry { name, files, settings, errors });
     let animations = prop::collection::btree_map(".{0,12}", entry.clone(), 0..3);
-    (".{0,12}", "[0-9a-f]{32}", entry, animations, prop::collection::vec(method, 0..3)).prop_map(
+    (".{0,12}", "[0-9a-f]{32}", entry, animations, prop::collection::vec(method, 1..3)).prop_map(
         |(scene, scene_hash, scene_file, animations, methods)| Manifest { version: 0, scene, scene_hash, scene_file, animations, methods },
     )
 }

@@ -57,12 +57,12 @@ impl Controls {
         Ok(controls)
     }
 
-    /// Between keys every leaf is linear in time and the legal materials are a convex set, so the keys of all tracks decide.
+    /// If the states at all keys are legal, so is everything between.
     fn check_keys(&self, varies: &Varies<'_>) -> Result<()> {
         let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(()) };
-        for time_s in animation.tracks.iter().flat_map(|track| &track.times_s) {
+        for time_s in animation.key_times_s() {
             let place = place.part(format!("at {time_s} s"));
-            let state = sample(animation, *time_s, &place)?;
+            let state = sample(animation, time_s, &place)?;
             state.expect_only(varies, &place)?;
             self.base.with(&state, &self.camera, &place)?;
         }

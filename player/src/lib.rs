@@ -41,7 +41,11 @@ use std::time::Instant;
 pub fn run(cli: &Cli, interrupted: &AtomicBool) -> Result<()> {
     if cli.list_adapters {
         let text = gpu::list()?.join("\n");
-        return writeln!(std::io::stdout(), "{text}").map_err(|e| Error::Failed(format!("cannot write to stdout: {e}")));
+        return match writeln!(std::io::stdout(), "{text}") {
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Failed(format!("cannot write to stdout: {e}"))),
+            // A closed pipe is the reader's choice, not a failure.
+            _ => Ok(()),
+        };
     }
     headless::play(cli, interrupted)
 }

@@ -23,7 +23,7 @@ fn main() -> ExitCode {
         }
         Err(error) => return fail(&cli::one_line(&error), 2),
     };
-    if let Err(error) = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)) {
+    if let Err(error) = ctrlc::set_handler(on_interrupt) {
         return fail(&format!("cannot listen for interrupts: {error}"), 1);
     }
     match relume_player::run(&cli, &INTERRUPTED) {
@@ -46,6 +46,13 @@ fn without_device_selection() {
     if let Ok(program) = std::env::current_exe() {
         // Returns only if it fails, and then the noise is the lesser evil.
         let _ = Command::new(program).args(std::env::args_os().skip(1)).env(SWITCH, "1").exec();
+    }
+}
+
+/// The first signal ends the work at its next step, the second at once: every file is written whole or not at all.
+fn on_interrupt() {
+    if INTERRUPTED.swap(true, Ordering::Relaxed) {
+        std::process::exit(130);
     }
 }
 

@@ -69,7 +69,7 @@ pub fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgErro
     let glossy_bases = bases - 1;
     // Root mean square 1 over the grid, so that coefficients are of the order of the BRDF.
     let rms = (brdf_grid::NODES as f64).sqrt();
-    let lobes: Vec<f32> = (0..glossy_bases).flat_map(|j| samples.lobe_table(vt.row(j).as_slice().unwrap_or(&[]), rms / s[j])).collect();
+    let lobes: Vec<f32> = (0..glossy_bases).flat_map(|j| samples.lobe_table(&vt.row(j).to_vec(), rms / s[j])).collect();
 
     let on_grid = u.slice(s![.., ..glossy_bases]).to_owned();
     let shininess = coefficient_nodes();

@@ -18,7 +18,7 @@ pub struct LobeMixture {
 impl LobeMixture {
     /// For a surface whose material may become anything within the Blinn-Phong space.
     ///
-    /// With exponents a factor of five apart, no lobe between is more than about twice as high as the mixture makes it.
+    /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks for.
     pub fn for_any_material() -> Self {
         Self { glossy: vec![(0.2, 8.0), (0.2, 40.0), (0.2, 200.0)] }
     }

@@ -69,13 +69,14 @@ fn expect_name(name: &str, listed: &str, path: &Path) -> Result<()> {
 /// Present, as long as listed, and with the listed hash.
 fn verify_entry(entry: &FileEntry, folder: &Path) -> Result<()> {
     let place = Place::file(folder.join(&entry.file));
-    let bytes = std::fs::read(&place.file).map_err(|e| match e.kind() {
+    let length = std::fs::metadata(&place.file).map(|m| m.len()).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => Error::invalid(&place, "is missing although the manifest lists it; bake it again"),
         _ => Error::io(&place, e),
     })?;
-    if bytes.len() as u64 != entry.bytes {
-        return Err(Error::invalid(&place, format!("{} bytes, the manifest lists {}; bake it again", bytes.len(), entry.bytes)));
+    if length != entry.bytes {
+        return Err(Error::invalid(&place, format!("{length} bytes, the manifest lists {}; bake it again", entry.bytes)));
     }
+    let bytes = std::fs::read(&place.file).map_err(|e| Error::io(&place, e))?;
     if content_hash(&bytes) != entry.hash {
         return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
     }
@@ -87,25 +88,20 @@ fn verify_method(method: &MethodEntry, scene: &StoredScene, animations: &[(Place
     if method.name != Kind::TransferImages.name() {
         return Err(Error::unsupported(&place, "is unknown to this program; use a newer one"));
     }
-    let basis_path = only_file(method, Kind::BrdfBasis, folder, &place)?;
-    let images_path = only_file(method, Kind::TransferImages, folder, &place)?;
-    if method.files.len() != 2 {
-        return Err(Error::invalid(&place, "has files that the method does not use; bake it again"));
+    // A player needs the basis before the first image.
+    let expected = [Kind::BrdfBasis.name(), Kind::TransferImages.name()];
+    let [(_, basis), (_, images)] = &method.files[..] else {
+        return Err(Error::invalid(&place, format!("has {} files, expected {}; bake it again", method.files.len(), expected.join(", "))));
+    };
+    if method.files.iter().map(|(kind, _)| kind).ne(expected) {
+        return Err(Error::invalid(&place, format!("its files are not {}, in this order; bake it again", expected.join(", "))));
     }
+    let [basis_path, images_path] = [basis, images].map(|entry| Place::file(folder.join(&entry.file)));
     let basis = BrdfBasis::read_file(&basis_path.file)?;
     let images = TransferImages::read_file(&images_path.file)?;
     let materials = verify_images(&images, &basis, scene, &images_path)?;
     animations.iter().try_for_each(|(place, animation)| verify_animation(animation, &materials, scene, place))?;
     Ok(sound(&basis_path.file)? + &sound(&images_path.file)?)
-}
-
-/// The one file of `kind` that `method` has.
-fn only_file(method: &MethodEntry, kind: Kind, folder: &Path, place: &Place) -> Result<Place> {
-    let mut files = method.files.iter().filter(|(k, _)| k == kind.name());
-    match (files.next(), files.next()) {
-        (Some((_, entry)), None) => Ok(Place::file(folder.join(&entry.file))),
-        _ => Err(Error::invalid(place, format!("needs exactly one file of kind `{}`; bake it again", kind.name()))),
-    }
 }
 
 /// Size, bases and materials agree with basis and scene; returns the materials that may change.
@@ -126,16 +122,16 @@ fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a Stor
             None => return refuse(format!("material `{name}` is not in the scene")),
         }
     }
+    if let Some(left_out) = scene.meta.materials.iter().find(|m| m.varies && !meta.materials.contains(&m.name)) {
+        return refuse(format!("material `{}` varies in the scene, but there are no images of it", left_out.name));
+    }
     Ok(materials)
 }
 
-/// The states at all keys are legal; what lies between is then too, for legal states are a convex set.
+/// The states at all keys are legal, and so is what lies between.
 fn verify_animation(animation: &Animation, materials: &[&StoredMaterial], scene: &StoredScene, place: &Place) -> Result<()> {
     let varies = Varies { materials: materials.iter().map(|m| m.name.as_str()).collect() };
-    let mut times_s: Vec<f32> = animation.tracks.iter().flat_map(|t| &t.times_s).copied().collect();
-    times_s.sort_by(f32::total_cmp);
-    times_s.dedup();
-    for time_s in times_s {
+    for time_s in animation.key_times_s() {
         let place = place.part(format!("state at {time_s} s"));
         let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
         state.expect_only(&varies, &place)?;
@@ -230,28 +226,33 @@ mod tests {
             ("\"scene\": \"test room\"", "\"scene\": \"other\"", &["scene.relume", "holds `test room`, the manifest lists `other`"]),
             ("\"glow\"", "\"glimmer\"", &["animation-glow.relume", "the manifest lists `glimmer`"]),
             ("\"name\": \"transfer-images\"", "\"name\": \"magic\"", &["method `magic`", "unknown to this program"]),
-            ("          \"brdf-basis\",", "\"transfer-images\",", &["method `transfer-images`", "exactly one file of kind `brdf-basis`"]),
+            (
+                "          \"brdf-basis\",",
+                "\"transfer-images\",",
+                &["method `transfer-images`", "its files are not brdf-basis, transfer-images, in this order"],
+            ),
             ("\"version\": 0", "\"version\": 1", &["manifest version 1"]),
         ];
         for (from, to, expected) in cases {
             assert_refused(|_| (), edit_manifest(from, to), expected);
         }
-        // Both files are there, but each under the other's kind.
+        // Both files are there, but each under the other's kind: a player would read the images first.
         let swap = |folder: &Path| {
             edit_manifest("          \"brdf-basis\",", "\"swapped\",")(folder);
             edit_manifest("          \"transfer-images\",", "\"brdf-basis\",")(folder);
             edit_manifest("\"swapped\"", "\"transfer-images\"")(folder);
         };
-        assert_refused(|_| (), swap, &["transfer-images.relume", "holds kind `transfer-images`, expected `brdf-basis`"]);
+        assert_refused(|_| (), swap, &["its files are not brdf-basis, transfer-images, in this order"]);
     }
 
     #[test]
     fn files_that_do_not_fit_each_other_are_refused() {
         type Change = fn(&mut TestBundle);
-        let cases: [(Change, &[&str]); 5] = [
+        let cases: [(Change, &[&str]); 6] = [
             (|b| b.scene.meta.size = [6, 1], &["transfer-images.relume: section `meta`", "film size [3, 2], the scene's is [6, 1]"]),
             (|b| b.scene.meta.materials[2].varies = false, &["material `floor` does not vary in the scene"]),
             (|b| b.scene.meta.materials[2].name = "wall".to_owned(), &["material `floor` is not in the scene"]),
+            (|b| b.scene.meta.materials.iter_mut().for_each(|m| m.varies = true), &["varies in the scene, but there are no images of it"]),
             (fewer_bases, &["3 bases, the BRDF basis has 2"]),
             (|b| Arc::make_mut(&mut b.images.head).pixel[0] = 99, &["section `fragments/pixel`", "outside the film"]),
         ];

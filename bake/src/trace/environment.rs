@@ -90,7 +90,7 @@ impl EnvironmentLight {
     /// Texture coordinates of a direction in world space.
     fn uv(&self, direction: Vec3A) -> [f32; 2] {
         let d = self.turn(direction, -1.0);
-        [0.5 + d.x.atan2(-d.z) * (0.5 * FRAC_1_PI), d.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI]
+        [0.5 + d.x.atan2(-d.z) * (0.5 * FRAC_1_PI), d.x.hypot(d.z).atan2(d.y) * FRAC_1_PI]
     }
 
     /// Turns counter-clockwise seen from +Y by the map's rotation, or back.

@@ -38,7 +38,7 @@ impl Lights {
     pub fn new(scene: &Scene, world: &World) -> Self {
         let lights: Vec<_> = scene.lights.iter().map(|l| PreparedLight::new(&l.emitter)).collect();
         let environment = scene.environment.as_ref().and_then(EnvironmentLight::new);
-        let cross_section = PI * world.extent * world.extent;
+        let cross_section = PI * world.radius * world.radius;
         let powers = lights.iter().map(|l| l.power(cross_section)).chain(environment.iter().map(|e| e.total() * cross_section));
         let mut sum = 0.0;
         let mut cdf: Vec<f32> = powers

@@ -1,6 +1,6 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
-use super::gather::{Gather, GatherPath, Reflection, Reflections};
+use super::gather::{Gather, GatherPath, Reflections};
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
@@ -62,7 +62,8 @@ impl PixelSums {
         let n = f64::from(samples);
         let mean = self.sum / n;
         let spread = (self.squares / n - mean * mean).max(DVec3::ZERO);
-        let variance = spread / (n - 1.0).max(1.0);
+        // One sample says nothing of its spread.
+        let variance = if samples > 1 { spread / (n - 1.0) } else { DVec3::INFINITY };
         (mean.as_vec3().to_array(), variance.as_vec3().to_array())
     }
 }
@@ -84,7 +85,7 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
                 let mut sums = vec![PixelSums::default(); states.len()];
                 gather.pixel(pixel, settings.samples, |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
-                        sums.add(radiance_of(path, materials));
+                        sums.add(radiance_of(path, |material, c| blinn_phong::evaluate(&materials[material as usize], c)));
                     }
                 });
                 sums
@@ -94,18 +95,17 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
     }
 }
 
-/// Radiance that `path` carries with the given materials.
-pub fn radiance_of(path: &GatherPath, materials: &[BlinnPhong]) -> Vec3A {
+/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, at a half angle, by its cosine.
+pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, f32) -> Vec3A) -> Vec3A {
     let reflect = |material: u32, reflections: &Reflections| -> Vec3A {
-        let brdf = |r: &Reflection| r.light * blinn_phong::evaluate(&materials[material as usize], r.cos_delta);
-        reflections.iter().flatten().map(brdf).sum()
+        reflections.iter().flatten().map(|r| r.light * brdf(material, r.cos_delta)).sum()
     };
     match path {
         GatherPath::Light(radiance) => *radiance,
         GatherPath::Surface(eye) => {
             let indirect = eye.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
                 let light = reflect(first.material, &first.reflections);
-                light * blinn_phong::evaluate(&materials[eye.material as usize], first.eye_cos_delta)
+                light * brdf(eye.material, first.eye_cos_delta)
             });
             reflect(eye.material, &eye.direct) + indirect
         }

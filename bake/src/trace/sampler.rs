@@ -1,4 +1,5 @@
-//! Low-discrepancy points: the Sobol (0,2)-sequence, Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling").
+//! Low-discrepancy points: the Sobol (0,2)-sequence, Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", with
+//! N. Vegdahl's constants).
 //!
 //! Every pair of dimensions of every pixel gets its own scrambling and its own order, derived from (seed, pixel, pair) alone, so results depend
 //! neither on threads nor on what other pixels do, and any prefix of 2ᵏ samples of a pixel is stratified.

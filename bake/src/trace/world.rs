@@ -42,8 +42,8 @@ pub struct World {
     owners: Vec<Owner>,
     /// Hierarchy units per metre: a power of two.
     units_per_metre: f32,
-    /// Largest absolute coordinate of geometry and eye: what rounding errors are relative to.
-    pub extent: f32,
+    /// Half the diagonal of the geometry's bounding box, metres.
+    pub radius: f32,
 }
 
 /// A point on a surface that a ray found.
@@ -111,7 +111,10 @@ impl World {
     }
 
     fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], eye: Vec3A) -> Self {
+        // What rounding errors are relative to.
         let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let bounds = Aabb::from_points(triangles.as_flattened());
+        let radius = if triangles.is_empty() { 0.0 } else { 0.5 * bounds.diagonal().length() };
         let exponent = (EXTENT_LOG2 - extent.max(f32::MIN_POSITIVE).log2().ceil()).clamp(-100.0, 100.0);
         let units_per_metre = exponent.exp2();
         let triangles: Vec<[Vec3A; 3]> = triangles.iter().map(|t| t.map(|v| v * units_per_metre)).collect();
@@ -125,7 +128,7 @@ impl World {
             owners: order.map(|i| owners[i]).collect(),
             hierarchy,
             units_per_metre,
-            extent,
+            radius,
         }
     }
 

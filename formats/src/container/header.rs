@@ -23,6 +23,15 @@ impl Kind {
     /// Every kind this version knows.
     pub const ALL: [Kind; 4] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages];
 
+    /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
+    pub fn max_sections(self) -> usize {
+        match self {
+            Kind::Animation => 1,
+            Kind::Scene | Kind::BrdfBasis => 4,
+            Kind::TransferImages => MAX_SECTIONS,
+        }
+    }
+
     /// The name used in messages, manifests and `bake info`.
     pub fn name(self) -> &'static str {
         match self {
@@ -214,9 +223,11 @@ impl Header {
         Ok(header)
     }
 
-    fn validate(&self, payload_start: u64, file_bytes: u64, place: &Place) -> Result<()> {
-        if self.sections.len() > MAX_SECTIONS {
-            return Err(Error::invalid(place, format!("{} sections, at most {MAX_SECTIONS} are allowed", self.sections.len())));
+    pub(super) fn validate(&self, payload_start: u64, file_bytes: u64, place: &Place) -> Result<()> {
+        let most = self.kind.max_sections();
+        if self.sections.len() > most {
+            let reason = format!("{} sections, kind `{}` has at most {most}; bake it again", self.sections.len(), self.kind.name());
+            return Err(Error::invalid(place, reason));
         }
         let mut names = std::collections::BTreeSet::new();
         let mut expected_offset = payload_start;

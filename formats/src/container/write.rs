@@ -1,7 +1,7 @@
 //! Writing a file: sections are compressed as they come, the header goes in front at the end.
 
 use super::header::{Fixed, encode_table};
-use super::{Codec, Element, FIXED_HEADER_BYTES, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo};
+use super::{Codec, Element, FIXED_HEADER_BYTES, Header, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo};
 use crate::error::{Error, Place, Result};
 use half::f16;
 use std::io::Write as _;
@@ -67,7 +67,9 @@ impl Writer {
     fn bytes(&mut self, name: &str, element: Element, shape: &[u64], codec: Codec, raw: &[u8]) -> Result<()> {
         let place = self.place.part(format!("section `{name}`"));
         let raw_bytes = raw.len() as u64;
-        debug_assert_eq!(shape.iter().product::<u64>() * element.bytes(), raw_bytes, "{place}: shape {shape:?}");
+        if shape.iter().try_fold(element.bytes(), |product, n| product.checked_mul(*n)) != Some(raw_bytes) {
+            return Err(Error::invalid(&place, format!("shape {shape:?} does not fit {raw_bytes} bytes of {}", element.name())));
+        }
         if raw_bytes > MAX_SECTION_BYTES {
             return Err(Error::unsupported(
                 &place,
@@ -104,6 +106,10 @@ impl Writer {
             section.offset += FIXED_HEADER_BYTES + u64::from(table_bytes);
         }
         let table = encode_table(&self.sections, &self.place)?;
+        // What a reader would refuse is not written.
+        let payload_start = FIXED_HEADER_BYTES + u64::from(table_bytes);
+        let header = Header { kind: self.kind, kind_version: self.kind_version, sections: self.sections };
+        header.validate(payload_start, payload_start + self.payload.len() as u64, &self.place)?;
         let mut file = Vec::with_capacity(FIXED_HEADER_BYTES as usize + table.len() + self.payload.len());
         file.extend_from_slice(&Fixed::encode(self.kind, self.kind_version, &table, table_bytes));
         file.extend_from_slice(&table);
@@ -117,16 +123,22 @@ pub(super) fn planes(raw: &[u8], width: usize) -> Vec<u8> {
     (0..width).flat_map(|byte| raw.iter().skip(byte).step_by(width).copied()).collect()
 }
 
-/// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole.
+/// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where something else than a file stands, a pipe or a
+/// device, it is written to instead of replaced.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let place = Place::file(path);
-    let mut temporary = path.as_os_str().to_owned();
+    if std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+        return std::fs::write(path, bytes).map_err(|e| Error::io(&place, e));
+    }
+    // Behind a link, the file that it leads to is the one to replace.
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut temporary = target.as_os_str().to_owned();
     temporary.push(format!(".partial-{}", std::process::id()));
     let write = || -> std::io::Result<()> {
         let mut file = std::fs::File::create(&temporary)?;
         file.write_all(bytes)?;
         file.sync_all()?;
-        std::fs::rename(&temporary, path)
+        std::fs::rename(&temporary, &target)
     };
     write().map_err(|e| {
         // The first error is the one worth telling; a failed clean-up would only hide it.

@@ -39,7 +39,7 @@ pub struct Meta {
     pub shared_diffuse: bool,
     /// Error over all integer exponents 1..=200.
     pub error_at_integers: BasisError,
-    /// Error halfway between them, which adds the interpolation of coefficients.
+    /// Error between them, which adds the interpolation of coefficients.
     pub error_between: BasisError,
 }
 

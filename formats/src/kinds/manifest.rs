@@ -70,6 +70,12 @@ pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
 }
 
+/// Whether a file may be called so: nothing that leads out of the folder, on any system.
+pub fn is_plain_name(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._- ".contains(c);
+    !name.is_empty() && name.len() <= 200 && !name.starts_with('.') && name.chars().all(plain)
+}
+
 impl Manifest {
     /// Reads the manifest of the bundle in `folder`.
     pub fn read(folder: &Path) -> Result<Self> {
@@ -97,23 +103,33 @@ impl Manifest {
             None => return Err(Error::invalid(&place, "has no version; bake it again")),
         }
         let manifest: Self = serde_json::from_value(value).map_err(|e| Error::invalid(&place, format!("{e}; bake it again")))?;
-        let outside = |e: &&FileEntry| e.file.is_empty() || e.file.contains(['/', '\\']) || e.file.starts_with('.');
-        if let Some(entry) = manifest.entries().find(outside) {
-            return Err(Error::invalid(&place, format!("`{}` is no plain file name; bake it again", entry.file)));
-        }
+        manifest.validate(&place)?;
         Ok(manifest)
+    }
+
+    /// Checks what readers rely on: plain file names, lengths that can be added up, a method, and errors that JSON can hold.
+    pub fn validate(&self, place: &Place) -> Result<()> {
+        let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake it again")));
+        if let Some(entry) = self.entries().find(|e| !is_plain_name(&e.file)) {
+            return refuse(format!("`{}` is no plain file name of a-z A-Z 0-9 . _ - and blanks", entry.file.escape_default()));
+        }
+        if self.entries().try_fold(0u64, |sum, e| sum.checked_add(e.bytes)).is_none() {
+            return refuse("the files are longer than any disk".to_owned());
+        }
+        if self.methods.is_empty() {
+            return refuse("lists no method".to_owned());
+        }
+        // JSON has no NaN; it would be written as null, which nothing can read back.
+        match self.methods.iter().flat_map(|m| &m.errors).find(|(_, error)| !error.is_finite()) {
+            Some((name, error)) => refuse(format!("measured error `{name}` is {error}")),
+            None => Ok(()),
+        }
     }
 
     /// Writes the manifest into `folder`, last of all files: a bundle without one is unfinished.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = folder.join(FILE_NAME);
-        // JSON has no NaN; it would be written as null, which nothing can read back.
-        if let Some((name, error)) = self.methods.iter().flat_map(|m| &m.errors).find(|(_, error)| !error.is_finite()) {
-            return Err(Error::invalid(
-                &Place::file(&path),
-                format!("measured error `{name}` is {error}; the bake went wrong, please report it"),
-            ));
-        }
+        self.validate(&Place::file(&path))?;
         let mut text = serde_json::to_string_pretty(self).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
         text.push('\n');
         replace_file(&path, text.as_bytes())

@@ -9,7 +9,7 @@
 //!
 //! Objects own consecutive ranges of triangles.
 
-use crate::container::{Kind, Sections, Stored, Writer};
+use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
 use crate::error::Result;
 use crate::state::{BlinnPhong, Camera};
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,13 @@ pub struct StoredScene {
 
 /// Largest film side, so that a product of two fits in 32 bits with room to spare.
 pub const MAX_SIDE: u32 = 16_384;
+/// Most pixels of a film: an RGB image of halves must fit one section, with a tenth of the pixels showing a second class.
+pub const MAX_PIXELS: u64 = MAX_SECTION_BYTES / 6 * 10 / 11;
+
+/// Whether a film may have this size.
+pub fn is_legal_size(size: [u32; 2]) -> bool {
+    size.iter().all(|n| (1..=MAX_SIDE).contains(n)) && u64::from(size[0]) * u64::from(size[1]) <= MAX_PIXELS
+}
 
 impl Stored for StoredScene {
     const KIND: Kind = Kind::Scene;
@@ -84,8 +91,8 @@ impl Stored for StoredScene {
         let section = sections.take("meta")?;
         let meta: Meta = section.record()?;
         meta.camera.validate(&sections.place)?;
-        if meta.size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
-            return Err(section.invalid(format!("film size {:?} is outside 1..{MAX_SIDE}", meta.size)));
+        if !is_legal_size(meta.size) {
+            return Err(section.invalid(format!("film size {:?} is not one of 1 to {MAX_PIXELS} pixels", meta.size)));
         }
         for material in &meta.materials {
             material.brdf.validate(&material.name, &sections.place)?;

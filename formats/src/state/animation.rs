@@ -122,6 +122,15 @@ impl Animation {
         root.try_into().map_err(|e: toml::de::Error| e.message().to_owned())
     }
 
+    /// The times of all keys of all tracks, increasing. Between them every leaf is linear and every legal range is convex, so if the states at
+    /// these times are legal, all are.
+    pub fn key_times_s(&self) -> Vec<f32> {
+        let mut times_s: Vec<f32> = self.tracks.iter().flat_map(|track| track.times_s.iter().copied()).collect();
+        times_s.sort_by(f32::total_cmp);
+        times_s.dedup();
+        times_s
+    }
+
     /// How many frames cover the duration once at `fps`: ceil(duration·fps).
     pub fn frame_count(&self, fps: f32) -> usize {
         // 1.2 s at 30 fps is 36 frames although 1.2f32·30 is a rounding error above.

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Place, Result};
 use serde::de::DeserializeOwned;
+use std::io::Read;
 use std::path::Path;
 
 /// A scene, state or animation has no reason to be larger.
@@ -10,11 +11,13 @@ const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Reads a text file of bounded size.
 pub fn read_text(path: &Path) -> Result<String> {
     let place = Place::file(path);
-    let length = std::fs::metadata(path).map_err(|e| Error::io(&place, e))?.len();
-    if length > MAX_TEXT_BYTES {
-        return Err(Error::invalid(&place, format!("{length} bytes, a text file of at most {MAX_TEXT_BYTES} is expected here")));
+    // A device may call itself empty and never end, so the cap is on what is read.
+    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
+    if bytes.len() as u64 > MAX_TEXT_BYTES {
+        return Err(Error::invalid(&place, format!("longer than {MAX_TEXT_BYTES} bytes, a text file is expected here")));
     }
-    let bytes = std::fs::read(path).map_err(|e| Error::io(&place, e))?;
     String::from_utf8(bytes)
         .map_err(|e| Error::invalid(&place, format!("not a text file (byte {} is not UTF-8)", e.utf8_error().valid_up_to())))
 }

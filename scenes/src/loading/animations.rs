@@ -1,6 +1,7 @@
 //! `animations/*.toml` beside the scene file.
 
 use crate::scene::Scene;
+use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::state::Animation;
 use relume_formats::{Error, Place, Result};
 use std::io;
@@ -28,12 +29,12 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Checks the states at all keys. Between keys every leaf is linear and every legal range is convex, so the keys suffice.
+/// Checks the name, of which a file name will be made, and the states at all keys.
 fn check(animation: &Animation, scene: &Scene, place: &Place) -> Result<()> {
-    let mut times_s: Vec<f32> = animation.tracks.iter().flat_map(|track| track.times_s.iter().copied()).collect();
-    times_s.sort_by(f32::total_cmp);
-    times_s.dedup();
-    for time_s in times_s {
+    if !is_plain_name(&animation.name) {
+        return Err(Error::invalid(place, "the name of an animation has only a-z A-Z 0-9 . _ - and blanks; rename the file"));
+    }
+    for time_s in animation.key_times_s() {
         let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;
         scene.with_state(&state, &place.part(format!("at {time_s} s")))?;
     }

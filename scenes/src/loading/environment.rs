@@ -28,6 +28,9 @@ pub(super) fn build(file: &EnvironmentFile, folder: &Path, scene_place: &Place, 
 /// Checks what a file or a state sets.
 pub(super) fn check(environment: &Environment, place: &Place) -> Result<()> {
     expect_radiometric(environment.gain, "gain", place)?;
+    let brightest = environment.map.texels.iter().fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
+    let shown = std::array::from_fn(|k| brightest[k] * environment.gain[k]);
+    expect_radiometric(shown, "the map's brightest texel times gain", place)?;
     if !environment.rotation_deg.is_finite() {
         return Err(Error::invalid(place, "rotation_deg must be a finite number"));
     }

@@ -44,7 +44,15 @@ pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<Enviro
 fn mend(texels: &mut [Rgb]) -> usize {
     let legal = |x: &f32| x.is_finite() && *x >= 0.0;
     let broken = texels.iter_mut().filter(|texel| !texel.iter().all(legal));
-    let mended = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(0.0, LARGEST_HALF) };
+    let mended = |x: f32| {
+        if x == f32::INFINITY {
+            LARGEST_HALF
+        } else if x > 0.0 {
+            x
+        } else {
+            0.0
+        }
+    };
     broken.map(|texel| *texel = texel.map(mended)).count()
 }
 

@@ -46,12 +46,15 @@ fn emission(file: &LightFile, place: &Place) -> Result<Rgb> {
     Ok(value)
 }
 
-/// Light cannot be negative, infinite or NaN.
+/// The largest radiometric value, a hundred thousand times the sun's radiance. Sums over paths stay finite in single precision up to it.
+const LARGEST: f32 = 1e12;
+
+/// Light cannot be negative, NaN, or beyond anything physical.
 pub(super) fn expect_radiometric(value: Rgb, name: &str, place: &Place) -> Result<()> {
-    if value.iter().all(|x| x.is_finite() && *x >= 0.0) {
+    if value.iter().all(|x| (0.0..=LARGEST).contains(x)) {
         return Ok(());
     }
-    Err(Error::invalid(place, format!("{name} {value:?} must be finite numbers of at least 0")))
+    Err(Error::invalid(place, format!("{name} {value:?} must be numbers of 0 to {LARGEST:e}")))
 }
 
 fn area(world_from_local: &DAffine3, radiance: Rgb, place: &Place) -> Result<Emitter> {

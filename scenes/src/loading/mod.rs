@@ -44,7 +44,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         return Err(Error::invalid(&place.part("[error]"), format!("max {max_error} must be a number above 0")));
     }
     let mut scene = Scene {
-        name: scene_name(folder),
+        name: scene_name(path, folder),
         file: path.to_path_buf(),
         size: file.render.size,
         reflections: file.render.reflections,
@@ -106,7 +106,11 @@ fn expect_unique<'a>(names: impl IntoIterator<Item = &'a str>, what: &str, place
     }
 }
 
-fn scene_name(folder: &Path) -> String {
+/// A scene is called as its folder, or as its file if that is not called scene.toml.
+fn scene_name(path: &Path, folder: &Path) -> String {
+    if let Some(stem) = path.file_stem().filter(|stem| *stem != "scene") {
+        return stem.to_string_lossy().into_owned();
+    }
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let absolute = here.canonicalize().unwrap_or_else(|_| here.to_path_buf());
     absolute.file_name().map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())

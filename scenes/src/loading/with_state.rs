@@ -36,6 +36,7 @@ impl Scene {
             let gain = change.gain.unwrap_or([1.0; 3]);
             expect_radiometric(gain, &format!("light `{name}`: gain"), place)?;
             light.emitter = light.emitter.scaled(gain);
+            expect_radiometric(light.emitter.emission(), &format!("light `{name}`: emission times gain"), place)?;
         }
         if let Some(change) = &state.environment {
             scene.environment = Some(self.environment_with(change, place, &mut scene.warnings)?);
@@ -73,6 +74,14 @@ impl Scene {
 }
 
 impl Emitter {
+    fn emission(&self) -> Rgb {
+        match *self {
+            Self::Area { radiance, .. } => radiance,
+            Self::Point { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
     fn scaled(self, gain: Rgb) -> Self {
         let times = |value: Rgb| std::array::from_fn(|k| value[k] * gain[k]);
         match self {

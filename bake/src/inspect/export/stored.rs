@@ -62,9 +62,9 @@ fn objects(meta: &Meta) -> Vec<Value> {
     meta.objects.iter().map(&mut describe).collect()
 }
 
-/// `<name>.json`.
+/// `animation_<name>.json`.
 pub(super) fn animation(animation: &Animation, out: &mut Out) -> Result<()> {
-    out.json(&format!("{}.json", file_name_part(&animation.name)), &AnimationFile::new(animation))
+    out.json(&format!("animation_{}.json", file_name_part(&animation.name)), &AnimationFile::new(animation))
 }
 
 /// An animation as JSON.

@@ -77,7 +77,7 @@ fn every_file_is_listed_once_and_none_else_is_left() {
     for name in ["bundle.json", "scene/mesh.ply", "scene/camera.json", "brdf-basis/basis.npy", "transfer-images/transfer_editable.npy"] {
         assert!(listed.contains(name), "{name}");
     }
-    assert!(listed.contains("animation-glow/glow.json"));
+    assert!(listed.contains("animation-glow/animation_glow.json"));
     // A second export replaces the first.
     assert_eq!(export_file(folder.path(), &out).unwrap(), files);
 }
@@ -221,7 +221,7 @@ fn meshes_carry_normals_and_labels() {
     assert_eq!((&materials[1]["name"], &materials[1]["varies"]), (&Value::from("../knot"), &Value::from(true)));
     assert_eq!(json(&out.join("scene/camera.json"))["fov_deg"], 40.0);
     assert_eq!(json(&out.join("scene/scene.json"))["objects"][1]["first_triangle"], 1);
-    let animation = json(&out.join("animation-glow/glow.json"));
+    let animation = json(&out.join("animation-glow/animation_glow.json"));
     assert_eq!(animation["tracks"][0]["leaf"], serde_json::json!(["materials", "../knot", "kd"]));
     assert_eq!((&animation["tracks"][1]["values"][0], &animation["loop"]), (&Value::from(3.5), &Value::from(true)));
 }
@@ -234,7 +234,7 @@ fn names_cannot_leave_the_folder() {
     let path = folder.path().join("a.relume");
     bundle.animation.write_file(&path).unwrap();
     let out = folder.path().join("out/deep");
-    assert_eq!(names(&export_file(&path, &out).unwrap(), &out), ["______escaped.json"]);
+    assert_eq!(names(&export_file(&path, &out).unwrap(), &out), ["animation_______escaped.json"]);
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn a_scene_is_exported_as_loaded() {
     let files = export_scene(&scene, folder.path()).unwrap();
     assert_eq!(
         names(&files, folder.path()),
-        ["object_000_ring.ply", "object_001_ring_2.ply", "environment.exr", "glow.json", "scene.json"]
+        ["object_000_ring.ply", "object_001_ring_2.ply", "environment.exr", "animation_glow.json", "scene.json"]
     );
 
     let value = json(&folder.path().join("scene.json"));

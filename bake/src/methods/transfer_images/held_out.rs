@@ -1,9 +1,10 @@
-//! Measures a finished bake on states it was not made for: its own paths with the analytic BRDF against the stored images, at one pixel in 16.
+//! Errors on states that a bake was not made for: the bake's own paths with the analytic BRDF against what bases and storage make of it.
 //!
 //! As the paths are the same, noise cancels and what is left is the error of bases and storage. Pixels that show a light or the background are
 //! left out: nothing there depends on bases, and one lamp in view can outshine, and so hide, the errors of a whole room.
 
 use super::Settings;
+use crate::brdf::{basis, blinn_phong};
 use crate::error::Result;
 use crate::job::{Interrupted, Job};
 use crate::trace::gather::{Gather, GatherPath};
@@ -11,15 +12,20 @@ use crate::trace::lights::Lights;
 use crate::trace::reference::radiance_of;
 use crate::trace::sampler::PixelSampler;
 use crate::trace::world::World;
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::evaluate::transfer_images::evaluate;
+use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{BlinnPhong, SHININESS_MAX};
+use relume_formats::state::{BlinnPhong, Rgb, SHININESS_MAX};
 use relume_scenes::Scene;
 
 /// Number of held-out states.
 pub const STATES: u32 = 16;
+/// Fewest and most bases that [`choose_bases`] considers.
+const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
+/// What rounding to halves adds to the error of bases, relative L2.
+const HALVES: f64 = 0.0003;
 
 /// Errors over the held-out states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +55,7 @@ pub fn random_state(state: u32, materials: usize) -> Vec<BlinnPhong> {
     (0..materials).map(material).collect()
 }
 
-/// Measures `baked` on the held-out states.
+/// Measures `baked` at one pixel in 16.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -57,43 +63,119 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
-    let varying: Vec<Vec<BlinnPhong>> = (0..STATES).map(|s| random_state(s, scene.vary.materials.len())).collect();
+    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene.vary.materials.len())).collect();
     let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, basis, materials)).collect();
-    let all: Vec<Vec<BlinnPhong>> = varying.iter().map(|v| all_materials(scene, v)).collect();
+    let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
-    let pixels = pixels_to_measure(settings.size);
+    let pixels = one_pixel_in(4, settings.size);
     let stage = job.stage("measuring", pixels.len() as u64);
-    // For each pixel and state: squared difference and squared truth.
-    let sums: Vec<Vec<[f64; 2]>> = pixels
-        .par_iter()
-        .map(|&pixel| {
-            stage.check()?;
-            let mut truth = vec![DVec3::ZERO; all.len()];
-            let mut shows_light = false;
-            gather.pixel(pixel, settings.samples, |path| {
-                shows_light |= matches!(path, GatherPath::Light(_));
-                truth.iter_mut().zip(&all).for_each(|(sum, materials)| *sum += radiance_of(path, materials).as_dvec3());
-            });
-            stage.advance(1);
-            if shows_light {
-                return Ok(vec![[0.0; 2]; all.len()]);
-            }
-            let squares = truth.iter().zip(&images).map(|(sum, image)| {
-                let truth = *sum / f64::from(settings.samples);
-                let stored = DVec3::from_array(image[pixel as usize].map(f64::from));
-                [truth.distance_squared(stored), truth.length_squared()]
-            });
-            Ok(squares.collect())
-        })
-        .collect::<std::result::Result<_, Interrupted>>()?;
-    let relative = |state: usize| {
-        let [difference, norm] = sums.iter().fold([0.0, 0.0], |[d, n], s| [d + s[state][0], n + s[state][1]]);
-        if norm > 0.0 { (difference / norm).sqrt() } else { 0.0 }
-    };
-    let mut errors: Vec<f64> = (0..all.len()).map(relative).collect();
+    let sums = pixels.par_iter().map(|&pixel| {
+        stage.check()?;
+        let truth = true_radiance(&gather, pixel, settings.samples, &states);
+        stage.advance(1);
+        let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
+            let stored = DVec3::from_array(image[pixel as usize].map(f64::from));
+            Squares { difference: truth.distance_squared(stored), norm: truth.length_squared() }
+        };
+        Ok(truth.map_or_else(Vec::new, |truth| truth.iter().zip(&images).map(squares).collect()))
+    });
+    let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
+    let mut errors = relative_errors(&sums, states.len());
     errors.sort_by(f64::total_cmp);
     let middle = errors.len() / 2;
     Ok(HeldOutErrors { median: 0.5 * (errors[middle - 1] + errors[middle]), worst: errors[errors.len() - 1] })
+}
+
+/// The fewest bases that keep the error of every held-out state below `max_error`, found on a small share of the paths; the most there are if none do.
+///
+/// # Errors
+/// If LAPACK fails or the job is interrupted.
+pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, job: &Job) -> Result<usize> {
+    let basis = basis::build(*CHOICE.end(), true)?;
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene.vary.materials.len())).collect();
+    let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
+    // A smaller basis is the beginning of a larger one.
+    let coefficients: Vec<Vec<Option<Vec<Rgb>>>> = states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
+
+    // Some two thousand pixels, 16 paths each.
+    let spacing = (f64::from(size[0]) * f64::from(size[1]) / 2048.0).sqrt().ceil().max(1.0) as u32;
+    let pixels = one_pixel_in(spacing, size);
+    let samples = samples.min(16);
+    let stage = job.stage("choosing", pixels.len() as u64);
+    let sums = pixels.par_iter().map(|&pixel| {
+        stage.check()?;
+        let mut paths = Vec::with_capacity(samples as usize);
+        gather.pixel(pixel, samples, |path| paths.push(*path));
+        let shows_light = paths.iter().any(|path| matches!(path, GatherPath::Light(_)));
+        let squares = states.iter().zip(&coefficients).flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
+        let squares = if shows_light { Vec::new() } else { squares.collect() };
+        stage.advance(1);
+        Ok(squares)
+    });
+    let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
+    let candidates = CHOICE.count();
+    let errors = relative_errors(&sums, candidates * states.len());
+    let worst = |candidate: usize| errors.iter().skip(candidate).step_by(candidates).fold(0.0, |m: f64, e| m.max(*e));
+    let enough = (0..candidates).find(|c| worst(*c).hypot(HALVES) <= max_error);
+    Ok(CHOICE.start() + enough.unwrap_or(candidates - 1))
+}
+
+/// Squared difference and squared truth at one pixel.
+#[derive(Debug, Clone, Copy)]
+struct Squares {
+    difference: f64,
+    norm: f64,
+}
+
+/// Relative L2 over all pixels that have values; 0 where everything is black.
+fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<f64> {
+    let relative = |state: usize| {
+        let at = pixels.iter().filter_map(|squares| squares.get(state));
+        let (difference, norm) = at.fold((0.0, 0.0), |(d, n), s| (d + s.difference, n + s.norm));
+        if norm == 0.0 { 0.0 } else { (difference / norm).sqrt() }
+    };
+    (0..states).map(relative).collect()
+}
+
+/// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the background.
+fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<BlinnPhong>]) -> Option<Vec<DVec3>> {
+    let mut sums = vec![DVec3::ZERO; states.len()];
+    let mut shows_light = false;
+    gather.pixel(pixel, samples, |path| {
+        shows_light |= matches!(path, GatherPath::Light(_));
+        for (sum, materials) in sums.iter_mut().zip(states) {
+            *sum += radiance_of(path, |material, c| blinn_phong::evaluate(&materials[material as usize], c)).as_dvec3();
+        }
+    });
+    (!shows_light).then(|| sums.into_iter().map(|sum| sum / f64::from(samples)).collect())
+}
+
+/// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed materials stay analytic.
+fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[BlinnPhong], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
+    let analytic = |material: u32, cos_delta: f32| blinn_phong::evaluate(&materials[material as usize], cos_delta);
+    let approximate = |bases: usize, material: u32, cos_delta: f32| match &coefficients[material as usize] {
+        None => analytic(material, cos_delta),
+        Some(coefficients) => {
+            let mut values = [0.0; MAX_BASES];
+            basis.evaluate(cos_delta, &mut values[..basis.bases()]);
+            coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v).sum()
+        }
+    };
+    let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
+    let squares = |bases: usize| {
+        let sum: DVec3 = paths.iter().map(|path| radiance_of(path, |m, c| approximate(bases, m, c)).as_dvec3()).sum();
+        Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
+    };
+    CHOICE.map(squares).collect()
+}
+
+/// For every material: its coefficients if it varies.
+fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[BlinnPhong]) -> Vec<Option<Vec<Rgb>>> {
+    let of = |(index, material)| scene.vary.materials.contains(&index).then(|| basis.coefficients_of(material));
+    materials.iter().enumerate().map(of).collect()
 }
 
 /// Every material's parameters with the varying ones replaced.
@@ -105,12 +187,12 @@ fn all_materials(scene: &Scene, varying: &[BlinnPhong]) -> Vec<BlinnPhong> {
     all
 }
 
-/// One pixel of every block of 4 × 4, at a place that changes from block to block.
-fn pixels_to_measure([width, height]: [u32; 2]) -> Vec<u32> {
+/// One pixel of every block of `side` × `side`, at a place that changes from block to block.
+fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
     let mut pixels = Vec::new();
-    for y0 in (0..height).step_by(4) {
-        for x0 in (0..width).step_by(4) {
-            let [dx, dy] = PixelSampler::new(1, y0 * width + x0).sample(0).pair(0).map(|u| (u * 4.0) as u32);
+    for y0 in (0..height).step_by(side as usize) {
+        for x0 in (0..width).step_by(side as usize) {
+            let [dx, dy] = PixelSampler::new(1, y0 * width + x0).sample(0).pair(0).map(|u| (u * side as f32) as u32);
             pixels.push((y0 + dy).min(height - 1) * width + (x0 + dx).min(width - 1));
         }
     }

@@ -18,7 +18,9 @@ use crate::trace::world::{World, take_ray_count};
 use project::Projector;
 use rayon::prelude::*;
 use relume_formats::Place;
+use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS, Meta, TransferImages};
 use relume_formats::state::{BlinnPhong, Rgb};
 use relume_scenes::{Emitter, Scene};
@@ -30,9 +32,6 @@ use tiles::{Tile, TileFragment};
 pub const NAME: &str = "transfer-images";
 /// Changes whenever the same scene and settings give other bytes than before.
 pub const REVISION: u32 = 1;
-/// Number of bases and the relative L2 error that images stay below with it: twice the worst of the held-out states in the library's scenes, and above
-/// what exponents spread evenly over 1..=200 showed. Halves alone make 0.02 %, so more bases than the last buy nothing.
-const IMAGE_ERROR_BOUNDS: [(usize, f32); 7] = [(4, 0.11), (5, 0.03), (6, 0.0125), (7, 0.005), (8, 0.0025), (9, 0.001), (10, 0.0005)];
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
 
@@ -107,20 +106,37 @@ pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
     Some(common.unwrap_or([1.0; 3]))
 }
 
-/// How many bases keep the error of images below `max_error`.
-pub fn bases_for(max_error: f32) -> usize {
-    let enough = IMAGE_ERROR_BOUNDS.iter().find(|(_, bound)| *bound <= max_error);
-    enough.or(IMAGE_ERROR_BOUNDS.last()).map_or(6, |(bases, _)| *bases)
+/// Fails if a file of the bundle could not hold what `size` and the meshes ask for; better now than after hours of tracing.
+pub fn expect_sizes(scene: &Scene, size: [u32; 2]) -> Result<()> {
+    let place = Place::file(&scene.file);
+    if !is_legal_size(size) {
+        return Err(BakeError::invalid(
+            &place,
+            format!("{}x{} pixels, an image holds at most {MAX_PIXELS}; lower --size", size[0], size[1]),
+        ));
+    }
+    let vertices: u64 = scene.objects.iter().map(|o| o.mesh.positions.len() as u64).sum();
+    let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
+    if vertices.max(triangles) * 12 > MAX_SECTION_BYTES {
+        let most = MAX_SECTION_BYTES / 12;
+        return Err(BakeError::invalid(
+            &place,
+            format!("{vertices} vertices and {triangles} triangles, at most {most} of each fit; simplify the meshes"),
+        ));
+    }
+    Ok(())
 }
 
-/// Bytes that packing will hold at most: the halves and their compressed copy.
+/// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images that measuring compares with, the
+/// hierarchy, and the environment.
 pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some());
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
     // A tenth of the pixels show a second class at most in all scenes seen so far.
     let fragments = pixels + pixels / 10;
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
-    fragments * (layout.channels() as u64 * 4 + 32) + triangles * 400
+    let texels = scene.environment.as_ref().map_or(0, |e| e.map.texels.len() as u64);
+    fragments * (layout.channels() as u64 * 8 + 32) + pixels * 12 * u64::from(held_out::STATES) + triangles * 600 + texels * 48
 }
 
 /// Bakes `scene`. Finished tiles are in `log` already or are added to it.

@@ -35,15 +35,21 @@ pub fn pack(
     // First reading: which fragments there are, and the range of each slot.
     let mut fragments = Vec::new();
     let mut sums = vec![SlotSums::default(); layout.slots.len()];
+    let mut finite = true;
     for_each_record(log, tiles, layout, stage, |fragment, record| {
         fragments.push(*fragment);
         for (sums, start) in sums.iter_mut().zip(channel_starts.windows(2)) {
-            for value in record.get(start[0]..start[1]).unwrap_or(&[]) {
+            // Fixed fragments have no values in the later slots.
+            for value in record.get(start[0]..start[1]).into_iter().flatten() {
+                finite &= value.is_finite();
                 sums.largest = sums.largest.max((value / samples).abs());
                 sums.squares += f64::from(value / samples).powi(2);
             }
         }
     })?;
+    if !finite {
+        return Err(log.refuse("holds radiance that is not finite: light this bright overflows; lower the lights").into());
+    }
     let fixed_class = layout.materials as u16;
     fragments.sort_by_key(|f| (f.class == fixed_class, f.pixel, f.class));
     let editable = fragments.partition_point(|f| f.class != fixed_class);
@@ -57,8 +63,7 @@ pub fn pack(
         let key = |f: &TileFragment| (f.class == fixed_class, f.pixel, f.class);
         let Ok(index) = fragments.binary_search_by_key(&key(fragment), key) else { return };
         for ((image, slot), (start, scale)) in images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales)) {
-            let values = record.get(start[0]..start[1]).unwrap_or(&[]);
-            for (channel, value) in values.iter().enumerate().filter(|_| *scale > 0.0) {
+            for (channel, value) in record.get(start[0]..start[1]).into_iter().flatten().enumerate().filter(|_| *scale > 0.0) {
                 image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
             }
         }
@@ -101,7 +106,9 @@ fn for_each_record(
         for fragment in &tile.fragments {
             // Fixed fragments have the first slots only, all of them RGB.
             let channels = if usize::from(fragment.class) == layout.materials { 3 * layout.firsts() } else { layout.channels() };
-            let (record, rest) = values.split_at(channels.min(values.len()));
+            let (record, rest) = values
+                .split_at_checked(channels)
+                .ok_or_else(|| log.refuse("holds a tile that does not fit the layout; bake again with --force"))?;
             each(fragment, record);
             values = rest;
         }

@@ -13,7 +13,7 @@ pub struct Projector<'a> {
     basis: &'a BrdfBasis,
     layout: &'a Layout,
     /// For each material: its class if it varies, or its fixed parameters.
-    materials: Vec<Surface>,
+    materials: Vec<Reflector>,
     /// For (eye basis, first reflection): where the channels of the slot start in an editable fragment's record.
     channels: Vec<Channels>,
     /// Which channel of the light single-channel slots follow: the one where the chromaticity is 1.
@@ -21,7 +21,7 @@ pub struct Projector<'a> {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Surface {
+enum Reflector {
     Editable(usize),
     Fixed(BlinnPhong),
 }
@@ -46,7 +46,7 @@ impl<'a> Projector<'a> {
     /// light's chromaticity.
     pub fn new(basis: &'a BrdfBasis, layout: &'a Layout, materials: &[BlinnPhong], editable: &[usize], grey_channel: usize) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
-        let materials = materials.iter().enumerate().map(|(i, m)| class(i).map_or(Surface::Fixed(*m), Surface::Editable)).collect();
+        let materials = materials.iter().enumerate().map(|(i, m)| class(i).map_or(Reflector::Fixed(*m), Reflector::Editable)).collect();
         let mut channels = vec![Channels::default(); layout.bases * layout.firsts()];
         let mut start = 0;
         for slot in &layout.slots {
@@ -73,8 +73,8 @@ impl<'a> Projector<'a> {
                 add_rgb(sums, 0, *radiance);
             }
             GatherPath::Surface(eye) => match self.materials[eye.material as usize] {
-                Surface::Editable(class) => self.add_editable(eye, &mut records.classes[class]),
-                Surface::Fixed(material) => self.add_fixed(eye, &material, &mut records.classes[self.layout.materials]),
+                Reflector::Editable(class) => self.add_editable(eye, &mut records.classes[class]),
+                Reflector::Fixed(material) => self.add_fixed(eye, &material, &mut records.classes[self.layout.materials]),
             },
         }
     }
@@ -102,8 +102,8 @@ impl<'a> Projector<'a> {
     /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
     fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
         match self.materials[first.material as usize] {
-            Surface::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, &material)),
-            Surface::Editable(material) => {
+            Reflector::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, &material)),
+            Reflector::Editable(material) => {
                 let mut sums = [Vec3A::ZERO; MAX_BASES];
                 for Reflection { cos_delta, light } in first.reflections.iter().flatten() {
                     let values = self.values(*cos_delta);

@@ -10,7 +10,7 @@
 
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -76,7 +76,15 @@ struct Inner {
     file: File,
     end: u64,
     /// Where each tile's payload stands, and its length.
-    tiles: BTreeMap<u32, (u64, u32)>,
+    tiles: BTreeMap<u32, Entry>,
+}
+
+/// Where the payload of a tile stands.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    at: u64,
+    bytes: u32,
+    checksum: u64,
 }
 
 impl TileLog {
@@ -84,7 +92,9 @@ impl TileLog {
     pub fn create(path: &Path, key: u128) -> Result<Self> {
         let place = Place::file(path);
         let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path).map_err(|e| Error::io(&place, e))?;
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|e| Error::io(&place, e))?;
+        lock(&file, &place)?;
+        file.set_len(0).map_err(|e| Error::io(&place, e))?;
         file.write_all(&key.to_le_bytes()).map_err(|e| Error::io(&place, e))?;
         Ok(Self { place, inner: Mutex::new(Inner { file, end: KEY_BYTES as u64, tiles: BTreeMap::new() }) })
     }
@@ -93,8 +103,14 @@ impl TileLog {
     pub fn reopen(path: &Path, key: u128) -> Result<Option<Self>> {
         let place = Place::file(path);
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::io(&place, e))?;
+        lock(&file, &place)?;
         let scan = scan(&mut file, key).map_err(|e| Error::io(&place, e))?;
         Ok(scan.map(|(tiles, end)| Self { place, inner: Mutex::new(Inner { file, end, tiles }) }))
+    }
+
+    /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds nothing.
+    pub fn exists(path: &Path) -> bool {
+        std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)
     }
 
     /// Tiles that are in the log.
@@ -108,12 +124,13 @@ impl TileLog {
         let mut record = Vec::with_capacity(RECORD_HEADER + payload.len());
         record.extend(tile.to_le_bytes());
         record.extend((payload.len() as u32).to_le_bytes());
-        record.extend(checksum(tile, &payload).to_le_bytes());
+        let checksum = checksum(tile, &payload);
+        record.extend(checksum.to_le_bytes());
         record.extend(&payload);
         let mut inner = self.lock();
         let end = inner.end;
         inner.file.seek(SeekFrom::Start(end)).and_then(|_| inner.file.write_all(&record)).map_err(|e| Error::io(&self.place, e))?;
-        inner.tiles.insert(tile, (end + RECORD_HEADER as u64, payload.len() as u32));
+        inner.tiles.insert(tile, Entry { at: end + RECORD_HEADER as u64, bytes: payload.len() as u32, checksum });
         inner.end = end + record.len() as u64;
         Ok(())
     }
@@ -121,17 +138,33 @@ impl TileLog {
     /// Reads a tile back.
     pub fn read(&self, tile: u32) -> Result<Tile> {
         let mut inner = self.lock();
-        let Some(&(at, length)) = inner.tiles.get(&tile) else {
-            return Err(Error::invalid(&self.place, format!("tile {tile} is missing; bake again with --force")));
-        };
-        let mut payload = vec![0; length as usize];
+        let damaged = || Error::invalid(&self.place, format!("tile {tile} is missing or damaged; bake again with --force"));
+        let Entry { at, bytes, checksum: expected } = *inner.tiles.get(&tile).ok_or_else(damaged)?;
+        let mut payload = vec![0; bytes as usize];
         inner.file.seek(SeekFrom::Start(at)).and_then(|_| inner.file.read_exact(&mut payload)).map_err(|e| Error::io(&self.place, e))?;
+        if checksum(tile, &payload) != expected {
+            return Err(damaged());
+        }
         Ok(Tile::decode(&payload))
+    }
+
+    /// An error about the content of the log.
+    pub fn refuse(&self, reason: &str) -> Error {
+        Error::invalid(&self.place, reason)
     }
 
     /// A poisoned lock means that another thread panicked between two writes of `Inner`, whose record is then simply not listed.
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+/// Two bakes at work on one log would overwrite each other's tiles.
+fn lock(file: &File, place: &Place) -> Result<()> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => Err(Error::invalid(place, "another bake is at work here; wait for it, or bake elsewhere with -o")),
+        Err(TryLockError::Error(e)) => Err(Error::io(place, e)),
     }
 }
 
@@ -143,7 +176,7 @@ fn checksum(tile: u32, payload: &[u8]) -> u64 {
     hash.digest()
 }
 
-type Found = (BTreeMap<u32, (u64, u32)>, u64);
+type Found = (BTreeMap<u32, Entry>, u64);
 
 /// Lists the whole records of a log and where they end; `None` if the key differs.
 fn scan(file: &mut File, key: u128) -> io::Result<Option<Found>> {
@@ -167,7 +200,7 @@ fn scan(file: &mut File, key: u128) -> io::Result<Option<Found>> {
         if checksum(tile, &payload) != u64::from_le_bytes(sum) {
             break;
         }
-        tiles.insert(tile, (end + RECORD_HEADER as u64, bytes));
+        tiles.insert(tile, Entry { at: end + RECORD_HEADER as u64, bytes, checksum: u64::from_le_bytes(sum) });
         end = next;
     }
     Ok(Some((tiles, end)))
@@ -190,6 +223,7 @@ mod tests {
         for id in [5, 1, 9] {
             log.append(id, &tile(id)).unwrap();
         }
+        drop(log);
         let whole = std::fs::read(&path).unwrap();
         for length in 0..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();

@@ -18,7 +18,7 @@ mod layout;
 
 pub use layout::{FirstReflection, Layout, Slot};
 
-use super::scene::MAX_SIDE;
+use super::scene::{MAX_PIXELS, is_legal_size};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
 use crate::kinds::brdf_basis::MAX_BASES;
@@ -141,6 +141,9 @@ impl Head {
         let head = Self { meta, pixel, class, coverage, scales };
         section.expect_shape(&[head.layout().slots.len() as u64])?;
         section.expect_finite(&head.scales)?;
+        if head.scales.iter().any(|s| *s < 0.0) {
+            return Err(section.invalid("a scale is negative"));
+        }
         Ok(head)
     }
 
@@ -170,8 +173,10 @@ fn image_name(slot: usize) -> String {
 
 impl Meta {
     fn validate(&self, section: &Section) -> Result<()> {
-        if self.size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
-            return Err(section.invalid(format!("film size {:?} is outside 1..{MAX_SIDE}", self.size)));
+        if !is_legal_size(self.size) || self.samples == 0 {
+            return Err(
+                section.invalid(format!("film size {:?} of {} samples is not one of 1 to {MAX_PIXELS} pixels", self.size, self.samples))
+            );
         }
         if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
             return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));

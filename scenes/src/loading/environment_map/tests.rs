@@ -53,10 +53,13 @@ fn illegal_texels_are_mended_and_reported() {
     let mut broken = texels();
     broken[3] = [-1.0, f32::NAN, 2.0];
     broken[70] = [f32::INFINITY, 1.0, f32::NEG_INFINITY];
+    // Ringing beside a sun: the sun itself must stay as bright as it is.
+    broken[90] = [1e6, -0.001, 2e6];
     write_exr(&path, &broken, false, Compression::ZIP16);
     let (map, warnings) = read(&path);
     assert_eq!((map.texels[3], map.texels[70], map.texels[4]), ([0.0, 0.0, 2.0], [65_504.0, 1.0, 0.0], texel(4, 0)));
-    assert!(warnings[0].ends_with("mended 2 of 2048 texels, which are negative, infinite or NaN"), "{warnings:?}");
+    assert_eq!(map.texels[90], [1e6, 0.0, 2e6]);
+    assert!(warnings[0].ends_with("mended 3 of 2048 texels, which are negative, infinite or NaN"), "{warnings:?}");
 }
 
 #[test]

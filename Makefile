@@ -1,6 +1,7 @@
 # `make demo` and `make test` are all that a fresh machine with cargo needs; each does its own set-up.
 .DEFAULT_GOAL := help
 SCENE ?= cornell-knot
+ANIMATION ?= polish
 BAKE = target/release/bake
 PLAYER = target/release/player
 .PHONY: help setup build assets bake play demo test lint
@@ -16,9 +17,9 @@ assets:  ## fetch the pinned third-party assets
 bake: build  ## bake SCENE=<name> into baked/<name>
 	@if grep -qs '"assets/' scenes/library/$(SCENE)/scene.toml; then sh scenes/fetch-assets.sh; fi
 	$(BAKE) run $(SCENE)
-play: build  ## play SCENE=<name> [ANIMATION=<name>]: frames and a contact sheet in baked/<name>/frames
-	$(PLAYER) baked/$(SCENE) --headless $(if $(ANIMATION),--animation $(ANIMATION)) --frames 'baked/$(SCENE)/frames/%04d.png' --contact-sheet baked/$(SCENE)/contact-sheet.png
-	@echo "frames in baked/$(SCENE)/frames, all at a glance in baked/$(SCENE)/contact-sheet.png"
+play: build  ## play SCENE=<name> [ANIMATION=<name>] to frames and a contact sheet in baked/
+	$(PLAYER) baked/$(SCENE) --headless --animation $(ANIMATION) --fps 12 --frames 'baked/frames/$(SCENE)-$(ANIMATION)/%04d.png' --contact-sheet baked/frames/$(SCENE)-$(ANIMATION).png
+	@echo "look at baked/frames/$(SCENE)-$(ANIMATION).png; single frames are in baked/frames/$(SCENE)-$(ANIMATION)"
 demo: build  ## bake a small scene and play its animations to pictures in demo/
 	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot
 	$(PLAYER) demo/cornell-knot --headless --animation polish --fps 12 --frames 'demo/polish/%04d.png' --contact-sheet demo/polish.png

@@ -51,7 +51,7 @@ pub struct RunArgs {
     pub quality: Quality,
     /// Largest relative L2 error that bases and storage may make; chooses the number of bases by trying them on the scene [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
-    pub max_error: Option<f32>,
+    pub max_error: Option<f64>,
     /// Number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub bases: Option<u32>,

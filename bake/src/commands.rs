@@ -29,7 +29,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
         size: args.size.unwrap_or(scene.size),
         samples: args.spp.unwrap_or(args.quality.samples()),
         seed: args.seed,
-        bases: args.bases.map_or(Bases::Error(max_error.into()), |n| Bases::Number(n as usize)),
+        bases: args.bases.map_or(Bases::Error(max_error), |n| Bases::Number(n as usize)),
     };
     let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
     let leftover = match (args.resume, args.force) {
@@ -53,7 +53,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
         text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
     }
-    if summary.errors[1] > f64::from(max_error) {
+    if summary.errors[1] > max_error {
         let remedy =
             if summary.bases < 16 { format!("add --bases {}", summary.bases + 1) } else { "no number of bases does better".to_owned() };
         say(&format!("warning: the worst error is above the {} % asked for; {remedy}", 100.0 * max_error));

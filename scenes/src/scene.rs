@@ -16,7 +16,7 @@ pub struct Scene {
     /// Number of reflections that methods model: 1 is direct light only.
     pub reflections: u32,
     /// Largest relative L2 error that methods may make.
-    pub max_error: f32,
+    pub max_error: f64,
     /// What varies at playback.
     pub vary: Vary,
     /// The camera.

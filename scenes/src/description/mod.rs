@@ -116,7 +116,7 @@ fn unit_gain() -> Rgb {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct ErrorFile {
-    pub max: f32,
+    pub max: f64,
 }
 
 impl Default for ErrorFile {

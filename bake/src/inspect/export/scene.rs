@@ -15,7 +15,7 @@ struct SceneFile<'a> {
     name: &'a str,
     size: [u32; 2],
     reflections: u32,
-    max_error: f32,
+    max_error: f64,
     vary: VaryFile<'a>,
     camera: Camera,
     materials: Vec<MaterialFile<'a>>,

@@ -87,7 +87,7 @@ fn basis() -> BrdfBasis {
     let lobe = |power: i32| (0..lobe_table::NODES).map(move |i| abscissa(i).powi(power));
     BrdfBasis {
         meta: BasisMeta { shared_diffuse: true, error_at_integers: error(0.001), error_between: error(0.0015) },
-        shininess: vec![1.0, 50.0, 200.0],
+        shininess: vec![1.0, 50.5, 200.0],
         coefficients: vec![0.0, 1.0, 2.0, 0.5, -1.0, 4.0, 0.25, 8.0, -16.0],
         lobes: lobe(1).chain(lobe(2)).collect(),
     }

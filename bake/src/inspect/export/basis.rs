@@ -1,4 +1,5 @@
-//! A BRDF basis as arrays: the basis functions on the angle grid, and coefficients for every stored parameter sample.
+//! A BRDF basis as arrays: the basis functions on the angle grid, coefficients of the samples that the basis was made from, and the finer table of
+//! coefficients that look-ups interpolate in.
 
 use super::out::Out;
 use relume_formats::Result;
@@ -6,15 +7,20 @@ use relume_formats::basis::brdf_grid::{self, NODES, PHI_NODES, THETA_NODES};
 use relume_formats::kinds::BrdfBasis;
 use serde_json::json;
 
-/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, 3], `coefficients.npy` [samples, bases], `brdf.json`.
+/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, 3], `coefficients.npy` [samples, bases], `exponents.npy` [nodes],
+/// `exponent_coefficients.npy` [nodes, bases], `brdf.json`.
 pub(super) fn export(basis: &BrdfBasis, out: &mut Out) -> Result<()> {
     let bases = basis.bases();
     out.npy("basis.npy", &[bases, THETA_NODES, THETA_NODES, PHI_NODES], on_grid(basis))?;
-    let samples = 1 + basis.shininess.len();
-    let glossy = basis.shininess.iter().flat_map(|s| [0.0, 1.0, *s]);
+    let rows = || basis.shininess.iter().zip(basis.coefficients.chunks_exact(bases)).filter(|(s, _)| s.fract() == 0.0);
+    let samples = 1 + rows().count();
+    let glossy = rows().flat_map(|(s, _)| [0.0, 1.0, *s]);
     out.npy("parameters.npy", &[samples, 3], [1.0f32, 0.0, 1.0].into_iter().chain(glossy))?;
     let diffuse = (0..bases).map(|b| if b == 0 { 1.0 } else { 0.0 });
-    out.npy("coefficients.npy", &[samples, bases], diffuse.chain(basis.coefficients.iter().copied()))?;
+    out.npy("coefficients.npy", &[samples, bases], diffuse.chain(rows().flat_map(|(_, row)| row.iter().copied())))?;
+    let nodes = basis.shininess.len();
+    out.npy("exponents.npy", &[nodes], basis.shininess.iter().copied())?;
+    out.npy("exponent_coefficients.npy", &[nodes, bases], basis.coefficients.iter().copied())?;
     out.json("brdf.json", &metadata(basis, samples))
 }
 
@@ -54,12 +60,16 @@ fn metadata(basis: &BrdfBasis, samples: usize) -> serde_json::Value {
             "file": "parameters.npy",
             "shape": [samples, 3],
             "columns": ["kd", "ks", "s"],
-            "meaning": "row 0 is the diffuse sample, then the unit glossy lobe of every stored exponent",
+            "meaning": "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made from",
         },
         "coefficients": {
             "file": "coefficients.npy",
             "shape": [samples, basis.bases()],
             "meaning": "sample = sum over bases of coefficient * basis; linear in kd and ks, interpolated linearly in s",
+        },
+        "look_up": {
+            "files": ["exponents.npy", "exponent_coefficients.npy"],
+            "meaning": "coefficients of the unit glossy lobe at more exponents: what the player interpolates in",
         },
         "shared_diffuse": basis.meta.shared_diffuse,
         "errors": {

@@ -99,10 +99,13 @@ fn the_basis_stands_on_the_grid_and_its_samples_come_first_diffuse_then_glossy()
         }
     }
     let (shape, parameters) = Npy::f32s(&out.join("parameters.npy"));
-    assert_eq!((shape, parameters), (vec![4, 3], vec![1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 50.0, 0.0, 1.0, 200.0]));
+    // Exponent 50.5 is no sample, but it is a node of the look-up.
+    assert_eq!((shape, parameters), (vec![3, 3], vec![1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 200.0]));
     let (shape, coefficients) = Npy::f32s(&out.join("coefficients.npy"));
-    assert_eq!((shape, &coefficients[..3]), (vec![4, 3], &[1.0, 0.0, 0.0][..]));
-    assert_eq!(coefficients[3..], bundle.basis.coefficients);
+    let stored = &bundle.basis.coefficients;
+    assert_eq!((shape, coefficients), (vec![3, 3], [&[1.0, 0.0, 0.0][..], &stored[..3], &stored[6..]].concat()));
+    assert_eq!(Npy::f32s(&out.join("exponents.npy")), (vec![3], vec![1.0, 50.5, 200.0]));
+    assert_eq!(Npy::f32s(&out.join("exponent_coefficients.npy")), (vec![3, 3], stored.clone()));
     let metadata = json(&out.join("brdf.json"));
     assert_eq!(metadata["axes"][2]["values"].as_array().unwrap().len(), 60);
     assert_eq!((&metadata["shared_diffuse"], &metadata["errors"]["between_them"]["mean"]), (&Value::from(true), &Value::from(0.0015)));

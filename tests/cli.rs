@@ -230,6 +230,13 @@ fn finished_work_is_reused() {
     w.bake("bundle", &["--spp", "16"]);
     assert_eq!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
     assert!(w.folder.path().join("bundle/animation-dim.relume").exists());
+    // Killed in the middle of publishing: the old manifest is aside, the images are not lost.
+    let aside = w.folder.path().join("bundle/unfinished");
+    std::fs::create_dir(&aside).unwrap();
+    std::fs::rename(w.path("bundle/manifest.json"), aside.join("manifest.json")).unwrap();
+    w.bake("bundle", &["--spp", "16"]);
+    assert_eq!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
+    expect_exit("bake", &["verify", &w.path("bundle")], 0);
     // Anything that the light depends on does.
     write_scene(w.folder.path(), &changed.replace("[0.7, 0.1, 0.1]", "[0.1, 0.7, 0.1]"));
     w.bake("bundle", &["--spp", "16"]);

@@ -88,7 +88,8 @@ pub fn run(scene: &Scene, wanted: &Wanted, folder: &Path, leftover: Leftover, jo
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));
     }
     let hash = scene_hash(scene);
-    let old = Manifest::read(folder).ok();
+    // A kill in the middle of publishing leaves the old manifest where publishing had put it aside.
+    let old = Manifest::read(folder).or_else(|_| Manifest::read(&unfinished)).ok();
     let may_reuse = !has_log && leftover != Leftover::Discard;
     let reusable = old.as_ref().filter(|_| may_reuse).and_then(|old| reusable_method(old, folder, hash, wanted));
     create_folder(&unfinished)?;
@@ -205,8 +206,8 @@ fn open_log(unfinished: &Path, leftover: Leftover, key: u128) -> Result<TileLog>
     TileLog::reopen(&path, key)?.ok_or_else(|| BakeError::invalid(&Place::file(unfinished), reason))
 }
 
-/// Moves the new files into place and names them in the manifest. From the first move to the manifest there is no manifest, so nobody takes a
-/// mixture of old and new files for a bundle; the log still stands then, and --resume packs again.
+/// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so nobody takes a mixture of old and new files
+/// for a bundle. Nothing is lost in between: the log, or the images that the old manifest names, are still there.
 fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &Path, folder: &Path) -> Result<()> {
     let io = |path: &Path| {
         let place = Place::file(path);
@@ -214,8 +215,8 @@ fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &Path, folde
     };
     let old_manifest = folder.join(manifest::FILE_NAME);
     manifest.validate(&Place::file(&old_manifest))?;
-    if old.is_some() {
-        std::fs::remove_file(&old_manifest).map_err(io(&old_manifest))?;
+    if old_manifest.exists() {
+        std::fs::rename(&old_manifest, unfinished.join(manifest::FILE_NAME)).map_err(io(&old_manifest))?;
     }
     for entry in manifest.entries() {
         let (from, to) = (unfinished.join(&entry.file), folder.join(&entry.file));

@@ -83,6 +83,10 @@ fn sum_slots(
         let first = fragments[begin];
         for (var s = dispatch.first_slot; s < dispatch.end_slot; s += 1u) {
             let slot = slots[s];
+            // Slots that serve fixed fragments come first, and editable fragments come before fixed ones: from here on there is nothing for this pixel.
+            if first.index >= slot.fragments {
+                break;
+            }
             sum += contribution(s, slot, first);
             for (var f = begin + 1u; f < end; f += 1u) {
                 sum += contribution(s, slot, fragments[f]);

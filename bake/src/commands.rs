@@ -7,14 +7,12 @@ use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
+use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::state::{BlinnPhong, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
-
-/// Most reflections that gathers trace.
-const GATHER_REFLECTIONS: u32 = 2;
 
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
@@ -119,18 +117,18 @@ fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
 fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
     match (args.paths, args.reflections) {
         (Paths::Best, n) => Ok(n.unwrap_or(u32::MAX)),
-        (Paths::Gather, None) => Ok(scene.reflections.min(GATHER_REFLECTIONS)),
-        (Paths::Gather, Some(n)) if n <= GATHER_REFLECTIONS => Ok(n),
+        (Paths::Gather, None) => Ok(scene.reflections.min(MAX_REFLECTIONS)),
+        (Paths::Gather, Some(n)) if n <= MAX_REFLECTIONS => Ok(n),
         (Paths::Gather, Some(n)) => {
             let place = Place::file("--reflections");
-            Err(BakeError::invalid(&place, format!("{n} with --paths gather, which traces at most {GATHER_REFLECTIONS}; use --paths best")))
+            Err(BakeError::invalid(&place, format!("{n} with --paths gather, which traces at most {MAX_REFLECTIONS}; use --paths best")))
         }
     }
 }
 
 /// Sums over many reflections need not converge if a material sends back more than it gets.
 fn warn_of_gain(scene: &Scene, reflections: u32) {
-    for material in scene.materials.iter().filter(|_| reflections > GATHER_REFLECTIONS) {
+    for material in scene.materials.iter().filter(|_| reflections > MAX_REFLECTIONS) {
         let BlinnPhong { kd, ks, shininess } = material.brdf;
         let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
         if albedo > 1.0 {

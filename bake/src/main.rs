@@ -2,6 +2,7 @@
 
 use clap::Parser;
 use relume_bake::cli::{Cli, Command};
+use relume_bake::error::BakeError;
 use relume_bake::{commands, inspect, job};
 use std::io::Write;
 use std::process::ExitCode;
@@ -31,7 +32,9 @@ fn main() -> ExitCode {
         },
         Err(error) => {
             let code = error.exit_code();
-            let kept = matches!(cli.command, Command::Run(_)) && code != 2;
+            // A bake that was stopped, or met a full disk, can go on; one that was refused or never started cannot.
+            let stopped = matches!(error, BakeError::Interrupted(_) | BakeError::File(_)) && code != 2;
+            let kept = stopped && matches!(cli.command, Command::Run(_));
             fail(&format!("{error}{}", if kept { "; finished tiles are kept, add --resume to go on" } else { "" }), code)
         }
     }

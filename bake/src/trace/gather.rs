@@ -12,6 +12,9 @@ use glam::Vec3A;
 use relume_formats::state::Film;
 use relume_scenes::Scene;
 
+/// Most reflections of a path.
+pub const MAX_REFLECTIONS: u32 = 2;
+
 /// One path from the eye.
 #[allow(clippy::large_enum_variant, reason = "lives on the stack for one sample; a box would allocate for every path")]
 #[derive(Debug, Clone, Copy)]

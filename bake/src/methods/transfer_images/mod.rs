@@ -12,7 +12,7 @@ pub use tiles::TileLog;
 
 use crate::error::{BakeError, Result};
 use crate::job::Job;
-use crate::trace::gather::Gather;
+use crate::trace::gather::{Gather, MAX_REFLECTIONS};
 use crate::trace::lights::Lights;
 use crate::trace::world::{World, take_ray_count};
 use project::Projector;
@@ -73,8 +73,8 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.vary.materials.len() > MAX_MATERIALS {
         return refuse(format!("[vary] names {} materials, {NAME} serves at most {MAX_MATERIALS}", scene.vary.materials.len()));
     }
-    if scene.reflections > 2 {
-        return refuse(format!("[render] reflections = {}, {NAME} models at most 2; set 2 or 1", scene.reflections));
+    if scene.reflections > MAX_REFLECTIONS {
+        return refuse(format!("[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; set 2 or 1", scene.reflections));
     }
     Ok(())
 }

@@ -30,11 +30,24 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = one_line(&self.file.display().to_string());
         match &self.part {
-            Some(part) => write!(f, "{}: {part}", self.file.display()),
-            None => write!(f, "{}", self.file.display()),
+            Some(part) => write!(f, "{file}: {}", one_line(part)),
+            None => write!(f, "{file}"),
         }
     }
+}
+
+/// Names in files may hold line breaks and terminal controls; a message is one line and cannot steer a terminal.
+fn one_line(text: &str) -> String {
+    text.chars().fold(String::with_capacity(text.len()), |mut line, c| {
+        if c.is_control() {
+            line.extend(c.escape_default())
+        } else {
+            line.push(c)
+        }
+        line
+    })
 }
 
 /// What can go wrong with a file, named with its place; the text ends with a remedy where there is one.
@@ -70,12 +83,12 @@ pub enum Error {
 impl Error {
     /// An [`Error::Invalid`].
     pub fn invalid(place: &Place, reason: impl Into<String>) -> Self {
-        Self::Invalid { place: place.clone(), reason: reason.into() }
+        Self::Invalid { place: place.clone(), reason: one_line(&reason.into()) }
     }
 
     /// An [`Error::Unsupported`].
     pub fn unsupported(place: &Place, reason: impl Into<String>) -> Self {
-        Self::Unsupported { place: place.clone(), reason: reason.into() }
+        Self::Unsupported { place: place.clone(), reason: one_line(&reason.into()) }
     }
 
     /// An [`Error::Io`].
@@ -90,6 +103,21 @@ impl Error {
             Self::Io { source, .. } => {
                 matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::IsADirectory | io::ErrorKind::NotADirectory)
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_whatever_files_and_their_content_are_called() {
+        let place = Place::file("a\nb.toml").part("key `c\rd`");
+        for error in
+            [Error::invalid(&place, "material `päper\n\u{1b}[2J` is bad"), Error::unsupported(&place, "material `päper\n\u{1b}[2J` is bad")]
+        {
+            assert_eq!(error.to_string(), r"a\nb.toml: key `c\rd`: material `päper\n\u{1b}[2J` is bad");
         }
     }
 }

@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod support {
+    pub mod playing;
     pub mod raw_file;
     pub mod reading;
     pub mod samples;
@@ -14,7 +15,10 @@ mod support {
 
 use half::f16;
 use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::{Manifest, StoredScene};
+use relume_formats::state::{Brdf, Ggx};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
@@ -24,7 +28,7 @@ use support::{samples, scenes};
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 14] = [
+const CASES: [Case; 21] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -79,8 +83,58 @@ const CASES: [Case; 14] = [
     }),
     ("bases-without-lobes.relume", Kind::BrdfBasis, "holds 1 bases", || {
         let mut basis = samples::basis(1, 2, true);
-        (basis.shininess, basis.coefficients, basis.lobes) = (vec![1.0, 200.0], vec![1.0; 2], Vec::new());
+        (basis.parameters, basis.coefficients) = (vec![1.0, 200.0], vec![1.0; 2]);
+        basis.functions = Functions::BlinnPhong { lobes: Vec::new() };
         written(&basis)
+    }),
+    ("ggx-without-weights.relume", Kind::BrdfBasis, "section `weights` is missing", || {
+        let mut file = RawFile::parse(&written(&samples::ggx_basis(1, 2, 1)));
+        file.sections.pop();
+        file.section_count = 4;
+        file.bytes()
+    }),
+    ("ggx-weights-of-another-shape.relume", Kind::BrdfBasis, "section `weights`: has shape", || {
+        let mut file = RawFile::parse(&written(&samples::ggx_basis(1, 3, 2)));
+        file.sections[4].shape = vec![10];
+        file.bytes()
+    }),
+    (
+        "ggx-with-coefficients-of-one-part.relume",
+        Kind::BrdfBasis,
+        "section `coefficients`: has shape [2, 1, 2], expected [2, 2, 2]",
+        || {
+            let mut basis = samples::ggx_basis(1, 2, 1);
+            (basis.parameters, basis.coefficients) = (vec![0.32, 1.0], vec![0.5; 8]);
+            let mut file = RawFile::parse(&written(&basis));
+            file.sections[2] = RawSection::new("coefficients", 4, &[2, 1, 2], 1, &[0; 16]);
+            file.bytes()
+        },
+    ),
+    ("ggx-mirror.relume", Kind::BrdfBasis, "roughnesses above 0", || {
+        let mut basis = samples::ggx_basis(1, 2, 1);
+        basis.functions = Functions::Ggx { roughness: vec![0.0], weights: vec![1.0; 3] };
+        written(&basis)
+    }),
+    ("parameters-fall.relume", Kind::BrdfBasis, "needs 2 to 65536 increasing parameters", || {
+        let mut basis = samples::ggx_basis(1, 2, 1);
+        basis.parameters.reverse();
+        written(&basis)
+    }),
+    ("unknown-model.relume", Kind::Scene, "section `meta`: is malformed", || {
+        let mut file = triangle();
+        let mut meta = file.sections[0].raw();
+        // After the name of 11 bytes, the camera of 8 numbers, the film size, the number of materials, and the first one's name of 2.
+        let at = 8 + 11 + 4 * 8 + 8 + 8 + 8 + 2;
+        assert!(meta[at] < 2 && meta[at + 1..at + 4] == [0; 3], "the model stands there");
+        meta[at] = 2;
+        file.sections[0].set_raw(&meta);
+        file.bytes()
+    }),
+    ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
+        let mut scene: StoredScene = scenes::scene(3);
+        let brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 });
+        scene.meta.materials[0] = StoredMaterial { name: "line\nbreak".to_owned(), brdf, varies: true, textured: true };
+        written(&scene)
     }),
 ];
 

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod support {
+    pub mod playing;
     pub mod raw_file;
     pub mod reading;
     pub mod samples;
@@ -25,12 +26,13 @@ fn written(value: &impl Stored) -> Vec<u8> {
     value.write_file(&folder.path().join("a.relume")).unwrap()
 }
 
-/// A small sound file of every kind.
-fn sound_files() -> [(Kind, Vec<u8>); 4] {
+/// A small sound file of every kind, of both models where that matters.
+fn sound_files() -> [(Kind, Vec<u8>); 5] {
     [
         (Kind::Scene, written(&scenes::scene(3))),
         (Kind::Animation, written(&scenes::animation(3))),
         (Kind::BrdfBasis, written(&samples::basis(3, 3, true))),
+        (Kind::BrdfBasis, written(&samples::ggx_basis(3, 3, 2))),
         (Kind::TransferImages, written(&samples::images(3, 1, 2, true, [3, 2]))),
     ]
 }
@@ -227,8 +229,8 @@ proptest! {
 
     /// Bytes of the table changed, its checksum mended.
     #[test]
-    fn forged_tables_never_panic(seed: u64, kind in 0usize..4, changes in 1usize..6) {
-        let (_, mut file) = sound_files()[kind].clone();
+    fn forged_tables_never_panic(seed: u64, file in 0usize..5, changes in 1usize..6) {
+        let (_, mut file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let payload = 32 + u32::from_le_bytes(file[20..24].try_into().unwrap()) as usize;
         for _ in 0..changes {
@@ -242,8 +244,8 @@ proptest! {
 
     /// The content of a section changed, all checksums mended: this reaches the checks of every kind.
     #[test]
-    fn forged_contents_never_panic(seed: u64, kind in 0usize..4, changes in 1usize..4) {
-        let (_, file) = sound_files()[kind].clone();
+    fn forged_contents_never_panic(seed: u64, file in 0usize..5, changes in 1usize..4) {
+        let (_, file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let mut file = RawFile::parse(&file);
         let at = random.below(file.sections.len());

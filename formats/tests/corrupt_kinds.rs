@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod support {
+    pub mod playing;
     pub mod raw_file;
     pub mod reading;
     pub mod samples;
@@ -12,9 +13,11 @@ mod support {
 use half::f16;
 use relume_formats::Error;
 use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::{BrdfBasis, Manifest, StoredScene, TransferImages};
-use relume_formats::state::{Animation, Track, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
@@ -66,20 +69,41 @@ fn every_kind_needs_its_sections_in_order() {
     assert_order_matters(&scenes::scene(3));
     assert_order_matters(&scenes::animation(3));
     assert_order_matters(&samples::basis(3, 3, true));
+    assert_order_matters(&samples::ggx_basis(3, 3, 2));
     assert_order_matters(&samples::images(3, 1, 2, true, [3, 2]));
+}
+
+fn blinn_phong(kd: f32, shininess: f32) -> Brdf {
+    Brdf::BlinnPhong(BlinnPhong { kd: [kd; 3], ks: [0.1; 3], shininess })
+}
+
+fn ggx(metallic: f32, roughness: f32) -> Brdf {
+    Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic, roughness })
+}
+
+/// Gives the first material, which is textured, other parameters.
+fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
+    let name = scene.meta.materials[0].name.clone();
+    scene.meta.materials[0] = StoredMaterial { name, brdf, varies, textured: true };
 }
 
 #[test]
 fn broken_scenes() {
     type Change = fn(&mut StoredScene);
-    let cases: [(Change, &str); 14] = [
+    let cases: [(Change, &str); 20] = [
         (|s| s.meta.camera.fov_deg = 0.0, "fov_deg 0 is outside"),
         (|s| s.meta.camera.target = s.meta.camera.position, "position and target coincide"),
         (|s| s.meta.camera.position[1] = f32::NAN, "finite"),
         (|s| s.meta.size = [0, 5], "film size [0, 5]"),
         (|s| s.meta.size = [16_385, 5], "film size [16385, 5]"),
-        (|s| s.meta.materials[0].brdf.kd = [1.5; 3], "exceeds 1"),
-        (|s| s.meta.materials[0].brdf.shininess = 1e6, "shininess 1000000 is outside"),
+        (|s| wear(s, true, blinn_phong(1.5, 50.0)), "exceeds 1"),
+        (|s| wear(s, true, blinn_phong(0.5, 201.0)), "shininess 201 is outside 1..200"),
+        (|s| wear(s, false, blinn_phong(0.5, 10_001.0)), "shininess 10001 is outside 1..10000"),
+        (|s| wear(s, true, ggx(0.0, 0.31)), "roughness 0.31 is outside 0.32..1"),
+        (|s| wear(s, false, ggx(0.0, 0.11)), "roughness 0.11 is outside 0.12..1"),
+        (|s| wear(s, false, ggx(1.5, 0.5)), "metallic 1.5 must be numbers of 0 to 1"),
+        (|s| wear(s, true, ggx(f32::NAN, 0.5)), "metallic NaN must be"),
+        (|s| wear(s, true, ggx(0.1, 0.5)), "metallic 0.1 with a textured base colour"),
         (|s| s.meta.materials.push(s.meta.materials[0].clone()), "the same name"),
         (|s| s.meta.objects.push(s.meta.objects[0].clone()), "the same name"),
         (|s| s.meta.objects[0].material = s.meta.materials.len() as u32, "names a material that is not there"),
@@ -125,13 +149,15 @@ fn broken_animations() {
         (Box::new(|a| a.tracks[1].values = TrackValues::Scalar(vec![1.0, f32::NAN])), "one finite value"),
         (Box::new(|a| a.tracks[0].leaf = leaf(&["materials", "m0", "kdd"])), "kdd"),
         (Box::new(|a| a.tracks[0].values = TrackValues::Scalar(vec![1.0; 3])), "invalid type"),
+        (Box::new(|a| a.tracks[2].leaf[2] = "base_colour".to_owned()), "unknown field `base_colour`"),
+        (Box::new(|a| a.tracks[2].values = TrackValues::Scalar(vec![1.0; 2])), "invalid type"),
         (Box::new(|a| a.tracks[1].leaf = a.tracks[0].leaf.clone()), "out of order or there twice"),
         (Box::new(|a| a.tracks.reverse()), "out of order or there twice"),
         (Box::new(|a| a.tracks.insert(0, track(leaf(&["materials", "m0"])))), "both a leaf and a table"),
         (Box::new(|a| a.tracks.insert(0, track(Vec::new()))), "a track's leaf has 0 names"),
         // A state built from this would nest so deeply that it overflows the stack.
         (Box::new(|a| a.tracks.insert(0, track(vec![String::new(); 1_000_000]))), "a track's leaf has 1000000 names"),
-        (Box::new(|a| a.tracks[2] = many_keys()), "more than 100000 keys"),
+        (Box::new(|a| a.tracks[4] = many_keys()), "more than 100000 keys"),
     ];
     for (change, expected) in cases {
         let mut animation = scenes::animation(3);
@@ -146,17 +172,25 @@ fn many_keys() -> Track {
     Track { leaf: ["materials", "z", "shininess"].map(str::to_owned).to_vec(), times_s, values }
 }
 
+/// Lobes of a Blinn-Phong basis.
+fn lobes(basis: &mut BrdfBasis) -> &mut Vec<f32> {
+    match &mut basis.functions {
+        Functions::BlinnPhong { lobes } => lobes,
+        Functions::Ggx { .. } => panic!("not of this model"),
+    }
+}
+
 #[test]
 fn broken_bases() {
     type Change = fn(&mut BrdfBasis);
     let cases: [(Change, &str); 8] = [
-        (|b| b.shininess.swap(0, 1), "increasing exponents"),
-        (|b| b.shininess[1] = f32::NAN, "increasing exponents"),
-        (|b| *b.shininess.last_mut().unwrap() = f32::INFINITY, "section `shininess`: element"),
-        (|b| (b.shininess, b.coefficients) = (vec![1.0], vec![0.0; 3]), "needs 2 to 65536"),
+        (|b| b.parameters.swap(0, 1), "increasing parameters"),
+        (|b| b.parameters[1] = f32::NAN, "increasing parameters"),
+        (|b| *b.parameters.last_mut().unwrap() = f32::INFINITY, "section `parameters`: element"),
+        (|b| (b.parameters, b.coefficients) = (vec![1.0], vec![0.0; 3]), "needs 2 to 65536"),
         (|b| b.coefficients[2] = f32::NAN, "section `coefficients`: element 2"),
-        (|b| b.lobes[77] = f32::NEG_INFINITY, "section `lobes`: element 77"),
-        (|b| *b = one_basis(b), "holds 1 bases, 2 to 32"),
+        (|b| lobes(b)[77] = f32::NEG_INFINITY, "section `lobes`: element 77"),
+        (|b| (b.coefficients, *lobes(b)) = (vec![1.0; b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
         (|b| *b = samples::basis(1, 33, true), "holds 33 bases, 2 to 32"),
     ];
     let sound = samples::basis(3, 3, true);
@@ -169,10 +203,50 @@ fn broken_bases() {
     assert_forged_refused(&sound, "coefficients", transposed, "section `coefficients`: has shape");
     assert_forged_refused(&sound, "lobes", transposed, "section `lobes`: has shape");
     assert_forged_refused(&sound, "lobes", |s| s.element = 2, "section `lobes`: holds u32, expected f32");
+    assert_forged_refused(&sound, "lobes", |s| s.name = "lobe".to_owned(), "expected section `lobes` or `roughness` here");
+    assert_forged_refused(&sound, "parameters", |s| s.shape.push(1), "section `parameters`: has shape");
+    let many = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[65_537], 1, &[0; 4 * 65_537]);
+    assert_forged_refused(&sound, "parameters", many, "needs 2 to 65536");
 }
 
-fn one_basis(of: &BrdfBasis) -> BrdfBasis {
-    BrdfBasis { coefficients: vec![1.0; of.shininess.len()], lobes: Vec::new(), ..of.clone() }
+/// Roughness and weights of a GGX basis.
+fn samples_of(basis: &mut BrdfBasis) -> (&mut Vec<f32>, &mut Vec<f32>) {
+    match &mut basis.functions {
+        Functions::Ggx { roughness, weights } => (roughness, weights),
+        Functions::BlinnPhong { .. } => panic!("not of this model"),
+    }
+}
+
+#[test]
+fn broken_ggx_bases() {
+    type Change = fn(&mut BrdfBasis);
+    let cases: [(Change, &str); 10] = [
+        (|b| b.parameters.reverse(), "increasing parameters"),
+        (|b| b.coefficients[11] = f32::NAN, "section `coefficients`: element 11"),
+        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
+        (|b| samples_of(b).0[1] = -0.5, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
+        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
+        (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
+        (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
+        (|b| *b = samples::ggx_basis(1, 2, 65), "section `roughness`: needs 1 to 64"),
+        (|b| (b.coefficients, *samples_of(b).1) = (vec![1.0; 2 * b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
+        (|b| *b = samples::ggx_basis(1, 33, 2), "holds 33 bases, 2 to 32"),
+    ];
+    let sound = samples::ggx_basis(3, 3, 2);
+    for (change, expected) in cases {
+        let mut basis = sound.clone();
+        change(&mut basis);
+        assert_refused(&basis, expected);
+    }
+    let none = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[0], 1, &[]);
+    assert_forged_refused(&sound, "roughness", none, "section `roughness`: needs 1 to 64");
+    assert_forged_refused(&sound, "roughness", |s| s.shape.push(1), "section `roughness`: has shape [2, 1]");
+    let transposed = |s: &mut RawSection| s.shape.reverse();
+    assert_forged_refused(&sound, "weights", transposed, "section `weights`: has shape [5, 2], expected [2, 5]");
+    assert_forged_refused(&sound, "coefficients", |s| s.shape.swap(1, 2), "section `coefficients`: has shape");
+    // Of one part only, as a basis of the other model has.
+    let one_part = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[s.shape[0], 1, 3], 1, &s.raw()[..s.raw_bytes as usize / 2]);
+    assert_forged_refused(&sound, "coefficients", one_part, "section `coefficients`: has shape");
 }
 
 #[test]

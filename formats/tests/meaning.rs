@@ -11,24 +11,37 @@ use relume_formats::Place;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::transfer_images::{FirstReflection, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{Animation, BlinnPhong};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx};
 use support::samples::{self, Random};
 
-/// Coefficients of a material on every basis in one channel (thesis eq. 4-22): kd on the diffuse basis, plus ks times those of the unit
-/// lobe, which lie on the chord between the two stored exponents around s.
-fn coefficients(basis: &BrdfBasis, material: &BlinnPhong, channel: usize) -> Vec<f64> {
-    let (s, nodes) = (f64::from(material.shininess), &basis.shininess);
-    let bases = basis.coefficients.len() / nodes.len();
+/// Coefficients of part `part` of the unit lobe, which lie on the chord between the two stored parameters around `parameter`.
+fn lobe(basis: &BrdfBasis, parts: usize, part: usize, parameter: f32) -> Vec<f64> {
+    let (s, nodes) = (f64::from(parameter), &basis.parameters);
+    let bases = basis.coefficients.len() / nodes.len() / parts;
     let right = (1..nodes.len()).find(|i| s <= f64::from(nodes[*i])).unwrap_or(nodes.len() - 1);
     let (s0, s1) = (f64::from(nodes[right - 1]), f64::from(nodes[right]));
     let t = ((s - s0) / (s1 - s0)).clamp(0.0, 1.0);
-    let stored = |node: usize, b: usize| f64::from(basis.coefficients[node * bases + b]);
-    (0..bases)
-        .map(|b| {
-            let diffuse = if b == 0 { f64::from(material.kd[channel]) } else { 0.0 };
-            diffuse + f64::from(material.ks[channel]) * ((1.0 - t) * stored(right - 1, b) + t * stored(right, b))
-        })
-        .collect()
+    let stored = |node: usize, b: usize| f64::from(basis.coefficients[(node * parts + part) * bases + b]);
+    (0..bases).map(|b| (1.0 - t) * stored(right - 1, b) + t * stored(right, b)).collect()
+}
+
+/// Coefficients of a material on every basis in one channel. Blinn-Phong (thesis eq. 4-22): kd on the diffuse basis, plus ks times those of the
+/// unit lobe. GGX, from glTF 2.0 (appendix B.3.5) written out in Schlick's weight w: F = f0 + (1 - f0) w, hence
+/// rho = (1 - f0)(1 - metallic) c (1 - w)/pi + f0 D V (1 - w) + D V w: the two parts are those of D V (1 - w) and of D V w.
+fn coefficients(basis: &BrdfBasis, material: &Brdf, channel: usize) -> Vec<f64> {
+    let (diffuse, glossy) = match material {
+        Brdf::BlinnPhong(m) => {
+            let ks = f64::from(m.ks[channel]);
+            (f64::from(m.kd[channel]), lobe(basis, 1, 0, m.shininess).iter().map(|c| ks * c).collect::<Vec<_>>())
+        }
+        Brdf::Ggx(m) => {
+            let (base, metallic) = (f64::from(m.base_color[channel]), f64::from(m.metallic));
+            let f0 = 0.04 + (base - 0.04) * metallic;
+            let [plain, schlick] = [0, 1].map(|part| lobe(basis, 2, part, m.roughness));
+            ((1.0 - f0) * (1.0 - metallic) * base, plain.iter().zip(schlick).map(|(p, s)| f0 * p + s).collect())
+        }
+    };
+    glossy.into_iter().enumerate().map(|(b, c)| if b == 0 { c + diffuse } else { c }).collect()
 }
 
 /// Radiance per unit coefficient that the file stores for one fragment under `slot`, whose number is `number`.
@@ -76,6 +89,16 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
     (sum, magnitude)
 }
 
+/// A basis of either model, and materials of that model.
+fn materials_and_basis(seed: u64, bases: usize, count: usize) -> (BrdfBasis, Vec<Brdf>) {
+    let random = &mut Random(seed ^ 1);
+    if seed.is_multiple_of(2) {
+        (samples::basis(seed, bases, false), (0..count).map(|_| Brdf::BlinnPhong(random.blinn_phong())).collect())
+    } else {
+        (samples::ggx_basis(seed, bases, 2), (0..count).map(|_| Brdf::Ggx(random.ggx())).collect())
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
@@ -84,10 +107,9 @@ proptest! {
         seed: u64, editable in 1usize..4, bases in 2usize..5, one_colour: bool, width in 1u32..4, height in 1u32..4
     ) {
         let bundle = samples::images(seed, editable, bases, one_colour, [width, height]);
-        let basis = samples::basis(seed, bases, false);
-        let mut random = Random(seed ^ 1);
-        let materials: Vec<_> = (0..editable).map(|_| random.material()).collect();
-        let film = evaluate(&bundle, &basis, &materials);
+        let (basis, materials) = materials_and_basis(seed, bases, editable);
+        let on_bases: Vec<_> = materials.iter().map(|m| basis.coefficients_of(m).unwrap()).collect();
+        let film = evaluate(&bundle, &on_bases);
         prop_assert_eq!(film.len() as u32, width * height);
         for channel in 0..3 {
             let on_bases: Vec<_> = materials.iter().map(|m| coefficients(&basis, m, channel)).collect();
@@ -105,12 +127,11 @@ proptest! {
 
     #[test]
     fn coefficients_of_a_material_are_those_of_the_formula(seed: u64, bases in 2usize..6) {
-        let basis = samples::basis(seed, bases, true);
-        let material = Random(seed ^ 1).material();
-        let computed = basis.coefficients_of(&material);
+        let (basis, materials) = materials_and_basis(seed, bases, 1);
+        let computed = basis.coefficients_of(&materials[0]).unwrap();
         prop_assert_eq!(computed.len(), bases);
         for channel in 0..3 {
-            for (value, expected) in computed.iter().zip(coefficients(&basis, &material, channel)) {
+            for (value, expected) in computed.iter().zip(coefficients(&basis, &materials[0], channel)) {
                 prop_assert!((f64::from(value[channel]) - expected).abs() < 1e-6, "{} is not {expected}", value[channel]);
             }
         }
@@ -121,12 +142,13 @@ proptest! {
     fn coefficients_are_linear_in_kd_and_ks(seed: u64, alpha in 0.0f32..1.0) {
         let basis = samples::basis(seed, 4, true);
         let mut random = Random(seed ^ 1);
-        let a = random.material();
-        let b = BlinnPhong { shininess: a.shininess, ..random.material() };
+        let a = random.blinn_phong();
+        let b = BlinnPhong { shininess: a.shininess, ..random.blinn_phong() };
         let mix = |x: [f32; 3], y: [f32; 3]| [0, 1, 2].map(|i| alpha * x[i] + (1.0 - alpha) * y[i]);
         let mixed = BlinnPhong { kd: mix(a.kd, b.kd), ks: mix(a.ks, b.ks), shininess: a.shininess };
-        let (of_a, of_b) = (basis.coefficients_of(&a), basis.coefficients_of(&b));
-        for (value, (x, y)) in basis.coefficients_of(&mixed).into_iter().zip(of_a.into_iter().zip(of_b)) {
+        let of = |material| basis.coefficients_of(&Brdf::BlinnPhong(material)).unwrap();
+        let (of_a, of_b) = (of(a), of(b));
+        for (value, (x, y)) in of(mixed).into_iter().zip(of_a.into_iter().zip(of_b)) {
             for (v, e) in value.into_iter().zip(mix(x, y)) {
                 prop_assert!((v - e).abs() < 1e-6, "{v} is not {e}");
             }
@@ -137,13 +159,37 @@ proptest! {
 #[test]
 fn coefficients_at_and_beyond_the_nodes_are_the_stored_ones() {
     let basis = samples::basis(5, 3, true);
-    let unit = |shininess: f32| BlinnPhong { kd: [0.0; 3], ks: [1.0; 3], shininess };
-    let last = basis.shininess.len() - 1;
-    for (s, node) in [(1.0, 0), (0.5, 0), (200.0, last), (900.0, last), (basis.shininess[1], 1)] {
+    let unit = |shininess: f32| Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [1.0; 3], shininess });
+    let last = basis.parameters.len() - 1;
+    for (s, node) in [(1.0, 0), (0.5, 0), (200.0, last), (900.0, last), (basis.parameters[1], 1)] {
         let expected = &basis.coefficients[node * 3..node * 3 + 3];
-        let computed: Vec<f32> = basis.coefficients_of(&unit(s)).iter().map(|c| c[1]).collect();
+        let computed: Vec<f32> = basis.coefficients_of(&unit(s)).unwrap().iter().map(|c| c[1]).collect();
         computed.iter().zip(expected).for_each(|(c, e)| assert!((c - e).abs() < 1e-6, "at s = {s}: {computed:?} is not {expected:?}"));
     }
+}
+
+/// By hand: roughness 0.5 is half way between the nodes, f0 = 0.04·0.75 + 0.5·0.25 = 0.155, diffuse = 0.845·0.75·0.5 = 0.316875.
+#[test]
+fn coefficients_of_a_ggx_material_by_hand() {
+    let mut basis = samples::ggx_basis(1, 2, 1);
+    basis.parameters = vec![0.25, 0.75];
+    // [nodes, parts, bases]: at the first node 10, 20 and 30, 40, at the second 12, 26 and 34, 44.
+    basis.coefficients = vec![10.0, 20.0, 30.0, 40.0, 12.0, 26.0, 34.0, 44.0];
+    let material = Ggx { base_color: [0.5, 0.0, 1.0], metallic: 0.25, roughness: 0.5 };
+    let computed = basis.coefficients_of(&Brdf::Ggx(material)).unwrap();
+    // Part 0 is (11, 23), part 1 is (32, 42); f0 = 0.155, 0.03, 0.28, diffuse = 0.316875, 0, 0.54.
+    let hand = [[34.021_875, 32.33, 35.62], [45.565, 42.69, 48.44]];
+    for (value, expected) in computed.as_flattened().iter().zip(hand.as_flattened()) {
+        assert!((value - expected).abs() < 2e-5, "{computed:?} is not {hand:?}");
+    }
+}
+
+#[test]
+fn a_basis_has_no_coefficients_for_the_other_model() {
+    let random = &mut Random(1);
+    let (blinn_phong, ggx) = (Brdf::BlinnPhong(random.blinn_phong()), Brdf::Ggx(random.ggx()));
+    assert_eq!(samples::basis(1, 3, true).coefficients_of(&ggx), None);
+    assert_eq!(samples::ggx_basis(1, 3, 2).coefficients_of(&blinn_phong), None);
 }
 
 /// A colour turns from red to blue over two seconds and back, the exponent rises in the last second.

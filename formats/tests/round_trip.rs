@@ -58,6 +58,11 @@ proptest! {
     }
 
     #[test]
+    fn ggx_bases(seed: u64, bases in 2usize..=32, samples in 1usize..=64) {
+        assert_round_trip(&samples::ggx_basis(seed, bases, samples));
+    }
+
+    #[test]
     fn transfer_images(seed: u64, materials in 1usize..4, bases in 2usize..5, one_colour: bool, width in 1u32..6, height in 1u32..6) {
         assert_round_trip(&samples::images(seed, materials, bases, one_colour, [width, height]));
     }

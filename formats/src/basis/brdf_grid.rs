@@ -3,6 +3,7 @@
 //! 30 × 30 × 60 nodes spaced evenly over [0, π/2] × [0, π/2] × [0, π], both ends included; φ is the angle between the projections of the
 //! two directions on the surface. Look-ups in images never use this grid: at high exponents it is too coarse for that.
 
+use super::Angles;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Nodes along θi and along θo.
@@ -31,6 +32,18 @@ pub fn cos_half_angle(i: usize, o: usize, p: usize) -> f64 {
     if length_squared <= 1e-18 { 0.0 } else { (z / length_squared.sqrt()).clamp(0.0, 1.0) }
 }
 
+/// The angles of node (`i`, `o`, `p`).
+pub fn angles(i: usize, o: usize, p: usize) -> Angles {
+    let (theta_i, theta_o) = (theta(i), theta(o));
+    let cosine = theta_i.sin() * theta_o.sin() * phi(p).cos() + theta_i.cos() * theta_o.cos();
+    // The half vector halves the angle between the directions.
+    let cos_difference = (0.5 * (1.0 + cosine)).clamp(0.0, 1.0).sqrt();
+    // cos(π/2) is a rounding error above 0.
+    let cos_node = |index: usize| if index == THETA_NODES - 1 { 0.0 } else { theta(index).cos() };
+    let [cos_half, cos_difference, cos_in, cos_out] = [cos_half_angle(i, o, p), cos_difference, cos_node(i), cos_node(o)].map(|c| c as f32);
+    Angles { cos_half, cos_difference, cos_in, cos_out }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,6 +56,13 @@ mod tests {
             let h: Vec<f64> = a.iter().zip(b).map(|(x, y)| x + y).collect();
             let expected = h[2] / h.iter().map(|x| x * x).sum::<f64>().sqrt();
             assert!((cos_half_angle(i, o, p) - expected).abs() < 1e-12);
+            let angles = angles(i, o, p);
+            let cos_difference = h.iter().zip(a).map(|(h, a)| h * a).sum::<f64>() / h.iter().map(|x| x * x).sum::<f64>().sqrt();
+            for (ours, truth) in
+                [(angles.cos_half, expected), (angles.cos_difference, cos_difference), (angles.cos_in, a[2]), (angles.cos_out, b[2])]
+            {
+                assert!((f64::from(ours) - truth).abs() < 1e-7);
+            }
         }
         assert_eq!(cos_half_angle(29, 29, 59), 0.0, "opposite grazing directions have no half vector");
     }

@@ -1,4 +1,8 @@
 //! The bases that stored numbers refer to.
 
+mod angles;
 pub mod brdf_grid;
 pub mod lobe_table;
+pub mod microfacet;
+
+pub use angles::Angles;

@@ -27,7 +27,8 @@ impl Kind {
     pub fn max_sections(self) -> usize {
         match self {
             Kind::Animation => 1,
-            Kind::Scene | Kind::BrdfBasis => 4,
+            Kind::Scene => 4,
+            Kind::BrdfBasis => 5,
             Kind::TransferImages => MAX_SECTIONS,
         }
     }

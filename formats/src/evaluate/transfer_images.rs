@@ -1,15 +1,13 @@
 //! Method `transfer-images`: a pixel is the sum over its fragments of image × coefficient (thesis eq. 4-26, 4-27).
 
-use crate::kinds::BrdfBasis;
 use crate::kinds::transfer_images::{FirstReflection, Head, Layout, TransferImages};
-use crate::state::{BlinnPhong, Rgb};
+use crate::state::Rgb;
 
 /// Factors on the stored halves of every slot for every class of fragment: row-major [materials + 1, slots], the last row for fixed
 /// fragments. Scale and, for single-channel slots, the colour of the light are multiplied in.
 ///
-/// `materials` are the current parameters of the editable materials, in the order of the file.
-pub fn coefficients(head: &Head, layout: &Layout, basis: &BrdfBasis, materials: &[BlinnPhong]) -> Vec<Rgb> {
-    let on_bases: Vec<Vec<Rgb>> = materials.iter().map(|m| basis.coefficients_of(m)).collect();
+/// `on_bases` holds, for every editable material in the order of the file, its coefficients ([`crate::kinds::BrdfBasis::coefficients_of`]).
+pub fn coefficients(head: &Head, layout: &Layout, on_bases: &[Vec<Rgb>]) -> Vec<Rgb> {
     let of_first = |first: FirstReflection| match first {
         FirstReflection::None | FirstReflection::Fixed => [1.0; 3],
         FirstReflection::Editable { material, basis } => on_bases[material][basis],
@@ -34,11 +32,11 @@ fn product(a: Rgb, b: Rgb) -> Rgb {
     [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
 }
 
-/// Linear radiance of every pixel, row by row, for the given parameters of the editable materials.
-pub fn evaluate(bundle: &TransferImages, basis: &BrdfBasis, materials: &[BlinnPhong]) -> Vec<Rgb> {
+/// Linear radiance of every pixel, row by row; `on_bases` as for [`coefficients`].
+pub fn evaluate(bundle: &TransferImages, on_bases: &[Vec<Rgb>]) -> Vec<Rgb> {
     let head = &bundle.head;
     let layout = head.layout();
-    let table = coefficients(head, &layout, basis, materials);
+    let table = coefficients(head, &layout, on_bases);
     let mut by_slot: Vec<_> = bundle.images.iter().collect();
     by_slot.sort_by_key(|image| image.slot);
 

@@ -10,8 +10,8 @@
 //! Objects own consecutive ranges of triangles.
 
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
-use crate::error::Result;
-use crate::state::{BlinnPhong, Camera};
+use crate::error::{Place, Result};
+use crate::state::{Brdf, Camera};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -36,9 +36,19 @@ pub struct StoredMaterial {
     /// Name, unique in the scene.
     pub name: String,
     /// Default parameters.
-    pub brdf: BlinnPhong,
+    pub brdf: Brdf,
     /// Whether playback may change it.
     pub varies: bool,
+    /// Whether a texture multiplies its diffuse colour.
+    pub textured: bool,
+}
+
+impl StoredMaterial {
+    /// Checks parameters that the material has, or is to have.
+    pub fn validate(&self, brdf: &Brdf, place: &Place) -> Result<()> {
+        brdf.validate(&self.name, place)?;
+        if self.varies { brdf.validate_varying(self.textured, &self.name, place) } else { Ok(()) }
+    }
 }
 
 /// An object: a range of triangles and its material.
@@ -95,7 +105,7 @@ impl Stored for StoredScene {
             return Err(section.invalid(format!("film size {:?} is not one of 1 to {MAX_PIXELS} pixels", meta.size)));
         }
         for material in &meta.materials {
-            material.brdf.validate(&material.name, &sections.place)?;
+            material.validate(&material.brdf, &sections.place)?;
         }
         let distinct = |names: Vec<&String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
         if !distinct(meta.materials.iter().map(|m| &m.name).collect()) || !distinct(meta.objects.iter().map(|o| &o.name).collect()) {
@@ -105,18 +115,9 @@ impl Stored for StoredScene {
             return Err(section.invalid("an object names a material that is not there"));
         }
 
-        let section = sections.take("positions")?;
-        let values = section.f32s()?;
-        section.expect_finite(&values)?;
-        let vertices = values.len() as u64 / 3;
-        section.expect_shape(&[vertices, 3])?;
-        let positions = values.as_chunks().0.to_vec();
-
-        let section = sections.take("normals")?;
-        let values = section.f32s()?;
-        section.expect_finite(&values)?;
-        section.expect_shape(&[vertices, 3])?;
-        let normals = values.as_chunks().0.to_vec();
+        let positions = vectors(sections, "positions", None)?;
+        let vertices = positions.len() as u64;
+        let normals = vectors(sections, "normals", Some(vertices))?;
 
         let section = sections.take("triangles")?;
         let values = section.u32s()?;
@@ -130,4 +131,13 @@ impl Stored for StoredScene {
         }
         Ok(Self { meta, positions, normals, triangles: values.as_chunks().0.to_vec() })
     }
+}
+
+/// A section of finite vectors, `count` of them where that is known. Its bytes are gone on return: a hostile scene's sections are large together.
+fn vectors(sections: &mut Sections<'_>, name: &str, count: Option<u64>) -> Result<Vec<[f32; 3]>> {
+    let section = sections.take(name)?;
+    let values = section.f32s()?;
+    section.expect_finite(&values)?;
+    section.expect_shape(&[count.unwrap_or(values.len() as u64 / 3), 3])?;
+    Ok(values.as_chunks().0.to_vec())
 }

@@ -6,8 +6,54 @@ use serde::{Deserialize, Serialize};
 
 /// Smallest exponent of the Blinn-Phong space.
 pub const SHININESS_MIN: f32 = 1.0;
-/// Largest exponent of the Blinn-Phong space. Sharper lobes need more bases than any bake offers.
+/// Largest exponent that a material may be edited to. Sharper lobes need more bases than any bake offers.
 pub const SHININESS_MAX: f32 = 200.0;
+/// Largest exponent of a material that does not vary; it meets no basis, and only single precision limits it.
+pub const FIXED_SHININESS_MAX: f32 = 10_000.0;
+/// Smallest roughness that a material may be edited to: a lobe about as wide as that of exponent [`SHININESS_MAX`].
+pub const ROUGHNESS_MIN: f32 = 0.32;
+/// Smallest roughness of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
+pub const FIXED_ROUGHNESS_MIN: f32 = 0.12;
+/// Normal-incidence reflectance of everything that is no metal (glTF 2.0, appendix B).
+pub const DIELECTRIC_F0: f32 = 0.04;
+
+/// The reflectance models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Model {
+    /// See [`BlinnPhong`].
+    BlinnPhong,
+    /// See [`Ggx`].
+    Ggx,
+}
+
+impl Model {
+    /// Name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BlinnPhong => "blinn-phong",
+            Self::Ggx => "ggx",
+        }
+    }
+
+    /// The leaves of a state that belong to the model.
+    fn leaves(self) -> &'static str {
+        match self {
+            Self::BlinnPhong => "kd, ks and shininess",
+            Self::Ggx => "base_color, metallic and roughness",
+        }
+    }
+}
+
+/// The parameters of one material, of whichever model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Brdf {
+    /// The thesis' model.
+    BlinnPhong(BlinnPhong),
+    /// glTF's model.
+    Ggx(Ggx),
+}
 
 /// The normalised Blinn-Phong BRDF, ρ = kd/π + ks·(s+2)/(2π)·cosˢδ with δ between the half vector and the normal
 /// (thesis eq. 4-15).
@@ -17,36 +63,133 @@ pub struct BlinnPhong {
     pub kd: Rgb,
     /// Glossy reflectance per channel.
     pub ks: Rgb,
-    /// Exponent s in [`SHININESS_MIN`]..=[`SHININESS_MAX`].
+    /// Exponent s, from [`SHININESS_MIN`] on.
     pub shininess: f32,
 }
 
-impl BlinnPhong {
-    /// This material with the leaves that `change` names replaced. `name` is used in messages.
-    pub fn with(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
-        let material = Self {
-            kd: change.kd.unwrap_or(self.kd),
-            ks: change.ks.unwrap_or(self.ks),
-            shininess: change.shininess.unwrap_or(self.shininess),
-        };
-        material.validate(name, place)?;
-        Ok(material)
+/// The metallic-roughness BRDF of glTF 2.0 (appendix B.3.5): with α = roughness², the Trowbridge-Reitz distribution D, Smith's height-correlated
+/// visibility V, c = base_color·(1 − metallic), f₀ = 0.04·(1 − metallic) + base_color·metallic and w = (1 − v·h)⁵,
+/// ρ = (1 − F)·c/π + F·D·V, F = f₀ + (1 − f₀)·w. The appendix prints the separable visibility, which masks and shadows the same facets twice;
+/// the correlated one (Heitz 2014) is what reference viewers draw.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Ggx {
+    /// Reflectance per channel: diffuse where the material is no metal, specular where it is.
+    pub base_color: Rgb,
+    /// 0 for dielectrics, 1 for metals.
+    pub metallic: f32,
+    /// Perceptual roughness; α is its square.
+    pub roughness: f32,
+}
+
+impl Brdf {
+    /// The model.
+    pub fn model(&self) -> Model {
+        match self {
+            Self::BlinnPhong(_) => Model::BlinnPhong,
+            Self::Ggx(_) => Model::Ggx,
+        }
     }
 
-    /// Checks kd, ks ≥ 0, kd + ks ≤ 1 (thesis eq. 4-16) and the range of s.
+    /// This material with the leaves that `change` names replaced. `name` is used in messages.
+    ///
+    /// # Errors
+    /// `Invalid` for a leaf of the other model, or a value out of its range.
+    pub fn with(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
+        if let Some(stranger) = change.leaf_not_of(self.model()) {
+            let (model, leaves) = (self.model().name(), self.model().leaves());
+            return Err(Error::invalid(place, format!("material `{name}`: is \"{model}\", which has {leaves}, not `{stranger}`")));
+        }
+        let brdf = match *self {
+            Self::BlinnPhong(old) => Self::BlinnPhong(BlinnPhong {
+                kd: change.kd.unwrap_or(old.kd),
+                ks: change.ks.unwrap_or(old.ks),
+                shininess: change.shininess.unwrap_or(old.shininess),
+            }),
+            Self::Ggx(old) => Self::Ggx(Ggx {
+                base_color: change.base_color.unwrap_or(old.base_color),
+                metallic: change.metallic.unwrap_or(old.metallic),
+                roughness: change.roughness.unwrap_or(old.roughness),
+            }),
+        };
+        brdf.validate(name, place)?;
+        Ok(brdf)
+    }
+
+    /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis eq. 4-16), for GGX a colour and
+    /// a share within 0..1, and lobes no sharper than single precision can follow.
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {
-        let refuse = |reason: String| Err(Error::invalid(place, format!("material `{name}`: {reason}")));
+        let checked = match self {
+            Self::BlinnPhong(brdf) => brdf.check().and_then(|()| within("shininess", brdf.shininess, SHININESS_MIN, FIXED_SHININESS_MAX)),
+            Self::Ggx(brdf) => brdf.check().and_then(|()| within("roughness", brdf.roughness, FIXED_ROUGHNESS_MIN, 1.0)),
+        };
+        checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
+    }
+
+    /// Checks what must hold besides for a material that varies: that its lobe is within the range that bases span. `textured` says that a texture
+    /// multiplies its diffuse colour.
+    pub fn validate_varying(&self, textured: bool, name: &str, place: &Place) -> Result<()> {
+        let checked = match self {
+            Self::BlinnPhong(brdf) => within("shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX),
+            Self::Ggx(brdf) if textured && brdf.metallic > 0.0 => Err(format!(
+                "metallic {} with a textured base colour, whose product with itself no image of a linear bake holds; set metallic to 0 or remove \
+                 the texture",
+                brdf.metallic
+            )),
+            Self::Ggx(brdf) => within("roughness", brdf.roughness, ROUGHNESS_MIN, 1.0),
+        };
+        checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
+    }
+}
+
+/// The state that sets every leaf of a material.
+impl From<Brdf> for MaterialState {
+    fn from(brdf: Brdf) -> Self {
+        match brdf {
+            Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => {
+                Self { kd: Some(kd), ks: Some(ks), shininess: Some(shininess), ..Self::default() }
+            }
+            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => {
+                Self { base_color: Some(base_color), metallic: Some(metallic), roughness: Some(roughness), ..Self::default() }
+            }
+        }
+    }
+}
+
+fn within(what: &str, value: f32, least: f32, most: f32) -> std::result::Result<(), String> {
+    if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{what} {value} is outside {least}..{most}")) }
+}
+
+impl BlinnPhong {
+    fn check(&self) -> std::result::Result<(), String> {
         for (kd, ks) in self.kd.iter().zip(&self.ks) {
             if !(kd.is_finite() && ks.is_finite() && *kd >= 0.0 && *ks >= 0.0) {
-                return refuse(format!("kd {:?} and ks {:?} must be numbers of at least 0", self.kd, self.ks));
+                return Err(format!("kd {:?} and ks {:?} must be numbers of at least 0", self.kd, self.ks));
             }
             // Sums such as 0.3 + 0.7 land a rounding error above 1.
             if kd + ks > 1.0 + 1e-5 {
-                return refuse(format!("kd + ks = {} exceeds 1, more light than arrives; lower one of them", kd + ks));
+                return Err(format!("kd + ks = {} exceeds 1, more light than arrives; lower one of them", kd + ks));
             }
         }
-        if !(SHININESS_MIN..=SHININESS_MAX).contains(&self.shininess) {
-            return refuse(format!("shininess {} is outside {SHININESS_MIN}..{SHININESS_MAX}", self.shininess));
+        Ok(())
+    }
+}
+
+impl Ggx {
+    /// Specular reflectance at normal incidence, f₀.
+    pub fn f0(&self) -> Rgb {
+        self.base_color.map(|base| DIELECTRIC_F0 * (1.0 - self.metallic) + base * self.metallic)
+    }
+
+    /// What of the diffuse lobe is left beside f₀: (1 − f₀)·(1 − metallic)·base_color. Times (1 − w)/π it is the diffuse part.
+    pub fn diffuse(&self) -> Rgb {
+        let f0 = self.f0();
+        std::array::from_fn(|k| (1.0 - f0[k]) * (1.0 - self.metallic) * self.base_color[k])
+    }
+
+    fn check(&self) -> std::result::Result<(), String> {
+        let within_unit = |x: &f32| (0.0..=1.0).contains(x);
+        if !self.base_color.iter().all(within_unit) || !within_unit(&self.metallic) {
+            return Err(format!("base_color {:?} and metallic {} must be numbers of 0 to 1", self.base_color, self.metallic));
         }
         Ok(())
     }

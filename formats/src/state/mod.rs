@@ -9,7 +9,9 @@ mod strict_toml;
 
 pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
 pub use camera::{Camera, Film};
-pub use material::{BlinnPhong, SHININESS_MAX, SHININESS_MIN};
+pub use material::{
+    BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
+};
 pub use strict_toml::{parse as parse_toml, read_text};
 
 use crate::error::{Error, Place, Result};
@@ -96,6 +98,31 @@ pub struct MaterialState {
     /// Blinn-Phong exponent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shininess: Option<f32>,
+    /// GGX base colour, 0..1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base_color: Option<Rgb>,
+    /// GGX share of metal, 0..1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metallic: Option<f32>,
+    /// GGX perceptual roughness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness: Option<f32>,
+}
+
+impl MaterialState {
+    /// Name of a leaf that is set but belongs to another model than `model`.
+    fn leaf_not_of(&self, model: Model) -> Option<&'static str> {
+        [
+            ("kd", Model::BlinnPhong, self.kd.is_some()),
+            ("ks", Model::BlinnPhong, self.ks.is_some()),
+            ("shininess", Model::BlinnPhong, self.shininess.is_some()),
+            ("base_color", Model::Ggx, self.base_color.is_some()),
+            ("metallic", Model::Ggx, self.metallic.is_some()),
+            ("roughness", Model::Ggx, self.roughness.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(name, of, set)| (set && of != model).then_some(name))
+    }
 }
 
 /// Changes to one shape.

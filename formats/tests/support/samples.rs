@@ -1,11 +1,11 @@
-//! Small bases and transfer images, and random numbers for all samples.
+//! Small bases of both models, transfer images, and random numbers for all samples.
 
 use half::f16;
 use relume_formats::basis::lobe_table;
-use relume_formats::kinds::brdf_basis::{BasisError, Meta as BasisMeta};
+use relume_formats::kinds::brdf_basis::{BasisError, Functions, Meta as BasisMeta};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta as ImagesMeta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::{BlinnPhong, Ggx, ROUGHNESS_MIN};
 use std::sync::Arc;
 
 /// SplitMix64 (Steele et al. 2014): tests must not change with the version of a crate.
@@ -40,25 +40,49 @@ impl Random {
         if value.is_finite() { value } else { f16::ONE }
     }
 
-    pub fn material(&mut self) -> BlinnPhong {
+    pub fn blinn_phong(&mut self) -> BlinnPhong {
         let kd = [self.unit(), self.unit(), self.unit()];
         let share = self.unit();
         BlinnPhong { kd, ks: kd.map(|v| (1.0 - v) * share), shininess: 1.0 + 199.0 * self.unit() }
     }
+
+    /// Within the range of materials that vary.
+    pub fn ggx(&mut self) -> Ggx {
+        let base_color = [self.unit(), self.unit(), self.unit()];
+        Ggx { base_color, metallic: self.unit(), roughness: ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * self.unit() }
+    }
 }
 
-/// `smooth` lobes compress to a few hundred bytes, others do not.
+fn basis_meta(random: &mut Random) -> BasisMeta {
+    let mut error = || BasisError { mean: f64::from(random.unit()), worst: f64::from(random.unit()), worst_at: 3.5 };
+    BasisMeta { shared_diffuse: true, error_at_samples: error(), error_between: error() }
+}
+
+/// Of the Blinn-Phong space; `smooth` lobes compress to a few hundred bytes, others do not.
 pub fn basis(seed: u64, bases: usize, smooth: bool) -> BrdfBasis {
     let random = &mut Random(seed);
     let nodes = 2 + random.below(6);
-    let mut error = || BasisError { mean: f64::from(random.unit()), worst: f64::from(random.unit()), worst_shininess: 3.5 };
-    let meta = BasisMeta { shared_diffuse: true, error_at_integers: error(), error_between: error() };
     let lobe = |random: &mut Random, i: usize| if smooth { (i / 1024) as f32 * 0.25 } else { random.signed() };
     BrdfBasis {
-        meta,
-        shininess: (0..nodes).map(|i| 1.0 + 199.0 * i as f32 / (nodes - 1) as f32).collect(),
+        meta: basis_meta(random),
+        parameters: (0..nodes).map(|i| 1.0 + 199.0 * i as f32 / (nodes - 1) as f32).collect(),
         coefficients: (0..nodes * bases).map(|_| random.signed()).collect(),
-        lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect(),
+        functions: Functions::BlinnPhong { lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect() },
+    }
+}
+
+/// Of the GGX space.
+pub fn ggx_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
+    let random = &mut Random(seed);
+    let nodes = 2 + random.below(6);
+    BrdfBasis {
+        meta: basis_meta(random),
+        parameters: (0..nodes).map(|i| ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * i as f32 / (nodes - 1) as f32).collect(),
+        coefficients: (0..nodes * 2 * bases).map(|_| random.signed()).collect(),
+        functions: Functions::Ggx {
+            roughness: (0..samples).map(|_| random.ggx().roughness).collect(),
+            weights: (0..(bases - 1) * (1 + 2 * samples)).map(|_| random.signed()).collect(),
+        },
     }
 }
 

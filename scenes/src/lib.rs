@@ -5,16 +5,19 @@
 
 mod description;
 mod geometry;
+mod image_file;
 mod library;
 mod loading;
 mod scene;
 mod shapes;
 mod suggest;
+mod texture;
 mod transform;
 
 pub use library::resolve;
 pub use loading::load;
-pub use scene::{Emitter, Environment, EnvironmentMap, Light, Material, Mesh, Object, Scene, Vary};
+pub use scene::{Cone, Emitter, Environment, EnvironmentMap, Light, Material, Mesh, Object, Scene, Vary};
+pub use texture::{Texture, Wrap};
 
 #[cfg(test)]
 mod library_tests;

@@ -2,7 +2,7 @@
 
 use crate::suggest::unknown_name;
 use relume_formats::{Error, Place, Result};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Name of the file that makes a folder a scene.
@@ -81,6 +81,22 @@ pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> 
     let remedy = if name.starts_with("assets/") { "run `make assets` to fetch it" } else { "correct the path or add the file" };
     let reason = format!("no such file, but {place} names it; {remedy}");
     Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)))
+}
+
+/// Largest file of a scene that is read whole.
+const MAX_FILE_BYTES: u64 = 1 << 30;
+
+/// Reads a file of bounded size.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let place = Place::file(path);
+    // A device may call itself empty and never end, so the cap is on what is read.
+    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(Error::invalid(&place, format!("longer than {MAX_FILE_BYTES} bytes; split or simplify it")));
+    }
+    Ok(bytes)
 }
 
 /// True if the extension of `path` is `extension` in any case.

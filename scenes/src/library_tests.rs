@@ -4,7 +4,7 @@ use crate::library::resolve;
 use crate::scene::{Emitter, Object, Scene};
 use crate::test_support::{enclosed_volume, open_edges};
 use glam::Vec3;
-use relume_formats::state::TrackValues;
+use relume_formats::state::{Model, TrackValues};
 use std::path::Path;
 
 fn load(name: &str) -> relume_formats::Result<Scene> {
@@ -52,7 +52,7 @@ fn check_solid(object: &Object, height: std::ops::Range<f32>) {
 }
 
 fn check_animations(scene: &Scene) {
-    assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["polish", "repaint"]);
+    assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["polish", "repaint"], "{}", scene.name);
     for animation in &scene.animations {
         assert!(animation.looping && animation.duration_s == 4.0, "{}", animation.name);
         for track in animation.tracks.iter().filter(|t| t.times_s.len() > 1) {
@@ -79,20 +79,97 @@ fn cornell_knot_loads() {
     check_animations(&scene);
 }
 
+/// The scene if its asset is there; else the error is checked to say how to get it.
+fn load_if_fetched(name: &str, asset: &str) -> Option<Scene> {
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("assets");
+    if assets.join(asset).is_file() {
+        return Some(load(name).unwrap());
+    }
+    let error = load(name).unwrap_err();
+    assert!(error.is_bad_input() && error.to_string().contains(&format!("{asset}: no such file")), "{error}");
+    assert!(error.to_string().contains("run `make assets`"), "{error}");
+    None
+}
+
+#[test]
+fn imported_loads_or_names_the_remedy() {
+    let text = std::fs::read_to_string(resolve("imported").unwrap()).unwrap();
+    assert!(text.lines().count() <= 25, "a short scene file is enough");
+    let Some(scene) = load_if_fetched("imported", "three-things.glb") else { return };
+    assert_eq!(scene.varying_names(), ["material-5", "material-7"]);
+    assert!(scene.objects.iter().all(|o| o.name == "floor" || o.name.starts_with("things/")));
+    assert_eq!(scene.materials.iter().filter(|m| m.texture.is_some()).count(), 2);
+    let Emitter::Directional { direction, irradiance } = scene.lights[0].emitter else { panic!("{:?}", scene.lights) };
+    assert!(direction[1] < -0.8 && irradiance == [1.0; 3] && scene.lights.len() == 1);
+    check_animations(&scene);
+}
+
 #[test]
 fn bunny_room_loads_or_names_the_remedy() {
-    let bunny = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("assets/bunny.obj");
-    if !bunny.is_file() {
-        let error = load("bunny-room").unwrap_err();
-        assert!(error.is_bad_input() && error.to_string().contains("bunny.obj: no such file"), "{error}");
-        assert!(error.to_string().contains("run `make assets`"), "{error}");
-        return;
-    }
-    let scene = load("bunny-room").unwrap();
+    let Some(scene) = load_if_fetched("bunny-room", "bunny.obj") else { return };
     assert_eq!((scene.name.as_str(), scene.size), ("bunny-room", [512, 512]));
     assert_eq!(scene.varying_names(), ["bunny", "walls"]);
     assert_eq!((scene.objects[0].mesh.positions.len(), scene.objects[0].mesh.triangles.len()), (1839, 3674));
     check_room(&scene);
     check_solid(&scene.objects[0], 1.1..1.3);
+    check_animations(&scene);
+}
+
+fn names(scene: &Scene) -> Vec<&str> {
+    scene.objects.iter().map(|o| o.name.as_str()).collect()
+}
+
+#[test]
+fn ring_loads() {
+    let scene = load("ring").unwrap();
+    assert_eq!((scene.size, scene.reflections, names(&scene)), ([512, 512], 2, vec!["ring", "plane"]));
+    assert_eq!((scene.varying_names(), scene.warnings.len()), (vec!["ring", "plane"], 0));
+    let (low, high) = bounds(&scene.objects[0]);
+    assert!(low.y.abs() < 1e-6 && (high.y - 0.3).abs() < 1e-6, "it stands on the plane");
+    assert_eq!(open_edges(&scene.objects[0].mesh), 0);
+    // The light faces the middle of the ring, to within a degree.
+    let Emitter::Area { corner, edge_u, edge_v, .. } = scene.lights[0].emitter else { panic!() };
+    let (u, v) = (Vec3::from(edge_u), Vec3::from(edge_v));
+    let centre = Vec3::from(corner) + (u + v) / 2.0;
+    assert!(u.cross(v).normalize().dot(-centre.normalize()) > 0.9998);
+    check_animations(&scene);
+}
+
+#[test]
+fn statue_hall_loads() {
+    let scene = load("statue-hall").unwrap();
+    assert_eq!((scene.size, scene.reflections, scene.warnings.len()), ([512, 512], 2, 0), "{:?}", scene.warnings);
+    assert_eq!(scene.varying_names(), ["statue", "hoop"]);
+    let textured = |name: &str| scene.materials.iter().find(|m| m.name == name).unwrap().texture.clone();
+    assert!(textured("statue").is_some() && textured("hoop").is_none());
+    assert_eq!((textured("brick").unwrap().size, textured("tiles").unwrap().size), ([384, 384], [256, 256]));
+    // The statue stands on the plinth, the rest on the floor, and nothing leaves the hall.
+    let [statue, plinth, hoop, ball] = [0, 1, 2, 3].map(|i| bounds(&scene.objects[i]));
+    assert!((statue.0.y - plinth.1.y).abs() < 0.002 && plinth.0.y == 0.0, "{statue:?} {plinth:?}");
+    assert!(hoop.0.y.abs() < 0.002 && ball.0.y.abs() < 0.002, "{hoop:?} {ball:?}");
+    for (low, high) in [statue, plinth, hoop, ball] {
+        assert!(low.min_element() > -1.0 && high.x < 1.0 && high.y < 2.0 && high.z < 1.0);
+    }
+    assert!(scene.objects[..4].iter().all(|o| open_edges(&o.mesh) == 0));
+    for wall in ["back-wall", "left-wall", "right-wall"] {
+        let mesh = &scene.objects.iter().find(|o| o.name == wall).unwrap().mesh;
+        for (p, uv) in mesh.positions.iter().zip(&mesh.uvs) {
+            assert!((uv[1] - (1.0 - p[1] / 2.0)).abs() < 1e-6, "bricks lie level on the {wall}");
+        }
+    }
+    check_animations(&scene);
+}
+
+#[test]
+fn showroom_loads() {
+    let scene = load("showroom").unwrap();
+    assert_eq!((scene.size, scene.reflections, scene.warnings.len()), ([512, 512], 2, 0), "{:?}", scene.warnings);
+    assert_eq!(scene.varying_names(), ["paint", "floor"]);
+    assert!(scene.materials.iter().all(|m| m.brdf.model() == Model::Ggx) && scene.environment.is_some());
+    for object in &scene.objects[..5] {
+        assert_eq!(open_edges(&object.mesh), 0, "{}", object.name);
+    }
+    let low = |i: usize| bounds(&scene.objects[i]).0.y;
+    assert!((low(0) - 0.08).abs() < 0.002 && [1, 2, 3, 4].iter().all(|i| low(*i).abs() < 0.002), "the knot stands on its stand");
     check_animations(&scene);
 }

@@ -1,6 +1,7 @@
 //! A loaded scene: everything in world space, validated, ready for tracing.
 
-use relume_formats::state::{Animation, BlinnPhong, Camera, Rgb};
+use crate::texture::Texture;
+use relume_formats::state::{Animation, Brdf, Camera, Rgb};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -54,7 +55,11 @@ pub struct Material {
     /// Name, unique in the scene.
     pub name: String,
     /// Default parameters.
-    pub brdf: BlinnPhong,
+    pub brdf: Brdf,
+    /// Multiplies kd or the base colour, where the mesh has texture coordinates.
+    pub texture: Option<Arc<Texture>>,
+    /// Where the texture's alpha is below this, there is no surface (glTF's alpha mode MASK).
+    pub alpha_cutoff: Option<f32>,
 }
 
 /// A mesh wearing a material.
@@ -75,6 +80,8 @@ pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Unit shading normals.
     pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, one per vertex, or none at all.
+    pub uvs: Vec<[f32; 2]>,
     /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -89,7 +96,7 @@ pub struct Light {
 }
 
 /// The kinds of light.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Emitter {
     /// A parallelogram that emits on one side and reflects nothing.
     Area {
@@ -102,12 +109,21 @@ pub enum Emitter {
         /// Emitted radiance, W/(sr·m²).
         radiance: Rgb,
     },
-    /// A point that emits evenly in all directions.
+    /// A mesh whose front emits evenly, and which reflects nothing.
+    Mesh {
+        /// In world space, with at least one triangle.
+        mesh: Arc<Mesh>,
+        /// Emitted radiance, W/(sr·m²).
+        radiance: Rgb,
+    },
+    /// A point that emits evenly in all directions, or within a cone.
     Point {
         /// Where.
         position: [f32; 3],
         /// Radiant intensity, W/sr.
         intensity: Rgb,
+        /// For a spot light: outside it there is no light.
+        cone: Option<Cone>,
     },
     /// Parallel light from infinitely far away.
     Directional {
@@ -116,6 +132,18 @@ pub enum Emitter {
         /// Irradiance on a surface that faces it, W/m².
         irradiance: Rgb,
     },
+}
+
+/// The cone of a spot light. Intensity falls from the inner to the outer angle as the square of a linear ramp in the cosine
+/// (glTF's KHR_lights_punctual).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Unit direction of its axis, away from the light.
+    pub direction: [f32; 3],
+    /// Cosine of the angle from the axis up to which the light has its full intensity.
+    pub cos_inner: f32,
+    /// Cosine of the angle from the axis at which it has vanished; below `cos_inner`.
+    pub cos_outer: f32,
 }
 
 /// Light from all directions, infinitely far away.

@@ -9,7 +9,6 @@ pub(crate) use object::{ObjectFile, ShapeName};
 use crate::transform::TransformFile;
 use relume_formats::state::{Camera, Rgb};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
 /// A whole scene file.
@@ -54,17 +53,20 @@ fn two_reflections() -> u32 {
     2
 }
 
-/// `[materials.NAME]`. The keys of both models are known, so that a ggx material is answered as such and not as a spelling mistake.
+/// `[materials.NAME]`: the keys of both models; those of the other one are refused by name. Without `brdf` it changes the material of that name
+/// in a glTF file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MaterialFile {
-    pub brdf: BrdfName,
+    pub brdf: Option<BrdfName>,
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
     pub shininess: Option<f32>,
-    pub base_color: Option<IgnoredAny>,
-    pub metallic: Option<IgnoredAny>,
-    pub roughness: Option<IgnoredAny>,
+    pub base_color: Option<Rgb>,
+    pub metallic: Option<f32>,
+    pub roughness: Option<f32>,
+    pub texture: Option<String>,
+    pub alpha_cutoff: Option<f32>,
 }
 
 /// The reflectance models that a scene may name.

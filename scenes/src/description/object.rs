@@ -3,17 +3,18 @@
 use crate::transform::TransformFile;
 use serde::Deserialize;
 
-/// One object: a file or a procedural shape. The parameters of all shapes share one flat list, because keys can only be denied there;
+/// One object: a file or a procedural shape. A glTF file without `material` brings its own materials, and its lights unless `lights = false`. The parameters of all shapes share one flat list, because keys can only be denied there;
 /// [`crate::shapes::Shape::from_object`] refuses those that do not belong to the shape.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectFile {
     pub name: String,
-    pub material: String,
+    pub material: Option<String>,
     #[serde(default)]
     pub transform: TransformFile,
     pub file: Option<String>,
     pub node: Option<String>,
+    pub lights: Option<bool>,
     pub shape: Option<ShapeName>,
     pub subdivisions: Option<u32>,
     pub segments: Option<u32>,

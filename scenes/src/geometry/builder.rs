@@ -13,6 +13,8 @@ pub(crate) struct Part {
     pub positions: Vec<[f32; 3]>,
     /// One per vertex, of any length; zero where there is none.
     pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, one per vertex, or none at all.
+    pub uvs: Vec<[f32; 2]>,
     /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -21,6 +23,10 @@ pub(crate) struct Part {
 #[derive(Default)]
 pub(crate) struct MeshBuilder {
     mesh: Mesh,
+    /// Vertices appended without texture coordinates.
+    vertices_without_uv: usize,
+    /// Texture coordinates that were no finite numbers.
+    broken_uvs: usize,
     /// What the readers noticed, one line each.
     pub notes: Vec<String>,
 }
@@ -54,6 +60,7 @@ impl MeshBuilder {
         let world_normal = |n: &[f32; 3]| unit_or_zero(world_from_normal * Vec3::from(*n).as_dvec3());
         self.mesh.normals.extend(part.normals.iter().map(world_normal));
         self.mesh.normals.resize(self.mesh.positions.len(), [0.0; 3]);
+        self.append_uvs(part);
         let flip = is_mirroring(world_from_part);
         for (index, triangle) in part.triangles.iter().enumerate() {
             if let Some(vertex) = triangle.iter().find(|v| **v as usize >= part.positions.len()) {
@@ -66,9 +73,26 @@ impl MeshBuilder {
         Ok(())
     }
 
+    /// One pair per vertex as soon as any part has some. They place a texture and nothing else, so that broken ones are mended, not refused.
+    fn append_uvs(&mut self, part: &Part) {
+        self.vertices_without_uv += part.positions.len().saturating_sub(part.uvs.len());
+        if part.uvs.is_empty() && self.mesh.uvs.is_empty() {
+            return;
+        }
+        let vertices = self.mesh.positions.len();
+        self.mesh.uvs.resize(vertices - part.positions.len(), [0.0; 2]);
+        for uv in part.uvs.iter().take(part.positions.len()) {
+            let finite = uv.iter().all(|x| x.is_finite());
+            self.broken_uvs += usize::from(!finite);
+            self.mesh.uvs.push(if finite { *uv } else { [0.0; 2] });
+        }
+        self.mesh.uvs.resize(vertices, [0.0; 2]);
+    }
+
     /// The clean mesh. Adds what was mended to `warnings`.
-    pub fn finish(self, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
-        let Self { mut mesh, notes } = self;
+    pub fn finish(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
+        self.note_mended_uvs();
+        let Self { mut mesh, notes, .. } = self;
         warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
         let given = mesh.triangles.len();
         mesh.triangles.retain(|triangle| !is_degenerate(triangle.map(|v| mesh.positions[v as usize])));
@@ -86,6 +110,16 @@ impl MeshBuilder {
             warnings.push(format!("{place}: gave {smoothed} of {vertices} vertices smooth normals, theirs are missing or zero"));
         }
         Ok(mesh)
+    }
+
+    fn note_mended_uvs(&mut self) {
+        let (vertices, without, broken) = (self.mesh.positions.len(), self.vertices_without_uv, self.broken_uvs);
+        if !self.mesh.uvs.is_empty() && without > 0 {
+            self.notes.push(format!("gave {without} of {vertices} vertices the texture coordinates (0, 0), theirs are missing"));
+        }
+        if broken > 0 {
+            self.notes.push(format!("gave {broken} of {vertices} vertices the texture coordinates (0, 0), theirs are not finite"));
+        }
     }
 }
 
@@ -114,11 +148,13 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     mesh.triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
     let kept_before = used.iter().scan(0, |kept, used| Some(std::mem::replace(kept, *kept + u32::from(*used))));
     let new_index: Vec<u32> = kept_before.collect();
-    let keep = |values: &mut Vec<[f32; 3]>| {
-        let mut used = used.iter();
-        values.retain(|_| used.next().copied().unwrap_or(false));
-    };
-    keep(&mut mesh.positions);
-    keep(&mut mesh.normals);
+    keep_used(&mut mesh.positions, &used);
+    keep_used(&mut mesh.normals, &used);
+    keep_used(&mut mesh.uvs, &used);
     mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
+}
+
+fn keep_used<T>(values: &mut Vec<T>, used: &[bool]) {
+    let mut used = used.iter();
+    values.retain(|_| used.next().copied().unwrap_or(false));
 }

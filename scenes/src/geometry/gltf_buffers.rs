@@ -1,9 +1,10 @@
 //! The bytes behind a glTF file: its buffers, wherever they are, and bounds-checked views of them.
 
-use super::{MAX_ELEMENTS, MAX_FILE_BYTES, read_bytes};
+use super::MAX_ELEMENTS;
+use crate::library::read_bytes;
 use base64::Engine;
 use gltf::accessor::{Accessor, DataType, Dimensions};
-use gltf::buffer::Source;
+use gltf::buffer::{Source, View};
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 
@@ -39,6 +40,27 @@ impl Buffers {
         Ok(elements.map(|bytes| std::array::from_fn(|k| f32::from_bits(little_endian(bytes.get(4 * k..4 * k + 4))))).collect())
     }
 
+    /// Two numbers per element; integers are shares of the largest.
+    pub fn texture_coordinates(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<[f32; 2]>> {
+        let integers: &[DataType] = if accessor.normalized() { &[DataType::F32, DataType::U8, DataType::U16] } else { &[DataType::F32] };
+        expect_type(accessor, integers, Dimensions::Vec2, place)?;
+        let number = |bytes: &[u8]| match (little_endian(Some(bytes)), accessor.data_type()) {
+            (bits, DataType::F32) => f32::from_bits(bits),
+            (share, DataType::U8) => share as f32 / f32::from(u8::MAX),
+            (share, _) => share as f32 / f32::from(u16::MAX),
+        };
+        let size = accessor.data_type().size();
+        let elements = self.elements(accessor, place)?;
+        Ok(elements.map(|bytes| std::array::from_fn(|k| number(bytes.get(size * k..size * (k + 1)).unwrap_or_default()))).collect())
+    }
+
+    /// The bytes of a whole view.
+    pub fn view(&self, view: &View<'_>, place: &Place) -> Result<&[u8]> {
+        let end = view.offset().checked_add(view.length());
+        let bytes = self.0.get(view.buffer().index()).zip(end).and_then(|(buffer, end)| buffer.get(view.offset()..end));
+        bytes.ok_or_else(|| Error::invalid(place, format!("buffer view {} reaches beyond its buffer; export the file again", view.index())))
+    }
+
     /// Vertex indices, widened.
     pub fn indices(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<u32>> {
         expect_type(accessor, &[DataType::U8, DataType::U16, DataType::U32], Dimensions::Scalar, place)?;
@@ -54,9 +76,12 @@ impl Buffers {
         let stride = view.stride().unwrap_or(size);
         let last = || count.checked_sub(1)?.checked_mul(stride)?.checked_add(offset)?.checked_add(size);
         let end = if count == 0 { Some(0) } else { last() };
-        let view_end = view.offset().checked_add(view.length());
-        let bytes = self.0.get(view.buffer().index()).zip(view_end).and_then(|(buffer, end)| buffer.get(view.offset()..end));
-        let bytes = bytes.zip(end).and_then(|(view, end)| view.get(..end)).filter(|_| stride >= size && count <= MAX_ELEMENTS);
+        let bytes = self
+            .view(&view, place)
+            .ok()
+            .zip(end)
+            .and_then(|(view, end)| view.get(..end))
+            .filter(|_| stride >= size && count <= MAX_ELEMENTS);
         let bytes = bytes.ok_or_else(|| {
             Error::invalid(place, format!("accessor {} reaches beyond its buffer or limits; export the file again", accessor.index()))
         })?;
@@ -81,7 +106,8 @@ fn expect_type(accessor: &Accessor<'_>, types: &[DataType], dimensions: Dimensio
     Err(Error::unsupported(place, reason))
 }
 
-fn read_uri(uri: &str, path: &Path, place: &Place) -> Result<Vec<u8>> {
+/// The bytes behind a URI in the file at `path`.
+pub(super) fn read_uri(uri: &str, path: &Path, place: &Place) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, text) = data.split_once(";base64,").ok_or_else(|| Error::unsupported(place, "a data URI that is not base64"))?;
         // The glTF file itself is of bounded size, and with it the text.
@@ -103,7 +129,7 @@ fn read_uri(uri: &str, path: &Path, place: &Place) -> Result<Vec<u8>> {
 
 /// Undoes `%20` and its like; whatever is no such escape stays.
 fn percent_decoded(uri: &str) -> String {
-    let mut bytes = Vec::with_capacity(uri.len().min(MAX_FILE_BYTES as usize));
+    let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((first, after)) = rest.split_first() {
         let hex = after.get(..2).filter(|_| *first == b'%').and_then(|h| std::str::from_utf8(h).ok());

@@ -1,57 +1,106 @@
-//! glTF 2.0, text and binary. Nodes give the placement; materials, cameras, lights, skins and morph targets of the file are ignored.
+//! glTF 2.0, text and binary: nodes give the placement, primitives the geometry. Cameras, skins, morph targets and animations are ignored.
 
-use super::builder::{area_vector, unit_or_zero};
-use super::gltf_buffers::Buffers;
-use super::{MAX_ELEMENTS, MeshBuilder, Part, read_bytes};
+use super::MeshBuilder;
+use super::gltf_buffers::{Buffers, read_uri};
+use super::gltf_primitives::{Tally, UvSource, part};
+use crate::library::read_bytes;
 use crate::suggest::unknown_name;
 use glam::{DAffine3, DMat4, Mat4};
-use gltf::mesh::Mode;
-use gltf::{Document, Gltf, Node, Primitive};
+use gltf::{Document, Gltf, Node};
 use relume_formats::{Error, Place, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// What the nodes of a file came to.
-#[derive(Default)]
-struct Tally {
-    primitives: usize,
-    flat: usize,
-    not_triangles: usize,
-    posed: usize,
+/// An opened file and the bytes that it refers to, but for its pictures.
+pub(crate) struct GltfFile {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Its structure, checked by the parser.
+    pub document: Document,
+    buffers: Buffers,
 }
 
-/// Appends the geometry of the default scene of `path`, or of the subtree of the node called `node`.
-pub(super) fn append(builder: &mut MeshBuilder, path: &Path, node: Option<&str>, world_from_file: &DAffine3) -> Result<()> {
-    let place = Place::file(path);
-    let gltf = Gltf::from_slice(&read_bytes(path)?).map_err(|e| parse_error(&e, &place))?;
-    let buffers = Buffers::load(&gltf.document, gltf.blob, path)?;
-    let mut tally = Tally::default();
-    for (node, world_from_node) in placed_nodes(&gltf.document, node, world_from_file, &place)? {
-        let Some(mesh) = node.mesh() else { continue };
-        tally.posed += usize::from(node.skin().is_some() || mesh.primitives().any(|p| p.morph_targets().len() > 0));
-        for primitive in mesh.primitives() {
-            let place = place.part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
-            tally.primitives += 1;
-            match part(&primitive, &buffers, builder, &mut tally, &place)? {
-                Some(part) => builder.append(&part, &world_from_node, &place)?,
-                None => tally.not_triangles += 1,
+/// A node and the map from its space to the world.
+pub(crate) type PlacedNode<'a> = (Node<'a>, DAffine3);
+
+impl GltfFile {
+    /// Opens the file at `path`.
+    pub fn open(path: &Path) -> Result<Self> {
+        let place = Place::file(path);
+        let gltf = Gltf::from_slice(&read_bytes(path)?).map_err(|e| parse_error(&e, &place))?;
+        let buffers = Buffers::load(&gltf.document, gltf.blob, path)?;
+        Ok(Self { path: path.to_path_buf(), document: gltf.document, buffers })
+    }
+
+    /// The nodes of the default scene, or of the subtree of the node called `node`.
+    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3) -> Result<Vec<PlacedNode<'_>>> {
+        placed_nodes(&self.document, node, world_from_file, &Place::file(&self.path))
+    }
+
+    /// Appends the geometry of `nodes`, whatever its materials; it takes the first set of texture coordinates along.
+    pub fn append(&self, nodes: &[PlacedNode<'_>], builder: &mut MeshBuilder) -> Result<()> {
+        let mut tally = Tally::default();
+        self.each_primitive(nodes, &mut tally, |primitive, world_from_node, tally, place| {
+            if let Some(part) = part(primitive, &UvSource::default(), &self.buffers, builder, tally, place)? {
+                builder.append(&part, world_from_node, place)?;
+            }
+            Ok(())
+        })?;
+        builder.notes.extend(tally.notes(false));
+        Ok(())
+    }
+
+    /// The geometry of `nodes` by material name, in order of first use, with the texture coordinates that each material's base colour asks for.
+    /// Adds what was ignored to `warnings`.
+    pub fn meshes_by_material(&self, nodes: &[PlacedNode<'_>], warnings: &mut Vec<String>) -> Result<Vec<(String, MeshBuilder)>> {
+        let (mut tally, mut meshes) = (Tally::default(), Vec::<(String, MeshBuilder)>::new());
+        self.each_primitive(nodes, &mut tally, |primitive, world_from_node, tally, place| {
+            let material = primitive.material();
+            let texture = material.pbr_metallic_roughness().base_color_texture();
+            let uv_source = texture.map(|info| UvSource::of(&info)).unwrap_or_default();
+            let name = super::gltf_materials::name_of(&material);
+            let index = meshes.iter().position(|(known, _)| *known == name).unwrap_or(meshes.len());
+            let mut fresh = MeshBuilder::default();
+            let builder = meshes.get_mut(index).map_or(&mut fresh, |(_, builder)| builder);
+            if let Some(part) = part(primitive, &uv_source, &self.buffers, builder, tally, place)? {
+                builder.append(&part, world_from_node, place)?;
+                if index == meshes.len() {
+                    meshes.push((name, fresh));
+                }
+            }
+            Ok(())
+        })?;
+        let place = Place::file(&self.path);
+        warnings.extend(tally.notes(true).into_iter().map(|note| format!("{place}: {note}")));
+        Ok(meshes)
+    }
+
+    fn each_primitive<'a>(
+        &self,
+        nodes: &[PlacedNode<'a>],
+        tally: &mut Tally,
+        mut visit: impl FnMut(&gltf::Primitive<'a>, &DAffine3, &mut Tally, &Place) -> Result<()>,
+    ) -> Result<()> {
+        for (node, world_from_node) in nodes {
+            let Some(mesh) = node.mesh() else { continue };
+            tally.posed += usize::from(node.skin().is_some() || mesh.primitives().any(|p| p.morph_targets().len() > 0));
+            for primitive in mesh.primitives() {
+                let place = Place::file(&self.path).part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
+                visit(&primitive, world_from_node, tally, &place)?;
             }
         }
+        Ok(())
     }
-    builder.notes.extend(tally.notes());
-    Ok(())
-}
 
-impl Tally {
-    fn notes(&self) -> Vec<String> {
-        let of = self.primitives;
-        [
-            (self.flat, format!("{} of {of} primitives have no normals; made flat ones", self.flat)),
-            (self.not_triangles, format!("ignored {} of {of} primitives, which are points or lines", self.not_triangles)),
-            (self.posed, format!("{} nodes have a skin or morph targets, which are ignored: their meshes are as stored", self.posed)),
-        ]
-        .into_iter()
-        .filter_map(|(count, note)| (count > 0).then_some(note))
-        .collect()
+    /// The encoded bytes of the picture numbered `index`.
+    pub fn image_bytes(&self, index: usize, place: &Place) -> Result<Vec<u8>> {
+        // The crate's own way to the source takes a missing type for a bug.
+        let image = self.document.as_json().images.get(index);
+        let view = image.and_then(|image| image.buffer_view).and_then(|view| self.document.views().nth(view.value()));
+        match (view, image.and_then(|image| image.uri.as_deref())) {
+            (Some(view), _) => self.buffers.view(&view, place).map(<[u8]>::to_vec),
+            (None, Some(uri)) => read_uri(uri, &self.path, place),
+            (None, None) => Err(Error::invalid(place, "has neither a buffer view nor a uri; export the file again")),
+        }
     }
 }
 
@@ -75,7 +124,7 @@ fn placed_nodes<'a>(
     wanted: Option<&str>,
     world_from_file: &DAffine3,
     place: &Place,
-) -> Result<Vec<(Node<'a>, DAffine3)>> {
+) -> Result<Vec<PlacedNode<'a>>> {
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Error::invalid(place, "the file has no scene; export it with one"))?;
     let mut stack: Vec<_> = scene.nodes().map(|node| (node, *world_from_file, wanted.is_none())).collect();
@@ -105,60 +154,4 @@ fn placed_nodes<'a>(
 fn parent_from_node(node: &Node<'_>) -> DAffine3 {
     let matrix: DMat4 = Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
     DAffine3::from_mat4(matrix)
-}
-
-/// The geometry of a primitive in its node's space; none if it is not made of triangles.
-fn part(primitive: &Primitive<'_>, buffers: &Buffers, builder: &MeshBuilder, tally: &mut Tally, place: &Place) -> Result<Option<Part>> {
-    if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-        return Ok(None);
-    }
-    let accessor = primitive.get(&gltf::Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
-    builder.expect_room(accessor.count(), 0, place)?;
-    let positions = buffers.vectors(&accessor, place)?;
-    let corners = match primitive.indices() {
-        Some(indices) => buffers.indices(&indices, place)?,
-        None => (0..positions.len().min(MAX_ELEMENTS) as u32).collect(),
-    };
-    let triangles = triangles(primitive.mode(), &corners);
-    let Some(normals) = primitive.get(&gltf::Semantic::Normals) else {
-        tally.flat += 1;
-        builder.expect_room(3 * triangles.len(), triangles.len(), place)?;
-        return flat(&positions, &triangles, place).map(Some);
-    };
-    let normals = buffers.vectors(&normals, place)?;
-    if normals.len() != positions.len() {
-        return Err(Error::invalid(place, format!("{} positions but {} normals", positions.len(), normals.len())));
-    }
-    Ok(Some(Part { positions, normals, triangles }))
-}
-
-/// Lists, strips and fans as triangles (glTF 2.0 specification, section 3.7.2.1).
-fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
-    let windows = || corners.windows(3).filter_map(|w| w.try_into().ok());
-    match mode {
-        Mode::TriangleStrip => {
-            windows().enumerate().map(|(i, [a, b, c]): (_, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] }).collect()
-        }
-        Mode::TriangleFan => match corners.split_first() {
-            Some((first, rest)) => rest.windows(2).filter_map(|w| <[u32; 2]>::try_from(w).ok()).map(|[a, b]| [a, b, *first]).collect(),
-            None => Vec::new(),
-        },
-        _ => corners.as_chunks().0.to_vec(),
-    }
-}
-
-/// Flat shading needs corners of their own for every triangle.
-fn flat(positions: &[[f32; 3]], triangles: &[[u32; 3]], place: &Place) -> Result<Part> {
-    let mut part = Part::default();
-    for (index, triangle) in triangles.iter().enumerate() {
-        let corner = |k: usize| positions.get(triangle[k] as usize).copied();
-        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
-            return Err(Error::invalid(place, format!("triangle {index} names a vertex beyond {}; mend the mesh", positions.len())));
-        };
-        let first = part.positions.len() as u32;
-        part.positions.extend([a, b, c]);
-        part.normals.extend([unit_or_zero(area_vector([a, b, c])); 3]);
-        part.triangles.push([first, first + 1, first + 2]);
-    }
-    Ok(part)
 }

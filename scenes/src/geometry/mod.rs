@@ -3,19 +3,23 @@
 mod builder;
 mod gltf_buffers;
 mod gltf_file;
+mod gltf_materials;
+mod gltf_primitives;
 mod normals;
 mod obj_file;
+mod off_file;
+mod ply_file;
+mod polygons;
 
 pub(crate) use builder::{MeshBuilder, Part};
+pub(crate) use gltf_file::{GltfFile, PlacedNode};
+pub(crate) use gltf_materials::{GltfMaterial, read_materials, tidy_name};
 
 use crate::library::has_extension;
 use crate::scene::Mesh;
 use glam::DAffine3;
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
-
-/// Largest geometry file that is read.
-const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Largest number of vertices, and of triangles, in one object: their index must fit the tracer's 32 bits with room to spare.
 const MAX_ELEMENTS: usize = 1 << 26;
@@ -24,27 +28,37 @@ const MAX_ELEMENTS: usize = 1 << 26;
 pub(crate) fn load_file(path: &Path, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Mesh> {
     let place = Place::file(path);
     let mut builder = MeshBuilder::default();
-    if has_extension(path, "gltf") || has_extension(path, "glb") {
-        gltf_file::append(&mut builder, path, node, world_from_file)?;
-    } else if !has_extension(path, "obj") {
-        return Err(Error::unsupported(&place, "not a geometry file this version reads; it reads .gltf, .glb and .obj"));
-    } else if let Some(node) = node {
-        return Err(Error::invalid(&place, format!("node `{node}` is named, but an OBJ file has no nodes; remove `node`")));
-    } else {
-        obj_file::append(&mut builder, path, world_from_file)?;
+    if is_gltf(path) {
+        let file = GltfFile::open(path)?;
+        file.append(&file.nodes(node, world_from_file)?, &mut builder)?;
+        return builder.finish(&place, warnings);
     }
+    let append = match extension_of(path).as_str() {
+        "obj" => obj_file::append,
+        "ply" => ply_file::append,
+        "off" => off_file::append,
+        _ => {
+            return Err(Error::unsupported(&place, "not a geometry file this version reads; it reads .gltf, .glb, .obj, .ply and .off"));
+        }
+    };
+    if let Some(node) = node {
+        return Err(Error::invalid(&place, format!("node `{node}` is named, but only a glTF file has nodes; remove `node`")));
+    }
+    append(&mut builder, path, world_from_file)?;
     builder.finish(&place, warnings)
 }
 
-/// Reads a file of bounded size.
-fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    let place = Place::file(path);
-    let length = std::fs::metadata(path).map_err(|e| Error::io(&place, e))?.len();
-    if length > MAX_FILE_BYTES {
-        return Err(Error::invalid(&place, format!("{length} bytes, more than the {MAX_FILE_BYTES} that a geometry file may have")));
-    }
-    std::fs::read(path).map_err(|e| Error::io(&place, e))
+/// True if `path` is called as a glTF file.
+pub(crate) fn is_gltf(path: &Path) -> bool {
+    has_extension(path, "gltf") || has_extension(path, "glb")
+}
+
+fn extension_of(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod polygon_file_tests;

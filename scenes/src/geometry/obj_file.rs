@@ -1,6 +1,7 @@
-//! Wavefront OBJ. All objects and groups of a file are one mesh; its materials and texture coordinates are ignored.
+//! Wavefront OBJ. All objects and groups of a file are one mesh; its materials are ignored.
 
-use super::{MAX_ELEMENTS, MeshBuilder, Part, read_bytes};
+use super::{MAX_ELEMENTS, MeshBuilder, Part};
+use crate::library::read_bytes;
 use glam::DAffine3;
 use relume_formats::{Error, Place, Result};
 use std::collections::HashMap;
@@ -28,10 +29,13 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
 
 fn part(mesh: &tobj::Mesh) -> Part {
     let positions: Vec<[f32; 3]> = mesh.positions.as_chunks().0.to_vec();
-    // If only some corners name a normal, which are whose is lost; the builder makes new ones.
+    // If only some corners name a normal or texture coordinates, which are whose is lost; the builder makes new ones.
     let complete = mesh.normals.len() == mesh.positions.len();
     let normals = if complete { mesh.normals.as_chunks().0.to_vec() } else { Vec::new() };
-    Part { positions, normals, triangles: mesh.indices.as_chunks().0.to_vec() }
+    let complete = mesh.texcoords.len() / 2 == positions.len();
+    // OBJ's v goes up from the image's last row.
+    let uvs = if complete { mesh.texcoords.as_chunks().0.iter().map(|[u, v]| [*u, 1.0 - v]).collect() } else { Vec::new() };
+    Part { positions, normals, uvs, triangles: mesh.indices.as_chunks().0.to_vec() }
 }
 
 fn line_count(text: &[u8]) -> usize {

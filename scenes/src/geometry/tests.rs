@@ -283,6 +283,31 @@ fn broken_obj_is_refused_with_its_line() {
 #[test]
 fn other_formats_and_nodes_of_obj_are_refused() {
     let folder = Folder::new();
-    assert!(refusal(&folder.write("t.ply", ""), None).contains("it reads .gltf, .glb and .obj"));
-    assert!(refusal(&folder.write("t.obj", OBJ_CUBE), Some("sides")).contains("an OBJ file has no nodes"));
+    assert!(refusal(&folder.write("t.stl", ""), None).contains("it reads .gltf, .glb, .obj, .ply and .off"));
+    assert!(refusal(&folder.write("t.obj", OBJ_CUBE), Some("sides")).contains("only a glTF file has nodes"));
+}
+
+#[test]
+fn texture_coordinates_come_along() {
+    let folder = Folder::new();
+    let with = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nvt 0 0\nvt 1 0\nvt 0.25 0.75\nf 1/1 2/2 3/3\n";
+    let (mesh, _) = load(&folder.write("t.obj", with));
+    // OBJ's v goes up. The unused vertex takes nothing away from the others.
+    assert_eq!(mesh.uvs, [[0.0, 1.0], [1.0, 1.0], [0.25, 0.25]]);
+    let (mesh, _) = load(&folder.write("t.obj", with.replace("/1", "").replace("/2", "").replace("/3", "")));
+    assert!(mesh.uvs.is_empty());
+    // Two groups, of which one has none; then a coordinate that is no number.
+    let (mesh, warnings) = load(&folder.write("t.obj", format!("{with}g other\nf 1 3 2\n")));
+    assert_eq!(mesh.uvs.len(), mesh.positions.len());
+    assert_eq!(mesh.uvs[3..], [[0.0; 2]; 3]);
+    assert!(
+        warnings.iter().any(|w| w.ends_with("gave 3 of 6 vertices the texture coordinates (0, 0), theirs are missing")),
+        "{warnings:?}"
+    );
+    let (mesh, warnings) = load(&folder.write("t.obj", with.replace("vt 1 0", "vt nan 0")));
+    assert_eq!(mesh.uvs[1], [0.0; 2]);
+    assert!(
+        warnings.iter().any(|w| w.ends_with("gave 1 of 3 vertices the texture coordinates (0, 0), theirs are not finite")),
+        "{warnings:?}"
+    );
 }

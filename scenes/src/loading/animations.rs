@@ -1,5 +1,6 @@
 //! `animations/*.toml` beside the scene file.
 
+use super::validate_varying;
 use crate::scene::Scene;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::state::Animation;
@@ -36,7 +37,8 @@ fn check(animation: &Animation, scene: &Scene, place: &Place) -> Result<()> {
     }
     for time_s in animation.key_times_s() {
         let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;
-        scene.with_state(&state, &place.part(format!("at {time_s} s")))?;
+        let place = place.part(format!("at {time_s} s"));
+        validate_varying(&scene.vary, &scene.with_state(&state, &place)?.materials, &place)?;
     }
     Ok(())
 }

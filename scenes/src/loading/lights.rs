@@ -7,11 +7,22 @@ use crate::transform::is_mirroring;
 use glam::{DAffine3, DVec3, Vec3};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
+use std::collections::HashSet;
 
-/// Every light, in file order.
-pub(super) fn build(files: &[LightFile], scene_place: &Place) -> Result<Vec<Light>> {
+/// Every light, in file order, then the imported ones; those whose name is taken are numbered.
+pub(super) fn build(files: &[LightFile], imported: Vec<Light>, scene_place: &Place) -> Result<Vec<Light>> {
     expect_unique(files.iter().map(|l| l.name.as_str()), "light", scene_place)?;
-    files.iter().map(|file| light(file, &scene_place.part(format!("light `{}`", file.name)))).collect()
+    let lights = files.iter().map(|file| light(file, &scene_place.part(format!("light `{}`", file.name))));
+    let mut lights = lights.collect::<Result<Vec<_>>>()?;
+    let mut taken: HashSet<String> = lights.iter().map(|l| l.name.clone()).collect();
+    for light in imported {
+        let numbered = (2..).map(|number| format!("{}-{number}", light.name));
+        let name = std::iter::once(light.name.clone()).chain(numbered).find(|name| !taken.contains(name));
+        let name = name.unwrap_or_default();
+        taken.insert(name.clone());
+        lights.push(Light { name, ..light });
+    }
+    Ok(lights)
 }
 
 fn light(file: &LightFile, place: &Place) -> Result<Light> {
@@ -19,7 +30,7 @@ fn light(file: &LightFile, place: &Place) -> Result<Light> {
     let world_from_local = file.transform.world_from_local(place)?;
     let emitter = match file.kind {
         LightKind::Area => area(&world_from_local, emission, place)?,
-        LightKind::Point => Emitter::Point { position: finite(world_from_local.translation, place)?, intensity: emission },
+        LightKind::Point => Emitter::Point { position: finite(world_from_local.translation, place)?, intensity: emission, cone: None },
         LightKind::Directional => {
             let direction = world_from_local.transform_vector3(DVec3::NEG_Z).try_normalize();
             let direction = direction.ok_or_else(|| Error::invalid(place, "a scale of 0 leaves no direction; remove it"))?;
@@ -70,7 +81,8 @@ fn area(world_from_local: &DAffine3, radiance: Rgb, place: &Place) -> Result<Emi
     Ok(Emitter::Area { corner, edge_u: edge_u.to_array(), edge_v: edge_v.to_array(), radiance })
 }
 
-fn finite(v: DVec3, place: &Place) -> Result<[f32; 3]> {
+/// A vector that single precision holds.
+pub(super) fn finite(v: DVec3, place: &Place) -> Result<[f32; 3]> {
     let v = v.as_vec3();
     if v.is_finite() { Ok(v.to_array()) } else { Err(Error::invalid(place, "transform: too large for single precision")) }
 }

@@ -1,27 +1,104 @@
-//! `[materials]`.
+//! `[materials]`, and those that glTF files bring.
 
+use super::Context;
 use crate::description::{BrdfName, MaterialFile};
+use crate::library::{expect_file, locate};
 use crate::scene::Material;
-use relume_formats::state::BlinnPhong;
+use crate::suggest::unknown_name;
+use crate::texture::Texture;
+use relume_formats::state::{BlinnPhong, Brdf, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN};
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-/// Every material, sorted by name.
-pub(super) fn build(files: &BTreeMap<String, MaterialFile>, place: &Place) -> Result<Vec<Material>> {
-    files.iter().map(|(name, file)| Ok(Material { name: name.clone(), brdf: brdf(name, file, place)? })).collect()
-}
-
-fn brdf(name: &str, file: &MaterialFile, place: &Place) -> Result<BlinnPhong> {
-    if file.brdf == BrdfName::Ggx {
-        return Err(Error::unsupported(place, format!("material `{name}`: brdf \"ggx\" is not modelled yet; use \"blinn-phong\"")));
-    }
-    for (key, given) in [("base_color", &file.base_color), ("metallic", &file.metallic), ("roughness", &file.roughness)] {
-        if given.is_some() {
-            let reason = format!("material `{name}`: `{key}` belongs to \"ggx\"; \"blinn-phong\" has kd, ks and shininess");
-            return Err(Error::invalid(place, reason));
+/// Every material, sorted by name. One with a `brdf` replaces an imported one of its name, one without changes it. `varying` are the names of
+/// those that vary.
+pub(super) fn build(
+    files: &BTreeMap<String, MaterialFile>,
+    imported: Vec<Material>,
+    varying: &[String],
+    context: &mut Context<'_>,
+) -> Result<Vec<Material>> {
+    let mut materials: BTreeMap<String, Material> = imported.into_iter().map(|m| (m.name.clone(), m)).collect();
+    for material in materials.values_mut() {
+        let roughness_given = files.get(&material.name).is_some_and(|file| file.brdf.is_some() || file.roughness.is_some());
+        if !roughness_given {
+            raise_roughness(material, varying.contains(&material.name), context);
         }
     }
-    let brdf = BlinnPhong { kd: file.kd.unwrap_or([0.5; 3]), ks: file.ks.unwrap_or([0.0; 3]), shininess: file.shininess.unwrap_or(10.0) };
-    brdf.validate(name, place)?;
-    Ok(brdf)
+    for (name, file) in files {
+        let material = match (file.brdf, materials.get(name)) {
+            (Some(model), _) => described(name, file, model, context)?,
+            (None, Some(imported)) => changed(imported, file, &context.place)?,
+            (None, None) => {
+                let unknown = unknown_name("material of a glTF file", name, materials.keys().map(String::as_str));
+                return Err(Error::invalid(&context.place, format!("material `{name}`: has no `brdf`, and there is {unknown}; add one")));
+            }
+        };
+        materials.insert(name.clone(), material);
+    }
+    Ok(materials.into_values().collect())
+}
+
+fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Context<'_>) -> Result<Material> {
+    let default = match model {
+        BrdfName::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }),
+        BrdfName::Ggx => Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.0, roughness: 0.5 }),
+    };
+    let brdf = default.with(&leaves(file), name, &context.place)?;
+    let place = context.place.part(format!("material `{name}`"));
+    let texture = file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
+    let alpha_cutoff = alpha_cutoff(file, &place)?;
+    Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })
+}
+
+fn read_texture(name: &str, place: &Place, context: &mut Context<'_>) -> Result<Arc<Texture>> {
+    let path = locate(context.folder, name);
+    expect_file(&path, name, place)?;
+    context.textures.read(&path)
+}
+
+fn alpha_cutoff(file: &MaterialFile, place: &Place) -> Result<Option<f32>> {
+    match file.alpha_cutoff {
+        Some(_) if file.texture.is_none() => {
+            Err(Error::invalid(place, "alpha_cutoff needs a `texture` whose alpha it cuts; add or remove it"))
+        }
+        Some(cutoff) if !(cutoff > 0.0 && cutoff <= 1.0) => {
+            Err(Error::invalid(place, format!("alpha_cutoff {cutoff} must be above 0 and at most 1")))
+        }
+        cutoff => Ok(cutoff),
+    }
+}
+
+/// An imported material with other leaves; its texture stays.
+fn changed(imported: &Material, file: &MaterialFile, place: &Place) -> Result<Material> {
+    if file.texture.is_some() || file.alpha_cutoff.is_some() {
+        let reason = "`texture` and `alpha_cutoff` belong to a material that is described whole; add `brdf` and the other keys";
+        return Err(Error::invalid(&place.part(format!("material `{}`", imported.name)), reason));
+    }
+    Ok(Material { brdf: imported.brdf.with(&leaves(file), &imported.name, place)?, ..imported.clone() })
+}
+
+fn leaves(file: &MaterialFile) -> MaterialState {
+    MaterialState {
+        kd: file.kd,
+        ks: file.ks,
+        shininess: file.shininess,
+        base_color: file.base_color,
+        metallic: file.metallic,
+        roughness: file.roughness,
+    }
+}
+
+/// Other programs' files are often smoother than what is modelled; they are shown as smooth as it gets.
+fn raise_roughness(material: &mut Material, varies: bool, context: &mut Context<'_>) {
+    let Brdf::Ggx(ggx) = &mut material.brdf else { return };
+    let (least, kind) = if varies { (ROUGHNESS_MIN, "varies") } else { (FIXED_ROUGHNESS_MIN, "does not vary") };
+    if ggx.roughness < least {
+        let (place, name, given) = (&context.place, &material.name, ggx.roughness);
+        context
+            .warnings
+            .push(format!("{place}: material `{name}` {kind}: raised its roughness from {given} to {least}, the least modelled"));
+        ggx.roughness = least;
+    }
 }

@@ -3,19 +3,34 @@
 mod animations;
 mod environment;
 mod environment_map;
+mod imported;
+mod imported_lights;
 mod lights;
 mod materials;
 mod objects;
 mod with_state;
 
-use crate::description::{RenderFile, SceneFile};
-use crate::scene::{Scene, Vary};
+use crate::description::{ErrorFile, RenderFile, SceneFile, VaryFile};
+use crate::image_file::Textures;
+use crate::scene::{Material, Scene, Vary};
 use crate::suggest::unknown_name;
 use relume_formats::kinds::scene::MAX_SIDE;
 use relume_formats::state::{parse_toml, read_text};
 use relume_formats::{Error, Place, Result};
 use std::collections::HashSet;
 use std::path::Path;
+
+/// What every step of loading one scene needs.
+struct Context<'a> {
+    /// The scene file.
+    place: Place,
+    /// Where it lies.
+    folder: &'a Path,
+    /// Textures read so far.
+    textures: Textures,
+    /// What was mended or ignored so far.
+    warnings: Vec<String>,
+}
 
 /// Reads the scene file at `path` and everything it names.
 ///
@@ -27,22 +42,15 @@ pub fn load(path: &Path) -> Result<Scene> {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     check_render(&file.render, &place.part("[render]"))?;
     file.camera.validate(&place)?;
-    let mut warnings = Vec::new();
-    let materials = materials::build(&file.materials, &place)?;
-    let material_names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
-    let vary = Vary {
-        light: file.vary.light,
-        view: file.vary.view,
-        shape: file.vary.shape,
-        materials: varying_materials(&file.vary.materials, &material_names, &place.part("[vary] materials"))?,
-    };
-    let objects = objects::build(&file.object, &material_names, folder, &place, &mut warnings)?;
-    let lights = lights::build(&file.light, &place)?;
-    let environment = file.environment.map(|e| environment::build(&e, folder, &place, &mut warnings)).transpose()?;
-    let max_error = file.error.max;
-    if !(max_error.is_finite() && max_error > 0.0) {
-        return Err(Error::invalid(&place.part("[error]"), format!("max {max_error} must be a number above 0")));
-    }
+    let max_error = max_error(&file.error, &place.part("[error]"))?;
+    let mut context = Context { place, folder, textures: Textures::default(), warnings: Vec::new() };
+    objects::check(&file.object, &context)?;
+    let imported = imported::read(&file.object, &file.materials, &mut context)?;
+    let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
+    let vary = vary(&file.vary, &materials, &context.place)?;
+    let objects = objects::build(&file.object, imported.objects, &materials, &mut context)?;
+    let lights = lights::build(&file.light, imported.lights, &context.place)?;
+    let environment = file.environment.map(|e| environment::build(&e, folder, &context.place, &mut context.warnings)).transpose()?;
     let mut scene = Scene {
         name: scene_name(path, folder),
         file: path.to_path_buf(),
@@ -56,7 +64,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         lights,
         environment,
         animations: Vec::new(),
-        warnings,
+        warnings: context.warnings,
     };
     scene.warn_of_idle_parts();
     scene.animations = animations::read_all(&scene, folder)?;
@@ -87,9 +95,27 @@ fn check_render(render: &RenderFile, place: &Place) -> Result<()> {
     Ok(())
 }
 
-fn varying_materials(names: &[String], known: &[&str], place: &Place) -> Result<Vec<usize>> {
-    expect_unique(names.iter().map(String::as_str), "material", place)?;
-    names.iter().map(|name| index_of(name, "material", known, place)).collect()
+fn max_error(file: &ErrorFile, place: &Place) -> Result<f64> {
+    if !(file.max.is_finite() && file.max > 0.0) {
+        return Err(Error::invalid(place, format!("max {} must be a number above 0", file.max)));
+    }
+    Ok(file.max)
+}
+
+fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> {
+    let in_vary = place.part("[vary] materials");
+    expect_unique(file.materials.iter().map(String::as_str), "material", &in_vary)?;
+    let known: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
+    let indices = file.materials.iter().map(|name| index_of(name, "material", &known, &in_vary)).collect::<Result<Vec<_>>>()?;
+    let vary = Vary { light: file.light, view: file.view, shape: file.shape, materials: indices };
+    validate_varying(&vary, materials, place)?;
+    Ok(vary)
+}
+
+/// Checks that the parameters of what varies are within what bases span.
+fn validate_varying(vary: &Vary, materials: &[Material], place: &Place) -> Result<()> {
+    let mut varying = vary.materials.iter().filter_map(|index| materials.get(*index));
+    varying.try_for_each(|m| m.brdf.validate_varying(m.texture.is_some(), &m.name, place))
 }
 
 /// The index of `name` among `known`, or an error that suggests one.
@@ -118,3 +144,8 @@ fn scene_name(path: &Path, folder: &Path) -> String {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod import_refusal_tests;
+#[cfg(test)]
+mod import_tests;

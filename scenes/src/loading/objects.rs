@@ -1,58 +1,102 @@
 //! `[[object]]`: a mesh, from a file or a shape, and its material.
 
-use super::{expect_unique, index_of};
+use super::imported::ImportedObject;
+use super::{Context, expect_unique, index_of};
 use crate::description::ObjectFile;
 use crate::geometry::{self, MeshBuilder};
 use crate::library::{expect_file, locate};
-use crate::scene::{Mesh, Object};
+use crate::scene::{Material, Mesh, Object};
 use crate::shapes::Shape;
 use relume_formats::{Error, Place, Result};
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Every object, in file order.
+/// Every object, in file order. `imported` gives the objects that stand for an `[[object]]` without a material, by its index.
 pub(super) fn build(
     files: &[ObjectFile],
-    materials: &[&str],
-    folder: &Path,
-    scene_place: &Place,
-    warnings: &mut Vec<String>,
+    mut imported: Vec<Vec<ImportedObject>>,
+    materials: &[Material],
+    context: &mut Context<'_>,
 ) -> Result<Vec<Object>> {
-    if files.is_empty() {
-        return Err(Error::invalid(scene_place, "the scene has no object; add an [[object]]"));
-    }
-    expect_unique(files.iter().map(|o| o.name.as_str()), "object", scene_place)?;
+    let names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
     // Cheap mistakes first, before any mesh is read.
-    let indices = files.iter().map(|o| index_of(&o.material, "material", materials, &object_place(o, scene_place)));
-    let indices = indices.collect::<Result<Vec<_>>>()?;
-    let object = |(file, material): (&ObjectFile, usize)| {
-        let mesh = mesh(file, folder, &object_place(file, scene_place), warnings)?;
-        Ok(Object { name: file.name.clone(), material, mesh: Arc::new(mesh) })
+    let index = |file: &ObjectFile| {
+        let name = file.material.as_ref();
+        name.map(|name| index_of(name, "material", &names, &place_of(file, context))).transpose()
     };
-    files.iter().zip(indices).map(object).collect()
+    let indices = files.iter().map(index).collect::<Result<Vec<_>>>()?;
+    let mut objects = Vec::new();
+    for (position, (file, material)) in files.iter().zip(indices).enumerate() {
+        let place = place_of(file, context);
+        if let Some(material) = material {
+            objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(mesh(file, &place, context)?) });
+        }
+        for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
+            objects.push(Object { material: index_of(&part.material, "material", &names, &place)?, name: part.name, mesh: part.mesh });
+        }
+    }
+    expect_unique(objects.iter().map(|o| o.name.as_str()), "object", &context.place)?;
+    objects.iter().try_for_each(|object| expect_uvs(object, materials, &context.place))?;
+    Ok(objects)
 }
 
-fn object_place(file: &ObjectFile, scene_place: &Place) -> Place {
-    scene_place.part(format!("object `{}`", file.name))
+/// Checks what can be checked before any file is read.
+pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
+    if files.is_empty() {
+        return Err(Error::invalid(&context.place, "the scene has no object; add an [[object]]"));
+    }
+    expect_unique(files.iter().map(|o| o.name.as_str()), "object", &context.place)?;
+    for file in files {
+        let place = place_of(file, context);
+        if file.file.is_some() == file.shape.is_some() {
+            return Err(Error::invalid(&place, "give either `file` or `shape`"));
+        }
+        if let Some(stranger) = file.given_parameters().next().filter(|_| file.shape.is_none()) {
+            return Err(Error::invalid(&place, format!("`{stranger}` belongs to a shape, but the object is a file; remove it")));
+        }
+        if file.node.is_some() && file.shape.is_some() {
+            return Err(Error::invalid(&place, "`node` belongs to a glTF file, but the object is a shape"));
+        }
+        if file.lights.is_some() && file.material.is_some() {
+            return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
+        }
+    }
+    Ok(())
 }
 
-fn mesh(object: &ObjectFile, folder: &Path, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
+pub(super) fn place_of(file: &ObjectFile, context: &Context<'_>) -> Place {
+    context.place.part(format!("object `{}`", file.name))
+}
+
+/// The path of the file that an object names, which is there.
+pub(super) fn path_of(name: &str, place: &Place, context: &Context<'_>) -> Result<PathBuf> {
+    let path = locate(context.folder, name);
+    expect_file(&path, name, place)?;
+    Ok(path)
+}
+
+fn mesh(object: &ObjectFile, place: &Place, context: &mut Context<'_>) -> Result<Mesh> {
     let world_from_local = object.transform.world_from_local(place)?;
-    match (&object.file, object.shape) {
-        (Some(name), None) => {
-            if let Some(stranger) = object.given_parameters().next() {
-                return Err(Error::invalid(place, format!("`{stranger}` belongs to a shape, but the object is a file; remove it")));
-            }
-            let path = locate(folder, name);
-            expect_file(&path, name, place)?;
-            geometry::load_file(&path, object.node.as_deref(), &world_from_local, warnings)
+    if let Some(name) = &object.file {
+        let path = path_of(name, place, context)?;
+        return geometry::load_file(&path, object.node.as_deref(), &world_from_local, &mut context.warnings);
+    }
+    let shape = object.shape.ok_or_else(|| Error::invalid(place, "give either `file` or `shape`"))?;
+    let mut builder = MeshBuilder::default();
+    builder.append(&Shape::from_object(shape, object, place)?.part(), &world_from_local, place)?;
+    builder.finish(place, &mut context.warnings)
+}
+
+/// A texture lies somewhere only where there are texture coordinates.
+fn expect_uvs(object: &Object, materials: &[Material], place: &Place) -> Result<()> {
+    match materials.get(object.material) {
+        Some(material) if material.texture.is_some() && object.mesh.uvs.is_empty() => {
+            let reason = format!(
+                "its material `{}` has a texture, but its mesh has no texture coordinates; export it with some, or remove the texture",
+                material.name
+            );
+            Err(Error::invalid(&place.part(format!("object `{}`", object.name)), reason))
         }
-        (None, Some(_)) if object.node.is_some() => Err(Error::invalid(place, "`node` belongs to a glTF file, but the object is a shape")),
-        (None, Some(shape)) => {
-            let mut builder = MeshBuilder::default();
-            builder.append(&Shape::from_object(shape, object, place)?.part(), &world_from_local, place)?;
-            builder.finish(place, warnings)
-        }
-        _ => Err(Error::invalid(place, "give either `file` or `shape`")),
+        _ => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::Emitter;
 use crate::test_support::Scratch;
-use relume_formats::state::State;
+use relume_formats::state::{BlinnPhong, Brdf, State};
 use std::sync::Arc;
 
 const TEXT: &str = r#"
@@ -57,8 +57,7 @@ fn a_scene_loads_with_its_defaults() {
     assert_eq!(scene.name, scratch.path("").file_name().unwrap().to_string_lossy());
     assert_eq!((scene.size, scene.reflections, scene.max_error), ([64, 32], 2, 0.01));
     assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["clay", "gold"]);
-    let clay = scene.materials[0].brdf;
-    assert_eq!((clay.kd, clay.ks, clay.shininess), ([0.5; 3], [0.0; 3], 10.0));
+    assert_eq!(scene.materials[0].brdf, Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }));
     assert_eq!((scene.vary.materials.as_slice(), scene.varying_names()), (&[0][..], vec!["clay"]));
     assert_eq!(scene.objects[1].material, 1);
     assert!(scene.objects[1].mesh.positions.iter().all(|p| p[0].abs() == 2.0 && p[2].abs() == 2.0));
@@ -73,10 +72,10 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("subdivisions", "subdivision", "did you mean `subdivisions`?"),
         ("\"area\"", "\"aera\"", "did you mean `area`?"),
         ("\"blinn-phong\"", "\"phong\"", "unknown variant `phong`"),
-        ("brdf = \"blinn-phong\"", "brdf = \"ggx\"\nroughness = 0.4", "material `clay`: brdf \"ggx\" is not modelled yet"),
-        ("ks = ", "metallic = 1\nks = ", "material `gold`: `metallic` belongs to \"ggx\""),
+        ("brdf = \"blinn-phong\"", "brdf = \"ggx\"\nroughness = 0.3", "material `clay`: roughness 0.3 is outside 0.32..1"),
+        ("ks = ", "metallic = 1\nks = ", "material `gold`: is \"blinn-phong\", which has kd, ks and shininess, not `metallic`"),
         ("kd = [0.1, 0.1, 0.1]", "kd = [0.6, 0.1, 0.1]", "material `gold`: kd + ks = 1.1 exceeds 1"),
-        ("shininess = 80", "shininess = 800", "shininess 800 is outside"),
+        ("shininess = 80", "shininess = 20000", "shininess 20000 is outside"),
         ("position = [0, 1, 4]", "position = [0, 1, 0]", "position and target coincide"),
         ("[64, 32]", "[64, 0]", "[render]: size [64, 0] is outside 1..16384"),
         ("[64, 32]", "[64, 16385]", "[render]: size [64, 16385] is outside"),
@@ -116,7 +115,7 @@ fn mistakes_are_one_line_with_file_and_place() {
 
 fn light(text: &str) -> Emitter {
     let lights = TEXT.split("[[light]]").next().unwrap().to_owned() + "[[light]]\nname = 'lamp'\n" + text;
-    Scratch::scene(&lights).load().unwrap().lights[0].emitter
+    Scratch::scene(&lights).load().unwrap().lights[0].emitter.clone()
 }
 
 #[test]
@@ -139,7 +138,7 @@ fn area_lights_emit_along_their_minus_z() {
 #[test]
 fn point_and_directional_lights() {
     let point = light("kind = 'point'\nintensity = [4, 5, 6]\ntransform = { translation = [1, 2, 3] }");
-    assert_eq!(point, Emitter::Point { position: [1.0, 2.0, 3.0], intensity: [4.0, 5.0, 6.0] });
+    assert_eq!(point, Emitter::Point { position: [1.0, 2.0, 3.0], intensity: [4.0, 5.0, 6.0], cone: None });
     let sun = light("kind = 'directional'\nirradiance = [4, 5, 6]\ntransform = { rotation_deg = [-90, 0, 0], scale = 3 }");
     assert_eq!(sun, Emitter::Directional { direction: [0.0, -1.0, 0.0], irradiance: [4.0, 5.0, 6.0] });
 }
@@ -190,7 +189,8 @@ fn a_state_changes_what_it_names_and_nothing_else() {
                 materials.gold = { shininess = 5 }";
     let changed = scene.with_state(&state(text), &Place::file("s.toml")).unwrap();
     assert_eq!((changed.camera.fov_deg, changed.camera.position), (50.0, scene.camera.position));
-    assert_eq!((changed.materials[1].brdf.shininess, changed.materials[1].brdf.ks), (5.0, scene.materials[1].brdf.ks));
+    let gold = BlinnPhong { kd: [0.1; 3], ks: [0.5, 0.4, 0.2], shininess: 5.0 };
+    assert_eq!(changed.materials[1].brdf, Brdf::BlinnPhong(gold));
     assert_eq!(changed.materials[0], scene.materials[0]);
     let Emitter::Area { radiance, .. } = changed.lights[0].emitter else { panic!() };
     assert_eq!(radiance, [2.0, 2.0, 0.0]);

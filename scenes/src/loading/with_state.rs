@@ -35,7 +35,7 @@ impl Scene {
             let light = &mut scene.lights[index_of(name, "light", &names, place)?];
             let gain = change.gain.unwrap_or([1.0; 3]);
             expect_radiometric(gain, &format!("light `{name}`: gain"), place)?;
-            light.emitter = light.emitter.scaled(gain);
+            light.emitter.scale(gain);
             expect_radiometric(light.emitter.emission(), &format!("light `{name}`: emission times gain"), place)?;
         }
         if let Some(change) = &state.environment {
@@ -75,19 +75,19 @@ impl Scene {
 
 impl Emitter {
     fn emission(&self) -> Rgb {
-        match *self {
-            Self::Area { radiance, .. } => radiance,
-            Self::Point { intensity, .. } => intensity,
-            Self::Directional { irradiance, .. } => irradiance,
+        match self {
+            Self::Area { radiance, .. } | Self::Mesh { radiance, .. } => *radiance,
+            Self::Point { intensity, .. } => *intensity,
+            Self::Directional { irradiance, .. } => *irradiance,
         }
     }
 
-    fn scaled(self, gain: Rgb) -> Self {
-        let times = |value: Rgb| std::array::from_fn(|k| value[k] * gain[k]);
-        match self {
-            Self::Area { corner, edge_u, edge_v, radiance } => Self::Area { corner, edge_u, edge_v, radiance: times(radiance) },
-            Self::Point { position, intensity } => Self::Point { position, intensity: times(intensity) },
-            Self::Directional { direction, irradiance } => Self::Directional { direction, irradiance: times(irradiance) },
-        }
+    fn scale(&mut self, gain: Rgb) {
+        let value = match self {
+            Self::Area { radiance, .. } | Self::Mesh { radiance, .. } => radiance,
+            Self::Point { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+        };
+        value.iter_mut().zip(gain).for_each(|(v, g)| *v *= g);
     }
 }

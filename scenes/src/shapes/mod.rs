@@ -1,11 +1,12 @@
 //! Procedural shapes, all centred at the origin, their axis along +Y. The closed ones are watertight: every edge is shared by exactly
-//! two triangles whose corners there have bit-identical positions.
+//! two triangles whose corners there have bit-identical positions. All have texture coordinates.
 
 mod grid;
 mod knot;
 mod ring;
 mod simple;
 mod sphere;
+mod sphere_uvs;
 mod torus;
 
 use crate::description::{ObjectFile, ShapeName};

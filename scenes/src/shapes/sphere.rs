@@ -1,5 +1,6 @@
 //! The sphere, as an icosphere: triangles of nearly equal size, no poles.
 
+use super::sphere_uvs::wrap_map_around;
 use crate::geometry::Part;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -11,7 +12,9 @@ pub(super) fn icosphere(subdivisions: u32) -> Part {
         triangles = split(&mut points, &triangles);
     }
     let positions: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
-    Part { normals: positions.clone(), positions, triangles }
+    let mut part = Part { normals: positions.clone(), positions, uvs: Vec::new(), triangles };
+    wrap_map_around(&mut part);
+    part
 }
 
 fn split(points: &mut Vec<DVec3>, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {

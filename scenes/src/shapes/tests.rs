@@ -109,3 +109,57 @@ fn wrong_parameters_are_refused() {
         assert!(message.contains(part), "{text}: {message}");
     }
 }
+
+/// Direction in which a texture coordinate grows on a triangle, in the triangle's plane.
+fn gradient(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> Vec3 {
+    let [a, b, c] = triangle.map(|v| Vec3::from(mesh.positions[v as usize]));
+    let [s, t, r] = triangle.map(|v| mesh.uvs[v as usize][axis]);
+    let normal = (b - a).cross(c - a);
+    ((t - s) * (c - a) - (r - s) * (b - a)).cross(normal) / normal.length_squared()
+}
+
+#[test]
+fn textures_stand_upright_on_every_shape() {
+    for text in ["shape = 'quad'", "shape = 'box'", "shape = 'sphere'", "shape = 'torus'", "shape = 'torus-knot'", "shape = 'ring'"] {
+        let mesh = mesh(text);
+        assert_eq!(mesh.uvs.len(), mesh.positions.len(), "{text}");
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|v| Vec3::from(mesh.positions[v as usize]));
+            let normal = (b - a).cross(c - a);
+            // Seen from the front u grows to the right and v down: never mirrored, and no triangle runs backwards across a seam.
+            let (u, v) = (gradient(&mesh, triangle, 0), gradient(&mesh, triangle, 1));
+            assert!(v.cross(u).dot(normal) > 0.0, "{text}: {triangle:?}");
+        }
+    }
+}
+
+#[test]
+fn gradients_of_flat_shapes_follow_the_axes() {
+    let quad = mesh("shape = 'quad'");
+    for triangle in &quad.triangles {
+        assert_eq!((gradient(&quad, triangle, 0), gradient(&quad, triangle, 1)), (Vec3::X, Vec3::Z));
+    }
+    let cube = mesh("shape = 'box'");
+    assert!(cube.uvs.iter().flatten().all(|x| *x == 0.0 || *x == 1.0));
+    for triangle in cube.triangles.iter().filter(|t| cube.normals[t[0] as usize][1] == 0.0) {
+        assert_eq!(gradient(&cube, triangle, 1), Vec3::NEG_Y, "upright on the sides");
+    }
+}
+
+#[test]
+fn a_sphere_wears_a_world_map() {
+    let sphere = mesh("shape = 'sphere'\nsubdivisions = 3");
+    for (p, uv) in sphere.positions.iter().zip(&sphere.uvs) {
+        assert!((f64::from(p[1]).acos() / PI - f64::from(uv[1])).abs() < 1e-6);
+        let longitude = 2.0 * PI * (f64::from(uv[0]) - 0.5);
+        let radius = f64::from(p[0]).hypot(f64::from(p[2]));
+        // At the poles any longitude will do.
+        assert!((f64::from(p[0]) - radius * longitude.sin()).abs() < 1e-6 && (f64::from(p[2]) - radius * longitude.cos()).abs() < 1e-6);
+    }
+    // No triangle spans more than a tenth of the way round, except at the poles.
+    let span = |t: &[u32; 3]| {
+        let us = t.map(|v| sphere.uvs[v as usize][0]);
+        us.iter().fold(f32::MIN, |m, u| m.max(*u)) - us.iter().fold(f32::MAX, |m, u| m.min(*u))
+    };
+    assert!(sphere.triangles.iter().map(span).fold(0.0, f32::max) <= 0.21);
+}

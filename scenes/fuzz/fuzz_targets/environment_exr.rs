@@ -1,0 +1,14 @@
+//! Environment maps in OpenEXR.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use relume_scenes_fuzz::Stage;
+use std::sync::LazyLock;
+
+static STAGE: LazyLock<Stage> = LazyLock::new(|| Stage::new("exr", "[environment]\nfile = \"sky.exr\"\n"));
+
+fuzz_target!(|data: &[u8]| {
+    STAGE.write("sky.exr", data);
+    STAGE.load();
+});

@@ -1,0 +1,139 @@
+//! The triangles of glTF primitives.
+
+use super::builder::{area_vector, unit_or_zero};
+use super::gltf_buffers::Buffers;
+use super::{MAX_ELEMENTS, MeshBuilder, Part};
+use gltf::mesh::Mode;
+use gltf::{Primitive, Semantic, texture};
+use relume_formats::{Error, Place, Result};
+
+/// What was met while reading primitives.
+#[derive(Default)]
+pub(super) struct Tally {
+    pub primitives: usize,
+    pub flat: usize,
+    pub not_triangles: usize,
+    pub coloured: usize,
+    /// Nodes, not primitives.
+    pub posed: usize,
+}
+
+impl Tally {
+    /// One line for each thing that the mesh lacks; vertex colours matter only where the file's materials do.
+    pub fn notes(&self, with_materials: bool) -> Vec<String> {
+        let of = self.primitives;
+        let coloured = if with_materials { self.coloured } else { 0 };
+        [
+            (self.flat, format!("{} of {of} primitives have no normals; made flat ones", self.flat)),
+            (self.not_triangles, format!("ignored {} of {of} primitives, which are points or lines", self.not_triangles)),
+            (coloured, format!("{coloured} of {of} primitives have vertex colours, which are ignored")),
+            (self.posed, format!("{} nodes have a skin or morph targets, which are ignored: their meshes are as stored", self.posed)),
+        ]
+        .into_iter()
+        .filter_map(|(count, note)| (count > 0).then_some(note))
+        .collect()
+    }
+}
+
+/// Which texture coordinates a primitive takes along, and how they are moved.
+#[derive(Default)]
+pub(super) struct UvSource {
+    set: u32,
+    /// Offset, rotation in radians and scale.
+    transform: Option<([f32; 2], f32, [f32; 2])>,
+}
+
+impl UvSource {
+    /// Those that a texture asks for.
+    pub fn of(info: &texture::Info<'_>) -> Self {
+        let Some(transform) = info.texture_transform() else { return Self { set: info.tex_coord(), transform: None } };
+        let moved = (transform.offset(), transform.rotation(), transform.scale());
+        Self { set: transform.tex_coord().unwrap_or_else(|| info.tex_coord()), transform: Some(moved) }
+    }
+
+    /// KHR_texture_transform: scaled, then turned counter-clockwise as seen on the image, whose v goes down, then moved.
+    fn moved(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let Some((offset, rotation, scale)) = self.transform else { return [u, v] };
+        let (sin, cos) = rotation.sin_cos();
+        let (u, v) = (u * scale[0], v * scale[1]);
+        [cos * u + sin * v + offset[0], cos * v - sin * u + offset[1]]
+    }
+}
+
+/// The geometry of a primitive in its node's space; none if it is not made of triangles.
+pub(super) fn part(
+    primitive: &Primitive<'_>,
+    uv_source: &UvSource,
+    buffers: &Buffers,
+    builder: &MeshBuilder,
+    tally: &mut Tally,
+    place: &Place,
+) -> Result<Option<Part>> {
+    tally.primitives += 1;
+    if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        tally.not_triangles += 1;
+        return Ok(None);
+    }
+    tally.coloured += usize::from(primitive.get(&Semantic::Colors(0)).is_some());
+    let accessor = primitive.get(&Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
+    builder.expect_room(accessor.count(), 0, place)?;
+    let positions = buffers.vectors(&accessor, place)?;
+    let corners = match primitive.indices() {
+        Some(indices) => buffers.indices(&indices, place)?,
+        None => (0..positions.len().min(MAX_ELEMENTS) as u32).collect(),
+    };
+    let mut part = Part { triangles: triangles(primitive.mode(), &corners), ..Part::default() };
+    if let Some(uvs) = primitive.get(&Semantic::TexCoords(uv_source.set)) {
+        part.uvs = buffers.texture_coordinates(&uvs, place)?.into_iter().map(|uv| uv_source.moved(uv)).collect();
+        expect_count(part.uvs.len(), positions.len(), "texture coordinates", place)?;
+    }
+    part.positions = positions;
+    let Some(normals) = primitive.get(&Semantic::Normals) else {
+        tally.flat += 1;
+        builder.expect_room(3 * part.triangles.len(), part.triangles.len(), place)?;
+        return flat(&part, place).map(Some);
+    };
+    part.normals = buffers.vectors(&normals, place)?;
+    expect_count(part.normals.len(), part.positions.len(), "normals", place)?;
+    Ok(Some(part))
+}
+
+fn expect_count(count: usize, positions: usize, what: &str, place: &Place) -> Result<()> {
+    if count == positions {
+        return Ok(());
+    }
+    Err(Error::invalid(place, format!("{positions} positions but {count} {what}; export the file again")))
+}
+
+/// Lists, strips and fans as triangles (glTF 2.0 specification, section 3.7.2.1).
+fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    let windows = || corners.windows(3).filter_map(|w| w.try_into().ok());
+    match mode {
+        Mode::TriangleStrip => {
+            windows().enumerate().map(|(i, [a, b, c]): (_, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] }).collect()
+        }
+        Mode::TriangleFan => match corners.split_first() {
+            Some((first, rest)) => rest.windows(2).filter_map(|w| <[u32; 2]>::try_from(w).ok()).map(|[a, b]| [a, b, *first]).collect(),
+            None => Vec::new(),
+        },
+        _ => corners.as_chunks().0.to_vec(),
+    }
+}
+
+/// Flat shading needs corners of their own for every triangle.
+fn flat(part: &Part, place: &Place) -> Result<Part> {
+    let mut flat = Part::default();
+    for (index, triangle) in part.triangles.iter().enumerate() {
+        let corner = |k: usize| part.positions.get(triangle[k] as usize).copied();
+        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+            let reason = format!("triangle {index} names a vertex beyond {}; mend the mesh", part.positions.len());
+            return Err(Error::invalid(place, reason));
+        };
+        let first = flat.positions.len() as u32;
+        flat.positions.extend([a, b, c]);
+        flat.normals.extend([unit_or_zero(area_vector([a, b, c])); 3]);
+        flat.uvs.extend(triangle.iter().filter_map(|v| part.uvs.get(*v as usize)));
+        flat.triangles.push([first, first + 1, first + 2]);
+    }
+    Ok(flat)
+}

@@ -1,0 +1,118 @@
+//! Textures of surfaces: what multiplies a diffuse colour, and where a surface has holes.
+
+/// How a texture goes on beyond its edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wrap {
+    /// It starts again.
+    Repeat,
+    /// It is mirrored.
+    Mirror,
+    /// Its edge texels go on.
+    Clamp,
+}
+
+/// An image on a surface. The first row lies at v = 0, as in glTF.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// Texels per row, and rows.
+    pub size: [u32; 2],
+    /// Along u and along v.
+    pub wrap: [Wrap; 2],
+    /// Row-major red, green, blue (sRGB-encoded) and alpha (linear).
+    pub texels: Vec<[u8; 4]>,
+}
+
+impl Texture {
+    /// Linear red, green and blue, and alpha, each in 0..=1, at texture coordinates `uv`; interpolated linearly between texel centres.
+    pub fn sample(&self, uv: [f32; 2]) -> [f32; 4] {
+        let [(x0, x1, fx), (y0, y1, fy)] = std::array::from_fn(|axis| neighbours(uv[axis], self.size[axis], self.wrap[axis]));
+        let texel = |x: u32, y: u32| {
+            let bytes = self.texels.get((y * self.size[0] + x) as usize).copied().unwrap_or([255; 4]);
+            let [r, g, b, a] = bytes;
+            [linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), f32::from(a) / 255.0]
+        };
+        let [a, b, c, d] = [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)];
+        std::array::from_fn(|k| {
+            let (top, bottom) = (a[k] + (b[k] - a[k]) * fx, c[k] + (d[k] - c[k]) * fx);
+            top + (bottom - top) * fy
+        })
+    }
+}
+
+/// The texels on either side of a coordinate, and how far it is from the first to the second.
+fn neighbours(coordinate: f32, count: u32, wrap: Wrap) -> (u32, u32, f32) {
+    // Coordinates that are no numbers, or so large that they have no fraction left, fall somewhere legal.
+    let position = coordinate * count as f32 - 0.5;
+    let floor = position.floor();
+    let texel = |index: f32| wrapped(index as i64, i64::from(count), wrap) as u32;
+    (texel(floor), texel(floor + 1.0), (position - floor).clamp(0.0, 1.0))
+}
+
+fn wrapped(index: i64, count: i64, wrap: Wrap) -> i64 {
+    match wrap {
+        Wrap::Repeat => index.rem_euclid(count),
+        Wrap::Clamp => index.clamp(0, count - 1),
+        Wrap::Mirror => {
+            let within = index.rem_euclid(2 * count);
+            within.min(2 * count - 1 - within)
+        }
+    }
+}
+
+/// One channel, sRGB to linear (IEC 61966-2-1).
+pub(crate) fn linear_from_srgb(byte: u8) -> f32 {
+    static TABLE: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let x = i as f64 / 255.0;
+            (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
+        })
+    });
+    TABLE[usize::from(byte)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(wrap: Wrap) -> Texture {
+        let texels = (0..8).map(|i| [0, 0, 0, [0, 51, 102, 153, 204, 255, 204, 153][i]]).collect();
+        Texture { size: [4, 2], wrap: [wrap, Wrap::Clamp], texels }
+    }
+
+    #[test]
+    fn texel_centres_are_exact_and_between_them_it_is_linear() {
+        let texture = ramp(Wrap::Clamp);
+        for (uv, alpha) in [([0.125, 0.25], 0.0), ([0.375, 0.25], 0.2), ([0.25, 0.25], 0.1), ([0.125, 0.75], 0.8), ([0.125, 0.5], 0.4)] {
+            assert!((texture.sample(uv)[3] - alpha).abs() < 1e-6, "{uv:?}");
+        }
+    }
+
+    #[test]
+    fn beyond_the_edge_it_repeats_mirrors_or_stays() {
+        let alpha = |wrap, u| ramp(wrap).sample([u, 0.25])[3];
+        for u in [0.125, 0.3, 0.875] {
+            assert!((alpha(Wrap::Repeat, u + 3.0) - alpha(Wrap::Repeat, u)).abs() < 1e-5);
+            assert!((alpha(Wrap::Mirror, -u) - alpha(Wrap::Mirror, u)).abs() < 1e-5);
+            assert!((alpha(Wrap::Mirror, 2.0 - u) - alpha(Wrap::Mirror, u)).abs() < 1e-5);
+        }
+        assert_eq!([alpha(Wrap::Clamp, -5.0), alpha(Wrap::Clamp, 9.0)], [0.0, 0.6]);
+        assert!((alpha(Wrap::Repeat, 0.0) - 0.3).abs() < 1e-6, "half of the last and half of the first");
+    }
+
+    #[test]
+    fn no_coordinate_is_too_strange() {
+        for u in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30, f32::MIN_POSITIVE] {
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+                let sample = ramp(wrap).sample([u, u]);
+                assert!(sample.iter().all(|x| x.is_nan() || (0.0..=1.0).contains(x)));
+            }
+        }
+    }
+
+    #[test]
+    fn srgb_meets_its_definition() {
+        assert_eq!((linear_from_srgb(0), linear_from_srgb(255)), (0.0, 1.0));
+        // 188/255 is middle: sRGB 0.7372549 is 0.5028865 linear.
+        assert!((linear_from_srgb(188) - 0.502_886_5).abs() < 1e-6);
+    }
+}

@@ -217,6 +217,36 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
     assert_eq!(contents(&w.path("bundle")), contents(&w.path("whole")));
 }
 
+/// Killed at twenty moments spread over the whole run, start, measuring and publishing included, and once more while going on: a bake that is resumed
+/// ends in the same bytes.
+#[test]
+fn twenty_kills_change_nothing() {
+    let w = Workshop::new();
+    let settings = ["--spp", "128", "--max-error", "0.02"];
+    let start = Instant::now();
+    w.bake("whole", &settings);
+    let duration = start.elapsed();
+    let expected = contents(&w.path("whole"));
+    let scene = w.path("scene.toml");
+    let mut unfinished = 0;
+    for trial in 0..20u32 {
+        let bundle = w.path(&format!("trial-{trial}"));
+        // Fractions of the golden ratio spread evenly, however many there are.
+        for kill in [trial, trial + 20] {
+            let moment = duration.mul_f64((f64::from(kill) * 0.618_033_988_75).fract());
+            let arguments = ["run", &scene, "-o", &bundle, "--progress", "none", "--resume"];
+            let mut child = command("bake").args(arguments).args(settings).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+            std::thread::sleep(moment);
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        unfinished += u32::from(!Path::new(&bundle).join("manifest.json").exists());
+        let stderr = expect_exit("bake", &[&["run", &scene, "-o", &bundle, "--progress", "none", "--resume"], &settings[..]].concat(), 0);
+        assert_eq!(contents(&bundle), expected, "trial {trial}: {stderr}");
+    }
+    assert!(unfinished >= 5, "only {unfinished} of 20 bakes were still at work when killed twice");
+}
+
 #[test]
 fn finished_work_is_reused() {
     let w = Workshop::new();

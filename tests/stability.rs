@@ -53,6 +53,34 @@ fn no_ray_escapes_from_inside() {
     }
 }
 
+/// Rays along the axes, with zeros of either sign, meet what is in their way: a sun straight overhead has such directions.
+#[test]
+fn negative_zeros_are_zeros() {
+    for shape in CLOSED_SHAPES {
+        let scene = lone_shape(shape);
+        let world = World::new(&scene);
+        let mesh = &scene.objects[0].mesh;
+        for axis in 0..3 {
+            for signs in 0..8u32 {
+                let direction = Vec3A::from_array(std::array::from_fn(|k| {
+                    let value: f32 = if k == axis { 1.0 } else { 0.0 };
+                    if signs >> k & 1 == 1 { -value } else { value }
+                }));
+                // Along the axis through the middle of a triangle that does not stand edge-on.
+                let middle = |t: &[u32; 3]| t.iter().map(|i| Vec3A::from(mesh.positions[*i as usize])).sum::<Vec3A>() / 3.0;
+                for triangle in mesh.triangles.iter().step_by(mesh.triangles.len() / 12) {
+                    let [p, q, r] = triangle.map(|i| Vec3A::from(mesh.positions[i as usize]));
+                    if (q - p).cross(r - p).normalize().dot(direction).abs() > 0.01 {
+                        let origin = middle(triangle) - 10.0 * direction;
+                        assert!(world.intersect(origin, direction).is_some(), "{shape}, from {origin} along {direction}");
+                        assert!(world.occluded(origin, direction, 20.0), "{shape}, from {origin} along {direction}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Shoots rays from just below random points of the surface in all directions; counts those that meet nothing.
 fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
     let mesh = &scene.objects[0].mesh;

@@ -4,6 +4,8 @@ use crate::support::{mean_radiance, render, scene};
 use glam::Vec3A;
 use relume_bake::brdf::blinn_phong::glossy_albedo;
 use relume_bake::trace::reference::Paths;
+use relume_formats::state::{Brdf, Ggx};
+use relume_scenes::{Cone, Emitter, Mesh, Texture, Wrap};
 use std::f64::consts::PI;
 
 fn v(x: f32, y: f32, z: f32) -> Vec3A {
@@ -127,6 +129,130 @@ fn point_and_directional_irradiance() {
         let sigma = f64::from(image.variance[0][0]).sqrt();
         assert!((radiance - expected).abs() < 4.0 * sigma + 2e-4 * expected, "{radiance}, expected {expected} ± {sigma}");
     }
+}
+
+/// A spot light has its full intensity within the inner cone, a ramp squared between the cones, and nothing outside.
+#[test]
+fn spot_light_irradiance() {
+    let mut scene = scene(LIT_FLOOR);
+    for (cos_inner, cos_outer, share) in [(0.7, 0.5, 1.0), (1.0, 0.6, 0.25), (0.95, 0.9, 0.0)] {
+        // 2 m above and 1.5 m aside of the point seen, pointing straight down: the cosine with the axis is 0.8.
+        let cone = Cone { direction: [0.0, -1.0, 0.0], cos_inner, cos_outer };
+        scene.lights[0].emitter = Emitter::Point { position: [0.3, 2.0, 1.7], intensity: [3.0; 3], cone: Some(cone) };
+        let expected = share * 0.8 / PI * 3.0 * 2.0 / (2.0f64.powi(2) + 1.5f64.powi(2)).powf(1.5);
+        let image = render(&scene, [1, 1], 1 << 10, 1, Paths::Gather, 3);
+        let radiance = f64::from(image.radiance[0][0]);
+        // One light and a footprint of 0.9 mm: nothing is left to chance but the film sample. The ramp is steep: 0.4 in the cosine.
+        assert!((radiance - expected).abs() < 2e-3 * expected + 1e-9, "cone {cos_inner} {cos_outer}: {radiance}, expected {expected}");
+    }
+}
+
+/// A mesh that emits is the area light of its shape, however many triangles it has.
+#[test]
+fn mesh_light_irradiance() {
+    let lamp = [[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]];
+    let expected = 0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &lamp);
+    let mut scene = scene(LIT_FLOOR);
+    // A fan of four unequal triangles that faces down.
+    let mut positions: Vec<[f32; 3]> = lamp.iter().map(|p| p.map(|x| x as f32)).collect();
+    positions.push([0.2, 1.0, -0.3]);
+    let triangles = (0..4).map(|i| [i, (i + 1) % 4, 4]).collect();
+    let mesh = Mesh { normals: vec![[0.0, -1.0, 0.0]; 5], positions, uvs: Vec::new(), triangles };
+    scene.lights[0].emitter = Emitter::Mesh { mesh: mesh.into(), radiance: [2.0; 3] };
+    for paths in [Paths::Best, Paths::Gather] {
+        let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
+        let (radiance, sigma) = (f64::from(image.radiance[0][0]), f64::from(image.variance[0][0]).sqrt());
+        assert!(
+            (radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected,
+            "{paths:?}: {radiance}, expected {expected} ± {sigma}"
+        );
+    }
+}
+
+/// Light through a sheet with holes: what arrives below is the share of holes, and shadow rays and paths agree on them.
+#[test]
+fn holes_let_through_their_share_of_light() {
+    let text = LIT_FLOOR.replace("[[light]]", "[materials.sheet]\nbrdf = 'blinn-phong'\nkd = [0, 0, 0]\n[[object]]\nname = 'sheet'\nmaterial = 'sheet'\nshape = 'quad'\ntransform = { translation = [0, 0.7, 0], scale = 3.0 }\n[[light]]");
+    let mut scene = scene(&text);
+    let expected =
+        0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &[[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]]);
+    let sheet = scene.materials.iter().position(|m| m.name == "sheet").unwrap();
+    // Fine stripes: one texel column in four is a hole. Interpolated alpha crosses one half midway between texel centres.
+    let texels = (0..4096).map(|i| [255, 255, 255, if i % 4 == 0 { 0 } else { 255 }]).collect();
+    scene.materials[sheet].texture = Some(Texture { size: [4096, 1], wrap: [Wrap::Repeat; 2], texels }.into());
+    scene.materials[sheet].alpha_cutoff = Some(0.5);
+    for paths in [Paths::Best, Paths::Gather] {
+        let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
+        let (radiance, sigma) = (f64::from(image.radiance[0][0]), f64::from(image.variance[0][0]).sqrt());
+        // The lamp spans some 400 stripes as seen from the floor; cutting the outer ones adds less than 1 in 400.
+        assert!(
+            (radiance - 0.25 * expected).abs() < 4.0 * sigma + 0.25 * expected / 400.0,
+            "{paths:?}: {radiance}, expected {}",
+            0.25 * expected
+        );
+    }
+}
+
+/// A surface in even light shows its texture, linear and interpolated.
+#[test]
+fn textures_multiply_the_diffuse_colour() {
+    let mut scene = scene(&under_white_sky("quad", 0.8, 0.0, 1.0));
+    scene.materials[0].texture =
+        Some(Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into());
+    for (x, share) in [(-0.4, 0.0), (0.0, 0.5), (0.125, 0.75), (0.4, 1.0)] {
+        let (mean, error) = mean_radiance(&scene, 1, 1 << 10, |_| (v(x, 1.0, 0.1), Vec3A::NEG_Y));
+        // sRGB 188/255 is 0.50289 linear; `mean_radiance` looks at green.
+        let expected = 0.8 * share * 0.502_886;
+        assert!((mean - expected).abs() < 4.0 * error + 1e-5, "at {x}: {mean} ± {error}, expected {expected}");
+    }
+}
+
+/// GGX under a white sky reflects its directional albedo, here by quadrature of the formulas of glTF 2.0, appendix B, in double precision.
+#[test]
+fn ggx_albedo_by_quadrature() {
+    for (metallic, roughness, tilt) in
+        [(1.0, 0.32, 0.0), (1.0, 0.5, 1.0), (1.0, 1.0, 0.5), (0.0, 0.32, 1.3), (0.0, 0.7, 0.0), (0.5, 0.4, 0.8)]
+    {
+        let text = under_white_sky("quad", 0.5, 0.0, 1.0);
+        let mut scene = scene(&text);
+        scene.materials[0].brdf = Brdf::Ggx(Ggx { base_color: [0.6; 3], metallic: metallic as f32, roughness: roughness as f32 });
+        let (sine, cosine) = (f64::sin(tilt) as f32, f64::cos(tilt) as f32);
+        let (mean, error) = mean_radiance(&scene, 1, 1 << 17, |[x, y]| {
+            let target = v(0.1 * x, 0.0, 0.1 * y);
+            (target + 2.0 * v(sine, cosine, 0.0), -v(sine, cosine, 0.0))
+        });
+        let expected = ggx_albedo(0.6, metallic, roughness, tilt);
+        assert!((mean - expected).abs() < 4.0 * error + 2e-4, "{metallic} {roughness} {tilt}: {mean} ± {error}, expected {expected}");
+        assert!(error < 0.01 * expected && expected < 1.0);
+    }
+}
+
+/// ∫ ρ cos θ dω by the midpoint rule.
+fn ggx_albedo(base: f64, metallic: f64, roughness: f64, tilt: f64) -> f64 {
+    let (n_theta, n_phi) = (1500, 1500);
+    let view = [tilt.sin(), tilt.cos(), 0.0];
+    let alpha2 = roughness.powi(4);
+    let mut sum = 0.0;
+    for i in 0..n_theta {
+        let theta = (i as f64 + 0.5) / n_theta as f64 * PI / 2.0;
+        for j in 0..n_phi {
+            let phi = (j as f64 + 0.5) / n_phi as f64 * PI;
+            let light = [theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()];
+            let half: Vec<f64> = view.iter().zip(light).map(|(a, b)| a + b).collect();
+            let length = half.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let v_dot_h = half.iter().zip(view).map(|(h, v)| h * v).sum::<f64>() / length;
+            let (nh, nl, nv) = (half[1] / length, light[1], view[1]);
+            let distribution = alpha2 / (PI * (nh * nh * (alpha2 - 1.0) + 1.0).powi(2));
+            let lambda = |a: f64, b: f64| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
+            let visibility = 0.5 / (lambda(nl, nv) + lambda(nv, nl));
+            let f0 = 0.04 + (base - 0.04) * metallic;
+            let fresnel = f0 + (1.0 - f0) * (1.0 - v_dot_h).powi(5);
+            let brdf = (1.0 - fresnel) * base * (1.0 - metallic) / PI + fresnel * distribution * visibility;
+            sum += brdf * nl * theta.sin();
+        }
+    }
+    // Both halves of the circle.
+    sum * 2.0 * (PI / 2.0 / n_theta as f64) * (PI / n_phi as f64)
 }
 
 /// Two parallel unit squares at distance 1 exchange the share 0.19982 (Howell's catalogue C-11).

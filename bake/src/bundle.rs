@@ -1,11 +1,11 @@
 //! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
 
-use crate::brdf;
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::methods::transfer_images::{self, Settings, TileLog, Traced, held_out};
 use crate::scene_hash::scene_hash;
 use relume_formats::container::{self, Stored, replace_file};
+use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
 use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
@@ -140,7 +140,7 @@ fn bake_method(
     };
     let settings = Settings { size, samples, seed, bases };
     expect_memory(transfer_images::predicted_bytes(scene, &settings))?;
-    let basis = brdf::basis::build(bases, true)?;
+    let basis = transfer_images::basis_for(scene, bases)?;
     let log = open_log(unfinished, leftover, log_key(hash, &settings, &basis))?;
     let (images, traced) = transfer_images::bake(scene, &settings, &basis, &log, job)?;
     let errors = held_out::measure(scene, &settings, &basis, &images, job)?;
@@ -192,8 +192,12 @@ fn reusable_method(old: &Manifest, folder: &Path, hash: u128, wanted: &Wanted) -
 
 /// Everything that the tiles of a log depend on.
 fn log_key(hash: u128, settings: &Settings, basis: &BrdfBasis) -> u128 {
-    let lobes: &[u8] = bytemuck::cast_slice(&basis.lobes);
-    let text = format!("{hash:032x} {settings:?} {} {}", transfer_images::REVISION, content_hash(lobes));
+    let functions: &[f32] = match &basis.functions {
+        Functions::BlinnPhong { lobes } => lobes,
+        Functions::Ggx { weights, .. } => weights,
+    };
+    let functions = content_hash(bytemuck::cast_slice(functions));
+    let text = format!("{hash:032x} {settings:?} {} {functions}", transfer_images::REVISION);
     xxhash_rust::xxh3::xxh3_128(text.as_bytes())
 }
 
@@ -243,7 +247,12 @@ fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
     };
     for (index, material) in scene.materials.iter().enumerate() {
         let varies = scene.vary.materials.contains(&index);
-        stored.meta.materials.push(StoredMaterial { name: material.name.clone(), brdf: material.brdf, varies });
+        stored.meta.materials.push(StoredMaterial {
+            name: material.name.clone(),
+            brdf: material.brdf,
+            varies,
+            textured: material.texture.is_some(),
+        });
     }
     for object in &scene.objects {
         let first = stored.positions.len() as u32;

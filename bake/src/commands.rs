@@ -9,7 +9,7 @@ use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
-use relume_formats::state::{BlinnPhong, State};
+use relume_formats::state::{BlinnPhong, Brdf, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
@@ -129,7 +129,8 @@ fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
 /// Sums over many reflections need not converge if a material sends back more than it gets.
 fn warn_of_gain(scene: &Scene, reflections: u32) {
     for material in scene.materials.iter().filter(|_| reflections > MAX_REFLECTIONS) {
-        let BlinnPhong { kd, ks, shininess } = material.brdf;
+        // GGX never reflects more than it receives.
+        let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = material.brdf else { continue };
         let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
         if albedo > 1.0 {
             let name = &material.name;

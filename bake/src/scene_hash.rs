@@ -2,7 +2,8 @@
 //!
 //! Left out on purpose: parameters of materials that vary, animations, exposure, and names of objects and lights. Changing these re-traces nothing.
 
-use relume_scenes::{Emitter, Scene};
+use relume_formats::state::{BlinnPhong, Brdf, Ggx};
+use relume_scenes::{Cone, Emitter, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 /// xxh3-128 over the parts of `scene` that results depend on.
@@ -18,11 +19,13 @@ pub fn scene_hash(scene: &Scene) -> u128 {
         hash.number(class.map_or(0, |c| c as u64 + 1));
         match class {
             Some(_) => hash.text(&material.name),
-            None => {
-                hash.floats(&material.brdf.kd);
-                hash.floats(&material.brdf.ks);
-                hash.floats(&[material.brdf.shininess]);
-            }
+            None => hash.brdf(&material.brdf),
+        }
+        hash.number(material.brdf.model() as u64);
+        if let Some(texture) = &material.texture {
+            hash.floats(&[material.alpha_cutoff.unwrap_or(-1.0)]);
+            hash.text(&format!("{:?} {:?}", texture.size, texture.wrap));
+            hash.bytes(texture.texels.as_flattened());
         }
     }
     hash.number(scene.objects.len() as u64);
@@ -30,6 +33,7 @@ pub fn scene_hash(scene: &Scene) -> u128 {
         hash.number(object.material as u64);
         hash.floats(object.mesh.positions.as_flattened());
         hash.floats(object.mesh.normals.as_flattened());
+        hash.floats(object.mesh.uvs.as_flattened());
         hash.bytes(bytemuck::cast_slice(&object.mesh.triangles));
     }
     hash.number(scene.lights.len() as u64);
@@ -64,13 +68,38 @@ impl Hasher {
         self.bytes(bytemuck::cast_slice(values));
     }
 
+    fn brdf(&mut self, brdf: &Brdf) {
+        match brdf {
+            Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => self.vectors(&[kd, ks, &[*shininess]]),
+            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => self.vectors(&[base_color, &[*metallic, *roughness]]),
+        }
+    }
+
     fn emitter(&mut self, emitter: &Emitter) {
-        let (tag, vectors): (u64, [&[f32; 3]; 4]) = match emitter {
-            Emitter::Area { corner, edge_u, edge_v, radiance } => (1, [corner, edge_u, edge_v, radiance]),
-            Emitter::Point { position, intensity } => (2, [position, intensity, &[0.0; 3], &[0.0; 3]]),
-            Emitter::Directional { direction, irradiance } => (3, [direction, irradiance, &[0.0; 3], &[0.0; 3]]),
-        };
-        self.number(tag);
-        vectors.iter().for_each(|v| self.floats(*v));
+        match emitter {
+            Emitter::Area { corner, edge_u, edge_v, radiance } => self.vectors(&[corner, edge_u, edge_v, radiance]),
+            Emitter::Mesh { mesh, radiance } => {
+                self.vectors(&[mesh.positions.as_flattened(), radiance]);
+                self.bytes(bytemuck::cast_slice(&mesh.triangles));
+            }
+            Emitter::Point { position, intensity, cone } => {
+                self.vectors(&[position, intensity]);
+                if let Some(Cone { direction, cos_inner, cos_outer }) = cone {
+                    self.vectors(&[direction, &[*cos_inner, *cos_outer]]);
+                }
+            }
+            Emitter::Directional { direction, irradiance } => self.vectors(&[direction, irradiance]),
+        }
+        // What came before has no fixed length.
+        self.text(match emitter {
+            Emitter::Area { .. } => "area",
+            Emitter::Mesh { .. } => "mesh",
+            Emitter::Point { .. } => "point",
+            Emitter::Directional { .. } => "directional",
+        });
+    }
+
+    fn vectors(&mut self, vectors: &[&[f32]]) {
+        vectors.iter().for_each(|v| self.floats(v));
     }
 }

@@ -4,15 +4,10 @@ use glam::Vec3A;
 use relume_formats::state::BlinnPhong;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// cos δ between the half vector of two unit directions and the unit normal; 0 where there is no half vector.
-pub fn cos_half_angle(incoming: Vec3A, outgoing: Vec3A, normal: Vec3A) -> f32 {
-    (incoming + outgoing).normalize_or_zero().dot(normal).clamp(0.0, 1.0)
-}
-
-/// BRDF value at half angle δ, sr⁻¹.
-pub fn evaluate(material: &BlinnPhong, cos_delta: f32) -> Vec3A {
+/// BRDF value at half angle δ, sr⁻¹; `albedo` multiplies kd.
+pub fn evaluate(material: &BlinnPhong, albedo: Vec3A, cos_delta: f32) -> Vec3A {
     let glossy = (material.shininess + 2.0) / TAU * cos_delta.powf(material.shininess);
-    Vec3A::from(material.kd) * FRAC_1_PI + Vec3A::from(material.ks) * glossy
+    Vec3A::from(material.kd) * albedo * FRAC_1_PI + Vec3A::from(material.ks) * glossy
 }
 
 /// Share of light from straight above that the unit glossy lobe reflects: ∫ (s+2)/2π · cosˢδ · cos θ dω.

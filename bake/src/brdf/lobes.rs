@@ -5,7 +5,7 @@
 //! of the whole mixture the estimate is right for each.
 
 use glam::Vec3A;
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::{BlinnPhong, Brdf, Ggx};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// A mixture: the cosine lobe takes what the Blinn-Phong lobes leave of the chance.
@@ -16,7 +16,7 @@ pub struct LobeMixture {
 }
 
 impl LobeMixture {
-    /// For a surface whose material may become anything within the Blinn-Phong space.
+    /// For a surface whose material may become anything within the space that bases span.
     ///
     /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks for.
     pub fn for_any_material() -> Self {
@@ -24,10 +24,14 @@ impl LobeMixture {
     }
 
     /// For a surface that keeps its material. A share of cosine samples always stays, for it bounds every weight.
-    pub fn for_material(material: &BlinnPhong) -> Self {
-        let [kd, ks] = [material.kd, material.ks].map(|k| k.iter().sum::<f32>());
-        let chance = if ks > 0.0 { (ks / (kd + ks)).min(0.8) } else { 0.0 };
-        Self { glossy: if chance > 0.0 { vec![(chance, material.shininess)] } else { Vec::new() } }
+    pub fn for_material(material: &Brdf) -> Self {
+        let sum = |k: [f32; 3]| k.iter().sum::<f32>();
+        let (diffuse, glossy, exponent) = match material {
+            Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => (sum(*kd), sum(*ks), *shininess),
+            Brdf::Ggx(material) => (sum(material.diffuse()), sum(material.f0()), exponent_like(material)),
+        };
+        let chance = if glossy > 0.0 { (glossy / (diffuse + glossy)).min(0.8) } else { 0.0 };
+        Self { glossy: if chance > 0.0 { vec![(chance, exponent)] } else { Vec::new() } }
     }
 
     /// A direction with its density per steradian. It may point below the surface, where it carries nothing.
@@ -71,6 +75,12 @@ impl LobeMixture {
     }
 }
 
+/// The exponent of the Blinn-Phong lobe that is as wide as the material's near its peak: s = 2/α² − 2. Its tails are longer; the cosine lobe covers
+/// them.
+fn exponent_like(material: &Ggx) -> f32 {
+    (2.0 / material.roughness.powi(4) - 2.0).max(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,8 +88,9 @@ mod tests {
     /// χ² over cells of direction: counts of samples against the density integrated over each cell.
     #[test]
     fn samples_follow_the_density() {
-        let material = BlinnPhong { kd: [0.2; 3], ks: [0.6; 3], shininess: 20.0 };
-        for mixture in [LobeMixture::for_any_material(), LobeMixture::for_material(&material)] {
+        let phong = Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.6; 3], shininess: 20.0 });
+        let metal = Brdf::Ggx(Ggx { base_color: [0.9; 3], metallic: 1.0, roughness: 0.5 });
+        for mixture in [LobeMixture::for_any_material(), LobeMixture::for_material(&phong), LobeMixture::for_material(&metal)] {
             for tilt in [0.0f32, 0.7, 1.3] {
                 chi_squared(&mixture, Vec3A::new(tilt.sin(), tilt.cos(), 0.0));
             }

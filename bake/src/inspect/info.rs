@@ -6,7 +6,7 @@ use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::{BrdfBasis, Manifest, StoredScene};
-use relume_formats::state::{Animation, Camera, Rgb};
+use relume_formats::state::{Animation, Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
 use std::io::Read;
@@ -72,10 +72,12 @@ pub(super) enum Details {
     },
     BrdfBasis {
         bases: usize,
+        model: Model,
         nodes: usize,
-        shininess: [f32; 2],
+        /// First and last exponent or roughness.
+        range: [f32; 2],
         shared_diffuse: bool,
-        error_at_integers: BasisError,
+        error_at_samples: BasisError,
         error_between: BasisError,
     },
     TransferImages {
@@ -199,13 +201,14 @@ fn animation_details(animation: Animation) -> Details {
 }
 
 fn basis_details(basis: &BrdfBasis) -> Details {
-    let ends = [basis.shininess.first(), basis.shininess.last()].map(|s| s.copied().unwrap_or(f32::NAN));
+    let range = [basis.parameters.first(), basis.parameters.last()].map(|s| s.copied().unwrap_or(f32::NAN));
     Details::BrdfBasis {
         bases: basis.bases(),
-        nodes: basis.shininess.len(),
-        shininess: ends,
+        model: basis.functions.model(),
+        nodes: basis.parameters.len(),
+        range,
         shared_diffuse: basis.meta.shared_diffuse,
-        error_at_integers: basis.meta.error_at_integers,
+        error_at_samples: basis.meta.error_at_samples,
         error_between: basis.meta.error_between,
     }
 }
@@ -314,7 +317,7 @@ mod tests {
         let sum: u64 = files.iter().map(|f| f["totals"]["bytes_on_disk"].as_u64().unwrap()).sum();
         assert_eq!(value["totals"]["bytes_on_disk"], sum);
         let basis = &files[2]["details"];
-        assert_eq!((&basis["bases"], &basis["nodes"], &basis["error_at_integers"]["worst"]), (&3.into(), &3.into(), &0.002.into()));
+        assert_eq!((&basis["bases"], &basis["nodes"], &basis["error_at_samples"]["worst"]), (&3.into(), &3.into(), &0.002.into()));
         assert_eq!(info(folder.path(), true).unwrap(), info(folder.path(), true).unwrap());
     }
 
@@ -340,7 +343,7 @@ mod tests {
             "    settings  samples 16\n",
             "    errors    relative_l2_median 0.001250\n",
             "  animations  glow\n",
-            "  error       0.1000 % mean, 0.2000 % worst at s = 7 at integer exponents\n",
+            "  error       0.1000 % mean, 0.2000 % worst at 7 at the samples\n",
             "  varies      ../knot, floor\n",
             "  tracks      materials.../knot.kd (2 keys), materials.../knot.shininess (1 keys)\n",
         ] {

@@ -2,6 +2,7 @@
 
 use super::info::{BundleInfo, ClassInfo, Details, FileInfo, SectionRow, Totals, ratio};
 use relume_formats::kinds::brdf_basis::BasisError;
+use relume_formats::state::Model;
 
 /// Longer tables show this many rows and the sum of the others.
 const MOST_ROWS: usize = 12;
@@ -58,14 +59,14 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ("duration", format!("{duration_s} s{}", if *looping { ", repeated" } else { "" })),
             ("tracks", list(tracks.iter().map(|t| format!("{} ({} keys)", t.leaf, t.keys)))),
         ],
-        Details::BrdfBasis { bases, nodes, shininess: [first, last], shared_diffuse, error_at_integers, error_between } => vec![
-            ("model", "blinn-phong".to_owned()),
+        Details::BrdfBasis { bases, model, nodes, range: [first, last], shared_diffuse, error_at_samples, error_between } => vec![
+            ("model", model.name().to_owned()),
             (
                 "bases",
                 format!("{bases}, {}", if *shared_diffuse { "lobes use the diffuse one too" } else { "lobes leave the diffuse one alone" }),
             ),
-            ("exponents", format!("{nodes} from {first} to {last}")),
-            ("error", format!("{} at integer exponents", error(error_at_integers))),
+            (parameter(*model), format!("{nodes} nodes from {first} to {last}")),
+            ("error", format!("{} at the samples", error(error_at_samples))),
             ("", format!("{} between them", error(error_between))),
         ],
         Details::TransferImages { size, bases, chromaticity, samples, seed, rgb_images, single_channel_images, fragments, classes } => {
@@ -80,12 +81,20 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
     }
 }
 
+/// What the sharpness of a lobe is called.
+fn parameter(model: Model) -> &'static str {
+    match model {
+        Model::BlinnPhong => "exponent",
+        Model::Ggx => "roughness",
+    }
+}
+
 fn class(class: &ClassInfo) -> String {
     format!("{} {}", class.material.as_deref().unwrap_or("(fixed)"), grouped(class.fragments as u64))
 }
 
 fn error(error: &BasisError) -> String {
-    format!("{:.4} % mean, {:.4} % worst at s = {}", error.mean * 100.0, error.worst * 100.0, error.worst_shininess)
+    format!("{:.4} % mean, {:.4} % worst at {}", error.mean * 100.0, error.worst * 100.0, error.worst_at)
 }
 
 fn pixels(size: [u32; 2]) -> String {

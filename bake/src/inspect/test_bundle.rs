@@ -3,12 +3,12 @@
 use half::f16;
 use relume_formats::basis::lobe_table;
 use relume_formats::container::Stored;
-use relume_formats::kinds::brdf_basis::{BasisError, Meta as BasisMeta};
+use relume_formats::kinds::brdf_basis::{BasisError, Functions, Meta as BasisMeta};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry, VERSION};
 use relume_formats::kinds::scene::{Meta as SceneMeta, StoredMaterial, StoredObject};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta as ImagesMeta};
 use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
-use relume_formats::state::{Animation, BlinnPhong, Camera, Track, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Track, TrackValues};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -53,8 +53,9 @@ impl TestBundle {
 fn scene() -> StoredScene {
     let material = |name: &str, varies| StoredMaterial {
         name: name.to_owned(),
-        brdf: BlinnPhong { kd: [0.5, 0.25, 0.125], ks: [0.25; 3], shininess: 20.0 },
+        brdf: Brdf::BlinnPhong(BlinnPhong { kd: [0.5, 0.25, 0.125], ks: [0.25; 3], shininess: 20.0 }),
         varies,
+        textured: false,
     };
     let object = |name: &str, material, triangles| StoredObject { name: name.to_owned(), material, triangles };
     StoredScene {
@@ -82,14 +83,14 @@ fn animation() -> Animation {
 
 /// Two glossy lobes, x and x² of the table's abscissa: piecewise linear look-up of x is exact.
 fn basis() -> BrdfBasis {
-    let error = |mean| BasisError { mean, worst: 2.0 * mean, worst_shininess: 7.0 };
+    let error = |mean| BasisError { mean, worst: 2.0 * mean, worst_at: 7.0 };
     let abscissa = |i: usize| i as f32 / (lobe_table::NODES - 1) as f32;
     let lobe = |power: i32| (0..lobe_table::NODES).map(move |i| abscissa(i).powi(power));
     BrdfBasis {
-        meta: BasisMeta { shared_diffuse: true, error_at_integers: error(0.001), error_between: error(0.0015) },
-        shininess: vec![1.0, 50.5, 200.0],
+        meta: BasisMeta { shared_diffuse: true, error_at_samples: error(0.001), error_between: error(0.0015) },
+        parameters: vec![1.0, 50.5, 200.0],
         coefficients: vec![0.0, 1.0, 2.0, 0.5, -1.0, 4.0, 0.25, 8.0, -16.0],
-        lobes: lobe(1).chain(lobe(2)).collect(),
+        functions: Functions::BlinnPhong { lobes: lobe(1).chain(lobe(2)).collect() },
     }
 }
 

@@ -117,6 +117,9 @@ fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a Stor
     let mut materials = Vec::new();
     for name in &meta.materials {
         match scene.meta.materials.iter().find(|m| m.name == *name) {
+            Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
+                return refuse(format!("material `{name}` is of another model than the BRDF basis"));
+            }
             Some(material) if material.varies => materials.push(material),
             Some(_) => return refuse(format!("material `{name}` does not vary in the scene")),
             None => return refuse(format!("material `{name}` is not in the scene")),
@@ -140,7 +143,8 @@ fn verify_animation(animation: &Animation, materials: &[&StoredMaterial], scene:
         }
         for material in materials {
             if let Some(change) = state.materials.get(&material.name) {
-                material.brdf.with(change, &material.name, &place)?;
+                let brdf = material.brdf.with(change, &material.name, &place)?;
+                material.validate(&brdf, &place)?;
             }
         }
     }
@@ -263,7 +267,8 @@ mod tests {
 
     fn fewer_bases(bundle: &mut TestBundle) {
         bundle.basis.coefficients.truncate(6);
-        bundle.basis.lobes.truncate(relume_formats::basis::lobe_table::NODES);
+        bundle.basis.functions =
+            relume_formats::kinds::brdf_basis::Functions::BlinnPhong { lobes: vec![0.0; relume_formats::basis::lobe_table::NODES] };
     }
 
     #[test]

@@ -6,9 +6,10 @@
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
 use super::world::{Owner, Surface, World};
-use crate::brdf::blinn_phong::cos_half_angle;
+use crate::brdf::angles;
 use crate::brdf::lobes::LobeMixture;
 use glam::Vec3A;
+use relume_formats::basis::Angles;
 use relume_formats::state::Film;
 use relume_scenes::Scene;
 
@@ -30,6 +31,8 @@ pub enum GatherPath {
 pub struct EyeVertex {
     /// Index of its material.
     pub material: u32,
+    /// What its texture multiplies the diffuse colour with.
+    pub albedo: Vec3A,
     /// Light that arrives directly.
     pub direct: Reflections,
     /// Light that arrives by way of another surface.
@@ -40,11 +43,11 @@ pub struct EyeVertex {
 /// heuristic's weights (Veach 1997), so their sum is the estimate.
 pub type Reflections = [Option<Reflection>; 2];
 
-/// Light about to be reflected: times the BRDF at this half angle it is radiance.
+/// Light about to be reflected: times the BRDF at these angles it is radiance.
 #[derive(Debug, Clone, Copy)]
 pub struct Reflection {
-    /// cos δ between half vector and shading normal.
-    pub cos_delta: f32,
+    /// Between the directions and the shading normal.
+    pub angles: Angles,
     /// Radiance · cosine / density.
     pub light: Vec3A,
 }
@@ -54,8 +57,10 @@ pub struct Reflection {
 pub struct FirstVertex {
     /// Index of its material.
     pub material: u32,
-    /// cos δ at the surface that the eye sees.
-    pub eye_cos_delta: f32,
+    /// What its texture multiplies the diffuse colour with.
+    pub albedo: Vec3A,
+    /// At the surface that the eye sees.
+    pub eye_angles: Angles,
     /// Light that this surface reflects towards the one that the eye sees, times cosine / density there.
     pub reflections: Reflections,
 }
@@ -115,7 +120,7 @@ impl<'a> Gather<'a> {
             (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
             _ => None,
         };
-        EyeVertex { material, direct, indirect }
+        EyeVertex { material, albedo: surface.albedo, direct, indirect }
     }
 
     fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
@@ -126,7 +131,8 @@ impl<'a> Gather<'a> {
         let seen = Bounce::sample(first, mixture, choices[1], sample.pair(6)).and_then(|b| self.light_along(first, &b));
         let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
         let reflections = [sampled.map(carried), seen.map(carried)];
-        reflections.iter().any(Option::is_some).then_some(FirstVertex { material, eye_cos_delta: bounce.cos_delta, reflections })
+        let vertex = FirstVertex { material, albedo: first.albedo, eye_angles: bounce.angles, reflections };
+        reflections.iter().any(Option::is_some).then_some(vertex)
     }
 
     /// Light from a point chosen on a light.
@@ -134,8 +140,8 @@ impl<'a> Gather<'a> {
         let LightSample { direction, weight, density, .. } = self.lights.sample_visible(self.world, surface, choice, point)?;
         let normal = surface.shading_normal;
         let share = density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, direction)));
-        let cos_delta = cos_half_angle(direction, surface.outgoing, normal);
-        Some(Reflection { cos_delta, light: weight * (direction.dot(normal) * share) })
+        let angles = angles(direction, surface.outgoing, normal);
+        Some(Reflection { angles, light: weight * (direction.dot(normal) * share) })
     }
 
     /// Light that a bounce met, `hit` being the first surface in its way.
@@ -149,16 +155,20 @@ impl<'a> Gather<'a> {
         };
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
-        (light != Vec3A::ZERO).then_some(Reflection { cos_delta: bounce.cos_delta, light })
+        (light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
     }
 
     /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them and need no ray.
     fn light_along(&self, surface: &Surface, bounce: &Bounce) -> Option<Reflection> {
         let from = surface.offset();
+        if self.lights.have_meshes() {
+            let hit = self.world.intersect(from, bounce.direction);
+            return self.light_seen(surface, bounce, hit.as_ref());
+        }
         let (radiance, density, distance) = self.lights.along(from, bounce.direction)?;
         let light = radiance * (bounce.cosine / (bounce.density + density));
         let arrives = light != Vec3A::ZERO && !self.world.occluded(from, bounce.direction, distance);
-        arrives.then_some(Reflection { cos_delta: bounce.cos_delta, light })
+        arrives.then_some(Reflection { angles: bounce.angles, light })
     }
 }
 
@@ -170,7 +180,7 @@ struct Bounce {
     density: f32,
     /// With the shading normal.
     cosine: f32,
-    cos_delta: f32,
+    angles: Angles,
 }
 
 impl Bounce {
@@ -179,7 +189,7 @@ impl Bounce {
         let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
         let cosine = direction.dot(normal);
         let above = cosine > 0.0 && direction.dot(surface.geometric_normal) > 0.0;
-        above.then(|| Self { direction, density, cosine, cos_delta: cos_half_angle(direction, surface.outgoing, normal) })
+        above.then(|| Self { direction, density, cosine, angles: angles(direction, surface.outgoing, normal) })
     }
 
     fn weight(&self) -> f32 {

@@ -1,9 +1,10 @@
 //! All lights of a scene as one thing to sample: one light is chosen by its power, then a point or direction on it.
 
 use super::environment::EnvironmentLight;
+use super::light_mesh::LightMesh;
 use super::world::{Surface, World, rounding_of};
 use glam::Vec3A;
-use relume_scenes::{Emitter, Scene};
+use relume_scenes::{Cone, Emitter, Scene};
 use std::f32::consts::PI;
 
 /// The lights of a scene, prepared for sampling.
@@ -16,7 +17,8 @@ pub struct Lights {
 
 enum PreparedLight {
     Area { corner: Vec3A, edge_u: Vec3A, edge_v: Vec3A, normal: Vec3A, area: f32, rounding: f32, radiance: Vec3A },
-    Point { position: Vec3A, intensity: Vec3A },
+    Mesh { mesh: LightMesh, radiance: Vec3A },
+    Point { position: Vec3A, intensity: Vec3A, cone: Option<Cone> },
     Directional { towards: Vec3A, irradiance: Vec3A },
 }
 
@@ -31,6 +33,18 @@ pub struct LightSample {
     pub weight: Vec3A,
     /// Density per steradian; `None` for lights without extent, which no other sampling can find.
     pub density: Option<f32>,
+}
+
+impl LightSample {
+    /// Light from a point chosen evenly on a surface of `area` that emits `radiance` on the side of `normal`.
+    fn of_surface(from: Vec3A, point: Vec3A, normal: Vec3A, area: f32, radiance: Vec3A) -> Option<Self> {
+        let to = point - from;
+        let distance = to.length();
+        let direction = to / distance;
+        let cosine = -direction.dot(normal);
+        let density = distance * distance / (area * cosine);
+        (cosine > 0.0).then(|| Self { direction, distance, weight: radiance / density, density: Some(density) })
+    }
 }
 
 impl Lights {
@@ -83,7 +97,12 @@ impl Lights {
         self.sample(surface, choice, point).filter(|s| !world.occluded(surface.offset(), s.direction, s.distance))
     }
 
-    /// What shines from `direction` on the point `from` if nothing is in the way: radiance, the density per steradian with which
+    /// Whether any light is a mesh, of which [`Lights::along`] knows nothing.
+    pub fn have_meshes(&self) -> bool {
+        self.lights.iter().any(|light| matches!(light, PreparedLight::Mesh { .. }))
+    }
+
+    /// What shines from `direction` on the point `from` if nothing is in the way, meshes left out: radiance, the density per steradian with which
     /// [`Lights::sample`] chooses that direction, and how far away it is.
     pub fn along(&self, from: Vec3A, direction: Vec3A) -> Option<(Vec3A, f32, f32)> {
         let met =
@@ -95,10 +114,10 @@ impl Lights {
         })
     }
 
-    /// Radiance that the front of area light `index` emits.
+    /// Radiance that the front of area light or mesh `index` emits.
     pub fn emitted(&self, index: u32) -> Vec3A {
         match self.lights.get(index as usize) {
-            Some(PreparedLight::Area { radiance, .. }) => *radiance,
+            Some(PreparedLight::Area { radiance, .. } | PreparedLight::Mesh { radiance, .. }) => *radiance,
             _ => Vec3A::ZERO,
         }
     }
@@ -108,15 +127,15 @@ impl Lights {
         self.environment.as_ref().map_or(Vec3A::ZERO, |e| e.radiance(direction))
     }
 
-    /// Density per steradian with which [`Lights::sample`] at `from` chooses the point `hit` of area light `index`.
+    /// Density per steradian with which [`Lights::sample`] at `from` chooses the point `hit` of area light or mesh `index`.
     pub fn density_of_area(&self, index: u32, from: Vec3A, hit: &Surface) -> f32 {
-        match self.lights.get(index as usize) {
-            Some(PreparedLight::Area { area, .. }) => {
-                let distance_squared = from.distance_squared(hit.position);
-                self.chance(index as usize) * distance_squared / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
-            }
-            _ => 0.0,
-        }
+        let area = match self.lights.get(index as usize) {
+            Some(PreparedLight::Area { area, .. }) => *area,
+            Some(PreparedLight::Mesh { mesh, .. }) => mesh.area(),
+            _ => return 0.0,
+        };
+        let distance_squared = from.distance_squared(hit.position);
+        self.chance(index as usize) * distance_squared / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
     }
 
     /// Density per steradian with which [`Lights::sample`] chooses the background in `direction`.
@@ -131,16 +150,19 @@ impl Lights {
 
 impl PreparedLight {
     fn new(emitter: &Emitter) -> Self {
-        match *emitter {
+        match emitter {
+            Emitter::Mesh { mesh, radiance } => Self::Mesh { mesh: LightMesh::new(mesh), radiance: Vec3A::from(*radiance) },
             Emitter::Area { corner, edge_u, edge_v, radiance } => {
-                let [corner, edge_u, edge_v] = [corner, edge_u, edge_v].map(Vec3A::from);
+                let [corner, edge_u, edge_v, radiance] = [corner, edge_u, edge_v, radiance].map(|v| Vec3A::from(*v));
                 let cross = edge_u.cross(edge_v);
                 let rounding = rounding_of(&[corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v]);
-                Self::Area { corner, edge_u, edge_v, normal: cross.normalize(), area: cross.length(), rounding, radiance: radiance.into() }
+                Self::Area { corner, edge_u, edge_v, normal: cross.normalize(), area: cross.length(), rounding, radiance }
             }
-            Emitter::Point { position, intensity } => Self::Point { position: position.into(), intensity: intensity.into() },
+            Emitter::Point { position, intensity, cone } => {
+                Self::Point { position: Vec3A::from(*position), intensity: Vec3A::from(*intensity), cone: *cone }
+            }
             Emitter::Directional { direction, irradiance } => {
-                Self::Directional { towards: -Vec3A::from(direction), irradiance: irradiance.into() }
+                Self::Directional { towards: -Vec3A::from(*direction), irradiance: Vec3A::from(*irradiance) }
             }
         }
     }
@@ -148,7 +170,8 @@ impl PreparedLight {
     fn power(&self, cross_section: f32) -> f32 {
         match self {
             Self::Area { area, radiance, .. } => PI * area * radiance.max_element(),
-            Self::Point { intensity, .. } => 4.0 * PI * intensity.max_element(),
+            Self::Mesh { mesh, radiance } => PI * mesh.area() * radiance.max_element(),
+            Self::Point { intensity, cone, .. } => intensity.max_element() * cone.map_or(4.0 * PI, |c| solid_angle(&c)),
             Self::Directional { irradiance, .. } => cross_section * irradiance.max_element(),
         }
     }
@@ -174,22 +197,34 @@ impl PreparedLight {
     fn sample(&self, from: Vec3A, [u, v]: [f32; 2]) -> Option<LightSample> {
         match *self {
             Self::Area { corner, edge_u, edge_v, normal, area, rounding, radiance } => {
-                let to = corner + edge_u * u + edge_v * v + normal * rounding - from;
-                let distance = to.length();
-                let direction = to / distance;
-                let cosine = -direction.dot(normal);
-                let density = distance * distance / (area * cosine);
-                (cosine > 0.0).then(|| LightSample { direction, distance, weight: radiance / density, density: Some(density) })
+                let point = corner + edge_u * u + edge_v * v + normal * rounding;
+                LightSample::of_surface(from, point, normal, area, radiance)
             }
-            Self::Point { position, intensity } => {
+            Self::Mesh { ref mesh, radiance } => {
+                let (point, normal) = mesh.sample([u, v]);
+                LightSample::of_surface(from, point, normal, mesh.area(), radiance)
+            }
+            Self::Point { position, intensity, cone } => {
                 let to = position - from;
                 let distance = to.length();
-                let weight = intensity / (distance * distance);
-                (distance > 0.0).then(|| LightSample { direction: to / distance, distance, weight, density: None })
+                let direction = to / distance;
+                let weight = intensity * (cone.map_or(1.0, |c| falloff(&c, -direction)) / (distance * distance));
+                (distance > 0.0).then_some(LightSample { direction, distance, weight, density: None })
             }
             Self::Directional { towards, irradiance } => {
                 Some(LightSample { direction: towards, distance: f32::INFINITY, weight: irradiance, density: None })
             }
         }
     }
+}
+
+/// What of a spot light's intensity goes in the unit direction `away` from it.
+fn falloff(cone: &Cone, away: Vec3A) -> f32 {
+    let ramp = (away.dot(cone.direction.into()) - cone.cos_outer) / (cone.cos_inner - cone.cos_outer).max(f32::EPSILON);
+    ramp.clamp(0.0, 1.0).powi(2)
+}
+
+/// Solid angle that a spot light fills, the ramp counting a third: the integral of its square.
+fn solid_angle(cone: &Cone) -> f32 {
+    2.0 * PI * ((1.0 - cone.cos_inner) + (cone.cos_inner - cone.cos_outer) / 3.0)
 }

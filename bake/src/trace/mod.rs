@@ -1,7 +1,9 @@
 //! Rays, samples, lights, the path tracer that is our truth, and every gather.
 
+mod coating;
 pub mod environment;
 pub mod gather;
+mod light_mesh;
 pub mod lights;
 pub mod path;
 pub mod reference;

@@ -4,10 +4,10 @@
 use super::lights::Lights;
 use super::sampler::{PixelSampler, Sample};
 use super::world::{Owner, Surface, World};
-use crate::brdf::blinn_phong::{self, cos_half_angle};
+use crate::brdf;
 use crate::brdf::lobes::LobeMixture;
 use glam::Vec3A;
-use relume_formats::state::{BlinnPhong, Film};
+use relume_formats::state::{Brdf, Film};
 use relume_scenes::Scene;
 
 /// Dimension pairs that one reflection uses; pair 0 is the film's.
@@ -21,7 +21,7 @@ pub struct PathTracer<'a> {
     lights: &'a Lights,
     film: Film,
     width: u32,
-    materials: Vec<(BlinnPhong, LobeMixture)>,
+    materials: Vec<(Brdf, LobeMixture)>,
     max_reflections: u32,
     seed: u64,
 }
@@ -73,7 +73,7 @@ impl<'a> PathTracer<'a> {
         radiance
     }
 
-    fn material_of(&self, surface: &Surface) -> Option<&(BlinnPhong, LobeMixture)> {
+    fn material_of(&self, surface: &Surface) -> Option<&(Brdf, LobeMixture)> {
         match surface.owner {
             Owner::Material(index) => self.materials.get(index as usize),
             Owner::Light(_) => None,
@@ -93,13 +93,13 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that arrives straight from a light and is reflected.
-    fn direct(&self, surface: &Surface, (material, mixture): &(BlinnPhong, LobeMixture), sample: &Sample, first_pair: u32) -> Vec3A {
+    fn direct(&self, surface: &Surface, (material, mixture): &(Brdf, LobeMixture), sample: &Sample, first_pair: u32) -> Vec3A {
         let choice = sample.pair(first_pair)[0];
         let Some(light) = self.lights.sample_visible(self.world, surface, choice, sample.pair(first_pair + 1)) else {
             return Vec3A::ZERO;
         };
         let normal = surface.shading_normal;
-        let brdf = blinn_phong::evaluate(material, cos_half_angle(light.direction, surface.outgoing, normal));
+        let brdf = brdf::evaluate(material, surface.albedo, &brdf::angles(light.direction, surface.outgoing, normal));
         let share = light.density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, light.direction)));
         brdf * light.weight * (light.direction.dot(normal) * share)
     }
@@ -108,7 +108,7 @@ impl<'a> PathTracer<'a> {
     fn reflect(
         &self,
         surface: &Surface,
-        (material, mixture): &(BlinnPhong, LobeMixture),
+        (material, mixture): &(Brdf, LobeMixture),
         sample: &Sample,
         first_pair: u32,
     ) -> Option<(Vec3A, f32, Vec3A)> {
@@ -119,7 +119,7 @@ impl<'a> PathTracer<'a> {
         if cosine <= 0.0 || direction.dot(surface.geometric_normal) <= 0.0 {
             return None;
         }
-        let brdf = blinn_phong::evaluate(material, cos_half_angle(direction, surface.outgoing, normal));
+        let brdf = brdf::evaluate(material, surface.albedo, &brdf::angles(direction, surface.outgoing, normal));
         let factor = brdf * (cosine / density);
         (factor != Vec3A::ZERO).then_some((direction, density, factor))
     }

@@ -4,11 +4,12 @@ use super::gather::{Gather, GatherPath, Reflections};
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
-use crate::brdf::blinn_phong;
+use crate::brdf;
 use crate::job::{Interrupted, Job};
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
-use relume_formats::state::BlinnPhong;
+use relume_formats::basis::Angles;
+use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 
 /// Which paths a reference traces.
@@ -80,12 +81,12 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
         Paths::Best => scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect(),
         Paths::Gather => {
             let gather = Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed);
-            let states: Vec<Vec<BlinnPhong>> = scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
+            let states: Vec<Vec<Brdf>> = scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {
                 let mut sums = vec![PixelSums::default(); states.len()];
                 gather.pixel(pixel, settings.samples, |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
-                        sums.add(radiance_of(path, |material, c| blinn_phong::evaluate(&materials[material as usize], c)));
+                        sums.add(radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles)));
                     }
                 });
                 sums
@@ -95,19 +96,19 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
     }
 }
 
-/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, at a half angle, by its cosine.
-pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, f32) -> Vec3A) -> Vec3A {
-    let reflect = |material: u32, reflections: &Reflections| -> Vec3A {
-        reflections.iter().flatten().map(|r| r.light * brdf(material, r.cos_delta)).sum()
+/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a certain colour, at some angles.
+pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
+    let reflect = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
+        reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
     };
     match path {
         GatherPath::Light(radiance) => *radiance,
         GatherPath::Surface(eye) => {
             let indirect = eye.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
-                let light = reflect(first.material, &first.reflections);
-                light * brdf(eye.material, first.eye_cos_delta)
+                let light = reflect(first.material, first.albedo, &first.reflections);
+                light * brdf(eye.material, eye.albedo, &first.eye_angles)
             });
-            reflect(eye.material, &eye.direct) + indirect
+            reflect(eye.material, eye.albedo, &eye.direct) + indirect
         }
     }
 }

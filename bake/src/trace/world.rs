@@ -3,6 +3,7 @@
 //! Inside, lengths are scaled by a power of two so that the scene is some 2¹⁴ units large. That costs no rounding and makes every decision independent
 //! of the scene's scale; and obvhs passes over boxes that end within 10⁻⁴ units of a ray's origin, which must not be a length that matters.
 
+use super::coating::Coatings;
 use super::triangle::{ShearedRay, TriangleHit};
 use glam::{UVec2, Vec3A};
 use obvhs::aabb::Aabb;
@@ -10,7 +11,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams, traverse};
-use relume_scenes::{Emitter, Scene};
+use relume_scenes::{Emitter, Mesh, Scene};
 use std::cell::Cell;
 use std::time::Duration;
 
@@ -40,6 +41,7 @@ pub struct World {
     triangles: Vec<[Vec3A; 3]>,
     normals: Vec<[Vec3A; 3]>,
     owners: Vec<Owner>,
+    coatings: Coatings,
     /// Hierarchy units per metre: a power of two.
     units_per_metre: f32,
     /// Half the diagonal of the geometry's bounding box, metres.
@@ -57,6 +59,8 @@ pub struct Surface {
     pub shading_normal: Vec3A,
     /// Whose it is.
     pub owner: Owner,
+    /// What a texture multiplies the diffuse colour with; 1 without one.
+    pub albedo: Vec3A,
     /// True if the ray came from the front.
     pub front: bool,
     /// Unit direction to where the ray came from.
@@ -88,29 +92,28 @@ impl World {
     /// Builds the hierarchy.
     pub fn new(scene: &Scene) -> Self {
         let (mut triangles, mut normals, mut owners) = (Vec::new(), Vec::new(), Vec::new());
-        for object in &scene.objects {
-            let mesh = &object.mesh;
+        let mut add = |mesh: &Mesh, owner: Owner| {
             for corner in &mesh.triangles {
                 triangles.push(corner.map(|i| Vec3A::from(mesh.positions[i as usize])));
                 normals.push(corner.map(|i| Vec3A::from(mesh.normals[i as usize])));
-                owners.push(Owner::Material(object.material as u32));
+                owners.push(owner);
             }
+        };
+        for object in &scene.objects {
+            add(&object.mesh, Owner::Material(object.material as u32));
         }
         for (index, light) in scene.lights.iter().enumerate() {
-            if let Emitter::Area { corner, edge_u, edge_v, .. } = light.emitter {
-                let [p, u, v] = [corner, edge_u, edge_v].map(Vec3A::from);
-                let normal = u.cross(v).normalize();
-                for triangle in [[p, p + u, p + u + v], [p, p + u + v, p + v]] {
-                    triangles.push(triangle);
-                    normals.push([normal; 3]);
-                    owners.push(Owner::Light(index as u32));
-                }
+            let owner = Owner::Light(index as u32);
+            match &light.emitter {
+                Emitter::Mesh { mesh, .. } => add(mesh, owner),
+                Emitter::Area { corner, edge_u, edge_v, .. } => add(&parallelogram(*corner, *edge_u, *edge_v), owner),
+                Emitter::Point { .. } | Emitter::Directional { .. } => {}
             }
         }
-        Self::from_triangles(&triangles, &normals, &owners, Vec3A::from(scene.camera.position))
+        Self::from_triangles(&triangles, &normals, &owners, Coatings::new(scene), Vec3A::from(scene.camera.position))
     }
 
-    fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], eye: Vec3A) -> Self {
+    fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], coatings: Coatings, eye: Vec3A) -> Self {
         // What rounding errors are relative to.
         let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
         let bounds = Aabb::from_points(triangles.as_flattened());
@@ -126,6 +129,7 @@ impl World {
             triangles: order.clone().map(|i| triangles[i]).collect(),
             normals: order.clone().map(|i| normals[i]).collect(),
             owners: order.map(|i| owners[i]).collect(),
+            coatings: coatings.reordered(&hierarchy.primitive_indices),
             hierarchy,
             units_per_metre,
             radius,
@@ -136,6 +140,7 @@ impl World {
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
         RAYS.set(RAYS.get() + 1);
         let origin = origin * self.units_per_metre;
+        let direction = without_negative_zeros(direction);
         let mut ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
         let sheared = ShearedRay::new(origin, direction);
         let mut nearest: Option<(u32, TriangleHit)> = None;
@@ -145,7 +150,8 @@ impl World {
         let mut state = self.hierarchy.new_traversal(direction);
         let mut node;
         traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-            if let Some(hit) = sheared.intersect(&self.triangles[state.primitive_id as usize], ray.tmax) {
+            let met = sheared.intersect(&self.triangles[state.primitive_id as usize], ray.tmax);
+            if let Some(hit) = met.filter(|hit| self.is_solid(state.primitive_id, hit)) {
                 ray.tmax = hit.t;
                 nearest = Some((state.primitive_id, hit));
             }
@@ -161,18 +167,28 @@ impl World {
         }
         // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes up for it only at unit length.
         let (from, distance) = (from * self.units_per_metre, distance * self.units_per_metre);
+        let direction = without_negative_zeros(direction);
         let ray = Ray::new(from, direction, 0.0, distance);
         let sheared = ShearedRay::new(from, direction);
         let mut state = self.hierarchy.new_traversal(direction);
         let mut node;
         let mut blocked = false;
         traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-            if sheared.intersect(&self.triangles[state.primitive_id as usize], distance).is_some() {
+            let met = sheared.intersect(&self.triangles[state.primitive_id as usize], distance);
+            if met.is_some_and(|hit| self.is_solid(state.primitive_id, &hit)) {
                 blocked = true;
                 break;
             }
         });
         blocked
+    }
+
+    /// Whether a triangle has no hole where a ray meets it.
+    fn is_solid(&self, triangle: u32, hit: &TriangleHit) -> bool {
+        match self.owners[triangle as usize] {
+            Owner::Material(material) => self.coatings.is_solid(material, triangle, hit.barycentric),
+            Owner::Light(_) => true,
+        }
     }
 
     fn surface(&self, triangle: usize, [v, w]: [f32; 2], direction: Vec3A) -> Surface {
@@ -187,8 +203,25 @@ impl World {
         let metres_per_unit = 1.0 / self.units_per_metre;
         let position = (a * u + b * v + c * w) * metres_per_unit;
         let rounding = rounding_of(&[a, b, c]) * metres_per_unit;
-        Surface { position, geometric_normal, shading_normal, owner: self.owners[triangle], front, outgoing: -direction, rounding }
+        let owner = self.owners[triangle];
+        let albedo = match owner {
+            Owner::Material(material) => self.coatings.albedo(material, triangle as u32, [v, w]),
+            Owner::Light(_) => Vec3A::ONE,
+        };
+        Surface { position, geometric_normal, shading_normal, owner, albedo, front, outgoing: -direction, rounding }
     }
+}
+
+/// obvhs inverts −0 to a large negative number but takes it for positive where it orders boxes, and so passes over some.
+fn without_negative_zeros(direction: Vec3A) -> Vec3A {
+    direction + Vec3A::ZERO
+}
+
+fn parallelogram(corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3]) -> Mesh {
+    let [p, u, v] = [corner, edge_u, edge_v].map(Vec3A::from);
+    let positions = [p, p + u, p + u + v, p + v].map(|p| p.to_array()).to_vec();
+    let normals = vec![u.cross(v).normalize().to_array(); 4];
+    Mesh { positions, normals, uvs: Vec::new(), triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
 struct Padded {

@@ -4,12 +4,13 @@
 //! of its own. Every basis function is a known linear combination of the analytic samples, so it can be evaluated exactly at any half angle:
 //! that fills the fine tables, and the coarse grid serves for inner products only.
 
+use super::{dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
 use ndarray::{Array2, s};
 use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
-use relume_formats::basis::{brdf_grid, lobe_table};
-use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Meta};
+use relume_formats::basis::{Angles, brdf_grid, lobe_table};
+use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, Meta};
 use relume_formats::state::{SHININESS_MAX, SHININESS_MIN};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -54,15 +55,8 @@ fn glossy(s: f64, cos_delta: f64) -> f64 {
     (s + 2.0) / TAU * cos_delta.powf(s)
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are approximated with the diffuse basis too.
-///
-/// # Errors
-/// If LAPACK fails.
-pub fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
+/// See [`super::build`].
+pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
     let grid = Grid::new();
     let samples = Samples::new(&grid, shared_diffuse);
     let Svd { u, s, vt } = thin_svd(&samples.matrix)?;
@@ -74,11 +68,10 @@ pub fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgErro
     let on_grid = u.slice(s![.., ..glossy_bases]).to_owned();
     let shininess = coefficient_nodes();
     let coefficients = project(&grid, &on_grid, &shininess, shared_diffuse, rms);
-    let unknown = BasisError { mean: f64::NAN, worst: f64::NAN, worst_shininess: f64::NAN };
-    let meta = Meta { shared_diffuse, error_at_integers: unknown, error_between: unknown };
-    let mut basis = BrdfBasis { meta, shininess, coefficients, lobes };
+    let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
+    let mut basis = BrdfBasis { meta, parameters: shininess, coefficients, functions: Functions::BlinnPhong { lobes } };
     let integers: Vec<f32> = (SHININESS_MIN as usize..=SAMPLES).map(|s| s as f32).collect();
-    basis.meta.error_at_integers = measure(&basis, &grid, &integers);
+    basis.meta.error_at_samples = measure(&basis, &grid, &integers);
     // Nodes are dyadic fractions apart, so this offset meets none of them.
     let between: Vec<f32> = integers[..SAMPLES - 1].iter().map(|s| s + 0.371).collect();
     basis.meta.error_between = measure(&basis, &grid, &between);
@@ -162,12 +155,12 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
         .par_iter()
         .map(|c| {
             let mut out = vec![0.0; basis.bases()];
-            basis.evaluate(*c as f32, &mut out);
+            basis.evaluate(&at_half_angle(*c as f32), &mut out);
             out
         })
         .collect();
     let error = |s: &f32| {
-        let coefficients = basis.glossy_coefficients(*s);
+        let coefficients = basis.lobe_coefficients(0, *s);
         let (mut difference, mut norm) = (0.0, 0.0);
         for ((cos_delta, weight), value) in grid.cos_delta.iter().zip(&grid.weight).zip(&values) {
             let truth = glossy(f64::from(*s), *cos_delta);
@@ -177,16 +170,19 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
         }
         (difference / norm).sqrt()
     };
-    let errors: Vec<f64> = shininess.par_iter().map(error).collect();
-    let (worst, worst_shininess) =
-        errors.iter().zip(shininess).fold((0.0, 0.0), |w, (e, s)| if *e > w.0 { (*e, f64::from(*s)) } else { w });
-    BasisError { mean: errors.iter().sum::<f64>() / errors.len() as f64, worst, worst_shininess }
+    errors_of(shininess, error)
+}
+
+/// Blinn-Phong lobes depend on the half angle alone.
+fn at_half_angle(cos_half: f32) -> Angles {
+    Angles { cos_half, cos_difference: 1.0, cos_in: 1.0, cos_out: 1.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume_formats::state::BlinnPhong;
+    use glam::Vec3A;
+    use relume_formats::state::{BlinnPhong, Brdf};
 
     /// The figures of the thesis, under the metric that reproduces them, are ceilings.
     #[test]
@@ -195,7 +191,7 @@ mod tests {
             [(6, true, 0.0065, 0.050), (6, false, 0.0090, 0.068), (4, false, 0.048, 1.0), (9, true, 0.0007, 0.005)]
         {
             let meta = build(bases, shared).unwrap().meta;
-            for error in [meta.error_at_integers, meta.error_between] {
+            for error in [meta.error_at_samples, meta.error_between] {
                 assert!(error.mean <= mean && error.worst <= worst, "{bases} bases, shared {shared}: {error:?}");
             }
         }
@@ -208,12 +204,12 @@ mod tests {
         let mut values = vec![0.0; 16];
         for s in [1.0, 1.618, 5.5, 40.25, 180.7, 200.0] {
             let material = BlinnPhong { kd: [0.0, 0.3, 0.0], ks: [1.0, 0.7, 0.0], shininess: s };
-            let coefficients = basis.coefficients_of(&material);
+            let coefficients = basis.coefficients_of(&Brdf::BlinnPhong(material)).unwrap();
             let peak = glossy(f64::from(s), 1.0) as f32;
             for step in 0..=100 {
                 let cos_delta = step as f32 / 100.0;
-                basis.evaluate(cos_delta, &mut values);
-                let truth = crate::brdf::blinn_phong::evaluate(&material, cos_delta);
+                basis.evaluate(&at_half_angle(cos_delta), &mut values);
+                let truth = crate::brdf::blinn_phong::evaluate(&material, Vec3A::ONE, cos_delta);
                 for channel in 0..3 {
                     let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum();
                     // Powers that are no integers have a singular derivative at cos δ = 0, where integer powers follow them slowly.

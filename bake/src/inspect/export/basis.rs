@@ -5,23 +5,85 @@ use super::out::Out;
 use relume_formats::Result;
 use relume_formats::basis::brdf_grid::{self, NODES, PHI_NODES, THETA_NODES};
 use relume_formats::kinds::BrdfBasis;
-use serde_json::json;
+use relume_formats::kinds::brdf_basis::Functions;
+use serde_json::{Value, json};
 
-/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, 3], `coefficients.npy` [samples, bases], `exponents.npy` [nodes],
-/// `exponent_coefficients.npy` [nodes, bases], `brdf.json`.
+/// The samples that a basis was made from, and what a model's parameters are called.
+struct Samples {
+    model: &'static str,
+    formula: &'static str,
+    diffuse: &'static str,
+    /// Meaning of the columns of `parameters`.
+    columns: &'static [&'static str],
+    parameters: Vec<Vec<f32>>,
+    coefficients: Vec<Vec<f32>>,
+    meaning: &'static str,
+    /// Start of the names of the look-up table's files.
+    look_up: &'static str,
+    /// Parts of a lobe with coefficients of their own.
+    parts: usize,
+}
+
+/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, columns], `coefficients.npy` [samples, bases], the look-up table
+/// (`exponents.npy` [nodes] and `exponent_coefficients.npy` [nodes, bases], or `roughnesses.npy` [nodes] and `roughness_coefficients.npy`
+/// [nodes, 2, bases]), `brdf.json`.
 pub(super) fn export(basis: &BrdfBasis, out: &mut Out) -> Result<()> {
     let bases = basis.bases();
+    let samples = samples(basis);
     out.npy("basis.npy", &[bases, THETA_NODES, THETA_NODES, PHI_NODES], on_grid(basis))?;
-    let rows = || basis.shininess.iter().zip(basis.coefficients.chunks_exact(bases)).filter(|(s, _)| s.fract() == 0.0);
-    let samples = 1 + rows().count();
-    let glossy = rows().flat_map(|(s, _)| [0.0, 1.0, *s]);
-    out.npy("parameters.npy", &[samples, 3], [1.0f32, 0.0, 1.0].into_iter().chain(glossy))?;
-    let diffuse = (0..bases).map(|b| if b == 0 { 1.0 } else { 0.0 });
-    out.npy("coefficients.npy", &[samples, bases], diffuse.chain(rows().flat_map(|(_, row)| row.iter().copied())))?;
-    let nodes = basis.shininess.len();
-    out.npy("exponents.npy", &[nodes], basis.shininess.iter().copied())?;
-    out.npy("exponent_coefficients.npy", &[nodes, bases], basis.coefficients.iter().copied())?;
-    out.json("brdf.json", &metadata(basis, samples))
+    let rows = samples.parameters.len();
+    out.npy("parameters.npy", &[rows, samples.columns.len()], samples.parameters.iter().flatten().copied())?;
+    out.npy("coefficients.npy", &[rows, bases], samples.coefficients.iter().flatten().copied())?;
+    let (nodes, [parameters, coefficients]) = (basis.parameters.len(), look_up_files(&samples));
+    out.npy(&parameters, &[nodes], basis.parameters.iter().copied())?;
+    let shape = if samples.parts == 1 { vec![nodes, bases] } else { vec![nodes, samples.parts, bases] };
+    out.npy(&coefficients, &shape, basis.coefficients.iter().copied())?;
+    out.json("brdf.json", &metadata(basis, &samples))
+}
+
+fn look_up_files(samples: &Samples) -> [String; 2] {
+    let name = samples.look_up;
+    let plural = if name.ends_with('s') { "es" } else { "s" };
+    [format!("{name}{plural}.npy"), format!("{name}_coefficients.npy")]
+}
+
+fn samples(basis: &BrdfBasis) -> Samples {
+    let diffuse: Vec<f32> = (0..basis.bases()).map(|b| if b == 0 { 1.0 } else { 0.0 }).collect();
+    match &basis.functions {
+        Functions::BlinnPhong { .. } => {
+            let integers = || basis.parameters.iter().copied().filter(|s| s.fract() == 0.0);
+            Samples {
+                model: "blinn-phong",
+                formula: "rho = kd/pi + ks*(s+2)/(2*pi)*cos(delta)^s, delta between the half vector and the normal, in 1/sr",
+                diffuse: "1/pi",
+                columns: &["kd", "ks", "s"],
+                parameters: std::iter::once(vec![1.0, 0.0, 1.0]).chain(integers().map(|s| vec![0.0, 1.0, s])).collect(),
+                coefficients: std::iter::once(diffuse).chain(integers().map(|s| basis.lobe_coefficients(0, s))).collect(),
+                meaning: "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made \
+                          from; linear in kd and ks, interpolated linearly in s",
+                look_up: "exponent",
+                parts: 1,
+            }
+        }
+        Functions::Ggx { roughness, .. } => {
+            let parts = || roughness.iter().flat_map(|r| [(0, *r), (1, *r)]);
+            let row = |(part, r): (usize, f32)| if part == 0 { vec![0.0, 1.0, 0.0, r] } else { vec![0.0, 0.0, 1.0, r] };
+            Samples {
+                model: "ggx",
+                formula: "rho = d*(1-w)/pi + f0*D*V*(1-w) + D*V*w, w = (1 - v.h)^5, alpha = roughness^2, D Trowbridge-Reitz, V Smith's \
+                          height-correlated visibility, f0 = 0.04*(1-metallic) + base_color*metallic, \
+                          d = (1-f0)*(1-metallic)*base_color, in 1/sr",
+                diffuse: "(1-w)/pi",
+                columns: &["d", "f0", "w_part", "roughness"],
+                parameters: std::iter::once(vec![1.0, 0.0, 0.0, 1.0]).chain(parts().map(row)).collect(),
+                coefficients: std::iter::once(diffuse).chain(parts().map(|(part, r)| basis.lobe_coefficients(part, r))).collect(),
+                meaning: "row 0 is the diffuse sample, then for every sampled roughness D*V*(1-w) and D*V*w: the samples that the basis was made \
+                          from; a material is d times row 0, f0 times the former and the latter once, interpolated linearly in roughness",
+                look_up: "roughness",
+                parts: 2,
+            }
+        }
+    }
 }
 
 /// Row-major [bases, grid nodes].
@@ -30,7 +92,7 @@ fn on_grid(basis: &BrdfBasis) -> Vec<f32> {
     let mut values = vec![0.0; basis.bases()];
     for node in 0..NODES {
         let (i, o, p) = (node / (THETA_NODES * PHI_NODES), node / PHI_NODES % THETA_NODES, node % PHI_NODES);
-        basis.evaluate(brdf_grid::cos_half_angle(i, o, p) as f32, &mut values);
+        basis.evaluate(&brdf_grid::angles(i, o, p), &mut values);
         for (plane, value) in grid.chunks_exact_mut(NODES).zip(&values) {
             if let Some(cell) = plane.get_mut(node) {
                 *cell = *value;
@@ -40,16 +102,16 @@ fn on_grid(basis: &BrdfBasis) -> Vec<f32> {
     grid
 }
 
-fn metadata(basis: &BrdfBasis, samples: usize) -> serde_json::Value {
+fn metadata(basis: &BrdfBasis, samples: &Samples) -> Value {
     let theta: Vec<f64> = (0..THETA_NODES).map(brdf_grid::theta).collect();
     let phi: Vec<f64> = (0..PHI_NODES).map(brdf_grid::phi).collect();
     json!({
-        "model": "blinn-phong",
-        "formula": "rho = kd/pi + ks*(s+2)/(2*pi)*cos(delta)^s, delta between the half vector and the normal, in 1/sr",
+        "model": samples.model,
+        "formula": samples.formula,
         "basis": {
             "file": "basis.npy",
             "shape": [basis.bases(), THETA_NODES, THETA_NODES, PHI_NODES],
-            "meaning": "basis functions in 1/sr at (theta_i, theta_o, phi); basis 0 is 1/pi",
+            "meaning": format!("basis functions in 1/sr at (theta_i, theta_o, phi); basis 0 is {}", samples.diffuse),
         },
         "axes": [
             { "name": "theta_i", "unit": "rad", "values": theta },
@@ -58,23 +120,23 @@ fn metadata(basis: &BrdfBasis, samples: usize) -> serde_json::Value {
         ],
         "parameters": {
             "file": "parameters.npy",
-            "shape": [samples, 3],
-            "columns": ["kd", "ks", "s"],
-            "meaning": "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made from",
+            "shape": [samples.parameters.len(), samples.columns.len()],
+            "columns": samples.columns,
+            "meaning": samples.meaning,
         },
         "coefficients": {
             "file": "coefficients.npy",
-            "shape": [samples, basis.bases()],
-            "meaning": "sample = sum over bases of coefficient * basis; linear in kd and ks, interpolated linearly in s",
+            "shape": [samples.coefficients.len(), basis.bases()],
+            "meaning": "sample = sum over bases of coefficient * basis",
         },
         "look_up": {
-            "files": ["exponents.npy", "exponent_coefficients.npy"],
-            "meaning": "coefficients of the unit glossy lobe at more exponents: what the player interpolates in",
+            "files": look_up_files(samples),
+            "meaning": "coefficients of the unit lobe at more exponents or roughnesses: what the player interpolates in",
         },
         "shared_diffuse": basis.meta.shared_diffuse,
         "errors": {
-            "metric": "relative L2 of a sample over the angle grid",
-            "at_integer_exponents": basis.meta.error_at_integers,
+            "metric": "relative L2 of a lobe over directions",
+            "at_samples": basis.meta.error_at_samples,
             "between_them": basis.meta.error_between,
         },
     })

@@ -5,7 +5,7 @@ use super::ply::PlyMesh;
 use super::stored::{self, MaterialFile};
 use relume_formats::Result;
 use relume_formats::state::{Camera, Rgb};
-use relume_scenes::{Emitter, Environment, Scene};
+use relume_scenes::{Cone, Emitter, Environment, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -53,9 +53,32 @@ struct LightFile<'a> {
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 enum EmitterFile {
-    Area { corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3], radiance: Rgb },
-    Point { position: [f32; 3], intensity: Rgb },
-    Directional { direction: [f32; 3], irradiance: Rgb },
+    Area {
+        corner: [f32; 3],
+        edge_u: [f32; 3],
+        edge_v: [f32; 3],
+        radiance: Rgb,
+    },
+    /// Emits on the front; `triangles` of its own mesh.
+    Mesh {
+        triangles: usize,
+        radiance: Rgb,
+    },
+    Point {
+        position: [f32; 3],
+        intensity: Rgb,
+    },
+    Spot {
+        position: [f32; 3],
+        intensity: Rgb,
+        direction: [f32; 3],
+        cos_inner: f32,
+        cos_outer: f32,
+    },
+    Directional {
+        direction: [f32; 3],
+        irradiance: Rgb,
+    },
 }
 
 #[derive(Serialize)]
@@ -93,8 +116,10 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
 fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: Option<EnvironmentFile>) -> SceneFile<'a> {
     let vary = &scene.vary;
     let varying = vary.materials.iter().filter_map(|index| scene.materials.get(*index)).map(|m| m.name.as_str()).collect();
-    let materials =
-        (0..).zip(&scene.materials).map(|(index, m)| MaterialFile::new(&m.name, m.brdf, vary.materials.contains(&index))).collect();
+    let materials = (0..)
+        .zip(&scene.materials)
+        .map(|(index, m)| MaterialFile::new(&m.name, m.brdf, m.texture.is_some(), vary.materials.contains(&index)))
+        .collect();
     SceneFile {
         name: &scene.name,
         size: scene.size,
@@ -104,16 +129,20 @@ fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: O
         camera: scene.camera,
         materials,
         objects,
-        lights: scene.lights.iter().map(|l| LightFile { name: &l.name, emitter: emitter(l.emitter) }).collect(),
+        lights: scene.lights.iter().map(|l| LightFile { name: &l.name, emitter: emitter(&l.emitter) }).collect(),
         environment,
         warnings: &scene.warnings,
     }
 }
 
-fn emitter(emitter: Emitter) -> EmitterFile {
-    match emitter {
+fn emitter(emitter: &Emitter) -> EmitterFile {
+    match *emitter {
         Emitter::Area { corner, edge_u, edge_v, radiance } => EmitterFile::Area { corner, edge_u, edge_v, radiance },
-        Emitter::Point { position, intensity } => EmitterFile::Point { position, intensity },
+        Emitter::Mesh { ref mesh, radiance } => EmitterFile::Mesh { triangles: mesh.triangles.len(), radiance },
+        Emitter::Point { position, intensity, cone: None } => EmitterFile::Point { position, intensity },
+        Emitter::Point { position, intensity, cone: Some(Cone { direction, cos_inner, cos_outer }) } => {
+            EmitterFile::Spot { position, intensity, direction, cos_inner, cos_outer }
+        }
         Emitter::Directional { direction, irradiance } => EmitterFile::Directional { direction, irradiance },
     }
 }

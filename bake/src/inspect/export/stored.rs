@@ -5,7 +5,7 @@ use super::ply::PlyMesh;
 use relume_formats::Result;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::Meta;
-use relume_formats::state::{Animation, BlinnPhong, Camera, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx, TrackValues};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ pub(super) fn scene(scene: &StoredScene, out: &mut Out) -> Result<()> {
     };
     out.bytes("mesh.ply", &mesh.encode())?;
     out.json("camera.json", &CameraFile { camera: meta.camera, size: meta.size })?;
-    let materials: Vec<_> = meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.varies)).collect();
+    let materials: Vec<_> = meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.textured, m.varies)).collect();
     out.json("materials.json", &materials)?;
     out.json("scene.json", &json!({ "name": meta.name, "mesh": "mesh.ply", "objects": objects(meta) }))
 }
@@ -33,13 +33,25 @@ pub(super) struct MaterialFile<'a> {
     name: &'a str,
     brdf: &'static str,
     #[serde(flatten)]
-    parameters: BlinnPhong,
+    parameters: Parameters,
+    textured: bool,
     varies: bool,
 }
 
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Parameters {
+    BlinnPhong(BlinnPhong),
+    Ggx(Ggx),
+}
+
 impl<'a> MaterialFile<'a> {
-    pub fn new(name: &'a str, parameters: BlinnPhong, varies: bool) -> Self {
-        Self { name, brdf: "blinn-phong", parameters, varies }
+    pub fn new(name: &'a str, brdf: Brdf, textured: bool, varies: bool) -> Self {
+        let parameters = match brdf {
+            Brdf::BlinnPhong(parameters) => Parameters::BlinnPhong(parameters),
+            Brdf::Ggx(parameters) => Parameters::Ggx(parameters),
+        };
+        Self { name, brdf: brdf.model().name(), parameters, textured, varies }
     }
 }
 

@@ -5,7 +5,7 @@ use super::*;
 use crate::exr_file::read_exr;
 use relume_formats::basis::brdf_grid::{NODES, cos_half_angle};
 use relume_formats::evaluate::transfer_images::evaluate;
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::{BlinnPhong, Brdf};
 use relume_scenes::{Emitter, Environment, EnvironmentMap, Light, Material, Mesh, Object, Scene, Vary};
 use serde_json::Value;
 use std::sync::Arc;
@@ -151,11 +151,11 @@ fn recombine(out: &Path, on_bases: &[Vec<[f32; 3]>]) -> Vec<[f32; 3]> {
 fn arrays_and_metadata_are_enough_to_make_the_image() {
     let (bundle, _folder, out, _) = exported();
     let materials = [
-        BlinnPhong { kd: [0.1, 0.5, 0.9], ks: [0.2, 0.3, 0.1], shininess: 25.5 },
-        BlinnPhong { kd: [0.0, 0.7, 0.2], ks: [0.9, 0.1, 0.3], shininess: 125.0 },
+        Brdf::BlinnPhong(BlinnPhong { kd: [0.1, 0.5, 0.9], ks: [0.2, 0.3, 0.1], shininess: 25.5 }),
+        Brdf::BlinnPhong(BlinnPhong { kd: [0.0, 0.7, 0.2], ks: [0.9, 0.1, 0.3], shininess: 125.0 }),
     ];
-    let on_bases: Vec<_> = materials.iter().map(|m| bundle.basis.coefficients_of(m)).collect();
-    let expected = evaluate(&bundle.images, &bundle.basis, &materials);
+    let on_bases: Vec<_> = materials.iter().map(|m| bundle.basis.coefficients_of(m).unwrap()).collect();
+    let expected = evaluate(&bundle.images, &on_bases);
     let film = recombine(&out.join("transfer-images"), &on_bases);
     assert_eq!(film.len(), expected.len());
     for (a, b) in film.iter().flatten().zip(expected.iter().flatten()) {
@@ -243,11 +243,11 @@ fn names_cannot_leave_the_folder() {
 #[test]
 fn a_scene_is_exported_as_loaded() {
     let stored = TestBundle::new().scene;
-    let mesh = Arc::new(Mesh { positions: stored.positions, normals: stored.normals, triangles: stored.triangles });
+    let mesh = Arc::new(Mesh { positions: stored.positions, normals: stored.normals, uvs: Vec::new(), triangles: stored.triangles });
     let texels: Vec<[f32; 3]> = (0..8).map(|i| [i as f32, 0.5, 1e4 / (1 + i) as f32]).collect();
     let (edge_u, edge_v) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     let area = Emitter::Area { corner: [0.0, 2.0, 0.0], edge_u, edge_v, radiance: [10.0, 9.0, 8.0] };
-    let point = Emitter::Point { position: [1.0; 3], intensity: [2.5; 3] };
+    let point = Emitter::Point { position: [1.0; 3], intensity: [2.5; 3], cone: None };
     let scene = Scene {
         name: "loaded".to_owned(),
         file: PathBuf::from("scene.toml"),
@@ -256,7 +256,12 @@ fn a_scene_is_exported_as_loaded() {
         max_error: 0.01,
         vary: Vary { materials: vec![1], ..Vary::default() },
         camera: stored.meta.camera,
-        materials: stored.meta.materials.iter().map(|m| Material { name: m.name.clone(), brdf: m.brdf }).collect(),
+        materials: stored
+            .meta
+            .materials
+            .iter()
+            .map(|m| Material { name: m.name.clone(), brdf: m.brdf, texture: None, alpha_cutoff: None })
+            .collect(),
         objects: ["ring", "ring/2"].map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone() }).to_vec(),
         lights: [("lamp", area), ("bulb", point)].map(|(name, emitter)| Light { name: name.to_owned(), emitter }).to_vec(),
         environment: Some(Environment {

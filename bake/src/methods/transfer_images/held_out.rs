@@ -3,21 +3,22 @@
 //! As the paths are the same, noise cancels and what is left is the error of bases and storage. Pixels that show a light or the background are
 //! left out: nothing there depends on bases, and one lamp in view can outshine, and so hide, the errors of a whole room.
 
-use super::Settings;
-use crate::brdf::{basis, blinn_phong};
+use super::{Settings, basis_for};
+use crate::brdf;
 use crate::error::Result;
 use crate::job::{Interrupted, Job};
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
 use crate::trace::reference::radiance_of;
-use crate::trace::sampler::PixelSampler;
+use crate::trace::sampler::{PixelSampler, Sample};
 use crate::trace::world::World;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
+use relume_formats::basis::Angles;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{BlinnPhong, Rgb, SHININESS_MAX};
+use relume_formats::state::{BlinnPhong, Brdf, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX};
 use relume_scenes::Scene;
 
 /// Number of held-out states.
@@ -36,23 +37,40 @@ pub struct HeldOutErrors {
     pub worst: f64,
 }
 
-/// Parameters of `materials` materials in held-out state number `state`: colours of any hue, diffuse and glossy in any proportion, exponents
-/// evenly spread over octaves, which is how artists perceive them.
-pub fn random_state(state: u32, materials: usize) -> Vec<BlinnPhong> {
+/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and glossy in any proportion, or dielectrics,
+/// metals and what is between in equal numbers; exponents and roughnesses evenly spread over octaves, which is how artists perceive them.
+pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
-    let material = |index: usize| {
-        let sample = sampler.sample(index as u32);
-        let [share, exponent] = sample.pair(0);
-        let [kr, kg] = sample.pair(1);
-        let [kb, sr] = sample.pair(2);
-        let [sg, sb] = sample.pair(3);
-        BlinnPhong {
-            kd: [kr, kg, kb].map(|k| k * share),
-            ks: [sr, sg, sb].map(|k| k * (1.0 - share)),
-            shininess: SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX),
+    let material = |(index, material): (u32, &usize)| {
+        let material = &scene.materials[*material];
+        let sample = sampler.sample(index);
+        match material.brdf.model() {
+            Model::BlinnPhong => random_blinn_phong(&sample),
+            Model::Ggx => random_ggx(&sample, material.texture.is_some()),
         }
     };
-    (0..materials).map(material).collect()
+    (0..).zip(&scene.vary.materials).map(material).collect()
+}
+
+fn random_blinn_phong(sample: &Sample) -> Brdf {
+    let [share, exponent] = sample.pair(0);
+    let [kr, kg] = sample.pair(1);
+    let [kb, sr] = sample.pair(2);
+    let [sg, sb] = sample.pair(3);
+    Brdf::BlinnPhong(BlinnPhong {
+        kd: [kr, kg, kb].map(|k| k * share),
+        ks: [sr, sg, sb].map(|k| k * (1.0 - share)),
+        shininess: SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX),
+    })
+}
+
+fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
+    let [metal, octave] = sample.pair(0);
+    let [r, g] = sample.pair(1);
+    let [b, _] = sample.pair(2);
+    // A third each of dielectrics and metals, the rest evenly between.
+    let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
+    Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0) })
 }
 
 /// Measures `baked` at one pixel in 16.
@@ -63,8 +81,9 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
-    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene.vary.materials.len())).collect();
-    let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, basis, materials)).collect();
+    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
+    let on_bases = |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
+    let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
     let pixels = one_pixel_in(4, settings.size);
@@ -91,11 +110,11 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
 pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, job: &Job) -> Result<usize> {
-    let basis = basis::build(*CHOICE.end(), true)?;
+    let basis = basis_for(scene, *CHOICE.end())?;
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
-    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene.vary.materials.len())).collect();
+    let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
     // A smaller basis is the beginning of a larger one.
     let coefficients: Vec<Vec<Option<Vec<Rgb>>>> = states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
@@ -141,46 +160,49 @@ fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<f64> {
 }
 
 /// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the background.
-fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<BlinnPhong>]) -> Option<Vec<DVec3>> {
+fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Brdf>]) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
     let mut shows_light = false;
     gather.pixel(pixel, samples, |path| {
         shows_light |= matches!(path, GatherPath::Light(_));
         for (sum, materials) in sums.iter_mut().zip(states) {
-            *sum += radiance_of(path, |material, c| blinn_phong::evaluate(&materials[material as usize], c)).as_dvec3();
+            *sum += radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles)).as_dvec3();
         }
     });
     (!shows_light).then(|| sums.into_iter().map(|sum| sum / f64::from(samples)).collect())
 }
 
 /// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed materials stay analytic.
-fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[BlinnPhong], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
-    let analytic = |material: u32, cos_delta: f32| blinn_phong::evaluate(&materials[material as usize], cos_delta);
-    let approximate = |bases: usize, material: u32, cos_delta: f32| match &coefficients[material as usize] {
-        None => analytic(material, cos_delta),
+fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[Brdf], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
+    let analytic = |material: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[material as usize], albedo, angles);
+    let approximate = |bases: usize, material: u32, albedo: Vec3A, angles: &Angles| match &coefficients[material as usize] {
+        None => analytic(material, albedo, angles),
         Some(coefficients) => {
             let mut values = [0.0; MAX_BASES];
-            basis.evaluate(cos_delta, &mut values[..basis.bases()]);
-            coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v).sum()
+            basis.evaluate(angles, &mut values[..basis.bases()]);
+            let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
+            // The texture acts on the diffuse basis only.
+            terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
         }
     };
     let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
-        let sum: DVec3 = paths.iter().map(|path| radiance_of(path, |m, c| approximate(bases, m, c)).as_dvec3()).sum();
+        let sum: DVec3 =
+            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| approximate(bases, m, albedo, angles)).as_dvec3()).sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
     };
     CHOICE.map(squares).collect()
 }
 
 /// For every material: its coefficients if it varies.
-fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[BlinnPhong]) -> Vec<Option<Vec<Rgb>>> {
-    let of = |(index, material)| scene.vary.materials.contains(&index).then(|| basis.coefficients_of(material));
+fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
+    let of = |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
 }
 
 /// Every material's parameters with the varying ones replaced.
-fn all_materials(scene: &Scene, varying: &[BlinnPhong]) -> Vec<BlinnPhong> {
-    let mut all: Vec<BlinnPhong> = scene.materials.iter().map(|m| m.brdf).collect();
+fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
+    let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
     for (index, material) in scene.vary.materials.iter().zip(varying) {
         all[*index] = *material;
     }

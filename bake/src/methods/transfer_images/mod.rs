@@ -1,7 +1,8 @@
 //! Method `transfer-images` (thesis §4.1): light and view stay, materials of whole objects vary.
 //!
 //! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Compress: halves with a range per image,
-//! [`pack`]. What it cannot do: exponents outside 1..=200, more than two reflections, lights or views that vary.
+//! [`pack`]. What it cannot do: exponents above 200 or roughness below 0.32, more than two
+//! reflections, lights or views that vary.
 
 pub mod held_out;
 mod pack;
@@ -10,6 +11,7 @@ mod tiles;
 
 pub use tiles::TileLog;
 
+use crate::brdf;
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::trace::gather::{Gather, MAX_REFLECTIONS};
@@ -22,7 +24,7 @@ use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS, Meta, TransferImages};
-use relume_formats::state::{BlinnPhong, Rgb};
+use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::{Emitter, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -31,7 +33,7 @@ use tiles::{Tile, TileFragment};
 /// Name of the method.
 pub const NAME: &str = "transfer-images";
 /// Changes whenever the same scene and settings give other bytes than before.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
 
@@ -73,18 +75,42 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.vary.materials.len() > MAX_MATERIALS {
         return refuse(format!("[vary] names {} materials, {NAME} serves at most {MAX_MATERIALS}", scene.vary.materials.len()));
     }
+    let varying = || scene.vary.materials.iter().map(|index| &scene.materials[*index]);
+    if let Some(other) = varying().find(|m| m.brdf.model() != model(scene)) {
+        let (first, name) = (&scene.materials[scene.vary.materials[0]], &other.name);
+        return refuse(format!(
+            "[vary] names materials of two models, `{}` of \"{}\" and `{name}` of \"{}\", but one bake has bases for one; give both the same brdf",
+            first.name,
+            first.brdf.model().name(),
+            other.brdf.model().name()
+        ));
+    }
     if scene.reflections > MAX_REFLECTIONS {
         return refuse(format!("[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; set 2 or 1", scene.reflections));
     }
     Ok(())
 }
 
+/// The model of the materials that vary, all the same in a scene that fits.
+pub fn model(scene: &Scene) -> Model {
+    scene.vary.materials.first().map_or(Model::BlinnPhong, |index| scene.materials[*index].brdf.model())
+}
+
+/// A basis for the materials of `scene` that vary. The diffuse basis carries the texture of textured ones, so highlights may not use it then.
+///
+/// # Errors
+/// If LAPACK fails.
+pub fn basis_for(scene: &Scene, bases: usize) -> Result<BrdfBasis> {
+    let textured = scene.vary.materials.iter().any(|index| scene.materials[*index].texture.is_some());
+    Ok(brdf::basis::build(model(scene), bases, !textured)?)
+}
+
 /// The one colour of all light in `scene`, its largest channel 1; `None` if colours differ.
 pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
-    let colours = scene.lights.iter().map(|light| match light.emitter {
-        Emitter::Area { radiance, .. } => radiance,
-        Emitter::Point { intensity, .. } => intensity,
-        Emitter::Directional { irradiance, .. } => irradiance,
+    let colours = scene.lights.iter().map(|light| match &light.emitter {
+        Emitter::Area { radiance, .. } | Emitter::Mesh { radiance, .. } => *radiance,
+        Emitter::Point { intensity, .. } => *intensity,
+        Emitter::Directional { irradiance, .. } => *irradiance,
     });
     let environment = scene.environment.iter().flat_map(|e| {
         let gain = e.gain;
@@ -149,7 +175,7 @@ pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &TileLog
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
-    let materials: Vec<BlinnPhong> = scene.materials.iter().map(|m| m.brdf).collect();
+    let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
     let projector = Projector::new(basis, &layout, &materials, &scene.vary.materials, grey_channel(chromaticity));
 
     let [columns, rows] = settings.size.map(|n| n.div_ceil(TILE));

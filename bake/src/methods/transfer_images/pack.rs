@@ -121,10 +121,11 @@ fn scale_for(largest: f32) -> f32 {
     if largest > 0.0 { largest.log2().ceil().exp2() / LARGEST_HALF } else { 0.0 }
 }
 
-/// Mean square of each basis' coefficient over the exponents: how much a basis counts in a typical material.
+/// Mean square of each basis' coefficient over the lobes: how much a basis counts in a typical material.
 fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
-    let (bases, nodes) = (basis.bases(), basis.shininess.len() as f64);
+    let (bases, nodes) = (basis.bases(), basis.parameters.len() as f64);
     let mut weights = vec![0.0; bases];
+    // All parts of a lobe count alike.
     for row in basis.coefficients.chunks_exact(bases) {
         weights.iter_mut().zip(row).for_each(|(w, c)| *w += f64::from(*c).powi(2) / nodes);
     }

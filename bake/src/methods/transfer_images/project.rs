@@ -1,12 +1,13 @@
 //! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with every basis (thesis eq. 4-26, 4-27).
 
-use crate::brdf::blinn_phong;
+use crate::brdf;
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
 use glam::Vec3A;
+use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::transfer_images::{FirstReflection, Layout};
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::Brdf;
 
 /// How paths of one scene fall into the slots of a layout.
 pub struct Projector<'a> {
@@ -23,7 +24,7 @@ pub struct Projector<'a> {
 #[derive(Debug, Clone, Copy)]
 enum Reflector {
     Editable(usize),
-    Fixed(BlinnPhong),
+    Fixed(Brdf),
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,7 +45,7 @@ pub struct PixelRecords {
 impl<'a> Projector<'a> {
     /// Prepares the projection. `editable` lists the materials that vary in order of their class; `grey_channel` is the largest of the
     /// light's chromaticity.
-    pub fn new(basis: &'a BrdfBasis, layout: &'a Layout, materials: &[BlinnPhong], editable: &[usize], grey_channel: usize) -> Self {
+    pub fn new(basis: &'a BrdfBasis, layout: &'a Layout, materials: &[Brdf], editable: &[usize], grey_channel: usize) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
         let materials = materials.iter().enumerate().map(|(i, m)| class(i).map_or(Reflector::Fixed(*m), Reflector::Editable)).collect();
         let mut channels = vec![Channels::default(); layout.bases * layout.firsts()];
@@ -82,19 +83,19 @@ impl<'a> Projector<'a> {
     fn add_editable(&self, eye: &EyeVertex, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
         for direct in eye.direct.iter().flatten() {
-            self.add_slots(sums, FirstReflection::None, direct.light, &self.values(direct.cos_delta));
+            self.add_slots(sums, FirstReflection::None, direct.light, eye.albedo, &self.values(&direct.angles));
         }
         if let Some(first) = &eye.indirect {
-            let at_eye = self.values(first.eye_cos_delta);
-            self.each_first(first, |reflection, light| self.add_slots(sums, reflection, light, &at_eye));
+            let at_eye = self.values(&first.eye_angles);
+            self.each_first(first, |reflection, light| self.add_slots(sums, reflection, light, eye.albedo, &at_eye));
         }
     }
 
-    fn add_fixed(&self, eye: &EyeVertex, material: &BlinnPhong, (count, sums): &mut (u32, Vec<f32>)) {
+    fn add_fixed(&self, eye: &EyeVertex, material: &Brdf, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
-        add_rgb(sums, 0, reflect(&eye.direct, material));
+        add_rgb(sums, 0, reflect(&eye.direct, eye.albedo, material));
         if let Some(first) = &eye.indirect {
-            let at_eye = blinn_phong::evaluate(material, first.eye_cos_delta);
+            let at_eye = brdf::evaluate(material, eye.albedo, &first.eye_angles);
             self.each_first(first, |reflection, light| add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye));
         }
     }
@@ -102,13 +103,14 @@ impl<'a> Projector<'a> {
     /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
     fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
         match self.materials[first.material as usize] {
-            Reflector::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, &material)),
+            Reflector::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, first.albedo, &material)),
             Reflector::Editable(material) => {
                 let mut sums = [Vec3A::ZERO; MAX_BASES];
-                for Reflection { cos_delta, light } in first.reflections.iter().flatten() {
-                    let values = self.values(*cos_delta);
+                for Reflection { angles, light } in first.reflections.iter().flatten() {
+                    let values = self.values(angles);
                     sums.iter_mut().zip(&values[..self.layout.bases]).for_each(|(sum, value)| *sum += *light * *value);
                 }
+                sums[0] *= first.albedo;
                 for (basis, light) in sums[..self.layout.bases].iter().enumerate() {
                     each(FirstReflection::Editable { material, basis }, *light);
                 }
@@ -116,12 +118,14 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Adds `light`, weighed with every eye basis, to the slots of one first reflection.
-    fn add_slots(&self, sums: &mut [f32], first: FirstReflection, light: Vec3A, at_eye: &Values) {
+    /// Adds `light`, weighed with every eye basis, to the slots of one first reflection. The eye's `albedo` acts on the diffuse basis, whose slots are
+    /// all RGB.
+    fn add_slots(&self, sums: &mut [f32], first: FirstReflection, light: Vec3A, albedo: Vec3A, at_eye: &Values) {
         let (firsts, first) = (self.layout.firsts(), self.layout.first_index(first));
         for (eye_basis, value) in at_eye[..self.layout.bases].iter().enumerate() {
             let channels = self.channels[eye_basis * firsts + first];
             if channels.rgb {
+                let light = if eye_basis == 0 { light * albedo } else { light };
                 add_rgb(sums, channels.start, light * *value);
             } else {
                 sums[channels.start] += light[self.grey_channel] * value;
@@ -129,9 +133,9 @@ impl<'a> Projector<'a> {
         }
     }
 
-    fn values(&self, cos_delta: f32) -> Values {
+    fn values(&self, angles: &Angles) -> Values {
         let mut values = [0.0; MAX_BASES];
-        self.basis.evaluate(cos_delta, &mut values[..self.layout.bases]);
+        self.basis.evaluate(angles, &mut values[..self.layout.bases]);
         values
     }
 }
@@ -149,8 +153,8 @@ impl PixelRecords {
     }
 }
 
-fn reflect(reflections: &Reflections, material: &BlinnPhong) -> Vec3A {
-    reflections.iter().flatten().map(|r| r.light * blinn_phong::evaluate(material, r.cos_delta)).sum()
+fn reflect(reflections: &Reflections, albedo: Vec3A, material: &Brdf) -> Vec3A {
+    reflections.iter().flatten().map(|r| r.light * brdf::evaluate(material, albedo, &r.angles)).sum()
 }
 
 fn add_rgb(sums: &mut [f32], start: usize, light: Vec3A) {

@@ -1,0 +1,36 @@
+//! Linear bases of the spaces of BRDF models, by PCA (thesis §4.1.2).
+
+mod blinn_phong;
+mod ggx;
+
+use ndarray_linalg::error::LinalgError;
+use rayon::prelude::*;
+use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis};
+use relume_formats::state::Model;
+
+/// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are approximated with the diffuse basis too.
+///
+/// # Errors
+/// If LAPACK fails.
+pub fn build(model: Model, bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
+    match model {
+        Model::BlinnPhong => blinn_phong::build(bases, shared_diffuse),
+        Model::Ggx => ggx::build(bases, shared_diffuse),
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn unmeasured() -> BasisError {
+    BasisError { mean: f64::NAN, worst: f64::NAN, worst_at: f64::NAN }
+}
+
+/// Mean and worst of `error` over `parameters`.
+fn errors_of(parameters: &[f32], error: impl Fn(&f32) -> f64 + Send + Sync) -> BasisError {
+    let errors: Vec<f64> = parameters.par_iter().map(error).collect();
+    let worse = |w: (f64, f64), (e, at): (&f64, &f32)| if *e > w.0 { (*e, f64::from(*at)) } else { w };
+    let (worst, worst_at) = errors.iter().zip(parameters).fold((0.0, 0.0), worse);
+    BasisError { mean: errors.iter().sum::<f64>() / errors.len() as f64, worst, worst_at }
+}

@@ -207,7 +207,7 @@ fn textures_multiply_the_diffuse_colour() {
     }
 }
 
-/// GGX under a white sky reflects its directional albedo, here by quadrature of the formulas of glTF 2.0, appendix B, in double precision.
+/// GGX under a white sky reflects its directional albedo, here by quadrature in double precision: glTF 2.0, appendix B, with Smith's height-correlated visibility.
 #[test]
 fn ggx_albedo_by_quadrature() {
     for (metallic, roughness, tilt) in

@@ -85,7 +85,9 @@ fn environments() -> Outcome {
 fn library() -> Outcome {
     for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../library"))? {
         let entry = entry?;
-        seed("scene_toml", &entry.file_name().to_string_lossy(), std::fs::read(entry.path().join("scene.toml"))?)?;
+        if entry.file_type()?.is_dir() {
+            seed("scene_toml", &entry.file_name().to_string_lossy(), std::fs::read(entry.path().join("scene.toml"))?)?;
+        }
     }
     Ok(())
 }

@@ -3,15 +3,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use relume_scenes_fuzz::Stage;
+use relume_scenes_fuzz::{MATERIAL, QUAD, Stage};
 use std::sync::LazyLock;
 
-static STAGE: LazyLock<Stage> = LazyLock::new(|| {
-    Stage::new(
-        "texture",
-        "[materials.a]\nkd = [0.5, 0.5, 0.5]\ntexture = \"paint.png\"\n[[object]]\nname = \"a\"\nmaterial = \"a\"\nshape = \"quad\"\n",
-    )
-});
+static STAGE: LazyLock<Stage> = LazyLock::new(|| Stage::new("texture", &format!("{MATERIAL}texture = \"paint.png\"\n{QUAD}")));
 
 fuzz_target!(|data: &[u8]| {
     STAGE.write("paint.png", data);

@@ -6,6 +6,12 @@ use std::path::{Path, PathBuf};
 /// Camera and film of every scene.
 const VIEW: &str = "[render]\nsize = [8, 8]\n[camera]\nposition = [0.0, 1.0, 4.0]\ntarget = [0.0, 1.0, 0.0]\nfov_deg = 40.0\n";
 
+/// A material for whatever needs one.
+pub const MATERIAL: &str = "[materials.a]\nbrdf = \"blinn-phong\"\nkd = [0.5, 0.5, 0.5]\nks = [0.0, 0.0, 0.0]\nshininess = 10.0\n";
+
+/// An object that wears it.
+pub const QUAD: &str = "[[object]]\nname = \"quad\"\nmaterial = \"a\"\nshape = \"quad\"\n";
+
 /// A folder with a `scene.toml`, in memory where the system has a file system there.
 pub struct Stage(PathBuf);
 
@@ -23,7 +29,12 @@ impl Stage {
 
     /// A scene of one object, whose file is `mesh`.
     pub fn of_mesh(name: &str, mesh: &str) -> Self {
-        Self::new(name, &format!("[materials.a]\nkd = [0.5, 0.5, 0.5]\n[[object]]\nname = \"a\"\nmaterial = \"a\"\nfile = \"{mesh}\"\n"))
+        Self::new(name, &format!("{MATERIAL}[[object]]\nname = \"a\"\nmaterial = \"a\"\nfile = \"{mesh}\"\n"))
+    }
+
+    /// A scene lit by the environment map `map`.
+    pub fn of_environment(name: &str, map: &str) -> Self {
+        Self::new(name, &format!("{MATERIAL}{QUAD}[environment]\nfile = \"{map}\"\n"))
     }
 
     /// Puts a file beside the scene.
@@ -31,11 +42,17 @@ impl Stage {
         std::fs::write(self.0.join(name), content).expect("a temporary file");
     }
 
-    /// Loads the scene: a sound one, or an error of one line.
-    pub fn load(&self) {
+    /// Loads the scene: a sound one, or an error of one line. Returns the error, if any.
+    pub fn load(&self) -> Option<String> {
         match load(&self.0.join("scene.toml")) {
-            Ok(scene) => check(&scene),
-            Err(error) => assert!(!error.to_string().contains('\n'), "`{error}`"),
+            Ok(scene) => {
+                check(&scene);
+                None
+            }
+            Err(error) => {
+                assert!(!error.to_string().contains('\n'), "`{error}`");
+                Some(error.to_string())
+            }
         }
     }
 }

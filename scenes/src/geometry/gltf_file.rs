@@ -6,7 +6,8 @@ use super::gltf_primitives::{Tally, UvSource, part};
 use crate::library::read_bytes;
 use crate::suggest::unknown_name;
 use glam::{DAffine3, DMat4, Mat4};
-use gltf::{Document, Gltf, Node};
+use gltf::json::validation::Checked;
+use gltf::{Document, Gltf, Node, Semantic};
 use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
 
@@ -26,9 +27,9 @@ impl GltfFile {
     /// Opens the file at `path`.
     pub fn open(path: &Path) -> Result<Self> {
         let place = Place::file(path);
-        let gltf = Gltf::from_slice(&read_bytes(path)?).map_err(|e| parse_error(&e, &place))?;
-        let buffers = Buffers::load(&gltf.document, gltf.blob, path)?;
-        Ok(Self { path: path.to_path_buf(), document: gltf.document, buffers })
+        let (document, blob) = parse(&read_bytes(path)?, &place)?;
+        let buffers = Buffers::load(&document, blob, path)?;
+        Ok(Self { path: path.to_path_buf(), document, buffers })
     }
 
     /// The nodes of the default scene, or of the subtree of the node called `node`.
@@ -102,6 +103,19 @@ impl GltfFile {
             (None, None) => Err(Error::invalid(place, "has neither a buffer view nor a uri; export the file again")),
         }
     }
+}
+
+/// The validated structure and the binary part. The crate's validation looks into the accessor of positions before it checks that there is one.
+fn parse(bytes: &[u8], place: &Place) -> Result<(Document, Option<Vec<u8>>)> {
+    let gltf = Gltf::from_slice_without_validation(bytes).map_err(|e| parse_error(&e, place))?;
+    let json = gltf.document.into_json();
+    let attributes = json.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.attributes);
+    let mut positions = attributes.filter_map(|attributes| attributes.get(&Checked::Valid(Semantic::Positions)));
+    if let Some(stray) = positions.find(|index| index.value() >= json.accessors.len()) {
+        let reason = format!("not valid glTF (POSITION is accessor {}, of {}); export it again", stray.value(), json.accessors.len());
+        return Err(Error::invalid(place, reason));
+    }
+    Ok((Document::from_json(json).map_err(|e| parse_error(&e, place))?, gltf.blob))
 }
 
 fn parse_error(error: &gltf::Error, place: &Place) -> Error {

@@ -51,7 +51,7 @@ pub(crate) fn read_materials(
     let materials: Vec<_> = wanted.map(|(name, m)| Ok((name.clone(), reader.material(&name, &m)?))).collect::<Result<_>>()?;
     let (place, of) = (Place::file(&file.path), materials.len());
     warnings.extend(reader.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} materials have {what}")));
-    let strange: Vec<&str> = file.document.extensions_used().filter(|name| !USED_EXTENSIONS.contains(name)).collect();
+    let strange: Vec<String> = file.document.extensions_used().filter(|name| !USED_EXTENSIONS.contains(name)).map(tidy_name).collect();
     if !strange.is_empty() {
         warnings.push(format!("{place}: the file uses {}, which is ignored", strange.join(", ")));
     }

@@ -11,8 +11,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Largest map, in texels: 16384 × 8192.
-const MAX_TEXELS: u64 = 1 << 27;
+/// Largest map, in texels: 8192 × 4096. While it is read there are two copies of 12 bytes each, and a file of a few bytes may claim to be so large.
+const MAX_TEXELS: u64 = 1 << 25;
 
 /// What an infinite texel becomes: the largest half float, whose overflow it was.
 const LARGEST_HALF: f32 = 65_504.0;
@@ -58,7 +58,7 @@ fn mend(texels: &mut [Rgb]) -> usize {
 
 fn check_size(width: u64, height: u64, place: &Place) -> Result<()> {
     if width == 0 || height == 0 || width.saturating_mul(height) > MAX_TEXELS {
-        return Err(Error::invalid(place, format!("{width}×{height} texels, expected 1 to {MAX_TEXELS} in all")));
+        return Err(Error::invalid(place, format!("{width}×{height} texels, expected 1 to {MAX_TEXELS} in all; scale it down")));
     }
     Ok(())
 }

@@ -4,7 +4,8 @@ SCENE ?= cornell-knot
 ANIMATION ?= polish
 BAKE = target/release/bake
 PLAYER = target/release/player
-.PHONY: help setup build assets bake play demo test lint
+SECONDS ?= 600
+.PHONY: help setup build assets bake play demo test fuzz lint
 
 help:   ## list the targets
 	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -17,16 +18,31 @@ assets:  ## fetch the pinned third-party assets
 bake: build  ## bake SCENE=<name> into baked/<name>
 	@if grep -qs '"assets/' scenes/library/$(SCENE)/scene.toml; then sh scenes/fetch-assets.sh; fi
 	$(BAKE) run $(SCENE)
-play: build  ## play SCENE=<name> [ANIMATION=<name>] to frames and a contact sheet in baked/
-	$(PLAYER) baked/$(SCENE) --headless --animation $(ANIMATION) --fps 12 --frames 'baked/frames/$(SCENE)-$(ANIMATION)/%04d.png' --contact-sheet baked/frames/$(SCENE)-$(ANIMATION).png
-	@echo "look at baked/frames/$(SCENE)-$(ANIMATION).png; single frames are in baked/frames/$(SCENE)-$(ANIMATION)"
-demo: build  ## bake a small scene and play its animations to pictures in demo/
+play: build  ## play SCENE=<name> [ANIMATION=<name>] in a window, or without a display to frames and a contact sheet in baked/
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+	    $(PLAYER) baked/$(SCENE) $(if $(filter file,$(origin ANIMATION)),,--animation $(ANIMATION)); \
+	else \
+	    $(PLAYER) baked/$(SCENE) --headless --animation $(ANIMATION) --fps 12 --frames 'baked/frames/$(SCENE)-$(ANIMATION)/%04d.png' --contact-sheet baked/frames/$(SCENE)-$(ANIMATION).png && \
+	    echo "look at baked/frames/$(SCENE)-$(ANIMATION).png; single frames are in baked/frames/$(SCENE)-$(ANIMATION)"; \
+	fi
+demo: build  ## bake a small scene and play its animations in a window, or without a display to pictures in demo/
 	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot
-	$(PLAYER) demo/cornell-knot --headless --animation polish --fps 12 --frames 'demo/polish/%04d.png' --contact-sheet demo/polish.png
-	$(PLAYER) demo/cornell-knot --headless --animation repaint --fps 12 --frames 'demo/repaint/%04d.png' --contact-sheet demo/repaint.png
-	@echo "look at demo/polish.png and demo/repaint.png; single frames are in demo/polish and demo/repaint"
-test: build  ## run every test; a missing GPU adapter is a failure
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+	    $(PLAYER) demo/cornell-knot --animation polish; \
+	else \
+	    $(PLAYER) demo/cornell-knot --headless --animation polish --fps 12 --frames 'demo/polish/%04d.png' --contact-sheet demo/polish.png && \
+	    $(PLAYER) demo/cornell-knot --headless --animation repaint --fps 12 --frames 'demo/repaint/%04d.png' --contact-sheet demo/repaint.png && \
+	    echo "no display, so look at demo/polish.png and demo/repaint.png; single frames are in demo/polish and demo/repaint"; \
+	fi
+test: build  ## run every test, compile the fuzz targets; a missing GPU adapter is a failure
+	cargo check --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
+	cargo check --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace
+fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and cargo-fuzz
+	cargo run -q --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
+	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
+	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
+	    cargo +nightly fuzz run --fuzz-dir $$dir $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
 lint: setup  ## formatting and lints, warnings are errors
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings

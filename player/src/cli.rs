@@ -6,6 +6,9 @@ use std::path::PathBuf;
 
 /// Plays a bundle that `bake run` wrote: light transport computed beforehand, materials free to change.
 ///
+/// Opens a window in which materials are edited and animations played; its panel and its bottom line tell how. With --headless it writes
+/// frames to files instead.
+///
 /// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
 /// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, clamped and sRGB-encoded.
 ///
@@ -19,7 +22,7 @@ pub struct Cli {
     /// Method to play [default: the one the bundle prefers]
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
-    /// Animation to play: the name of one in the bundle, or a file that ends in .toml
+    /// Animation to play, a window offers the others too: the name of one in the bundle, or a file that ends in .toml
     #[arg(long, value_name = "NAME|FILE")]
     pub animation: Option<String>,
     /// State to start from: what differs from the scene's defaults
@@ -40,7 +43,7 @@ pub struct Cli {
     /// Read at most N bytes a second
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub rate: Option<u64>,
-    /// Render to files, without a window
+    /// Render to files, without a window: --frames, --exr, --contact-sheet or --stats say which
     #[arg(long)]
     pub headless: bool,
     /// Write PNG frames; the number of the frame replaces %d or %04d
@@ -55,7 +58,7 @@ pub struct Cli {
     /// Number of frames [default: the whole animation once, or 1 without an animation]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub count: Option<u32>,
-    /// Write timings and sizes as JSON
+    /// Write timings and sizes as JSON; with a window, when it is closed
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
     /// Write up to 12 evenly spaced frames as one PNG

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use relume_formats::kinds::scene;
-use relume_formats::state::{Animation, BlinnPhong, Camera, State, Varies};
+use relume_formats::state::{Animation, Brdf, Camera, State, Varies};
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ pub struct PlacedAnimation {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     /// Parameters of every material, by name.
-    pub materials: BTreeMap<String, BlinnPhong>,
+    pub materials: BTreeMap<String, Brdf>,
     /// Exposure: the display shows 2^ev times the radiance.
     pub exposure_ev: f32,
 }
@@ -37,36 +37,25 @@ pub struct Look {
 #[derive(Debug)]
 pub struct Controls {
     base: Look,
-    camera: Camera,
+    scene: scene::Meta,
     animation: Option<PlacedAnimation>,
+    others: Vec<PlacedAnimation>,
 }
 
 impl Controls {
-    /// Controls for the scene `meta`.
+    /// Controls for the scene `meta`: the animation to play on top of `state`, and `others` that may be chosen instead.
     ///
     /// # Errors
-    /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal range.
-    pub fn new(meta: &scene::Meta, state: &PlacedState, animation: Option<PlacedAnimation>) -> Result<Self> {
+    /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal range. The other animations
+    /// must be legal on top of the scene's defaults.
+    pub fn new(meta: &scene::Meta, state: &PlacedState, animation: Option<PlacedAnimation>, others: Vec<PlacedAnimation>) -> Result<Self> {
         let varies = Varies { materials: meta.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect() };
         state.state.expect_only(&varies, &state.place)?;
-        let defaults =
-            Look { materials: meta.materials.iter().map(|m| (m.name.clone(), m.brdf)).collect(), exposure_ev: meta.camera.exposure_ev };
-        let base = defaults.with(&state.state, &meta.camera, &state.place)?;
-        let controls = Self { base, camera: meta.camera, animation };
-        controls.check_keys(&varies)?;
-        Ok(controls)
-    }
-
-    /// If the states at all keys are legal, so is everything between.
-    fn check_keys(&self, varies: &Varies<'_>) -> Result<()> {
-        let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(()) };
-        for time_s in animation.key_times_s() {
-            let place = place.part(format!("at {time_s} s"));
-            let state = sample(animation, time_s, &place)?;
-            state.expect_only(varies, &place)?;
-            self.base.with(&state, &self.camera, &place)?;
-        }
-        Ok(())
+        let defaults = Look::default_of(meta);
+        let base = defaults.with(&state.state, meta, &state.place)?;
+        animation.iter().try_for_each(|animation| check_keys(animation, &base, meta, &varies))?;
+        others.iter().try_for_each(|animation| check_keys(animation, &defaults, meta, &varies))?;
+        Ok(Self { base, scene: meta.clone(), animation, others })
     }
 
     /// The look at `time_s`. A looping animation starts again after its end, any other is held.
@@ -74,7 +63,22 @@ impl Controls {
         let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(self.base.clone()) };
         let duration_s = f64::from(animation.duration_s);
         let time_s = if animation.looping { time_s.rem_euclid(duration_s) } else { time_s };
-        self.base.with(&sample(animation, time_s as f32, place)?, &self.camera, place)
+        self.base.with(&sample(animation, time_s as f32, place)?, &self.scene, place)
+    }
+
+    /// The look without any animation.
+    pub fn base(&self) -> &Look {
+        &self.base
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &scene::Meta {
+        &self.scene
+    }
+
+    /// The animation to play, if any, and those that may be chosen instead.
+    pub fn animations(&self) -> (Option<&Animation>, impl Iterator<Item = &Animation>) {
+        (self.animation.as_ref().map(|placed| &placed.animation), self.others.iter().map(|placed| &placed.animation))
     }
 
     /// How many frames play the animation once, or 1 if there is none.
@@ -83,20 +87,38 @@ impl Controls {
     }
 }
 
+/// If the states at all keys are legal, so is everything between.
+fn check_keys(placed: &PlacedAnimation, base: &Look, scene: &scene::Meta, varies: &Varies<'_>) -> Result<()> {
+    for time_s in placed.animation.key_times_s() {
+        let place = placed.place.part(format!("at {time_s} s"));
+        let state = sample(&placed.animation, time_s, &place)?;
+        state.expect_only(varies, &place)?;
+        base.with(&state, scene, &place)?;
+    }
+    Ok(())
+}
+
 fn sample(animation: &Animation, time_s: f32, place: &Place) -> Result<State> {
     animation.sample(time_s).map_err(|reason| Error::Format(FormatError::invalid(place, reason)))
 }
 
 impl Look {
-    fn with(&self, state: &State, camera: &Camera, place: &Place) -> Result<Self> {
+    /// How the scene file has it.
+    pub fn default_of(scene: &scene::Meta) -> Self {
+        let materials = scene.materials.iter().map(|material| (material.name.clone(), material.brdf)).collect();
+        Self { materials, exposure_ev: scene.camera.exposure_ev }
+    }
+
+    fn with(&self, state: &State, scene: &scene::Meta, place: &Place) -> Result<Self> {
         let mut look = self.clone();
-        for (name, change) in &state.materials {
-            if let Some(material) = look.materials.get_mut(name) {
-                *material = material.with(change, name, place)?;
+        for material in &scene.materials {
+            if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
+                *brdf = brdf.with(change, &material.name, place)?;
+                material.validate(brdf, place)?;
             }
         }
         if let Some(change) = &state.camera {
-            let camera = Camera { exposure_ev: self.exposure_ev, ..*camera };
+            let camera = Camera { exposure_ev: self.exposure_ev, ..scene.camera };
             look.exposure_ev = camera.with(change, place)?.exposure_ev;
         }
         Ok(look)
@@ -107,6 +129,7 @@ impl Look {
 mod tests {
     use super::*;
     use crate::support;
+    use relume_formats::state::BlinnPhong;
 
     fn controls(state: &str, animation: Option<&str>) -> Result<Controls> {
         let place = Place::file("state.toml");
@@ -116,7 +139,7 @@ mod tests {
             None => None,
             Some(text) => Some(PlacedAnimation { animation: Animation::parse("wave", text, &place)?, place }),
         };
-        Controls::new(&support::scene_meta(), &state, animation)
+        Controls::new(&support::scene_meta(), &state, animation, Vec::new())
     }
 
     const WAVE: &str = "duration_s = 2.0\nloop = true\n[[key]]\nt_s = 0\nmaterials.a.kd = [0.0, 0.0, 0.0]\ncamera.exposure_ev = 1.0\n\
@@ -129,10 +152,10 @@ mod tests {
             controls("camera.exposure_ev = -3.0\nmaterials.a.shininess = 77\nmaterials.b.kd = [0.1, 0.1, 0.1]", Some(WAVE)).unwrap();
         let look = controls.look_at(0.5).unwrap();
         assert_eq!(
-            (look.materials["a"].kd, look.materials["a"].shininess, look.materials["a"].ks),
-            ([0.2; 3], 77.0, defaults.materials["a"].ks)
+            support::blinn_phong(look.materials["a"]),
+            BlinnPhong { kd: [0.2; 3], shininess: 77.0, ..support::blinn_phong(defaults.materials["a"]) }
         );
-        assert_eq!((look.materials["b"].kd, look.exposure_ev), ([0.1; 3], 1.0));
+        assert_eq!((support::blinn_phong(look.materials["b"]).kd, look.exposure_ev), ([0.1; 3], 1.0));
         assert_eq!(controls.look_at(4.5).unwrap(), look, "a loop starts again");
         assert_eq!(controls.frame_count(30.0), 60);
     }
@@ -143,7 +166,7 @@ mod tests {
             .replace("loop = true", "loop = false")
             .replace("t_s = 2\nmaterials.a.kd = [0.0, 0.0, 0.0]", "t_s = 2\nmaterials.a.shininess = 9");
         let controls = controls("", Some(&once)).unwrap();
-        assert_eq!(controls.look_at(50.0).unwrap().materials["a"].kd, [0.4; 3]);
+        assert_eq!(support::blinn_phong(controls.look_at(50.0).unwrap().materials["a"]).kd, [0.4; 3]);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use crate::cli::Cli;
 use crate::controls::{PlacedAnimation, PlacedState};
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::interrupt::Interrupt;
 use crate::output::{ContactSheet, display_value, encode_exr, encode_png, write_whole};
 use crate::session::{AnimationChoice, Frame, Progress, Request, Session};
 use crate::stats::{Appearance, Recorder};
@@ -11,22 +13,22 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relume_formats::Place;
 use relume_formats::state::{Animation, Rgb, State};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// How long to sleep when nothing has arrived.
 const NAP: Duration = Duration::from_millis(1);
 
-const WHAT_TO_ADD: &str = "--frames 'OUT/%04d.png', --exr 'OUT/%04d.exr', --contact-sheet FILE.png or --stats FILE.json";
+/// The options that make a run without a window worth it.
+pub(crate) const WHAT_TO_ADD: &str = "--frames 'OUT/%04d.png', --exr 'OUT/%04d.exr', --contact-sheet FILE.png or --stats FILE.json";
 
-/// Plays as `cli` says, until done or `interrupted` is set.
-pub fn play(cli: &Cli, interrupted: &AtomicBool) -> Result<()> {
+/// Plays as `cli` says, until done or `interrupt` is raised.
+pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
     let started = Instant::now();
     check_usage(cli)?;
-    let mut session = Session::start(request(cli)?)?;
-    let appearance = load(&mut session, started, interrupted, |session| frame_count(cli, session).map(|_| ()))?;
+    let mut session = Session::start(request(cli)?, || Gpu::open(cli.adapter.as_deref()))?;
+    let appearance = load(&mut session, started, interrupt, |session| frame_count(cli, session).map(|_| ()))?;
     let count = frame_count(cli, &session)?;
-    let recorder = render_frames(cli, &mut session, count, interrupted)?;
+    let recorder = render_frames(cli, &mut session, count, interrupt)?;
     match &cli.stats {
         Some(path) => write_whole(path, &recorder.finish(&session, appearance)?),
         None => Ok(()),
@@ -35,14 +37,11 @@ pub fn play(cli: &Cli, interrupted: &AtomicBool) -> Result<()> {
 
 fn check_usage(cli: &Cli) -> Result<()> {
     let writes_something = cli.frames.is_some() || cli.exr.is_some() || cli.contact_sheet.is_some() || cli.stats.is_some();
-    match (cli.headless, writes_something) {
-        (false, _) => Err(Error::Usage(format!("this version plays headless only; add --headless and {WHAT_TO_ADD}"))),
-        (true, false) => Err(Error::Usage(format!("nothing to write; add {WHAT_TO_ADD}"))),
-        (true, true) => Ok(()),
-    }
+    if writes_something { Ok(()) } else { Err(Error::Usage(format!("nothing to write; add {WHAT_TO_ADD}"))) }
 }
 
-fn request(cli: &Cli) -> Result<Request<'_>> {
+/// What `cli` asks to play.
+pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
     let state = match &cli.state {
         None => PlacedState { state: State::default(), place: Place::file("defaults") },
         Some(path) => PlacedState { state: State::read_file(path)?, place: Place::file(path) },
@@ -59,7 +58,7 @@ fn request(cli: &Cli) -> Result<Request<'_>> {
         method: cli.method.as_deref(),
         state,
         animation,
-        adapter: cli.adapter.as_deref(),
+        offer_all: !cli.headless,
         limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },
     })
 }
@@ -69,13 +68,13 @@ fn request(cli: &Cli) -> Result<Request<'_>> {
 pub(crate) fn load(
     session: &mut Session,
     started: Instant,
-    interrupted: &AtomicBool,
+    interrupt: &Interrupt,
     check: impl Fn(&Session) -> Result<()>,
 ) -> Result<Appearance> {
     let mut appearance = Appearance::default();
     let mut checked = false;
     loop {
-        stop_if(interrupted)?;
+        stop_if(interrupt)?;
         let progress = session.advance()?;
         if !checked && session.controls().is_some() {
             check(session)?;
@@ -98,8 +97,8 @@ pub(crate) fn load(
     }
 }
 
-fn stop_if(interrupted: &AtomicBool) -> Result<()> {
-    if interrupted.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+fn stop_if(interrupt: &Interrupt) -> Result<()> {
+    if interrupt.is_raised() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 /// How many frames to render. Fails if their names would be the same.
@@ -116,19 +115,16 @@ fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
     }
 }
 
-fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupted: &AtomicBool) -> Result<Recorder> {
+fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Interrupt) -> Result<Recorder> {
     let size = session.images()?.size();
-    if let Some([width, height]) = cli.size.filter(|asked| *asked != size) {
-        let [w, h] = size;
-        return Err(Error::Usage(format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}")));
-    }
+    check_size(cli, size)?;
     let bar = progress_bar(count);
     let mut recorder = Recorder::default();
     let mut sheet = ContactSheet::new(count);
     for index in 0..count {
-        stop_if(interrupted)?;
+        stop_if(interrupt)?;
         let frame = session.render(index as f64 / f64::from(cli.fps))?;
-        recorder.add(&frame);
+        recorder.add(frame.cost);
         write_frame(cli, size, index, &frame, &mut sheet)?;
         bar.inc(1);
     }
@@ -137,6 +133,13 @@ fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupted: &A
         write_whole(path, &sheet.encode()?)?;
     }
     Ok(recorder)
+}
+
+/// Images are baked at one size.
+pub(crate) fn check_size(cli: &Cli, size: [u32; 2]) -> Result<()> {
+    let Some([width, height]) = cli.size.filter(|asked| *asked != size) else { return Ok(()) };
+    let [w, h] = size;
+    Err(Error::Usage(format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}")))
 }
 
 fn write_frame(cli: &Cli, size: [u32; 2], index: usize, frame: &Frame, sheet: &mut ContactSheet) -> Result<()> {

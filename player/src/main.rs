@@ -3,13 +3,13 @@
 #![forbid(unsafe_code)]
 
 use clap::Parser as _;
+use relume_player::Interrupt;
 use relume_player::cli::{self, Cli};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 #[cfg(target_os = "linux")]
 use std::{path::Path, process::Command};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static INTERRUPT: Interrupt = Interrupt::new();
 
 fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
@@ -26,7 +26,7 @@ fn main() -> ExitCode {
     if let Err(error) = ctrlc::set_handler(on_interrupt) {
         return fail(&format!("cannot listen for interrupts: {error}"), 1);
     }
-    match relume_player::run(&cli, &INTERRUPTED) {
+    match relume_player::run(&cli, &INTERRUPT) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string(), error.exit_code()),
     }
@@ -51,7 +51,7 @@ fn without_device_selection() {
 
 /// The first signal ends the work at its next step, the second at once: every file is written whole or not at all.
 fn on_interrupt() {
-    if INTERRUPTED.swap(true, Ordering::Relaxed) {
+    if INTERRUPT.raise() {
         std::process::exit(130);
     }
 }

@@ -4,7 +4,7 @@ use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Readback, Timer};
 use crate::methods::transfer_images::{Images, TransferImages, decode_all};
-use crate::stream::{Arrival, Event, Limits, Playlist, Source};
+use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::{StoredScene, scene};
 use relume_formats::state::{Animation, Rgb};
@@ -24,8 +24,8 @@ pub struct Request<'a> {
     pub state: PlacedState,
     /// Animation to play.
     pub animation: Option<AnimationChoice<'a>>,
-    /// Adapter to use, or the most promising one.
-    pub adapter: Option<&'a str>,
+    /// Whether to read all of the bundle's animations, for the user to choose from, or only the one to play.
+    pub offer_all: bool,
     /// How much may be read, and how fast.
     pub limits: Limits,
 }
@@ -60,6 +60,13 @@ pub struct Frame {
     pub radiance: Vec<Rgb>,
     /// Exposure that goes with it.
     pub exposure_ev: f32,
+    /// What it took.
+    pub cost: Cost,
+}
+
+/// What a frame took.
+#[derive(Debug, Clone, Copy)]
+pub struct Cost {
     /// Updating coefficients, encoding and submitting, in milliseconds.
     pub cpu_ms: f64,
     /// The pass on the GPU, in milliseconds, where the device tells.
@@ -76,25 +83,34 @@ pub struct Session {
     pending: Vec<Section>,
     scene: Option<scene::Meta>,
     state: PlacedState,
-    animation: Option<PlacedAnimation>,
-    waits_for_animation: bool,
+    /// The animations so far; with one to play, that comes first.
+    animations: Vec<PlacedAnimation>,
+    /// How many there will be.
+    animations_expected: usize,
+    plays_first: bool,
+    bytes_expected: u64,
     controls: Option<Controls>,
     timer: Option<Timer>,
     readback: Option<Readback>,
 }
 
 impl Session {
-    /// Opens the bundle and the GPU; sections arrive from now on.
-    pub fn start(request: Request<'_>) -> Result<Self> {
-        let (name, animation) = match request.animation {
+    /// Opens the bundle, then the GPU by `open_gpu`; sections arrive from now on.
+    pub fn start(request: Request<'_>, open_gpu: impl FnOnce() -> Result<Gpu>) -> Result<Self> {
+        let plays_first = request.animation.is_some();
+        let (name, own) = match request.animation {
             None => (None, None),
             Some(AnimationChoice::Named(name)) => (Some(name), None),
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
-        let playlist = Playlist::of(request.folder, request.method, name)?;
+        let wanted = if request.offer_all { Animations::All { first: name } } else { Animations::Only(name) };
+        let playlist = Playlist::of(request.folder, request.method, wanted)?;
+        let animations: Vec<_> = own.into_iter().collect();
+        let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
+        let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
         let method_name = playlist.method.clone();
         let source = Source::start(playlist, request.limits)?;
-        let gpu = Gpu::open(request.adapter)?;
+        let gpu = open_gpu()?;
         Ok(Self {
             source,
             timer: Timer::new(&gpu),
@@ -104,8 +120,10 @@ impl Session {
             pending: Vec::new(),
             scene: None,
             state: request.state,
-            animation,
-            waits_for_animation: name.is_some(),
+            animations,
+            animations_expected,
+            plays_first,
+            bytes_expected,
             controls: None,
             readback: None,
         })
@@ -130,7 +148,7 @@ impl Session {
             Kind::Animation => {
                 let place = arrival.section.place.clone();
                 if let Some(sections) = self.collect(arrival) {
-                    self.animation = Some(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
+                    self.animations.push(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
                 }
             }
             Kind::BrdfBasis | Kind::TransferImages => {
@@ -151,9 +169,11 @@ impl Session {
     }
 
     fn set_up_controls(&mut self) -> Result<()> {
-        let animation_is_known = self.animation.is_some() || !self.waits_for_animation;
-        if let Some(scene) = self.scene.as_ref().filter(|_| self.controls.is_none() && animation_is_known) {
-            self.controls = Some(Controls::new(scene, &self.state, self.animation.take())?);
+        let all_known = self.animations.len() == self.animations_expected;
+        if let Some(scene) = self.scene.as_ref().filter(|_| self.controls.is_none() && all_known) {
+            let mut animations = std::mem::take(&mut self.animations).into_iter();
+            let animation = if self.plays_first { animations.next() } else { None };
+            self.controls = Some(Controls::new(scene, &self.state, animation, animations.collect())?);
         }
         Ok(())
     }
@@ -200,17 +220,17 @@ impl Session {
     pub fn render(&mut self, time_s: f64) -> Result<Frame> {
         let Some(controls) = &self.controls else { return Err(Error::Failed("nothing has arrived that could be rendered".to_owned())) };
         let look = controls.look_at(time_s)?;
-        let readback = match self.readback.take() {
-            Some(readback) => readback,
-            None => Readback::new(&self.gpu, self.images()?.film()),
-        };
+        let cost = self.sum(&look)?;
+        Ok(Frame { radiance: self.read_film()?, exposure_ev: look.exposure_ev, cost })
+    }
+
+    /// Fills the film for `look` with what has arrived. Waits for it only where the GPU tells its time.
+    pub fn sum(&self, look: &Look) -> Result<Cost> {
         let started = Instant::now();
-        self.submit_pass(&look)?;
+        self.submit_pass(look)?;
         let cpu_ms = started.elapsed().as_secs_f64() * 1e3;
         let gpu_ms = self.timer.as_ref().map(|timer| timer.read_ms(&self.gpu)).transpose()?;
-        let radiance = self.read_film(&readback)?;
-        self.readback = Some(readback);
-        Ok(Frame { radiance, exposure_ev: look.exposure_ev, cpu_ms, gpu_ms })
+        Ok(Cost { cpu_ms, gpu_ms })
     }
 
     fn submit_pass(&self, look: &Look) -> Result<()> {
@@ -224,7 +244,12 @@ impl Session {
         Ok(())
     }
 
-    fn read_film(&self, readback: &Readback) -> Result<Vec<Rgb>> {
+    /// The film as it is: linear radiance, row by row, W/(sr·m²).
+    pub fn read_film(&mut self) -> Result<Vec<Rgb>> {
+        let readback = match self.readback.take() {
+            Some(readback) => readback,
+            None => Readback::new(&self.gpu, self.images()?.film()),
+        };
         let film = self.images()?.film();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
         readback.encode(&mut encoder, film);
@@ -236,6 +261,7 @@ impl Session {
                 [r, g, b]
             }));
         })?;
+        self.readback = Some(readback);
         Ok(radiance)
     }
 
@@ -247,6 +273,16 @@ impl Session {
     /// What the adapter says of itself.
     pub fn adapter(&self) -> &wgpu::AdapterInfo {
         &self.gpu.info
+    }
+
+    /// The GPU that it plays on.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Bytes of all the files to be played.
+    pub fn bytes_expected(&self) -> u64 {
+        self.bytes_expected
     }
 
     /// Bytes read from the bundle's files so far.

@@ -1,8 +1,10 @@
-//! What `--stats` writes.
+//! What `--stats` writes, and what the window shows of it.
 
 use crate::error::{Error, Result};
-use crate::session::{Frame, Session};
+use crate::session::{Cost, Session};
 use serde::Serialize;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
 /// Times and sizes of a run. Field names are those of the JSON file.
 #[derive(Debug, Serialize)]
@@ -30,15 +32,44 @@ pub struct Spread {
 }
 
 const MEASURED: &str = "cpu_ms: wall time of updating the coefficients, encoding and submitting a frame, without read-back and file writing; \
-                        gpu_ms: GPU timestamps around the frame's compute pass (null if the device has none); median and 95th percentile \
-                        over all frames; times to an image count from the start of the player to the finished read-back, and the time to \
-                        full quality is null if only a prefix was played";
+                        gpu_ms: GPU timestamps around the frame's compute pass (null if the device has none; in a window on a software \
+                        adapter, the time until the pass is done); median and 95th percentile over all frames; times to an image count \
+                        from the start of the player to the finished read-back, in a window to the finished pass, and the time to full \
+                        quality is null if only a prefix was played";
 
 /// Collects the costs of frames.
 #[derive(Debug, Default)]
 pub struct Recorder {
     cpu_ms: Vec<f64>,
     gpu_ms: Vec<f64>,
+}
+
+/// The costs of the latest frames.
+#[derive(Debug, Default)]
+pub struct FrameTimes {
+    latest: VecDeque<(Instant, Cost)>,
+}
+
+/// How far back the medians reach.
+const LATEST: Duration = Duration::from_secs(1);
+
+impl FrameTimes {
+    /// Adds a frame that ended `now`, forgetting those of more than a second ago.
+    pub fn add(&mut self, now: Instant, cost: Cost) {
+        self.latest.push_back((now, cost));
+        while self.latest.front().is_some_and(|(then, _)| now.duration_since(*then) > LATEST) {
+            self.latest.pop_front();
+        }
+    }
+
+    /// Median CPU and GPU milliseconds over the second before the last frame.
+    pub fn medians(&self) -> (Option<f64>, Option<f64>) {
+        let median = |values: Vec<f64>| Spread::of(values).map(|spread| spread.median);
+        (
+            median(self.latest.iter().map(|(_, cost)| cost.cpu_ms).collect()),
+            median(self.latest.iter().filter_map(|(_, cost)| cost.gpu_ms).collect()),
+        )
+    }
 }
 
 /// When images appeared, in seconds since the start.
@@ -52,7 +83,7 @@ pub struct Appearance {
 
 impl Recorder {
     /// Adds one frame.
-    pub fn add(&mut self, frame: &Frame) {
+    pub fn add(&mut self, frame: Cost) {
         self.cpu_ms.push(frame.cpu_ms);
         self.gpu_ms.extend(frame.gpu_ms);
     }
@@ -93,6 +124,19 @@ impl Spread {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn medians_are_of_the_last_second() {
+        let mut times = FrameTimes::default();
+        assert_eq!(times.medians(), (None, None));
+        let start = Instant::now();
+        for (at_ms, cpu_ms, gpu_ms) in
+            [(0, 100.0, None), (500, 90.0, Some(7.0)), (1400, 2.0, Some(5.0)), (1450, 1.0, None), (1500, 3.0, Some(9.0))]
+        {
+            times.add(start + Duration::from_millis(at_ms), Cost { cpu_ms, gpu_ms });
+        }
+        assert_eq!(times.medians(), (Some(2.0), Some(7.0)), "of the frames at 0.5 s to 1.5 s");
+    }
 
     #[test]
     fn percentiles_by_nearest_rank() {

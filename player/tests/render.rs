@@ -4,7 +4,7 @@
 mod support;
 
 use relume_formats::Place;
-use relume_formats::state::{State, parse_toml};
+use relume_formats::state::{Brdf, Ggx, State, parse_toml};
 use support::Bundle;
 
 fn gpu_there() -> bool {
@@ -30,11 +30,30 @@ fn a_state_is_rendered_as_the_cpu_does() {
 }
 
 #[test]
+fn ggx_is_rendered_as_the_cpu_does() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write_ggx();
+    let text = "[materials.a]\nbase_color = [0.1, 0.9, 0.3]\nroughness = 0.7\n[materials.b]\nmetallic = 0.25";
+    let (_, ours) = relume_player::render_once(bundle.folder(), &parse_toml(text, &Place::file("test")).unwrap(), None).unwrap();
+    let a = Ggx { base_color: [0.1, 0.9, 0.3], metallic: 0.0, roughness: 0.7 };
+    let b = Ggx { base_color: [0.8, 0.5, 0.2], metallic: 0.25, roughness: 0.45 };
+    let difference = support::largest_difference(&ours, &bundle.evaluate(&[Brdf::Ggx(a), Brdf::Ggx(b)], |_| true));
+    assert!(difference <= 1e-5, "{difference}");
+    let metal = parse_toml("[materials.a]\nmetallic = 0.5", &Place::file("metal.toml")).unwrap();
+    let error = relume_player::render_once(bundle.folder(), &metal, None).unwrap_err();
+    assert!(error.to_string().contains("material `a`: metallic 0.5") && error.exit_code() == 2, "{error}");
+}
+
+#[test]
 fn files_of_different_bakes_are_refused() {
     if !gpu_there() {
         return;
     }
+    use relume_formats::basis::lobe_table;
     use relume_formats::container::Stored as _;
+    use relume_formats::kinds::brdf_basis::Functions;
     use relume_formats::kinds::manifest::FileEntry;
     use relume_formats::kinds::{BrdfBasis, StoredScene};
     let state = State::default();
@@ -50,7 +69,8 @@ fn files_of_different_bakes_are_refused() {
     let mut bundle = Bundle::write(true);
     let path = bundle.folder().join("basis.relume");
     let whole = BrdfBasis::read_file(&path).unwrap();
-    let smaller = BrdfBasis { coefficients: vec![0.5; 6], lobes: whole.lobes[..whole.lobes.len() / 3].to_vec(), ..whole };
+    let smaller =
+        BrdfBasis { coefficients: vec![0.5; 6], functions: Functions::BlinnPhong { lobes: vec![0.25; lobe_table::NODES] }, ..whole };
     bundle.manifest.methods[0].files[0].1 = FileEntry::of("basis.relume", &smaller.write_file(&path).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();

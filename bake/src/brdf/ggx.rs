@@ -1,4 +1,4 @@
-//! The analytic metallic-roughness BRDF (glTF 2.0, appendix B.3.5): the truth that bases approximate.
+//! The analytic metallic-roughness BRDF, see [`Ggx`]: the truth that bases approximate.
 
 use glam::Vec3A;
 use relume_formats::basis::{Angles, microfacet};

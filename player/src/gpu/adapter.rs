@@ -1,12 +1,12 @@
 //! Finding and choosing an adapter.
 
 use crate::error::{Error, Result};
-use wgpu::{Adapter, AdapterInfo, DeviceType};
+use wgpu::{Adapter, AdapterInfo, DeviceType, Instance, InstanceDescriptor, Surface};
 
-/// Every adapter, the most promising first; never empty.
-fn all() -> Result<Vec<Adapter>> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+/// Every adapter that can show on `surface`, if one is given, the most promising first; never empty.
+fn all(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<Vec<Adapter>> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    adapters.retain(|adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface)));
     if adapters.is_empty() {
         return Err(Error::Failed("no GPU adapter; install mesa-vulkan-drivers for a software one".to_owned()));
     }
@@ -37,12 +37,13 @@ fn describe(info: &AdapterInfo) -> String {
 
 /// One line per adapter, in order of preference.
 pub fn list() -> Result<Vec<String>> {
-    Ok(all()?.iter().map(|adapter| describe(&adapter.get_info())).collect())
+    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
+    Ok(all(&instance, None)?.iter().map(|adapter| describe(&adapter.get_info())).collect())
 }
 
 /// The adapter whose name contains `name` in any case, or the most promising one.
-pub(super) fn choose(name: Option<&str>) -> Result<Adapter> {
-    let adapters = all()?;
+pub(super) fn choose(instance: &Instance, surface: Option<&Surface<'_>>, name: Option<&str>) -> Result<Adapter> {
+    let adapters = all(instance, surface)?;
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
     let index = pick(&names, name).map_err(|reason| {
         let there: Vec<_> = adapters.iter().map(|adapter| describe(&adapter.get_info())).collect();

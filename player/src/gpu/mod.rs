@@ -3,10 +3,12 @@
 mod adapter;
 mod readback;
 mod timer;
+mod tonemap;
 
 pub use adapter::list;
 pub use readback::Readback;
 pub use timer::Timer;
+pub use tonemap::Tonemap;
 
 use crate::error::{Error, Result};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,6 +24,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What the adapter says of itself.
     pub info: wgpu::AdapterInfo,
+    /// The adapter that the device was opened on.
+    pub adapter: wgpu::Adapter,
     /// Largest storage binding to make, in bytes.
     pub binding_bytes: u64,
     /// Most workgroups along one dimension of a dispatch.
@@ -35,9 +39,20 @@ impl Gpu {
     /// # Errors
     /// [`Error::Usage`] if several adapters match or none; [`Error::Failed`] if there is no adapter or it cannot be opened.
     pub fn open(adapter: Option<&str>) -> Result<Self> {
-        let adapter = adapter::choose(adapter)?;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        Self::open_adapter(adapter::choose(&instance, None, adapter)?)
+    }
+
+    /// Like [`Gpu::open`], among the adapters that can show on `surface`.
+    pub fn open_for(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>, adapter: Option<&str>) -> Result<Self> {
+        Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?)
+    }
+
+    fn open_adapter(adapter: wgpu::Adapter) -> Result<Self> {
         let info = adapter.get_info();
-        let limits = wgpu::Limits::default();
+        // A film or a window may be larger than the textures that every device has.
+        let max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
+        let limits = wgpu::Limits { max_texture_dimension_2d, ..Default::default() };
         let binding_bytes = limits.max_storage_buffer_binding_size.min(MAX_BINDING_BYTES);
         let workgroups_per_dimension = limits.max_compute_workgroups_per_dimension;
         let descriptor = wgpu::DeviceDescriptor {
@@ -54,7 +69,7 @@ impl Gpu {
             // What follows the first error is mostly its consequence.
             first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error.to_string());
         }));
-        Ok(Self { device, queue, info, binding_bytes, workgroups_per_dimension, failure })
+        Ok(Self { device, queue, info, adapter, binding_bytes, workgroups_per_dimension, failure })
     }
 
     /// Fails if anything went wrong on the device since it was opened.
@@ -87,6 +102,13 @@ impl Gpu {
             // wgpu keeps its copy until a submission has used it; a whole bundle would pile up otherwise.
             self.queue.submit([]);
         }
+    }
+
+    /// Workgroups of `lanes` invocations each for `items` of them, in two dimensions where one does not reach.
+    pub fn workgroups(&self, items: u32, lanes: u32) -> [u32; 2] {
+        let groups = items.div_ceil(lanes);
+        let rows = groups.div_ceil(self.workgroups_per_dimension).max(1);
+        [groups.div_ceil(rows), rows]
     }
 
     /// Waits until everything submitted is done.

@@ -1,13 +1,15 @@
-//! What the headless player writes. Every file is replaced as a whole or not at all.
+//! What the player writes. Every file is written as a whole or not at all.
 
 mod contact_sheet;
 mod exr;
 mod frame_path;
+mod numbered;
 mod png;
 
 pub use contact_sheet::ContactSheet;
 pub use exr::encode as encode_exr;
 pub use frame_path::FramePath;
+pub use numbered::write_numbered;
 pub use png::{display_value, encode as encode_png};
 
 use crate::error::Result;

@@ -6,7 +6,7 @@
 mod playlist;
 mod throttle;
 
-pub use playlist::{Item, Playlist};
+pub use playlist::{Animations, Item, Playlist};
 
 use crate::error::{Error, Result};
 use relume_formats::container::{Kind, Section};
@@ -163,7 +163,7 @@ mod tests {
     }
 
     fn play(bundle: &Bundle, limits: Limits) -> Result<(Vec<String>, bool, u64)> {
-        let source = Source::start(Playlist::of(bundle.folder(), None, Some("glow"))?, limits)?;
+        let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(Some("glow")))?, limits)?;
         let (names, complete) = names_until_end(&source)?;
         Ok((names, complete, source.bytes()))
     }

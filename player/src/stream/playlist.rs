@@ -26,6 +26,18 @@ pub struct Item {
     pub bytes: u64,
 }
 
+/// Which of a bundle's animations to read.
+#[derive(Debug, Clone, Copy)]
+pub enum Animations<'a> {
+    /// The one of this name, or none.
+    Only(Option<&'a str>),
+    /// All, the one of this name first.
+    All {
+        /// The name, or `None` for the order of the manifest.
+        first: Option<&'a str>,
+    },
+}
+
 /// The files to play, in playback order.
 #[derive(Debug, Clone)]
 pub struct Playlist {
@@ -36,8 +48,8 @@ pub struct Playlist {
 }
 
 impl Playlist {
-    /// The playlist of the bundle in `folder`: for the method called `method` or the preferred one, with the named animation if any.
-    pub fn of(folder: &Path, method: Option<&str>, animation: Option<&str>) -> Result<Self> {
+    /// The playlist of the bundle in `folder`: for the method called `method` or the preferred one, with the `animations`.
+    pub fn of(folder: &Path, method: Option<&str>, animations: Animations<'_>) -> Result<Self> {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
         let method = manifest.method(method, folder)?;
@@ -47,8 +59,13 @@ impl Playlist {
         }
         let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, bytes: entry.bytes };
         let mut items = vec![item(Kind::Scene, &manifest.scene_file)];
-        if let Some(name) = animation {
+        let (Animations::Only(first) | Animations::All { first }) = animations;
+        if let Some(name) = first {
             items.push(item(Kind::Animation, animation_entry(&manifest, name)?));
+        }
+        if let Animations::All { .. } = animations {
+            let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
+            items.extend(others.map(|(_, entry)| item(Kind::Animation, entry)));
         }
         for (kind, entry) in &method.files {
             let kind = Kind::ALL

@@ -1,15 +1,19 @@
 //! A synthetic bundle: every number random, every case present that a real bake may hold.
 #![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(clippy::panic, reason = "a test fails by panicking")]
+
+pub mod mirror;
 
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
 use relume_formats::container::Stored;
+use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
-use relume_formats::state::{Animation, BlinnPhong, Camera};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -22,6 +26,9 @@ pub const EMPTY_PIXEL: usize = 100;
 
 pub const ANIMATION: &str = "duration_s = 0.5\nloop = true\n[[key]]\nt_s = 0\nmaterials.a.kd = [0.1, 0.2, 0.3]\n\
                              [[key]]\nt_s = 0.25\nmaterials.a.kd = [0.5, 0.2, 0.0]\n[[key]]\nt_s = 0.5\nmaterials.a.kd = [0.1, 0.2, 0.3]\n";
+
+/// Ends, and drives the exposure.
+pub const FADE: &str = "duration_s = 2.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 0.0\n[[key]]\nt_s = 2\ncamera.exposure_ev = -4.0\n";
 
 /// SplitMix64.
 struct Random(u64);
@@ -53,8 +60,8 @@ impl Random {
 }
 
 fn material(name: &str, varies: bool, level: f32) -> StoredMaterial {
-    let brdf = BlinnPhong { kd: [level, 0.5 * level, 0.2], ks: [0.3, 0.3, 0.2], shininess: 40.0 * level + 5.0 };
-    StoredMaterial { name: name.to_owned(), brdf, varies }
+    let brdf = Brdf::BlinnPhong(BlinnPhong { kd: [level, 0.5 * level, 0.2], ks: [0.3, 0.3, 0.2], shininess: 40.0 * level + 5.0 });
+    StoredMaterial { name: name.to_owned(), brdf, varies, textured: false }
 }
 
 /// Two editable materials, listed in another order than the images do, and a fixed one.
@@ -75,12 +82,25 @@ fn scene() -> StoredScene {
 
 fn basis() -> BrdfBasis {
     let mut random = Random(7);
-    let error = brdf_basis::BasisError { mean: 0.0, worst: 0.0, worst_shininess: 1.0 };
+    let error = brdf_basis::BasisError { mean: 0.0, worst: 0.0, worst_at: 1.0 };
     BrdfBasis {
-        meta: brdf_basis::Meta { shared_diffuse: true, error_at_integers: error, error_between: error },
-        shininess: vec![1.0, 20.0, 200.0],
+        meta: brdf_basis::Meta { shared_diffuse: true, error_at_samples: error, error_between: error },
+        parameters: vec![1.0, 20.0, 200.0],
         coefficients: (0..3 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
-        lobes: vec![0.25; (BASES - 1) * lobe_table::NODES],
+        functions: Functions::BlinnPhong { lobes: vec![0.25; (BASES - 1) * lobe_table::NODES] },
+    }
+}
+
+/// A basis of the GGX space, of as many functions as [`basis`] has.
+fn ggx_basis() -> BrdfBasis {
+    let mut random = Random(8);
+    let roughness = vec![0.4, 0.8];
+    let weights = (0..(BASES - 1) * (1 + 2 * roughness.len())).map(|_| random.unit()).collect();
+    BrdfBasis {
+        parameters: vec![0.32, 0.5, 1.0],
+        coefficients: (0..3 * 2 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
+        functions: Functions::Ggx { roughness, weights },
+        ..basis()
     }
 }
 
@@ -156,8 +176,25 @@ pub struct Bundle {
 impl Bundle {
     /// Writes a bundle with an animation `glow`; `one_colour` decides between the two layouts of slots.
     pub fn write(one_colour: bool) -> Self {
+        Self::of(&scene(), images(one_colour), basis())
+    }
+
+    /// A bundle whose material a, textured, and b are GGX, and which has no animation.
+    pub fn write_ggx() -> Self {
+        let mut scene = scene();
+        for material in &mut scene.meta.materials {
+            let metallic = if material.name == "a" { 0.0 } else { 0.7 };
+            material.brdf = Brdf::Ggx(Ggx { base_color: [0.8, 0.5, 0.2], metallic, roughness: 0.45 });
+            material.textured = material.name == "a";
+        }
+        let mut bundle = Self::of(&scene, images(false), ggx_basis());
+        bundle.manifest.animations.clear();
+        bundle.manifest.write(bundle.folder()).unwrap();
+        bundle
+    }
+
+    fn of(scene: &StoredScene, images: TransferImages, basis: BrdfBasis) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let (images, basis) = (images(one_colour), basis());
         let entry = |name: &str, bytes: Vec<u8>| FileEntry::of(name, &bytes);
         let at = |name: &str| folder.path().join(name);
         let animation = Animation::parse("glow", ANIMATION, &Place::file("glow")).unwrap();
@@ -165,7 +202,7 @@ impl Bundle {
             version: 0,
             scene: "synthetic".to_owned(),
             scene_hash: String::new(),
-            scene_file: entry("scene.relume", scene().write_file(&at("scene.relume")).unwrap()),
+            scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([("glow".to_owned(), entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()))]),
             methods: vec![MethodEntry {
                 name: "transfer-images".to_owned(),
@@ -185,23 +222,34 @@ impl Bundle {
         self.folder.path()
     }
 
+    /// The scene as the bundle has it.
+    pub fn scene_meta(&self) -> scene::Meta {
+        StoredScene::read_file(&self.folder().join("scene.relume")).unwrap().meta
+    }
+
     /// Bytes of all files together, the animation included.
     pub fn playlist_bytes(&self) -> u64 {
         self.manifest.entries().map(|entry| entry.bytes).sum()
     }
 
     /// The CPU's answer for the given materials a and b, from the images that `keep` lets through.
-    pub fn evaluate(&self, materials: &[BlinnPhong; 2], keep: impl Fn(usize) -> bool) -> Vec<[f32; 3]> {
+    pub fn evaluate(&self, materials: &[Brdf; 2], keep: impl Fn(usize) -> bool) -> Vec<[f32; 3]> {
         let images = self.images.images.iter().filter(|image| keep(image.slot)).cloned().collect();
         let kept = TransferImages { head: self.images.head.clone(), images };
-        relume_formats::evaluate::transfer_images::evaluate(&kept, &self.basis, materials)
+        relume_formats::evaluate::transfer_images::evaluate(&kept, &materials.map(|brdf| self.basis.coefficients_of(&brdf).unwrap()))
     }
 }
 
 /// Default parameters of the materials a and b.
-pub fn default_materials() -> [BlinnPhong; 2] {
+pub fn default_materials() -> [Brdf; 2] {
     let meta = scene_meta();
     ["a", "b"].map(|name| meta.materials.iter().find(|m| m.name == name).unwrap().brdf)
+}
+
+/// The parameters of a Blinn-Phong material.
+pub fn blinn_phong(brdf: Brdf) -> BlinnPhong {
+    let Brdf::BlinnPhong(parameters) = brdf else { panic!("{brdf:?} is not Blinn-Phong") };
+    parameters
 }
 
 /// Largest difference between two images, relative to the largest value of the second.

@@ -10,7 +10,7 @@ use relume_formats::container::Section;
 use relume_formats::evaluate::transfer_images::coefficients;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Layout};
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::Brdf;
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
 use wgpu::BufferUsages;
@@ -90,7 +90,7 @@ impl Images {
                 let uniform = gpu.buffer("dispatch", size_of::<Dispatch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
                 gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
                 let buffers = [&uniform, &slots, &self.coefficients, halves, &starts, &fragments, film];
-                all.push(Work { bindings: bind(gpu, &self.pipeline, &buffers), workgroups: workgroups(gpu, dispatch.pixels) });
+                all.push(Work { bindings: bind(gpu, &self.pipeline, &buffers), workgroups: gpu.workgroups(dispatch.pixels, WORKGROUP) });
             }
         }
         all
@@ -110,14 +110,16 @@ impl Images {
     }
 
     /// Uploads the coefficients of `materials`, by name.
-    pub(super) fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, BlinnPhong>) -> Result<()> {
-        let current = |name: &String| {
-            let missing =
-                || FormatError::invalid(&self.place, format!("edits material `{name}`, which the scene does not have; bake it again"));
-            materials.get(name).copied().ok_or_else(missing)
+    pub(super) fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, Brdf>) -> Result<()> {
+        let on_bases = |name: &String| {
+            let missing = || {
+                let reason = format!("edits material `{name}`, which the scene does not have, or not of this model; bake it again");
+                FormatError::invalid(&self.place, reason)
+            };
+            materials.get(name).and_then(|brdf| self.basis.coefficients_of(brdf)).ok_or_else(missing)
         };
-        let current = self.head.meta.materials.iter().map(current).collect::<relume_formats::Result<Vec<_>>>()?;
-        let mut table = coefficients(&self.head, &self.layout, &self.basis, &current);
+        let on_bases = self.head.meta.materials.iter().map(on_bases).collect::<relume_formats::Result<Vec<_>>>()?;
+        let mut table = coefficients(&self.head, &self.layout, &on_bases);
         for row in table.chunks_exact_mut(self.present.len()) {
             for (factor, _) in row.iter_mut().zip(&self.present).filter(|(_, present)| !**present) {
                 *factor = [0.0; 3];
@@ -141,6 +143,16 @@ impl Images {
     /// Film size in pixels, width and height.
     pub fn size(&self) -> [u32; 2] {
         self.head.meta.size
+    }
+
+    /// What each pixel shows, and everything else but the images.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// Number of images, arrived or not.
+    pub fn count(&self) -> usize {
+        self.present.len()
     }
 
     /// Names of the materials that may change.
@@ -198,11 +210,4 @@ fn bind(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer]) 
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect::<Vec<_>>(),
     })
-}
-
-/// Workgroups for `pixels` invocations, in two dimensions where one does not reach.
-fn workgroups(gpu: &Gpu, pixels: u32) -> [u32; 2] {
-    let groups = pixels.div_ceil(WORKGROUP);
-    let rows = groups.div_ceil(gpu.workgroups_per_dimension);
-    [groups.div_ceil(rows), rows]
 }

@@ -15,7 +15,7 @@ pub use images::Images;
 use relume_formats::container::{Kind, Section, Sections, Stored};
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
-use relume_formats::state::BlinnPhong;
+use relume_formats::state::Brdf;
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
 
@@ -79,7 +79,7 @@ impl TransferImages {
     }
 
     /// Sets the materials for the passes encoded from now on; every editable material must be among them.
-    pub fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, BlinnPhong>) -> Result<()> {
+    pub fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, Brdf>) -> Result<()> {
         self.images.as_ref().map_or(Ok(()), |images| images.update(gpu, materials))
     }
 

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::gpu::Readback;
-use crate::stream::{Event, Limits, Playlist, Source};
+use crate::stream::{Animations, Event, Limits, Playlist, Source};
 use crate::support::{self, Bundle};
+use relume_formats::state::BlinnPhong;
 
 fn gpu() -> Option<Gpu> {
     let there = support::gpu_there(|| crate::gpu::list().map(|_| ()).map_err(|e| e.to_string()));
@@ -12,7 +13,7 @@ fn gpu() -> Option<Gpu> {
 
 /// Everything of the bundle, loaded on `gpu`.
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
-    let source = Source::start(Playlist::of(bundle.folder(), None, None)?, Limits::default())?;
+    let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None))?, Limits::default())?;
     let mut method = TransferImages::default();
     loop {
         match source.poll()? {
@@ -24,7 +25,7 @@ fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
     }
 }
 
-fn render(gpu: &Gpu, method: &TransferImages, materials: [BlinnPhong; 2]) -> Vec<[f32; 3]> {
+fn render(gpu: &Gpu, method: &TransferImages, materials: [Brdf; 2]) -> Vec<[f32; 3]> {
     let named = ["a", "b"].map(str::to_owned).into_iter().zip(materials).collect();
     method.update(gpu, &named).unwrap();
     let film = method.images().unwrap().film();
@@ -46,8 +47,8 @@ fn gpu_equals_cpu_in_both_layouts_and_for_any_material() {
     for one_colour in [true, false] {
         let bundle = Bundle::write(one_colour);
         let method = load(&gpu, &bundle).unwrap();
-        let white = BlinnPhong { kd: [0.6; 3], ks: [0.4; 3], shininess: 200.0 };
-        let black = BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 };
+        let white = Brdf::BlinnPhong(BlinnPhong { kd: [0.6; 3], ks: [0.4; 3], shininess: 200.0 });
+        let black = Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 });
         for materials in [support::default_materials(), [white, black], [black, white], [black, black]] {
             let (ours, theirs) = (render(&gpu, &method, materials), bundle.evaluate(&materials, |_| true));
             // Same order of summation: only fused multiply-adds may differ, some units in the last place of the partial sums.

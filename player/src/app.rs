@@ -1,0 +1,341 @@
+//! The window: what happens to it, when to draw, and when to sleep.
+//!
+//! Nothing is drawn unless something has changed: input, images that arrive, time that passes in an animation. Between such events the
+//! program waits in the system's event queue.
+
+mod canvas;
+
+use crate::cli::Cli;
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::headless::{WHAT_TO_ADD, check_size, request};
+use crate::interrupt::Interrupt;
+use crate::live::Live;
+use crate::output::write_whole;
+use crate::session::Session;
+use crate::ui::{self, Note, Screen, Stage, Wishes};
+use canvas::{Canvas, Drawing, Painted};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::application::ApplicationHandler;
+use winit::dpi::{LogicalSize, PhysicalSize};
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+
+/// How often to look whether anything has arrived.
+const POLL_PAUSE: Duration = Duration::from_millis(10);
+/// While loading, least time from one frame to the next unless the user does something.
+const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
+/// While loading, pauses are at least so many times as long as frames: most of the time belongs to loading.
+const PROGRESS_PAUSE_FACTOR: f64 = 3.0;
+/// Least time from one frame of an animation to the next.
+const FRAME_PAUSE: Duration = Duration::from_millis(12);
+
+/// Plays as `cli` says in a window, until it is closed or `interrupt` is raised.
+pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
+    let started = Instant::now();
+    check_usage(cli)?;
+    let event_loop = event_loop()?;
+    let proxy = event_loop.create_proxy();
+    interrupt.on_raise(move || {
+        // A loop that has ended needs no waking.
+        let _ = proxy.send_event(());
+    });
+    let mut app = App { cli, interrupt, started, open: None, failure: None };
+    event_loop.run_app(&mut app).map_err(|e| Error::Failed(format!("the display failed: {e}")))?;
+    app.finish()
+}
+
+fn check_usage(cli: &Cli) -> Result<()> {
+    let for_files = [
+        ("--frames", cli.frames.is_some()),
+        ("--exr", cli.exr.is_some()),
+        ("--contact-sheet", cli.contact_sheet.is_some()),
+        ("--count", cli.count.is_some()),
+    ];
+    match for_files.iter().find(|(_, given)| *given) {
+        Some((option, _)) => Err(Error::Usage(format!("{option} is for playing without a window; add --headless"))),
+        None => Ok(()),
+    }
+}
+
+fn no_display(reason: &str) -> Error {
+    Error::Usage(format!("no display{reason}; add --headless and {WHAT_TO_ADD}"))
+}
+
+fn event_loop() -> Result<EventLoop<()>> {
+    if cfg!(all(unix, not(target_vendor = "apple"))) {
+        let named = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+        if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(named) {
+            return Err(no_display(""));
+        }
+    }
+    EventLoop::with_user_event().build().map_err(|e| no_display(&format!(" ({e})")))
+}
+
+/// The program while its event loop runs.
+struct App<'a> {
+    cli: &'a Cli,
+    interrupt: &'a Interrupt,
+    started: Instant,
+    open: Option<Open>,
+    failure: Option<Error>,
+}
+
+/// The window and what is in it.
+struct Open {
+    window: Arc<Window>,
+    /// As the window last reported it. One that is destroyed cannot be asked any more, and winit panics if it is.
+    size: PhysicalSize<u32>,
+    canvas: Canvas,
+    live: Live,
+    input: egui_winit::State,
+    screen: Screen,
+    picture: Option<egui::TextureId>,
+    title: String,
+    note: Option<Note>,
+    opened: Instant,
+    /// When the last frame was done.
+    drawn_at: Instant,
+    /// How long it took.
+    draw_took: Duration,
+    /// When the last frame of a running animation was drawn.
+    played_at: Option<Instant>,
+    /// When egui wants to be drawn again.
+    next_draw: Option<Instant>,
+}
+
+impl ApplicationHandler for App<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_none() && !self.stops(event_loop) {
+            match Open::new(event_loop, self.cli, self.started) {
+                Ok(open) => self.open = Some(open),
+                Err(error) => self.fail(event_loop, error),
+            }
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = self.open.as_mut().filter(|_| !event_loop.exiting()) else { return };
+        let repaint = open.input.on_window_event(&open.window, &event).repaint;
+        if repaint && !matches!(event, WindowEvent::RedrawRequested) {
+            open.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::Resized(size) => open.resized(size),
+            WindowEvent::Occluded(false) => open.window.request_redraw(),
+            WindowEvent::RedrawRequested => match open.redraw() {
+                Ok(true) => event_loop.exit(),
+                Ok(false) => {}
+                Err(error) => self.fail(event_loop, error),
+            },
+            _ => {}
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
+        self.stops(event_loop);
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if event_loop.exiting() || self.stops(event_loop) {
+            return;
+        }
+        let Some(open) = &mut self.open else { return };
+        match open.poll(self.cli) {
+            Ok(wake) => event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+}
+
+impl App<'_> {
+    /// Ends the loop if the user asked for that.
+    fn stops(&mut self, event_loop: &ActiveEventLoop) -> bool {
+        let stops = self.interrupt.is_raised();
+        if stops {
+            self.fail(event_loop, Error::Interrupted);
+        }
+        stops
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+        self.failure.get_or_insert(error);
+        event_loop.exit();
+    }
+
+    fn finish(self) -> Result<()> {
+        let Some(mut open) = self.open else { return self.failure.map_or(Ok(()), Err) };
+        let written = match (&self.cli.stats, open.live.statistics()?) {
+            (Some(path), Some(statistics)) => write_whole(path, &statistics),
+            _ => Ok(()),
+        };
+        let loaded = open.live.finish();
+        self.failure.map_or(Ok(()), Err).and(written).and(loaded)
+    }
+}
+
+impl Open {
+    fn new(event_loop: &ActiveEventLoop, cli: &Cli, started: Instant) -> Result<Self> {
+        let mut parts = None;
+        let session = Session::start(request(cli)?, || {
+            let (gpu, window, instance, surface) = open_window(event_loop, cli)?;
+            parts = Some((window, instance, surface));
+            Ok(gpu)
+        })?;
+        let Some((window, instance, surface)) = parts else { return Err(Error::Failed("no window was opened".to_owned())) };
+        let canvas = Canvas::new(session.gpu(), window.clone(), instance, surface)?;
+        let context = egui::Context::default();
+        ui::set_up_style(&context);
+        let texture_side = session.gpu().device.limits().max_texture_dimension_2d as usize;
+        let scale = Some(window.scale_factor() as f32);
+        let input = egui_winit::State::new(context, egui::ViewportId::ROOT, event_loop, scale, window.theme(), Some(texture_side));
+        window.set_visible(true);
+        window.request_redraw();
+        Ok(Self {
+            live: Live::new(session, started, cli.stats.is_some()),
+            size: window.inner_size(),
+            window,
+            canvas,
+            input,
+            screen: Screen::default(),
+            picture: None,
+            title: String::new(),
+            note: None,
+            opened: started,
+            drawn_at: started,
+            draw_took: Duration::ZERO,
+            played_at: None,
+            next_draw: None,
+        })
+    }
+
+    /// Takes in what has arrived and asks to be drawn if anything calls for it. Returns when to look again.
+    fn poll(&mut self, cli: &Cli) -> Result<Option<Instant>> {
+        let was_loading = self.live.is_loading();
+        let arrived = self.live.poll()?;
+        if let Some(size) = self.live.facts().size.filter(|_| was_loading) {
+            check_size(cli, size)?;
+        }
+        let now = Instant::now();
+        let loading = self.live.is_loading();
+        let next_frame = self.played_at.map(|at| at + FRAME_PAUSE);
+        let progress = loading.then(|| self.drawn_at + PROGRESS_PAUSE.max(self.draw_took.mul_f64(PROGRESS_PAUSE_FACTOR)));
+        let due = [self.next_draw, next_frame, progress].into_iter().flatten().min();
+        let first_image = self.picture.is_none() && self.live.shown().is_some();
+        if first_image || was_loading != loading || due.is_some_and(|due| due <= now) {
+            self.window.request_redraw();
+        }
+        let look = loading.then(|| if arrived { now } else { now + POLL_PAUSE });
+        Ok(look.into_iter().chain(due.filter(|due| *due > now)).min())
+    }
+
+    /// Draws a frame. Returns whether the window is to be closed.
+    fn redraw(&mut self) -> Result<bool> {
+        let began = Instant::now();
+        self.pass_time();
+        let (drawing, wishes) = self.draw_ui();
+        let close = wishes.close;
+        self.save(wishes);
+        self.live.draw()?;
+        match self.canvas.paint(self.live.session().gpu(), self.size, &drawing) {
+            Painted::Yes => {}
+            Painted::TryAgain => self.window.request_redraw(),
+            Painted::WindowGone => return Ok(true),
+        }
+        self.live.session().gpu().check()?;
+        self.set_title();
+        self.drawn_at = Instant::now();
+        self.draw_took = self.drawn_at.duration_since(began);
+        Ok(close)
+    }
+
+    /// Lets the animation go on by the time since the last frame.
+    fn pass_time(&mut self) {
+        let now = Instant::now();
+        if let (Some(shown), Some(at)) = (self.live.shown(), self.played_at) {
+            shown.editor.advance(now.duration_since(at).as_secs_f64());
+        }
+        self.played_at = None;
+    }
+
+    fn draw_ui(&mut self) -> (Drawing, Wishes) {
+        let context = self.input.egui_ctx().clone();
+        let facts = self.live.facts();
+        if self.picture.is_none()
+            && let Some(texture) = self.live.shown().map(|shown| shown.picture.texture().clone())
+        {
+            self.picture = Some(self.canvas.register(self.live.session().gpu(), &texture));
+        }
+        let raw_input = self.take_input();
+        let mut wishes = Wishes::default();
+        let output = context.run_ui(raw_input, |ui| {
+            let stage = self.live.shown().zip(self.picture);
+            let stage = stage.map(|(shown, picture)| Stage { editor: &mut shown.editor, picker: &shown.picker, picture });
+            let new = self.screen.show(ui, stage, &facts, self.note.as_ref());
+            wishes.save.extend(new.save);
+            wishes.close |= new.close;
+        });
+        self.input.handle_platform_output(&self.window, output.platform_output);
+        let now = Instant::now();
+        let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        self.next_draw = delay.and_then(|delay| now.checked_add(delay)).filter(|_| delay != Some(Duration::MAX));
+        self.played_at = self.live.shown().filter(|shown| shown.editor.is_playing()).map(|_| now);
+        let pixels_per_point = output.pixels_per_point;
+        let primitives = context.tessellate(output.shapes, pixels_per_point);
+        (Drawing { primitives, textures: output.textures_delta, pixels_per_point }, wishes)
+    }
+
+    /// What [`egui_winit::State::take_egui_input`] does, without asking the window for its size.
+    fn take_input(&mut self) -> egui::RawInput {
+        let pixels_per_point = egui_winit::pixels_per_point(self.input.egui_ctx(), &self.window);
+        let size = egui::Vec2::new(self.size.width as f32, self.size.height as f32) / pixels_per_point;
+        let input = self.input.egui_input_mut();
+        input.time = Some(self.opened.elapsed().as_secs_f64());
+        input.screen_rect = (size.x > 0.0 && size.y > 0.0).then(|| egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+        input.viewport_id = egui::ViewportId::ROOT;
+        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(self.window.scale_factor() as f32);
+        input.take()
+    }
+
+    fn resized(&mut self, size: PhysicalSize<u32>) {
+        self.size = size;
+        self.window.request_redraw();
+    }
+
+    fn save(&mut self, wishes: Wishes) {
+        for what in wishes.save {
+            self.note = Some(self.live.save(what, Path::new("")).map_err(|error| error.to_string()));
+            self.window.request_redraw();
+        }
+    }
+
+    fn set_title(&mut self) {
+        let facts = self.live.facts();
+        let title = ui::title(self.live.shown().map(|shown| &shown.editor), &facts);
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
+    }
+}
+
+type Opened = (Gpu, Arc<Window>, wgpu::Instance, wgpu::Surface<'static>);
+
+/// Opens a window and the GPU that is to draw in it.
+fn open_window(event_loop: &ActiveEventLoop, cli: &Cli) -> Result<Opened> {
+    let attributes = Window::default_attributes()
+        .with_title("Relume player")
+        .with_inner_size(LogicalSize::new(1200.0, 820.0))
+        .with_min_inner_size(LogicalSize::new(480.0, 320.0))
+        .with_visible(false);
+    let window = Arc::new(event_loop.create_window(attributes).map_err(|e| no_display(&format!(" ({e})")))?);
+    let display = Box::new(event_loop.owned_display_handle());
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle(display));
+    let surface = instance.create_surface(window.clone()).map_err(|e| Error::Failed(format!("cannot draw in a window: {e}")))?;
+    let gpu = Gpu::open_for(&instance, &surface, cli.adapter.as_deref())?;
+    Ok((gpu, window, instance, surface))
+}

@@ -1,0 +1,333 @@
+//! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
+
+use crate::controls::Look;
+use crate::error::{Error, Result};
+use crate::gpu::Tonemap;
+use crate::output::{display_value, encode_exr, encode_png, write_numbered};
+use crate::session::{Cost, Progress, Session};
+use crate::stats::{Appearance, FrameTimes, Recorder};
+use crate::ui::{Editor, Facts, Loading, Picker, Save};
+use relume_formats::state::Rgb;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Longest time that one poll spends on what has arrived.
+const POLL: Duration = Duration::from_millis(10);
+/// While images arrive, the time from one sum to the next for their sake alone, as a multiple of what a sum takes: frames that the user causes
+/// come without one in between.
+const REFINING_PAUSE_FACTOR: f64 = 3.0;
+
+/// A bundle on show.
+pub struct Live {
+    session: Session,
+    started: Instant,
+    loading: Load,
+    shown: Option<Shown>,
+    /// What the picture shows.
+    drawn: Option<Look>,
+    /// Whether images have arrived that the picture lacks.
+    stale: bool,
+    /// When the picture may next be drawn again for the sake of new images alone.
+    refine_at: Instant,
+    times: FrameTimes,
+    recorder: Option<Recorder>,
+    appearance: Appearance,
+}
+
+/// How loading stands.
+enum Load {
+    Arriving,
+    Loaded { complete: bool },
+    Failed(Error),
+}
+
+/// What there is as soon as there is anything to see.
+pub struct Shown {
+    /// What the user has set.
+    pub editor: Editor,
+    /// Which material is where.
+    pub picker: Picker,
+    /// What the display shows.
+    pub picture: Tonemap,
+}
+
+impl Live {
+    /// Shows `session`, which began at `started`. With `record`, the cost of every frame is kept for [`Live::statistics`].
+    pub fn new(session: Session, started: Instant, record: bool) -> Self {
+        Self {
+            session,
+            started,
+            loading: Load::Arriving,
+            shown: None,
+            drawn: None,
+            stale: false,
+            refine_at: started,
+            times: FrameTimes::default(),
+            recorder: record.then(Recorder::default),
+            appearance: Appearance::default(),
+        }
+    }
+
+    /// Takes in what has arrived. Returns whether anything has.
+    ///
+    /// # Errors
+    /// If the bundle fails before there is anything to show. Later failures are kept, see [`Live::finish`].
+    pub fn poll(&mut self) -> Result<bool> {
+        let until = Instant::now() + POLL;
+        let mut changed = false;
+        while matches!(self.loading, Load::Arriving) && Instant::now() < until {
+            match self.session.advance() {
+                Ok(Progress::Waiting) => break,
+                Ok(Progress::Arrived) => self.stale = true,
+                Ok(Progress::Loaded { complete }) => {
+                    self.loading = Load::Loaded { complete };
+                    // The last frame is the one whose time counts as that of full quality.
+                    self.stale = true;
+                }
+                Err(error) if self.shown.is_some() => self.loading = Load::Failed(error),
+                Err(error) => return Err(error),
+            }
+            changed = true;
+            self.show_if_ready()?;
+        }
+        Ok(changed)
+    }
+
+    fn show_if_ready(&mut self) -> Result<()> {
+        if self.shown.is_none()
+            && self.session.is_ready()
+            && let Some(controls) = self.session.controls()
+        {
+            let images = self.session.images()?;
+            let picture = Tonemap::new(self.session.gpu(), images.film(), images.size());
+            self.shown = Some(Shown { editor: Editor::new(controls), picker: Picker::new(images.head()), picture });
+        }
+        Ok(())
+    }
+
+    /// Brings the picture up to date, doing no more than what has changed asks for. Returns whether it changed.
+    pub fn draw(&mut self) -> Result<bool> {
+        let Some(shown) = &self.shown else { return Ok(false) };
+        let look = shown.editor.look();
+        let same_materials = self.drawn.as_ref().is_some_and(|drawn| drawn.materials == look.materials);
+        let same_exposure = self.drawn.as_ref().is_some_and(|drawn| drawn.exposure_ev == look.exposure_ev);
+        let refines = self.refines();
+        if same_materials && same_exposure && !refines {
+            return Ok(false);
+        }
+        if !same_materials || refines {
+            self.sum(&look)?;
+        }
+        if let Some(shown) = &self.shown {
+            shown.picture.run(self.session.gpu(), look.exposure_ev);
+        }
+        self.drawn = Some(look);
+        self.session.gpu().check()?;
+        Ok(true)
+    }
+
+    fn refines(&self) -> bool {
+        self.stale && (!self.is_loading() || Instant::now() >= self.refine_at)
+    }
+
+    fn sum(&mut self, look: &Look) -> Result<()> {
+        let began = Instant::now();
+        let mut cost = self.session.sum(look)?;
+        // Once llvmpipe has drawn anything, as a window does, it writes both timestamps of a compute pass at the same moment.
+        if self.session.adapter().device_type == wgpu::DeviceType::Cpu && cost.gpu_ms.is_some() {
+            cost.gpu_ms = Some(began.elapsed().as_secs_f64() * 1e3 - cost.cpu_ms);
+        }
+        self.stale = false;
+        self.refine_at = Instant::now() + began.elapsed().mul_f64(REFINING_PAUSE_FACTOR);
+        self.record(cost);
+        Ok(())
+    }
+
+    fn record(&mut self, cost: Cost) {
+        let now = Instant::now();
+        self.times.add(now, cost);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.add(cost);
+        }
+        let elapsed_s = Some(now.duration_since(self.started).as_secs_f64());
+        self.appearance.first_s = self.appearance.first_s.or(elapsed_s);
+        if matches!(self.loading, Load::Loaded { complete: true }) {
+            self.appearance.full_s = self.appearance.full_s.or(elapsed_s);
+        }
+    }
+
+    /// Whether more may arrive.
+    pub fn is_loading(&self) -> bool {
+        matches!(self.loading, Load::Arriving)
+    }
+
+    /// What there is to see, once there is.
+    pub fn shown(&mut self) -> Option<&mut Shown> {
+        self.shown.as_mut()
+    }
+
+    /// What the user may want to know.
+    pub fn facts(&self) -> Facts {
+        let images = self.session.images().ok();
+        let (cpu_ms, gpu_ms) = self.times.medians();
+        Facts {
+            adapter: self.session.adapter().name.clone(),
+            method: self.session.method_name().to_owned(),
+            size: images.map(|images| images.size()),
+            cpu_ms,
+            gpu_ms,
+            bytes: self.session.bytes_streamed(),
+            bytes_expected: self.session.bytes_expected(),
+            images: images.map_or(0, |images| images.count() - images.missing().len()),
+            images_expected: images.map_or(0, |images| images.count()),
+            loading: match &self.loading {
+                Load::Arriving => Loading::Arriving,
+                Load::Loaded { complete: true } => Loading::Complete,
+                Load::Loaded { complete: false } => Loading::Prefix,
+                Load::Failed(error) => Loading::Failed(error.to_string()),
+            },
+        }
+    }
+
+    /// Writes the picture or the settings into `folder`, under a name of its own. Returns the path.
+    pub fn save(&mut self, what: Save, folder: &Path) -> Result<PathBuf> {
+        self.draw()?;
+        let (Some(shown), Some(look)) = (&self.shown, &self.drawn) else {
+            return Err(Error::Failed("there is nothing to save yet".to_owned()));
+        };
+        let (name, exposure_ev) = (shown.editor.scene().name.clone(), look.exposure_ev);
+        let bytes = match what {
+            Save::State => {
+                let text = toml::to_string(&shown.editor.state());
+                text.map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?.into_bytes()
+            }
+            Save::Exr => encode_exr(self.session.images()?.size(), &self.session.read_film()?)?,
+            Save::Png => {
+                let display: Vec<Rgb> = self.session.read_film()?.iter().map(|r| display_value(*r, exposure_ev)).collect();
+                encode_png(self.session.images()?.size(), &display)?
+            }
+        };
+        write_numbered(folder, &name, what.extension(), &bytes)
+    }
+
+    /// What `--stats` writes, if frames were recorded.
+    pub fn statistics(&mut self) -> Result<Option<Vec<u8>>> {
+        let Some(recorder) = self.recorder.take().filter(|_| self.shown.is_some()) else { return Ok(None) };
+        recorder.finish(&self.session, self.appearance).map(Some)
+    }
+
+    /// The end.
+    ///
+    /// # Errors
+    /// The error that loading ended with, if it did.
+    pub fn finish(self) -> Result<()> {
+        match self.loading {
+            Load::Failed(error) => Err(error),
+            Load::Arriving | Load::Loaded { .. } => Ok(()),
+        }
+    }
+
+    /// The bundle being played.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controls::PlacedState;
+    use crate::gpu::{self, Gpu};
+    use crate::session::Request;
+    use crate::stream::Limits;
+    use crate::support::{self, Bundle};
+    use relume_formats::Place;
+    use relume_formats::state::{MaterialState, State};
+
+    fn live(bundle: &Bundle, limits: Limits) -> Live {
+        let state = PlacedState { state: State::default(), place: Place::file("defaults") };
+        let request = Request { folder: bundle.folder(), method: None, state, animation: None, offer_all: true, limits };
+        Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
+    }
+
+    fn load(live: &mut Live) {
+        while live.is_loading() {
+            live.poll().unwrap();
+        }
+    }
+
+    fn gpu_there() -> bool {
+        support::gpu_there(|| gpu::list().map(|_| ()).map_err(|e| e.to_string()))
+    }
+
+    #[test]
+    fn no_more_is_drawn_than_has_changed() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = Bundle::write(true);
+        let mut live = live(&bundle, Limits::default());
+        assert!(!live.draw().unwrap() && live.shown().is_none(), "nothing is there yet");
+        load(&mut live);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.set_exposure(2.0);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.edit("a", &MaterialState { shininess: Some(3.0), ..Default::default() });
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.select(Some("b"));
+        assert!(!live.draw().unwrap());
+        let facts = live.facts();
+        assert_eq!((facts.images, facts.bytes), (facts.images_expected, facts.bytes_expected));
+        let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
+        assert_eq!(statistics["frames"], 2, "exposure needs no new sum");
+        live.finish().unwrap();
+    }
+
+    #[test]
+    fn every_animation_is_on_offer() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = Bundle::write(true);
+        let mut live = live(&bundle, Limits::default());
+        load(&mut live);
+        let editor = &mut live.shown().unwrap().editor;
+        assert_eq!(editor.animations().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["glow"]);
+        assert_eq!((editor.active(), editor.is_playing()), (None, false));
+    }
+
+    #[test]
+    fn what_came_before_a_failure_stays() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = Bundle::write(true);
+        let path = bundle.folder().join("images.relume");
+        let mut bytes = std::fs::read(&path).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        let mut live = live(&bundle, Limits::default());
+        load(&mut live);
+        assert!(live.draw().unwrap());
+        let facts = live.facts();
+        assert!(matches!(&facts.loading, Loading::Failed(reason) if reason.contains("checksum")), "{facts:?}");
+        assert_eq!(facts.images, facts.images_expected - 1);
+        let folder = tempfile::tempdir().unwrap();
+        let saved = Save::ALL.map(|what| live.save(what, folder.path()).unwrap());
+        assert!(saved.iter().all(|path| path.exists()) && saved[0].ends_with("synthetic-0001.png"));
+        assert_eq!(live.finish().unwrap_err().exit_code(), 2);
+    }
+
+    #[test]
+    fn a_prefix_is_no_failure() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = Bundle::write(true);
+        let mut live = live(&bundle, Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
+        load(&mut live);
+        assert!(live.draw().unwrap());
+        assert_eq!(live.facts().loading, Loading::Prefix);
+        live.finish().unwrap();
+    }
+}

@@ -1,0 +1,169 @@
+//! The list of materials, and the parameters of the selected one.
+
+use super::editor::{Editor, HOLD_RULE};
+use super::panel::section;
+use super::style::{ACCENT, WARNING};
+use egui::{Color32, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
+use relume_formats::state::{BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
+
+/// Why a slider is disabled.
+const NO_TEXTURED_METAL: &str =
+    "this material's colour is a texture; a textured metal's picture is not linear in what was baked, so it stays a dielectric";
+/// How long a note about a parameter that gave way stays, in seconds.
+const YIELD_NOTE_S: f64 = 2.5;
+
+/// Which parameter gave way to another one of late.
+#[derive(Default)]
+pub struct Yielded {
+    text: &'static str,
+    until_s: f64,
+}
+
+/// Draws the list and the editor below it.
+pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
+    section(ui, "MATERIALS");
+    list(ui, editor);
+    let Some(material) = editor.selected().cloned() else {
+        ui.label(RichText::new("Click an object, or a name above, to edit it.").weak());
+        return;
+    };
+    section(ui, &material.name.to_uppercase());
+    let before = editor.brdf(&material);
+    let change = match before {
+        Brdf::BlinnPhong(brdf) => blinn_phong(ui, &brdf),
+        Brdf::Ggx(brdf) => ggx(ui, &brdf, material.textured),
+    };
+    if change != MaterialState::default() {
+        editor.edit(&material.name, &change);
+        yielded.note(ui, &before, &editor.brdf(&material), &change);
+    }
+    ui.horizontal(|ui| {
+        let button = ui.add_enabled(editor.is_edited(&material), egui::Button::new("Reset material"));
+        if button.on_hover_text("back to what the scene says").clicked() {
+            editor.reset(&material.name);
+        }
+        if editor.is_held(&material.name) {
+            ui.label(RichText::new("held by hand").small().color(ACCENT)).on_hover_text(HOLD_RULE);
+        } else if editor.drives(&["materials", &material.name]) {
+            ui.label(RichText::new("moved by the animation").small().weak()).on_hover_text(HOLD_RULE);
+        }
+    });
+    yielded.show(ui);
+}
+
+fn list(ui: &mut Ui, editor: &mut Editor) {
+    let look = editor.look();
+    let mut clicked = None;
+    for material in editor.materials() {
+        let selected = editor.selected().is_some_and(|s| s.name == material.name);
+        let brdf = look.materials.get(&material.name).unwrap_or(&material.brdf);
+        let mark = if editor.is_edited(material) { "  (edited)" } else { "" };
+        ui.horizontal(|ui| {
+            let (swatch, _) = ui.allocate_exact_size(Vec2::splat(14.0), egui::Sense::hover());
+            ui.painter().rect_filled(swatch, 3.0, display_colour(brdf));
+            if ui.selectable_label(selected, format!("{}{mark}", material.name)).clicked() {
+                clicked = Some(material.name.clone());
+            }
+        });
+    }
+    if clicked.is_some() {
+        editor.select(clicked.as_deref());
+    }
+}
+
+/// One colour that stands for a material in the list.
+fn display_colour(brdf: &Brdf) -> Color32 {
+    let [r, g, b] = match brdf {
+        Brdf::BlinnPhong(b) => std::array::from_fn(|k| b.kd[k] + b.ks[k]),
+        Brdf::Ggx(g) => g.base_color,
+    };
+    Rgba::from_rgb(r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)).into()
+}
+
+fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong) -> MaterialState {
+    let mut change = MaterialState::default();
+    Grid::new("blinn-phong").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
+        ui.label("diffuse").on_hover_text("kd: linear reflectance of the diffuse lobe; kd + ks cannot exceed 1");
+        change.kd = colour(ui, "kd", brdf.kd);
+        ui.end_row();
+        ui.label("glossy").on_hover_text("ks: linear reflectance of the glossy lobe; kd + ks cannot exceed 1");
+        change.ks = colour(ui, "ks", brdf.ks);
+        ui.end_row();
+        ui.label("shininess").on_hover_text("the exponent: larger is sharper");
+        change.shininess = slider(ui, "shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX, true);
+        ui.end_row();
+    });
+    change
+}
+
+fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
+    let mut change = MaterialState::default();
+    Grid::new("ggx").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
+        ui.label("base colour").on_hover_text("linear; a texture is multiplied by it");
+        change.base_color = colour(ui, "base colour", brdf.base_color);
+        ui.end_row();
+        ui.label("metallic");
+        change.metallic =
+            ui.add_enabled_ui(!textured, |ui| slider(ui, "metallic", brdf.metallic, 0.0, 1.0, false)).inner.filter(|_| !textured);
+        ui.end_row();
+        ui.label("roughness").on_hover_text("smaller is sharper; below 0.32 a bake would need more bases than it has");
+        change.roughness = slider(ui, "roughness", brdf.roughness, ROUGHNESS_MIN, 1.0, false);
+        ui.end_row();
+    });
+    change
+}
+
+/// A swatch that opens a picker, and the three linear values. Returns the new colour if the user changed it.
+fn colour(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
+    let mut new = value;
+    let mut changed = false;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        // The picker rounds even what it is only shown, by much less than a hand can move it.
+        let mut picked = value;
+        let swatch = ui.color_edit_button_rgb(&mut picked);
+        if picked.iter().zip(value).any(|(picked, value)| (picked - value).abs() > 1e-5) {
+            (new, changed) = (picked, true);
+        }
+        swatch.accessible_name(name);
+        for (channel, letter) in new.iter_mut().zip(["R", "G", "B"]) {
+            let drag = DragValue::new(channel).speed(0.004).range(0.0..=1.0).fixed_decimals(3);
+            let response = ui.add(drag).on_hover_text(format!("{letter}, linear; drag, or click to type"));
+            changed |= response.changed();
+            response.accessible_name(format!("{name} {letter}"));
+        }
+    });
+    changed.then_some(new)
+}
+
+/// Returns the new value if the user changed it.
+fn slider(ui: &mut Ui, name: &str, value: f32, least: f32, most: f32, logarithmic: bool) -> Option<f32> {
+    let mut new = value;
+    let slider = Slider::new(&mut new, least..=most).logarithmic(logarithmic).clamping(SliderClamping::Edits);
+    let slider = if logarithmic { slider.fixed_decimals(1) } else { slider.fixed_decimals(3) };
+    let response = ui.add(slider).on_disabled_hover_text(NO_TEXTURED_METAL);
+    let changed = response.changed();
+    response.accessible_name(name);
+    changed.then_some(new)
+}
+
+impl Yielded {
+    /// Notes it if a parameter changed that the user did not set.
+    fn note(&mut self, ui: &Ui, before: &Brdf, after: &Brdf, change: &MaterialState) {
+        let (Brdf::BlinnPhong(before), Brdf::BlinnPhong(after)) = (before, after) else { return };
+        let text = match (change.kd, change.ks) {
+            (Some(_), None) if before.ks != after.ks => "glossy was lowered: diffuse + glossy cannot exceed 1",
+            (None, Some(_)) if before.kd != after.kd => "diffuse was lowered: diffuse + glossy cannot exceed 1",
+            _ => return,
+        };
+        *self = Self { text, until_s: ui.input(|input| input.time) + YIELD_NOTE_S };
+    }
+
+    fn show(&self, ui: &mut Ui) {
+        let left_s = self.until_s - ui.input(|input| input.time);
+        if left_s > 0.0 {
+            ui.label(RichText::new(self.text).small().color(WARNING));
+            ui.ctx().request_repaint_after_secs(left_s as f32);
+        }
+    }
+}

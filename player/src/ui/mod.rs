@@ -1,0 +1,21 @@
+//! What the user sees and sets. [`Editor`] and [`Picker`] know nothing of drawing; [`Screen`] draws them with egui and needs no window.
+
+mod editor;
+mod facts;
+mod highlight;
+mod layout;
+mod legal;
+mod material_panel;
+mod panel;
+mod picker;
+mod screen;
+mod style;
+
+pub use editor::Editor;
+pub use facts::{Facts, Loading, Note, Save};
+pub use picker::{Picker, Seen};
+pub use screen::{Screen, Stage, Wishes, title};
+pub use style::set_up as set_up_style;
+
+#[cfg(test)]
+mod tests;

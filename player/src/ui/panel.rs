@@ -1,0 +1,155 @@
+//! The panel: materials, animation, exposure, files, figures.
+
+use super::editor::{Editor, HOLD_RULE};
+use super::facts::{Facts, Loading, Note, Save};
+use super::material_panel::{self, Yielded};
+use super::style::{ACCENT, WARNING};
+use egui::{Button, Color32, Grid, ProgressBar, RichText, ScrollArea, Slider, SliderClamping, Ui};
+
+/// Draws the panel; returns what to save.
+pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded) -> Vec<Save> {
+    let mut save = Vec::new();
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.add_space(6.0);
+        match editor {
+            Some(editor) => {
+                ui.heading(RichText::new(editor.scene().name.as_str()).strong());
+                loading(ui, facts);
+                material_panel::show(ui, editor, yielded);
+                animation(ui, editor);
+                exposure(ui, editor);
+                save = files(ui, note);
+            }
+            None => loading(ui, facts),
+        }
+        statistics(ui, facts);
+    });
+    save
+}
+
+/// A heading with a line above it.
+pub(super) fn section(ui: &mut Ui, title: &str) {
+    ui.add_space(6.0);
+    ui.separator();
+    ui.label(RichText::new(title).small().color(Color32::from_gray(140)));
+}
+
+fn loading(ui: &mut Ui, facts: &Facts) {
+    match &facts.loading {
+        Loading::Arriving => {
+            let share = facts.bytes as f32 / facts.bytes_expected.max(1) as f32;
+            let text = format!("loading: {} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected));
+            ui.add(ProgressBar::new(share).text(RichText::new(text).small()).desired_height(16.0));
+        }
+        Loading::Complete => {}
+        Loading::Prefix => {
+            let text = format!("the first {} of {} images, as asked for by --bytes", facts.images, facts.images_expected);
+            ui.label(RichText::new(text).color(ACCENT));
+        }
+        Loading::Failed(reason) => {
+            let text = format!("Loading ended early; this is what came before ({} of {} images).", facts.images, facts.images_expected);
+            ui.label(RichText::new(text).color(WARNING));
+            ui.label(RichText::new(reason).small().color(WARNING));
+        }
+    }
+}
+
+fn animation(ui: &mut Ui, editor: &mut Editor) {
+    section(ui, "ANIMATION");
+    if editor.animations().is_empty() {
+        ui.label(RichText::new("this bundle has none").weak());
+        return;
+    }
+    let mut chosen = editor.active();
+    ui.horizontal_wrapped(|ui| {
+        ui.selectable_value(&mut chosen, None, "none");
+        for (index, animation) in editor.animations().iter().enumerate() {
+            ui.selectable_value(&mut chosen, Some(index), animation.name.as_str());
+        }
+    });
+    if chosen != editor.active() {
+        editor.choose(chosen);
+    }
+    let Some(duration_s) = editor.animation().map(|animation| f64::from(animation.duration_s)) else { return };
+    ui.horizontal(|ui| {
+        let label = if editor.is_playing() { "Pause" } else { "Play" };
+        if ui.add(Button::new(label).min_size([58.0, 0.0].into())).on_hover_text(HOLD_RULE).clicked() {
+            editor.play_or_pause();
+        }
+        let mut time_s = editor.time_s();
+        let slider = Slider::new(&mut time_s, 0.0..=duration_s).fixed_decimals(2).suffix(" s");
+        let response = ui.add(slider).on_hover_text(HOLD_RULE);
+        if response.changed() {
+            editor.scrub(time_s);
+        }
+        response.accessible_name("time");
+    });
+}
+
+fn exposure(ui: &mut Ui, editor: &mut Editor) {
+    section(ui, "EXPOSURE");
+    ui.horizontal(|ui| {
+        let mut ev = editor.look().exposure_ev;
+        let range = editor.exposure_range();
+        let slider = Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
+        let response = ui.add(slider).on_hover_text("the display shows 2^EV times the radiance; EXR files are not exposed");
+        if response.changed() {
+            editor.set_exposure(ev);
+        }
+        response.accessible_name("exposure");
+        if ui.button("Reset").on_hover_text("back to the scene's exposure").clicked() {
+            editor.reset_exposure();
+        }
+    });
+}
+
+fn files(ui: &mut Ui, note: Option<&Note>) -> Vec<Save> {
+    section(ui, "SAVE");
+    let mut save = Vec::new();
+    ui.horizontal(|ui| {
+        for what in Save::ALL {
+            let (label, hint) = match what {
+                Save::Png => ("PNG", "the picture as shown (S)"),
+                Save::Exr => ("EXR", "linear radiance, before exposure (E)"),
+                Save::State => ("State", "the edits, to be played again with --state (T)"),
+            };
+            if ui.add(Button::new(label).min_size([72.0, 0.0].into())).on_hover_text(hint).clicked() {
+                save.push(what);
+            }
+        }
+    });
+    match note {
+        Some(Ok(path)) => ui.label(RichText::new(format!("saved {}", path.display())).small()),
+        Some(Err(reason)) => ui.label(RichText::new(reason).small().color(WARNING)),
+        None => ui.label(RichText::new("into the current folder, never over another file").small().weak()),
+    };
+    save
+}
+
+fn statistics(ui: &mut Ui, facts: &Facts) {
+    section(ui, "STATISTICS");
+    let ms = |ms: Option<f64>| ms.map_or("not measured".to_owned(), |ms| format!("{ms:.2} ms"));
+    let mut rows = vec![
+        ("GPU time", ms(facts.gpu_ms)),
+        ("CPU time", ms(facts.cpu_ms)),
+        ("streamed", format!("{} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected))),
+        ("images", format!("{} of {}", facts.images, facts.images_expected)),
+        ("method", facts.method.clone()),
+        ("adapter", facts.adapter.clone()),
+    ];
+    if let Some([width, height]) = facts.size {
+        rows.insert(4, ("size", format!("{width} × {height}")));
+    }
+    Grid::new("statistics").num_columns(2).spacing([16.0, 3.0]).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(RichText::new(name).small().weak());
+            ui.add(egui::Label::new(RichText::new(value).small()).truncate());
+            ui.end_row();
+        }
+    });
+    ui.add_space(8.0);
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.1}", bytes as f64 / 1e6)
+}

@@ -1,0 +1,155 @@
+//! Everything in the window: the picture, the panel beside it, the keys.
+
+use super::editor::Editor;
+use super::facts::{Facts, Loading, Note, Save};
+use super::highlight::Highlight;
+use super::layout::{self, PANEL_WIDTH};
+use super::material_panel::Yielded;
+use super::panel;
+use super::picker::{Picker, Seen};
+use super::style::{SURROUND, WARNING};
+use egui::{
+    CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
+};
+
+/// What the user sees when pointing at something that cannot be edited.
+const FIXED: &str = "fixed: not editable in this bundle";
+const KEYS: &str = "S  PNG     E  EXR     T  state     Space  play / pause     Esc  close";
+
+/// The picture and what belongs to it.
+pub struct Stage<'a> {
+    /// What the user sets.
+    pub editor: &'a mut Editor,
+    /// Which material is where.
+    pub picker: &'a Picker,
+    /// The picture.
+    pub picture: TextureId,
+}
+
+/// What the user asks of the program.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Wishes {
+    /// To save these.
+    pub save: Vec<Save>,
+    /// To end.
+    pub close: bool,
+}
+
+/// What the drawing itself must remember.
+#[derive(Default)]
+pub struct Screen {
+    highlight: Highlight,
+    /// Set by a click on something fixed, until the next click.
+    clicked_fixed: bool,
+    yielded: Yielded,
+}
+
+impl Screen {
+    /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show yet.
+    pub fn show(&mut self, ui: &mut Ui, mut stage: Option<Stage<'_>>, facts: &Facts, note: Option<&Note>) -> Wishes {
+        let mut wishes = keys(ui, stage.as_mut().map(|stage| &mut *stage.editor));
+        let panel = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
+        Panel::right("panel").exact_size(PANEL_WIDTH).resizable(false).frame(panel).show(ui, |ui| {
+            let editor = stage.as_mut().map(|stage| &mut *stage.editor);
+            wishes.save.extend(panel::show(ui, editor, facts, note, &mut self.yielded));
+        });
+        let surround = Frame::NONE.fill(SURROUND);
+        let status = Panel::bottom("status").exact_size(28.0).resizable(false).frame(surround.inner_margin(Margin::symmetric(12, 4)));
+        let status = status.show_separator_line(false).show(ui, |ui| ui.max_rect()).inner;
+        CentralPanel::default().frame(surround).show(ui, |ui| match stage {
+            Some(mut stage) => {
+                let seen = self.picture(ui, &mut stage);
+                self.status_line(ui, status, seen.as_ref(), stage.picker);
+            }
+            None => {
+                ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
+            }
+        });
+        wishes
+    }
+
+    /// Draws the picture; returns the pixel under the pointer.
+    fn picture(&mut self, ui: &mut Ui, stage: &mut Stage<'_>) -> Option<[u32; 2]> {
+        let area = ui.max_rect();
+        let rect = layout::image_rect(area, stage.picker.size(), ui.pixels_per_point());
+        let response = ui.allocate_rect(rect, Sense::click());
+        response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::Image, true, "picture"));
+        let pixel = response.hover_pos().and_then(|position| layout::pixel_at(rect, stage.picker.size(), position));
+        let seen = pixel.map_or(Seen::Nothing, |pixel| stage.picker.at(pixel));
+        if response.clicked() {
+            self.clicked_fixed = seen == Seen::Fixed;
+            if let Seen::Material(name) = seen {
+                stage.editor.select(Some(name));
+            }
+        }
+        let hovered = if let Seen::Material(name) = seen { Some(name) } else { None };
+        if hovered.is_some() {
+            ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
+        }
+        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        ui.painter().image(stage.picture, rect, whole, Color32::WHITE);
+        let selected = stage.editor.selected().map(|material| material.name.clone());
+        if let Some(outline) = self.highlight.texture(ui.ctx(), stage.picker, hovered, selected.as_deref()) {
+            ui.painter().image(outline.id(), rect, whole, Color32::WHITE);
+        }
+        pixel
+    }
+
+    /// What is under the pointer, on the left; the keys, on the right.
+    fn status_line(&self, ui: &mut Ui, rect: Rect, pixel: Option<&[u32; 2]>, picker: &Picker) {
+        let seen = pixel.map_or(Seen::Nothing, |pixel| picker.at(*pixel));
+        let weak = Color32::from_gray(120);
+        let (text, colour) = match seen {
+            Seen::Material(name) => (name, Color32::from_gray(220)),
+            Seen::Fixed => (FIXED, if self.clicked_fixed { WARNING } else { weak }),
+            Seen::Nothing => ("click an object to edit its material", weak),
+        };
+        let font = egui::TextStyle::Body.resolve(ui.style());
+        let painter = ui.ctx().layer_painter(ui.layer_id());
+        let left = painter.text(rect.left_center(), egui::Align2::LEFT_CENTER, text, font, colour);
+        let small = egui::TextStyle::Small.resolve(ui.style());
+        let keys = painter.layout_no_wrap(KEYS.to_owned(), small, Color32::from_gray(95));
+        if left.right() + 24.0 + keys.size().x < rect.right() {
+            painter.galley(Pos2::new(rect.right() - keys.size().x, rect.center().y - 0.5 * keys.size().y), keys, weak);
+        }
+    }
+}
+
+/// The keys of the window, unless the user types into a field.
+fn keys(ui: &mut Ui, editor: Option<&mut Editor>) -> Wishes {
+    let mut wishes = Wishes::default();
+    if ui.ctx().text_edit_focused() {
+        return wishes;
+    }
+    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    for (key, save) in [(Key::S, Save::Png), (Key::E, Save::Exr), (Key::T, Save::State)] {
+        if pressed(key) {
+            wishes.save.push(save);
+        }
+    }
+    if pressed(Key::Space)
+        && let Some(editor) = editor
+    {
+        editor.play_or_pause();
+    }
+    // The first Escape closes what is open above the panel.
+    let popup_open = egui::Popup::is_any_open(ui.ctx());
+    wishes.close = (!popup_open && pressed(Key::Escape)) || pressed(Key::Q);
+    wishes
+}
+
+/// The title of the window: scene, selected material, animation, and whether more is to come.
+pub fn title(editor: Option<&Editor>, facts: &Facts) -> String {
+    let mut parts = Vec::new();
+    if let Some(editor) = editor {
+        parts.push(editor.scene().name.clone());
+        parts.extend(editor.selected().map(|m| format!("{}{}", m.name, if editor.is_edited(m) { " (edited)" } else { "" })));
+        let doing = if editor.is_playing() { "playing" } else { "paused" };
+        parts.extend(editor.animation().map(|animation| format!("{} {doing}", animation.name)));
+    }
+    if facts.loading == Loading::Arriving {
+        parts.push("loading".to_owned());
+    }
+    parts.push("Relume player".to_owned());
+    parts.join(" - ")
+}

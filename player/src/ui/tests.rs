@@ -1,0 +1,376 @@
+//! The editor by itself, and through the screen as a user works it.
+
+use super::*;
+use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
+use crate::support::mirror::{Mirror, key, press, release};
+use crate::support::{self, Bundle, blinn_phong};
+use egui::{Event, Key, Pos2, TextureId};
+use relume_formats::Place;
+use relume_formats::kinds::scene;
+use relume_formats::state::{Animation, Brdf, MaterialState, State};
+
+/// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on offer.
+fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
+    let placed = |name: &str, text: &str| {
+        let place = Place::file(name);
+        PlacedAnimation { animation: Animation::parse(name, text, &place).unwrap(), place }
+    };
+    let (glow, fade) = (placed("glow", support::ANIMATION), placed("fade", support::FADE));
+    let state = PlacedState { state, place: Place::file("state") };
+    let (first, others) = if plays { (Some(glow), vec![fade]) } else { (None, vec![glow, fade]) };
+    Controls::new(meta, &state, first, others).unwrap()
+}
+
+fn editor(plays: bool) -> Editor {
+    Editor::new(&controls(&support::scene_meta(), State::default(), plays))
+}
+
+fn kd(editor: &Editor, name: &str) -> [f32; 3] {
+    blinn_phong(editor.look().materials[name]).kd
+}
+
+fn set_kd(kd: [f32; 3]) -> MaterialState {
+    MaterialState { kd: Some(kd), ..Default::default() }
+}
+
+fn close(a: [f32; 3], b: [f32; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5)
+}
+
+#[test]
+fn time_passes_as_the_animation_says() {
+    let mut editor = editor(true);
+    assert!(editor.is_playing() && close(kd(&editor, "a"), [0.1, 0.2, 0.3]));
+    editor.advance(0.125);
+    assert!(close(kd(&editor, "a"), [0.3, 0.2, 0.15]), "halfway to the key at 0.25 s");
+    editor.advance(0.5);
+    assert!((editor.time_s() - 0.125).abs() < 1e-9, "it loops after half a second");
+    editor.play_or_pause();
+    editor.advance(3.0);
+    assert!((editor.time_s() - 0.125).abs() < 1e-9 && !editor.is_playing());
+    // The second one does not loop: it stops at its end, and plays from the start again.
+    editor.choose(Some(1));
+    editor.advance(100.0);
+    assert_eq!((editor.time_s(), editor.is_playing(), editor.look().exposure_ev), (2.0, false, -4.0));
+    editor.play_or_pause();
+    assert_eq!((editor.time_s(), editor.is_playing()), (0.0, true));
+    editor.choose(Some(7));
+    assert_eq!((editor.active(), editor.is_playing()), (None, false));
+    editor.advance(1.0);
+    editor.play_or_pause();
+    editor.scrub(1.0);
+    assert_eq!((editor.time_s(), editor.look()), (0.0, Look::default_of(editor.scene())));
+}
+
+#[test]
+fn scrubbing_pauses_and_stays_within_the_animation() {
+    let mut editor = editor(true);
+    for (to, is) in [(0.25, 0.25), (-1.0, 0.0), (9.0, 0.5), (f64::NAN, 0.5)] {
+        editor.play_or_pause();
+        editor.scrub(to);
+        assert_eq!((editor.time_s(), editor.is_playing()), (is, false));
+    }
+}
+
+#[test]
+fn an_edit_holds_against_the_animation_until_play_or_reset() {
+    let mut editor = editor(true);
+    editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
+    assert!(!editor.is_playing() && editor.is_held("a"), "editing what moves pauses it");
+    editor.scrub(0.25);
+    assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0]);
+    editor.play_or_pause();
+    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_held("a"), "playing gives it back to the animation");
+    editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
+    editor.reset("a");
+    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_playing());
+    // What the animation does not drive is edited while it plays.
+    editor.play_or_pause();
+    editor.edit("b", &set_kd([0.0, 0.0, 0.6]));
+    assert!(editor.is_playing() && !editor.is_held("b"));
+    assert_eq!(kd(&editor, "b"), [0.0, 0.0, 0.6]);
+    editor.reset("b");
+    assert_eq!(editor.look().materials["b"], editor.scene().materials[1].brdf);
+}
+
+#[test]
+fn exposure_obeys_the_same_rule() {
+    let mut editor = editor(false);
+    editor.choose(Some(1));
+    editor.advance(1.0);
+    assert!((editor.look().exposure_ev + 2.0).abs() < 1e-6);
+    editor.set_exposure(3.0);
+    assert_eq!((editor.look().exposure_ev, editor.is_playing()), (3.0, false));
+    editor.play_or_pause();
+    assert!((editor.look().exposure_ev + 2.0).abs() < 1e-6);
+    editor.choose(None);
+    assert_eq!(editor.look().exposure_ev, 3.0, "without the animation the edit is still there");
+    editor.set_exposure(f32::NAN);
+    editor.set_exposure(1e9);
+    assert_eq!(editor.look().exposure_ev, 32.0);
+    editor.reset_exposure();
+    assert_eq!(editor.look().exposure_ev, 0.5);
+}
+
+#[test]
+fn an_animation_over_an_edit_stays_legal() {
+    let mut editor = editor(false);
+    editor.edit("a", &MaterialState { ks: Some([0.9; 3]), ..Default::default() });
+    editor.choose(Some(0));
+    for step in 0..50 {
+        editor.advance(0.01);
+        let look = editor.look();
+        for material in editor.materials() {
+            material.validate(&look.materials[&material.name], &Place::file("look")).unwrap();
+        }
+        let a = blinn_phong(look.materials["a"]);
+        assert!(a.kd.iter().zip(a.ks).all(|(kd, ks)| (ks - f32::min(0.9, 1.0 - kd)).abs() < 1e-6), "{step}: {a:?}");
+    }
+}
+
+#[test]
+fn only_what_varies_is_selected_or_edited() {
+    let mut editor = editor(false);
+    let before = editor.look();
+    editor.select(Some("fixed"));
+    editor.edit("fixed", &set_kd([0.0; 3]));
+    editor.edit("nobody", &set_kd([0.0; 3]));
+    editor.reset("fixed");
+    assert_eq!((editor.selected(), editor.look()), (None, before));
+    assert_eq!(editor.materials().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
+}
+
+#[test]
+fn a_saved_state_leads_to_the_same_look() {
+    assert_eq!(toml::to_string(&editor(false).state()).unwrap(), "", "the scene itself needs no words");
+    let mut editor = editor(true);
+    editor.scrub(0.1);
+    editor.edit("b", &MaterialState { shininess: Some(1.0 / 3.0 + 7.0), ..Default::default() });
+    editor.set_exposure(-1.1);
+    let text = toml::to_string(&editor.state()).unwrap();
+    let state: State = relume_formats::state::parse_toml(&text, &Place::file("saved")).unwrap();
+    assert_eq!(*controls(&support::scene_meta(), state, false).base(), editor.look(), "{text}");
+}
+
+/// A user before the screen.
+struct User {
+    mirror: Mirror,
+    screen: Screen,
+    editor: Editor,
+    picker: Picker,
+    facts: Facts,
+    wishes: Wishes,
+}
+
+impl User {
+    fn new(editor: Editor) -> Self {
+        let facts = Facts {
+            adapter: "an adapter".to_owned(),
+            method: "transfer-images".to_owned(),
+            size: Some(support::SIZE),
+            cpu_ms: Some(0.25),
+            gpu_ms: None,
+            bytes: 3_000_000,
+            bytes_expected: 12_000_000,
+            images: 3,
+            images_expected: 12,
+            loading: Loading::Complete,
+        };
+        let picker = Picker::new(&support::images(true).head);
+        let mirror = Mirror::new([1200.0, 820.0]);
+        let mut user = Self { mirror, screen: Screen::default(), editor, picker, facts, wishes: Wishes::default() };
+        set_up_style(user.mirror.context());
+        // Some layouts take a frame to settle.
+        (0..3).for_each(|_| user.frame(Vec::new()));
+        user
+    }
+
+    fn frame(&mut self, events: Vec<Event>) {
+        let Self { mirror, screen, editor, picker, facts, wishes } = self;
+        *wishes = Wishes::default();
+        mirror.frame(events, |ui| {
+            let stage = Stage { editor: &mut *editor, picker: &*picker, picture: TextureId::User(0) };
+            let new = screen.show(ui, Some(stage), facts, None);
+            wishes.save.extend(new.save);
+            wishes.close |= new.close;
+        });
+    }
+
+    fn click_at(&mut self, at: Pos2) {
+        self.frame(vec![Event::PointerMoved(at)]);
+        self.frame(press(at));
+        self.frame(release(at));
+        let wishes = std::mem::take(&mut self.wishes);
+        self.frame(Vec::new());
+        self.wishes = wishes;
+    }
+
+    #[track_caller]
+    fn click(&mut self, name: &str) {
+        self.click_at(self.mirror.rect(name).center());
+    }
+
+    /// The middle of a pixel that shows what `wanted` accepts.
+    fn pixel_of(&self, wanted: impl Fn(Seen<'_>) -> bool) -> Pos2 {
+        let [width, height] = support::SIZE;
+        let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        let [x, y] = pixels.find(|pixel| wanted(self.picker.at(*pixel))).unwrap();
+        let image = self.mirror.rect("picture");
+        image.min + egui::Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
+    }
+
+    /// Drags the slider called `name` to `share` of its length.
+    fn slide(&mut self, name: &str, share: f32) {
+        let rail = self.mirror.rect(name);
+        let to = Pos2::new(rail.left() + share * rail.width(), rail.center().y);
+        self.frame(press(rail.center()));
+        self.frame(vec![Event::PointerMoved(to)]);
+        self.frame(release(to));
+        self.frame(Vec::new());
+    }
+
+    fn shows(&self, text: &str) -> bool {
+        self.mirror.names().iter().any(|name| name.contains(text))
+    }
+}
+
+#[test]
+fn a_click_on_the_picture_selects_what_is_there() {
+    let mut user = User::new(editor(false));
+    user.click_at(user.pixel_of(|seen| seen == Seen::Material("a")));
+    assert_eq!(user.editor.selected().unwrap().name, "a");
+    user.click_at(user.pixel_of(|seen| seen == Seen::Material("b")));
+    assert_eq!(user.editor.selected().unwrap().name, "b");
+    // What is fixed says so and leaves the selection alone.
+    user.click_at(user.pixel_of(|seen| seen == Seen::Fixed));
+    assert_eq!(user.editor.selected().unwrap().name, "b");
+    user.click("a");
+    assert_eq!(user.editor.selected().unwrap().name, "a", "by its name in the list");
+}
+
+#[test]
+fn sliders_edit_the_selected_material() {
+    let mut user = User::new(editor(false));
+    user.click("a");
+    let before = blinn_phong(user.editor.look().materials["a"]);
+    user.slide("shininess", 1.0);
+    let after = blinn_phong(user.editor.look().materials["a"]);
+    assert_eq!((after.shininess, after.kd, after.ks), (200.0, before.kd, before.ks));
+    assert!(user.shows("a  (edited)"));
+    user.slide("exposure", 0.0);
+    assert_eq!(user.editor.look().exposure_ev, -9.5, "ten EV below the scene's");
+    user.click("Reset material");
+    assert_eq!(user.editor.look().materials["a"], Brdf::BlinnPhong(before));
+    assert!(!user.shows("(edited)") && user.mirror.is_disabled("Reset material"));
+}
+
+#[test]
+fn merely_showing_a_material_changes_nothing() {
+    let mut user = User::new(editor(false));
+    for name in ["a", "b"] {
+        user.click(name);
+        user.click("kd");
+        (0..5).for_each(|_| user.frame(vec![Event::PointerMoved(Pos2::new(3.0, 3.0))]));
+        user.frame(key(Key::Escape));
+    }
+    assert_eq!(user.editor.look(), Look::default_of(user.editor.scene()));
+}
+
+#[test]
+fn the_reflectance_that_gives_way_is_told() {
+    let mut user = User::new(editor(false));
+    user.click("a");
+    let field = user.mirror.rect("kd R").center();
+    user.frame(press(field));
+    user.frame(vec![Event::PointerMoved(field + egui::Vec2::new(400.0, 0.0))]);
+    user.frame(release(field + egui::Vec2::new(400.0, 0.0)));
+    let a = blinn_phong(user.editor.look().materials["a"]);
+    assert_eq!((a.kd[0], a.ks[0]), (1.0, 0.0));
+    user.frame(Vec::new());
+    assert!(user.shows("glossy was lowered"));
+    (0..60).for_each(|_| user.frame(Vec::new()));
+    assert!(!user.shows("glossy was lowered"), "for a while only");
+}
+
+#[test]
+fn animation_controls() {
+    let mut user = User::new(editor(true));
+    user.click("Pause");
+    assert!(!user.editor.is_playing());
+    user.slide("time", 0.5);
+    assert!((user.editor.time_s() - 0.25).abs() < 0.01, "{}", user.editor.time_s());
+    user.click("Play");
+    user.frame(key(Key::Space));
+    assert!(!user.editor.is_playing());
+    user.click("a");
+    assert!(user.shows("moved by the animation"));
+    user.slide("shininess", 0.3);
+    assert!(user.shows("held by hand"));
+    user.click("fade");
+    assert_eq!((user.editor.active(), user.editor.is_playing()), (Some(1), true));
+    user.click("none");
+    assert_eq!(user.editor.active(), None);
+}
+
+#[test]
+fn keys_and_buttons_ask_for_the_same() {
+    let mut user = User::new(editor(false));
+    for (key_of, button, what) in [(Key::S, "PNG", Save::Png), (Key::E, "EXR", Save::Exr), (Key::T, "State", Save::State)] {
+        user.frame(key(key_of));
+        assert_eq!(user.wishes, Wishes { save: vec![what], close: false });
+        user.click(button);
+        assert_eq!(user.wishes, Wishes { save: vec![what], close: false });
+    }
+    for key_of in [Key::Escape, Key::Q] {
+        user.frame(key(key_of));
+        assert_eq!(user.wishes, Wishes { save: Vec::new(), close: true });
+    }
+}
+
+#[test]
+fn a_still_screen_asks_for_no_frames() {
+    let mut user = User::new(editor(false));
+    user.click("a");
+    (0..60).for_each(|_| user.frame(Vec::new()));
+    assert!(!user.mirror.restless);
+}
+
+#[test]
+fn a_textured_metal_is_refused_with_the_reason() {
+    let meta = Bundle::write_ggx().scene_meta();
+    let state = PlacedState { state: State::default(), place: Place::file("defaults") };
+    let mut user = User::new(Editor::new(&Controls::new(&meta, &state, None, Vec::new()).unwrap()));
+    user.click("a");
+    assert!(user.mirror.is_disabled("metallic"));
+    user.slide("metallic", 1.0);
+    assert_eq!(user.editor.look().materials["a"], meta.materials[2].brdf);
+    user.frame(vec![Event::PointerMoved(user.mirror.rect("metallic").center())]);
+    (0..20).for_each(|_| user.frame(Vec::new()));
+    assert!(user.shows("not linear in what was baked"), "{:?}", user.mirror.names());
+    user.slide("roughness", 0.0);
+    let Brdf::Ggx(a) = user.editor.look().materials["a"] else { panic!() };
+    assert_eq!((a.roughness, a.metallic), (0.32, 0.0));
+    user.click("b");
+    user.slide("metallic", 0.0);
+    let Brdf::Ggx(b) = user.editor.look().materials["b"] else { panic!() };
+    assert_eq!(b.metallic, 0.0);
+}
+
+#[test]
+fn how_loading_stands_is_told() {
+    let mut user = User::new(editor(false));
+    for (loading, text) in [
+        (Loading::Arriving, "loading"),
+        (Loading::Prefix, "the first 3 of 12 images"),
+        (Loading::Failed("images.relume: checksum".to_owned()), "images.relume: checksum"),
+    ] {
+        user.facts.loading = loading;
+        user.frame(Vec::new());
+        assert!(user.shows(text), "{text}: {:?}", user.mirror.names());
+    }
+    assert!(user.shows("3.0 of 12.0 MB") && user.shows("3 of 12") && user.shows("an adapter"));
+    user.facts.loading = Loading::Arriving;
+    user.editor.select(Some("a"));
+    assert_eq!(title(Some(&user.editor), &user.facts), "synthetic - a - loading - Relume player");
+    assert_eq!(title(None, &user.facts), "loading - Relume player");
+}

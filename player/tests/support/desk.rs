@@ -1,0 +1,190 @@
+//! A virtual display, and a player with a window on it that is worked with `xdotool`.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use egui::Pos2;
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest wait for anything. Software rendering on a busy machine is slow.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A display of our own.
+pub struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+impl Display {
+    /// A new display, or `None` aloud if this machine has no server for it.
+    pub fn open() -> Option<Self> {
+        if !crate::support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))
+            || !crate::support::gpu_there(tools_there)
+        {
+            return None;
+        }
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        assert!(!number.trim().is_empty(), "Xvfb did not start");
+        Some(Self { server, name: format!(":{}", number.trim()) })
+    }
+
+    /// What `xdotool` says to these commands, one after the other; `None` if it fails.
+    pub fn xdotool(&self, commands: &str) -> Option<String> {
+        let output = Command::new("xdotool").args(commands.split_whitespace()).env("DISPLAY", &self.name).output().unwrap();
+        output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
+    }
+}
+
+fn tools_there() -> Result<(), String> {
+    for (tool, package) in [("Xvfb", "xvfb"), ("xdotool", "xdotool")] {
+        let found = std::env::var_os("PATH").is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).exists()));
+        if !found {
+            return Err(format!("no {tool}; install {package}"));
+        }
+    }
+    Ok(())
+}
+
+/// A player with a window. Files that it saves go into a folder of its own.
+pub struct Window<'a> {
+    pub display: &'a Display,
+    pub child: Child,
+    pub id: String,
+    pub folder: tempfile::TempDir,
+}
+
+impl Drop for Window<'_> {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl<'a> Window<'a> {
+    /// Plays `bundle`, and waits for a window whose title starts with `title`.
+    pub fn open(display: &'a Display, bundle: &Path, arguments: &[&str], title: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let child = Command::new(env!("CARGO_BIN_EXE_player"))
+            .arg(bundle)
+            .args(arguments)
+            .current_dir(folder.path())
+            .env("DISPLAY", &display.name)
+            .env("WINIT_X11_SCALE_FACTOR", "1")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut window = Self { display, child, id: String::new(), folder };
+        window.id = window.wait("a window", |window| {
+            let found = window.display.xdotool("search --onlyvisible --name Relume")?;
+            found.lines().next().map(str::to_owned).filter(|id| !id.is_empty())
+        });
+        window.wait_for_title(title);
+        display.xdotool(&format!("windowfocus --sync {}", window.id)).unwrap();
+        window
+    }
+
+    /// Waits until `look` finds something.
+    #[track_caller]
+    pub fn wait<T>(&mut self, what: &str, look: impl Fn(&Self) -> Option<T>) -> T {
+        let began = Instant::now();
+        loop {
+            if let Some(found) = look(self) {
+                return found;
+            }
+            if let Some(status) = self.child.try_wait().unwrap() {
+                panic!("waited for {what}, but the player ended: {status}, {}", self.complaint());
+            }
+            assert!(began.elapsed() < PATIENCE, "waited for {what} in vain; the title is {:?}", self.title());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    pub fn complaint(&mut self) -> String {
+        self.child.stderr.take().map_or_else(String::new, |stderr| std::io::read_to_string(stderr).unwrap())
+    }
+
+    pub fn title(&self) -> Option<String> {
+        self.display.xdotool(&format!("getwindowname {}", self.id))
+    }
+
+    #[track_caller]
+    pub fn wait_for_title(&mut self, title: &str) {
+        self.wait(title, |window| window.title().filter(|is| is.starts_with(title)));
+    }
+
+    pub fn size(&self) -> [f32; 2] {
+        let text = self.display.xdotool(&format!("getwindowgeometry --shell {}", self.id)).unwrap();
+        ["WIDTH=", "HEIGHT="].map(|key| text.lines().find_map(|line| line.strip_prefix(key)).unwrap().parse().unwrap())
+    }
+
+    pub fn click(&self, at: Pos2) {
+        let Pos2 { x, y } = at.round();
+        self.display.xdotool(&format!("mousemove --window {} {x} {y} click 1", self.id)).unwrap();
+    }
+
+    /// Presses at `from`, waits for the title that this leads to, and drags on to `to`.
+    #[track_caller]
+    pub fn drag(&mut self, from: Pos2, title: &str, to: Pos2) {
+        let (from, to) = (from.round(), to.round());
+        self.display.xdotool(&format!("mousemove --window {} {} {} mousedown 1", self.id, from.x, from.y)).unwrap();
+        self.wait_for_title(title);
+        self.display.xdotool(&format!("mousemove --window {} {} {}", self.id, to.x, to.y)).unwrap();
+        self.display.xdotool("mouseup 1").unwrap();
+    }
+
+    pub fn key(&self, key: &str) {
+        self.display.xdotool(&format!("key {key}")).unwrap();
+    }
+
+    /// Presses a key that saves, and waits for the file.
+    #[track_caller]
+    pub fn save(&mut self, key: &str, name: &str) -> PathBuf {
+        let path = self.folder.path().join(name);
+        assert!(!path.exists());
+        self.key(key);
+        // A file is claimed empty before it is filled, and a state may stay empty: then the title of the panel is no help either.
+        self.wait(name, |_| path.metadata().ok().filter(|file| file.len() > 0 || name.ends_with("0001.toml")));
+        path
+    }
+
+    /// The statistics, once they are written.
+    pub fn wait_for_stats(&mut self, path: &Path) -> serde_json::Value {
+        let began = Instant::now();
+        while !path.exists() {
+            assert!(began.elapsed() < PATIENCE, "no statistics");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    }
+
+    /// Waits for the end: the exit code, and what was said on stderr.
+    #[track_caller]
+    pub fn end(mut self) -> (Option<i32>, String) {
+        let began = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            assert!(began.elapsed() < PATIENCE, "the player does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        (status.code(), self.complaint())
+    }
+}

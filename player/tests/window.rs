@@ -1,0 +1,219 @@
+//! The window on a real display, if a virtual one: opened, clicked on, edited, scrubbed, closed, as a user does it.
+//!
+//! What the window did is read from the files that it saves. Every action is done twice: with `xdotool` on the window, and on a twin of its
+//! screen within the test, which tells where things are.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+#[path = "support/desk.rs"]
+mod desk;
+mod support;
+
+use desk::{Display, Window};
+use egui::{Event, Pos2, TextureId, Vec2};
+use relume_formats::Place;
+use relume_formats::state::{Animation, State};
+use relume_player::controls::{Controls, PlacedAnimation, PlacedState};
+use relume_player::output::display_value;
+use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Seen, Stage};
+use std::path::Path;
+use std::process::Command;
+use support::Bundle;
+use support::mirror::{Mirror, press, release};
+
+/// The same screen without a window.
+struct Twin {
+    mirror: Mirror,
+    screen: Screen,
+    editor: Editor,
+    picker: Picker,
+    facts: Facts,
+}
+
+impl Twin {
+    fn new(bundle: &Bundle, size: [f32; 2]) -> Self {
+        let place = || Place::file("twin");
+        let glow = PlacedAnimation { animation: Animation::parse("glow", support::ANIMATION, &place()).unwrap(), place: place() };
+        let state = PlacedState { state: State::default(), place: place() };
+        let editor = Editor::new(&Controls::new(&bundle.scene_meta(), &state, None, vec![glow]).unwrap());
+        let facts = Facts {
+            adapter: "twin".to_owned(),
+            method: "twin".to_owned(),
+            size: Some(support::SIZE),
+            cpu_ms: None,
+            gpu_ms: None,
+            bytes: 0,
+            bytes_expected: 0,
+            images: 0,
+            images_expected: 0,
+            loading: Loading::Complete,
+        };
+        let mut twin =
+            Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker: Picker::new(&bundle.images.head), facts };
+        relume_player::ui::set_up_style(twin.mirror.context());
+        (0..3).for_each(|_| twin.frame(Vec::new()));
+        twin
+    }
+
+    fn frame(&mut self, events: Vec<Event>) {
+        let Self { mirror, screen, editor, picker, facts } = self;
+        mirror.frame(events, |ui| {
+            let stage = Stage { editor: &mut *editor, picker: &*picker, picture: TextureId::User(0) };
+            screen.show(ui, Some(stage), facts, None);
+        });
+    }
+
+    /// Clicks in the window and here.
+    fn click(&mut self, window: &Window<'_>, at: Pos2) {
+        let at = at.round();
+        window.click(at);
+        for events in [vec![Event::PointerMoved(at)], press(at), release(at), Vec::new(), Vec::new()] {
+            self.frame(events);
+        }
+    }
+
+    /// Drags in the window and here.
+    #[track_caller]
+    fn drag(&mut self, window: &mut Window<'_>, from: Pos2, title: &str, to: Pos2) {
+        let (from, to) = (from.round(), to.round());
+        window.drag(from, title, to);
+        for events in [press(from), vec![Event::PointerMoved(to)], release(to), Vec::new()] {
+            self.frame(events);
+        }
+    }
+
+    /// Where in the window a pixel is that shows the material.
+    fn pixel_of(&self, material: &str) -> Pos2 {
+        let [width, height] = support::SIZE;
+        let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        let [x, y] = pixels.find(|pixel| self.picker.at(*pixel) == Seen::Material(material)).unwrap();
+        let image = self.mirror.rect("picture");
+        image.min + Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
+    }
+}
+
+fn state(path: &Path) -> State {
+    relume_formats::state::parse_toml(&std::fs::read_to_string(path).unwrap(), &Place::file(path)).unwrap()
+}
+
+/// Asserts that a saved picture is what the CPU makes of `state`.
+fn expect_picture(bundle: &Bundle, state: &State, png: &Path) {
+    let meta = bundle.scene_meta();
+    let placed = PlacedState { state: state.clone(), place: Place::file("state") };
+    let look = Controls::new(&meta, &placed, None, Vec::new()).unwrap().base().clone();
+    let expected = bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true);
+    let image = image::open(png).unwrap().to_rgb8();
+    for (pixel, radiance) in image.pixels().zip(&expected) {
+        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, look.exposure_ev)) {
+            let srgb = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
+        }
+    }
+}
+
+#[test]
+fn open_click_edit_scrub_save_close() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let mut window = Window::open(&display, bundle.folder(), &["--stats", "stats.json"], "synthetic - Relume");
+    let mut twin = Twin::new(&bundle, window.size());
+    let untouched = window.save("t", "synthetic-0001.toml");
+    let default_png = window.save("s", "synthetic-0001.png");
+    assert_eq!(std::fs::read_to_string(untouched).unwrap(), "");
+    expect_picture(&bundle, &State::default(), &default_png);
+
+    twin.click(&window, twin.pixel_of("a"));
+    window.wait_for_title("synthetic - a - Relume");
+    let rail = twin.mirror.rect("shininess");
+    twin.drag(&mut window, rail.center(), "synthetic - a (edited) - Relume", Pos2::new(rail.right() + 30.0, rail.center().y));
+    let edited = state(&window.save("t", "synthetic-0002.toml"));
+    assert_eq!(edited.materials.keys().collect::<Vec<_>>(), ["a"]);
+    assert_eq!((edited.materials["a"].shininess, &edited.camera), (Some(200.0), &None));
+    let edited_png = window.save("s", "synthetic-0002.png");
+    expect_picture(&bundle, &edited, &edited_png);
+    assert_ne!(std::fs::read(&edited_png).unwrap(), std::fs::read(&default_png).unwrap());
+    window.save("e", "synthetic-0001.exr");
+
+    twin.click(&window, twin.mirror.rect("glow").center());
+    window.wait_for_title("synthetic - a (edited) - glow playing");
+    let rail = twin.mirror.rect("time");
+    twin.drag(&mut window, rail.center(), "synthetic - a (edited) - glow paused", Pos2::new(rail.left() - 30.0, rail.center().y));
+    let scrubbed = state(&window.save("t", "synthetic-0003.toml"));
+    let kd = scrubbed.materials["a"].kd.unwrap();
+    assert!(kd.iter().zip([0.1, 0.2, 0.3]).all(|(kd, at_start)| (kd - at_start).abs() < 1e-5), "{kd:?}");
+    window.key("space");
+    window.wait_for_title("synthetic - a (edited) - glow playing");
+
+    let stats_path = window.folder.path().join("stats.json");
+    window.key("Escape");
+    // The folder goes with the window.
+    let stats = window.wait_for_stats(&stats_path);
+    let (code, stderr) = window.end();
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    assert!(stats["frames"].as_u64().unwrap() >= 3 && stats["missing_slots"].as_array().unwrap().is_empty(), "{stats}");
+    assert!(stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap());
+}
+
+#[test]
+fn a_saved_state_is_played_again() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(false);
+    let text = "[camera]\nexposure_ev = -1.5\n\n[materials.b]\nkd = [0.1, 0.6, 0.2]\nks = [0.5, 0.25, 0.3]\nshininess = 33.25\n";
+    let path = bundle.folder().join("edit.toml");
+    std::fs::write(&path, text).unwrap();
+    let mut window = Window::open(&display, bundle.folder(), &["--state", path.to_str().unwrap()], "synthetic - Relume");
+    let saved = window.save("t", "synthetic-0001.toml");
+    window.wait("the state", |_| Some(()).filter(|()| std::fs::read_to_string(&saved).unwrap() == text));
+    let png = window.save("s", "synthetic-0001.png");
+    expect_picture(&bundle, &state(&path), &png);
+    window.key("q");
+    assert_eq!(window.end(), (Some(0), String::new()));
+}
+
+#[test]
+fn the_first_image_comes_before_the_last_byte() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let rate = (bundle.playlist_bytes() / 4).to_string();
+    let mut window = Window::open(&display, bundle.folder(), &["--rate", &rate], "synthetic - loading");
+    let twin = Twin::new(&bundle, window.size());
+    // It can be edited while it loads.
+    window.click(twin.pixel_of("b"));
+    window.wait_for_title("synthetic - b - loading");
+    window.wait_for_title("synthetic - b - Relume");
+    let png = window.save("s", "synthetic-0001.png");
+    expect_picture(&bundle, &State::default(), &png);
+    window.key("Escape");
+    assert_eq!(window.end().0, Some(0));
+}
+
+#[test]
+fn a_source_that_fails_leaves_the_picture() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let path = bundle.folder().join("images.relume");
+    let mut bytes = std::fs::read(&path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let mut window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
+    window.save("s", "synthetic-0001.png");
+    window.key("Escape");
+    let (code, stderr) = window.end();
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains("checksum"), "{stderr}");
+}
+
+#[test]
+fn it_can_be_closed_from_outside() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let window = Window::open(&display, bundle.folder(), &["--animation", "glow"], "synthetic - glow playing");
+    display.xdotool(&format!("windowclose {}", window.id)).unwrap();
+    assert_eq!(window.end(), (Some(0), String::new()), "its window was destroyed");
+    let window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
+    let killed = Command::new("kill").args(["-INT", &window.child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let (code, stderr) = window.end();
+    assert_eq!(code, Some(130), "{stderr}");
+    assert!(stderr.starts_with("error: interrupted") && stderr.lines().count() == 1, "{stderr}");
+}

@@ -113,8 +113,7 @@ impl Look {
         let mut look = self.clone();
         for material in &scene.materials {
             if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
-                *brdf = brdf.with(change, &material.name, place)?;
-                material.validate(brdf, place)?;
+                *brdf = material.with(brdf, change, place)?;
             }
         }
         if let Some(change) = &state.camera {

@@ -143,8 +143,7 @@ fn verify_animation(animation: &Animation, materials: &[&StoredMaterial], scene:
         }
         for material in materials {
             if let Some(change) = state.materials.get(&material.name) {
-                let brdf = material.brdf.with(change, &material.name, &place)?;
-                material.validate(&brdf, &place)?;
+                material.with(&material.brdf, change, &place)?;
             }
         }
     }

@@ -11,7 +11,7 @@
 
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
 use crate::error::{Place, Result};
-use crate::state::{Brdf, Camera};
+use crate::state::{Brdf, Camera, MaterialState};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -44,10 +44,25 @@ pub struct StoredMaterial {
 }
 
 impl StoredMaterial {
-    /// Checks parameters that the material has, or is to have.
+    /// Checks parameters that the material has, or is to have: first the narrower range of one that varies, whose message is of more use.
+    ///
+    /// # Errors
+    /// `Invalid` with the range that is left.
     pub fn validate(&self, brdf: &Brdf, place: &Place) -> Result<()> {
-        brdf.validate(&self.name, place)?;
-        if self.varies { brdf.validate_varying(self.textured, &self.name, place) } else { Ok(()) }
+        if self.varies {
+            brdf.validate_varying(self.textured, &self.name, place)?;
+        }
+        brdf.validate(&self.name, place)
+    }
+
+    /// `brdf`, which the material has at the moment, with the leaves that `change` names replaced.
+    ///
+    /// # Errors
+    /// `Invalid` for leaves of another model and for what [`StoredMaterial::validate`] refuses.
+    pub fn with(&self, brdf: &Brdf, change: &MaterialState, place: &Place) -> Result<Brdf> {
+        let brdf = brdf.replaced(change, &self.name, place)?;
+        self.validate(&brdf, place)?;
+        Ok(brdf)
     }
 }
 

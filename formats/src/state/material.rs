@@ -95,11 +95,18 @@ impl Brdf {
     /// # Errors
     /// `Invalid` for a leaf of the other model, or a value out of its range.
     pub fn with(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
+        let brdf = self.replaced(change, name, place)?;
+        brdf.validate(name, place)?;
+        Ok(brdf)
+    }
+
+    /// [`Brdf::with`] before any range is checked.
+    pub(crate) fn replaced(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
         if let Some(stranger) = change.leaf_not_of(self.model()) {
             let (model, leaves) = (self.model().name(), self.model().leaves());
             return Err(Error::invalid(place, format!("material `{name}`: is \"{model}\", which has {leaves}, not `{stranger}`")));
         }
-        let brdf = match *self {
+        Ok(match *self {
             Self::BlinnPhong(old) => Self::BlinnPhong(BlinnPhong {
                 kd: change.kd.unwrap_or(old.kd),
                 ks: change.ks.unwrap_or(old.ks),
@@ -110,9 +117,7 @@ impl Brdf {
                 metallic: change.metallic.unwrap_or(old.metallic),
                 roughness: change.roughness.unwrap_or(old.roughness),
             }),
-        };
-        brdf.validate(name, place)?;
-        Ok(brdf)
+        })
     }
 
     /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis eq. 4-16), for GGX a colour and

@@ -105,8 +105,18 @@ impl GltfFile {
     }
 }
 
+/// The crate takes the header's own 12 bytes off the length that a GLB declares, however small that is.
+fn expect_whole_header(bytes: &[u8], place: &Place) -> Result<()> {
+    let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8)?.try_into().ok()).map(u32::from_le_bytes);
+    match length {
+        Some(length @ ..12) => Err(Error::invalid(place, format!("not a glTF 2.0 file (declares {length} bytes); export it again"))),
+        _ => Ok(()),
+    }
+}
+
 /// The validated structure and the binary part. The crate's validation looks into the accessor of positions before it checks that there is one.
 fn parse(bytes: &[u8], place: &Place) -> Result<(Document, Option<Vec<u8>>)> {
+    expect_whole_header(bytes, place)?;
     let gltf = Gltf::from_slice_without_validation(bytes).map_err(|e| parse_error(&e, place))?;
     let json = gltf.document.into_json();
     let attributes = json.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.attributes);

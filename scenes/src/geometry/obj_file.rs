@@ -42,23 +42,36 @@ fn line_count(text: &[u8]) -> usize {
     text.split_inclusive(|b| *b == b'\n').count()
 }
 
-/// Refuses what the parser would allocate or compute without bounds: polygons in excess and indices of absurd length.
+/// Refuses what the parser would allocate or compute without bounds: polygons in excess, indices of absurd length, and negative ones that count back
+/// beyond the first vertex.
 fn check_faces(bytes: &[u8], place: &Place) -> Result<()> {
     let mut corners = 0;
+    // How many positions, texture coordinates and normals there have been, as the indices of a corner name them.
+    let mut counts = [0_i64; 3];
     for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-        if !matches!(words.next(), Some(b"f" | b"l")) {
-            continue;
-        }
-        for word in words {
-            corners += 1;
-            if word.split(|b| *b == b'/').any(|index| index.len() > 10) {
-                return Err(Error::invalid(&place.part(format!("line {}", number + 1)), "face index out of bounds; mend the file"));
+        match words.next() {
+            Some(b"v") => counts[0] += 1,
+            Some(b"vt") => counts[1] += 1,
+            Some(b"vn") => counts[2] += 1,
+            Some(b"f" | b"l") => {
+                for word in words {
+                    corners += 1;
+                    let mut indices = word.split(|b| *b == b'/').zip(counts);
+                    if indices.any(|(index, count)| index.len() > 10 || number_of(index).is_some_and(|i| i < -count)) {
+                        return Err(Error::invalid(&place.part(format!("line {}", number + 1)), "face index out of bounds; mend the file"));
+                    }
+                }
             }
+            _ => {}
         }
     }
     if corners > 3 * MAX_ELEMENTS {
         return Err(Error::invalid(place, format!("more than {MAX_ELEMENTS} triangles in one file; split or simplify it")));
     }
     Ok(())
+}
+
+fn number_of(text: &[u8]) -> Option<i64> {
+    std::str::from_utf8(text).ok()?.parse().ok()
 }

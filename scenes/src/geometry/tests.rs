@@ -270,9 +270,10 @@ fn broken_obj_is_refused_with_its_line() {
     for (text, part) in [
         ("v 0 0 0\nv 1 x 0\n", "t.obj: line 2: position parse error"),
         ("v 0 0 0\nf 1 2 3\n", "face vertex index out of bounds"),
-        ("v 0 0 0\nf 1 1 -5\n", "face vertex index out of bounds"),
+        ("v 0 0 0\nf 1 1 -5\n", "t.obj: line 2: face index out of bounds"),
         ("v 0 0 0\nvn 0 0 1\nf 1//6148914691236517206 1 1\n", "t.obj: line 3: face index out of bounds"),
         ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1 at [inf, 0.0, 0.0] is not a finite position"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-2 3/1\n", "t.obj: line 5: face index out of bounds"),
         ("", "no usable triangle"),
     ] {
         let message = refusal(&folder.write("t.obj", text), None);

@@ -4,7 +4,7 @@
 //! of its own. Every basis function is a known linear combination of the analytic samples, so it can be evaluated exactly at any half angle:
 //! that fills the fine tables, and the coarse grid serves for inner products only.
 
-use super::{dot, errors_of, unmeasured};
+use super::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
 use ndarray::{Array2, s};
 use ndarray_linalg::error::LinalgError;
@@ -58,7 +58,7 @@ fn glossy(s: f64, cos_delta: f64) -> f64 {
 /// See [`super::build`].
 pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
     let grid = Grid::new();
-    let samples = Samples::new(&grid, shared_diffuse);
+    let samples = Samples::new(&unit_lobes(&grid), &grid.diffuse(), shared_diffuse);
     let Svd { u, s, vt } = thin_svd(&samples.matrix)?;
     let glossy_bases = bases - 1;
     // Root mean square 1 over the grid, so that coefficients are of the order of the BRDF.
@@ -78,34 +78,16 @@ pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, Lin
     Ok(basis)
 }
 
-/// The sample matrix and how each column was made from the analytic lobe.
-struct Samples {
-    matrix: Array2<f64>,
-    /// For each exponent: one over the norm of its lobe.
-    scale: Vec<f64>,
-    /// For each exponent: how much of the diffuse lobe was taken away after scaling.
-    diffuse_share: Vec<f64>,
+/// The lobe of every sampled exponent, with the factor that makes its norm 1.
+fn unit_lobes(grid: &Grid) -> Vec<(Vec<f64>, f64)> {
+    let unit = |lobe: Vec<f64>| {
+        let factor = 1.0 / dot(&lobe, &lobe).sqrt();
+        (lobe, factor)
+    };
+    (1..=SAMPLES).map(|s| unit(grid.lobe(s as f64))).collect()
 }
 
 impl Samples {
-    fn new(grid: &Grid, shared_diffuse: bool) -> Self {
-        let diffuse = grid.diffuse();
-        let diffuse_squared = dot(&diffuse, &diffuse);
-        let mut matrix = Array2::zeros((grid.cos_delta.len(), SAMPLES));
-        let (mut scale, mut diffuse_share) = (Vec::new(), Vec::new());
-        for (index, mut column) in matrix.columns_mut().into_iter().enumerate() {
-            let lobe = grid.lobe((index + 1) as f64);
-            let unit = 1.0 / dot(&lobe, &lobe).sqrt();
-            let share = if shared_diffuse { unit * dot(&lobe, &diffuse) / diffuse_squared } else { 0.0 };
-            for (value, (l, d)) in column.iter_mut().zip(lobe.iter().zip(&diffuse)) {
-                *value = unit * l - share * d;
-            }
-            scale.push(unit);
-            diffuse_share.push(share);
-        }
-        Self { matrix, scale, diffuse_share }
-    }
-
     /// The combination Σ weights·samples, times `factor`, at the nodes of a lobe table.
     fn lobe_table(&self, weights: &[f64], factor: f64) -> Vec<f32> {
         (0..lobe_table::NODES)

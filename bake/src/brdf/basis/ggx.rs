@@ -5,9 +5,8 @@
 //! they are integrals over both directions with both cosines. Basis functions are stored as the combinations of analytic samples that they are, and
 //! no table limits how well they resolve a lobe.
 
-use super::{dot, errors_of, unmeasured};
+use super::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
-use ndarray::Array2;
 use ndarray_linalg::error::LinalgError;
 use relume_formats::basis::{Angles, microfacet};
 use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, Meta};
@@ -74,39 +73,17 @@ impl Grid {
     }
 }
 
-/// The sample matrix and how each column was made from an analytic part.
-struct Samples {
-    roughness: Vec<f32>,
-    /// Columns A(r₀), B(r₀), A(r₁), …
-    matrix: Array2<f64>,
-    scale: Vec<f64>,
-    /// How much of the diffuse lobe was taken away after scaling.
-    diffuse_share: Vec<f64>,
+/// The parts A(r₀), B(r₀), A(r₁), … of the lobes of all roughnesses, with their factors.
+fn weighed_parts(grid: &Grid, roughness: &[f32]) -> Vec<(Vec<f64>, f64)> {
+    let of = |r: &f32| {
+        let parts = grid.lobe(f64::from(*r));
+        let unit = 1.0 / dot(&parts[0], &parts[0]).sqrt();
+        parts.into_iter().zip([unit, SCHLICK_WEIGHT * unit])
+    };
+    roughness.iter().flat_map(of).collect()
 }
 
 impl Samples {
-    fn new(grid: &Grid, shared_diffuse: bool) -> Self {
-        let diffuse = grid.diffuse();
-        let diffuse_squared = dot(&diffuse, &diffuse);
-        let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
-        let mut matrix = Array2::zeros((grid.angles.len(), 2 * SAMPLES));
-        let (mut scale, mut diffuse_share) = (Vec::new(), Vec::new());
-        let lobes = roughness.iter().flat_map(|r| {
-            let parts = grid.lobe(f64::from(*r));
-            let unit = 1.0 / dot(&parts[0], &parts[0]).sqrt();
-            parts.into_iter().zip([unit, SCHLICK_WEIGHT * unit])
-        });
-        for (mut column, (part, unit)) in matrix.columns_mut().into_iter().zip(lobes) {
-            let share = if shared_diffuse { unit * dot(&part, &diffuse) / diffuse_squared } else { 0.0 };
-            for (value, (l, d)) in column.iter_mut().zip(part.iter().zip(&diffuse)) {
-                *value = unit * l - share * d;
-            }
-            scale.push(unit);
-            diffuse_share.push(share);
-        }
-        Self { roughness, matrix, scale, diffuse_share }
-    }
-
     /// Row of the stored weights for the combination Σ combination·column, times `factor`.
     fn weights(&self, combination: &[f64], factor: f64) -> Vec<f32> {
         let diffuse: f64 = combination.iter().zip(&self.diffuse_share).map(|(c, share)| -c * share).sum();
@@ -123,10 +100,11 @@ fn spaced_evenly_in_octaves(intervals: usize) -> Vec<f32> {
 /// See [`super::build`].
 pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
     let grid = Grid::new();
-    let samples = Samples::new(&grid, shared_diffuse);
+    let diffuse = grid.diffuse();
+    let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
+    let samples = Samples::new(&weighed_parts(&grid, &roughness), &diffuse, shared_diffuse);
     let Svd { u, s, vt } = thin_svd(&samples.matrix)?;
     // The norm of the diffuse lobe, so that coefficients are of the order of the BRDF.
-    let diffuse = grid.diffuse();
     let norm = dot(&diffuse, &diffuse).sqrt();
     let weights = (0..bases - 1).flat_map(|j| samples.weights(&vt.row(j).to_vec(), norm / s[j])).collect();
     let columns: Vec<Vec<f64>> = u.columns().into_iter().take(bases - 1).map(|c| c.to_vec()).collect();
@@ -138,12 +116,11 @@ pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, Lin
         std::iter::once(diffuse_part as f32).chain(glossy)
     };
     let coefficients = parameters.iter().flat_map(|r| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients)).collect();
-    let functions = Functions::Ggx { roughness: samples.roughness, weights };
+    let functions = Functions::Ggx { roughness: roughness.clone(), weights };
     let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
     let mut basis = BrdfBasis { meta, parameters, coefficients, functions };
-    let at: Vec<f32> = spaced_evenly_in_octaves(SAMPLES - 1);
-    let between: Vec<f32> = at.windows(2).map(|w| (w[0] * w[1]).sqrt() * 1.001).collect();
-    basis.meta.error_at_samples = measure(&basis, &grid, &at);
+    let between: Vec<f32> = roughness.windows(2).map(|w| (w[0] * w[1]).sqrt() * 1.001).collect();
+    basis.meta.error_at_samples = measure(&basis, &grid, &roughness);
     basis.meta.error_between = measure(&basis, &grid, &between);
     Ok(basis)
 }

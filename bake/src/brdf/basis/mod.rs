@@ -3,6 +3,7 @@
 mod blinn_phong;
 mod ggx;
 
+use ndarray::Array2;
 use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
 use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis};
@@ -16,6 +17,33 @@ pub fn build(model: Model, bases: usize, shared_diffuse: bool) -> Result<BrdfBas
     match model {
         Model::BlinnPhong => blinn_phong::build(bases, shared_diffuse),
         Model::Ggx => ggx::build(bases, shared_diffuse),
+    }
+}
+
+/// The matrix that the PCA runs on, a column for each sample, and how each column was made from its lobe.
+struct Samples {
+    matrix: Array2<f64>,
+    /// For each sample: the factor on its lobe.
+    scale: Vec<f64>,
+    /// For each sample: how much of the diffuse lobe was taken away after scaling.
+    diffuse_share: Vec<f64>,
+}
+
+impl Samples {
+    /// `lobes` gives each sample's lobe, tabulated as `diffuse` is, and its factor.
+    fn new(lobes: &[(Vec<f64>, f64)], diffuse: &[f64], shared_diffuse: bool) -> Self {
+        let diffuse_squared = dot(diffuse, diffuse);
+        let mut matrix = Array2::zeros((diffuse.len(), lobes.len()));
+        let (mut scale, mut diffuse_share) = (Vec::new(), Vec::new());
+        for (mut column, (lobe, factor)) in matrix.columns_mut().into_iter().zip(lobes) {
+            let share = if shared_diffuse { factor * dot(lobe, diffuse) / diffuse_squared } else { 0.0 };
+            for (value, (l, d)) in column.iter_mut().zip(lobe.iter().zip(diffuse)) {
+                *value = factor * l - share * d;
+            }
+            scale.push(*factor);
+            diffuse_share.push(share);
+        }
+        Self { matrix, scale, diffuse_share }
     }
 }
 

@@ -2,7 +2,11 @@
 
 mod angles;
 pub mod brdf_grid;
+pub mod cubemap;
+mod equirect;
+pub mod haar;
 pub mod lobe_table;
 pub mod microfacet;
 
 pub use angles::Angles;
+pub use equirect::EquirectMap;

@@ -1,12 +1,15 @@
 //! The bases that stored numbers refer to.
 
 mod angles;
+pub mod approximate;
 pub mod brdf_grid;
 pub mod cubemap;
 mod equirect;
 pub mod haar;
 pub mod lobe_table;
 pub mod microfacet;
+pub mod psum;
+pub mod triple;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;

@@ -31,6 +31,8 @@ pub enum Command {
     Verify(PathArgs),
     /// Write a file, bundle or scene in standard formats: .npy, .exr, .ply, .json
     Export(ExportArgs),
+    /// Write the tables that depend on no scene
+    Tables(TablesArgs),
     /// Path trace reference images of a scene in any state
     Reference(ReferenceArgs),
 }
@@ -124,6 +126,14 @@ pub struct ExportArgs {
     pub what: String,
     /// Where the files go
     #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// Arguments of `bake tables`.
+#[derive(Debug, Args)]
+pub struct TablesArgs {
+    /// Where the tables go
+    #[arg(short, long, value_name = "DIR", default_value = "baked/tables")]
     pub output: PathBuf,
 }
 

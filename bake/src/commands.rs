@@ -2,13 +2,15 @@
 
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Bases, Leftover, Wanted};
-use crate::cli::{ExportArgs, ReferenceArgs, RunArgs};
+use crate::cli::{ExportArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
+use relume_formats::container::Stored;
+use relume_formats::kinds::HaarTable;
 use relume_formats::state::{BlinnPhong, Brdf, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
@@ -66,6 +68,14 @@ pub fn export(args: &ExportArgs) -> Result<String> {
     let files =
         if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
+}
+
+/// `bake tables`.
+pub fn tables(args: &TablesArgs) -> Result<String> {
+    std::fs::create_dir_all(&args.output).map_err(|e| Error::io(&Place::file(&args.output), e))?;
+    let path = args.output.join("haar-table.relume");
+    HaarTable::bake().write_file(&path)?;
+    Ok(format!("{}\n", path.display()))
 }
 
 /// `bake reference`.

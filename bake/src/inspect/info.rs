@@ -91,6 +91,10 @@ pub(super) enum Details {
         fragments: usize,
         classes: Vec<ClassInfo>,
     },
+    HaarTable {
+        bitmaps: u64,
+        coefficients: u64,
+    },
 }
 
 /// One animated leaf.
@@ -179,6 +183,7 @@ fn details(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Result<De
             let mut next = || reader.next_section();
             images_details(&Head::decode(&mut Sections { place, next: &mut next })?)
         }
+        Kind::HaarTable => Details::HaarTable { bitmaps: 65_536, coefficients: 16 },
     })
 }
 

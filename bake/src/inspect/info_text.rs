@@ -78,6 +78,9 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
                 ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
             ]
         }
+        Details::HaarTable { bitmaps, coefficients } => {
+            vec![("table", format!("{coefficients} Haar coefficients of each of {} bitmaps of 4 × 4", grouped(*bitmaps)))]
+        }
     }
 }
 

@@ -10,6 +10,7 @@ pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
 pub mod triple;
+pub mod two_level;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;

@@ -17,16 +17,18 @@ pub enum Kind {
     BrdfBasis = 3,
     /// The images of the method `transfer-images`: `kinds::transfer_images`.
     TransferImages = 4,
+    /// The Haar coefficients of every 4 × 4 bitmap: `kinds::haar_table`.
+    HaarTable = 5,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 4] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages];
+    pub const ALL: [Kind; 5] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages, Kind::HaarTable];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
         match self {
-            Kind::Animation => 1,
+            Kind::Animation | Kind::HaarTable => 1,
             Kind::Scene => 4,
             Kind::BrdfBasis => 5,
             Kind::TransferImages => MAX_SECTIONS,
@@ -40,6 +42,7 @@ impl Kind {
             Kind::Animation => "animation",
             Kind::BrdfBasis => "brdf-basis",
             Kind::TransferImages => "transfer-images",
+            Kind::HaarTable => "haar-table",
         }
     }
 }

@@ -1,8 +1,8 @@
 //! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
 
-use relume_formats::basis::Angles;
+use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
-use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, HaarTable, StoredScene, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -39,4 +39,10 @@ pub fn play_images(images: &TransferImages) {
         let on_bases = vec![vec![[0.5; 3]; meta.bases as usize]; meta.materials.len()];
         evaluate::transfer_images::evaluate(images, &on_bases);
     }
+}
+
+pub fn play_table(table: &HaarTable) {
+    let mut coefficients = vec![f32::NAN; 6 * 32 * 32];
+    two_level::two_level(&[0x5A; two_level::BYTES], table, &mut coefficients);
+    assert!(coefficients.iter().all(|c| c.is_finite()));
 }

@@ -1,8 +1,8 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
-use super::playing::{play_animation, play_basis, play_images, play_scene};
+use super::playing::{play_animation, play_basis, play_images, play_scene, play_table};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, HaarTable, StoredScene, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error, Result};
 use std::path::Path;
@@ -15,6 +15,7 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Animation => <Animation as Stored>::read_file(path).map(|animation| play_animation(&animation)),
         Kind::BrdfBasis => BrdfBasis::read_file(path).map(|basis| play_basis(&basis)),
         Kind::TransferImages => TransferImages::read_file(path).map(|images| play_images(&images)),
+        Kind::HaarTable => HaarTable::read_file(path).map(|table| play_table(&table)),
     }
 }
 

@@ -6,6 +6,7 @@ mod out;
 mod ply;
 mod scene;
 mod stored;
+mod table;
 #[cfg(test)]
 mod tests;
 
@@ -14,7 +15,7 @@ pub use scene::export_scene;
 use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
-use relume_formats::kinds::{BrdfBasis, Manifest, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages};
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -48,6 +49,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         Kind::Animation => stored::animation(&<Animation as Stored>::read_file(path)?, &mut out)?,
         Kind::BrdfBasis => basis::export(&BrdfBasis::read_file(path)?, &mut out)?,
         Kind::TransferImages => images::export(&TransferImages::read_file(path)?, &mut out)?,
+        Kind::HaarTable => table::export(&HaarTable::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -31,7 +31,7 @@ pub struct Sparse<'a, T> {
 }
 
 /// Partial sums kept apart, so that vector units can add them at once; it also keeps rounding errors small.
-const LANES: usize = 8;
+const LANES: usize = 4;
 
 /// Σ a·b·c over all texels, looking at every coefficient: O(n²).
 ///
@@ -59,19 +59,25 @@ fn dense_face<T: Number>(coefficients: [&[T]; 3], psums: [&[T]; 3], n: usize) ->
 }
 
 /// Cases 2 and 3 on all squares of one level: three operands of three details, and their means.
-fn level_sum<T: Number>([a, b, c]: [[&[T]; 3]; 3], [pa, pb, pc]: [&[T]; 3], scale: T) -> T {
-    let mut lanes = [T::from(0.0); LANES];
-    let whole = pa.len() - pa.len() % LANES;
-    for start in (0..whole).step_by(LANES) {
-        // Cut to a known length, so that nothing is left to check within.
-        let cut = |x: &[T]| -> [T; LANES] { std::array::from_fn(|k| x[start..start + LANES][k]) };
-        let ([a, b, c], [pa, pb, pc]) = ([a, b, c].map(|o| o.map(cut)), [pa, pb, pc].map(cut));
-        for k in 0..LANES {
-            lanes[k] = lanes[k] + square_sum([a, b, c].map(|o| o.map(|x| x[k])), [pa[k], pb[k], pc[k]], scale);
+fn level_sum<T: Number>([a, b, c]: [[&[T]; 3]; 3], means: [&[T]; 3], scale: T) -> T {
+    let ([a4, b4, c4], [pa4, pb4, pc4]) = ([a, b, c].map(|o| o.map(lanes)), means.map(lanes));
+    let mut sums = [T::from(0.0); LANES];
+    for k in 0..pa4.len() {
+        let ([a1, a2, a3], [b1, b2, b3], [c1, c2, c3]) = (a4.map(|x| &x[k]), b4.map(|x| &x[k]), c4.map(|x| &x[k]));
+        let (pa, pb, pc) = (&pa4[k], &pb4[k], &pc4[k]);
+        for i in 0..LANES {
+            let details = [[a1[i], a2[i], a3[i]], [b1[i], b2[i], b3[i]], [c1[i], c2[i], c3[i]]];
+            sums[i] = sums[i] + square_sum(details, [pa[i], pb[i], pc[i]], scale);
         }
     }
-    let rest = (whole..pa.len()).map(|k| square_sum([a, b, c].map(|o| o.map(|x| x[k])), [pa[k], pb[k], pc[k]], scale));
-    lanes.into_iter().chain(rest).fold(T::from(0.0), |sum, x| sum + x)
+    // Only the coarsest level, of one square, is no multiple of the lanes.
+    let whole = pa4.len() * LANES;
+    let rest = (whole..means[0].len()).map(|k| square_sum([a, b, c].map(|o| o.map(|x| x[k])), means.map(|p| p[k]), scale));
+    sums.into_iter().chain(rest).fold(T::from(0.0), |sum, x| sum + x)
+}
+
+fn lanes<T>(values: &[T]) -> &[[T; LANES]] {
+    values.as_chunks().0
 }
 
 /// Cases 2 and 3 on one square.

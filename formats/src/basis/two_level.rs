@@ -48,8 +48,10 @@ fn put<T: Number>(tile: &[T; 16], tile_x: usize, tile_y: usize, face: &mut [T; S
     face[tile_y * TILES + tile_x] = tile[0];
     for m in 1..=3 {
         face[index(COARSE_LEVELS, m, tile_x, tile_y)] = tile[m];
-        for (j, i) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            face[index(COARSE_LEVELS + 1, m, 2 * tile_x + i, 2 * tile_y + j)] = tile[index(1, m, i, j)];
+        for j in 0..2 {
+            // Squares beside each other stand beside each other, here and there.
+            let (to, from) = (index(COARSE_LEVELS + 1, m, 2 * tile_x, 2 * tile_y + j), index(1, m, 0, j));
+            face[to..to + 2].copy_from_slice(&tile[from..from + 2]);
         }
     }
 }

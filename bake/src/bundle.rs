@@ -7,10 +7,10 @@ use crate::scene_hash::scene_hash;
 use relume_formats::container::{self, Stored, replace_file};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
-use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
+use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
 use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
 use relume_formats::{Error, Place};
-use relume_scenes::Scene;
+use relume_scenes::{Environment, Scene};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -240,7 +240,16 @@ fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &Path, folde
 
 fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
     let mut stored = StoredScene {
-        meta: Meta { name: scene.name.clone(), camera: scene.camera, size, materials: Vec::new(), objects: Vec::new() },
+        meta: Meta {
+            name: scene.name.clone(),
+            camera: scene.camera,
+            size,
+            varies_light: scene.vary.light,
+            varies_view: scene.vary.view,
+            environment: scene.environment.as_ref().map(environment_look),
+            materials: Vec::new(),
+            objects: Vec::new(),
+        },
         positions: Vec::new(),
         normals: Vec::new(),
         triangles: Vec::new(),
@@ -263,6 +272,10 @@ fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
         stored.meta.objects.push(StoredObject { name: object.name.clone(), material: object.material as u32, triangles });
     }
     stored
+}
+
+fn environment_look(environment: &Environment) -> EnvironmentLook {
+    EnvironmentLook { map: environment.map.name.clone(), gain: environment.gain, rotation_deg: environment.rotation_deg }
 }
 
 fn write_entry(content: &impl Stored, folder: &Path, file: &str) -> Result<FileEntry> {

@@ -142,7 +142,7 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
 }
 
 fn same_light_and_view(a: &Scene, b: &Scene) -> bool {
-    let environment = |s: &Scene| s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map)));
+    let environment = |s: &Scene| s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map.map)));
     let camera = |s: &Scene| (s.camera.position, s.camera.target, s.camera.fov_deg);
     camera(a) == camera(b) && a.lights == b.lights && environment(a) == environment(b)
 }

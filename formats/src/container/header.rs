@@ -17,11 +17,18 @@ pub enum Kind {
     BrdfBasis = 3,
     /// The images of the method `transfer-images`: `kinds::transfer_images`.
     TransferImages = 4,
+    /// An equirectangular environment map: `kinds::environment`.
+    Environment = 6,
+    /// Texture coordinates and textures of a scene's meshes: `kinds::textures`.
+    Textures = 7,
+    /// The rows of the method `sparse-transfer`: `kinds::sparse_transfer`.
+    SparseTransfer = 8,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 4] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages];
+    pub const ALL: [Kind; 7] =
+        [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages, Kind::Environment, Kind::Textures, Kind::SparseTransfer];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
@@ -29,7 +36,9 @@ impl Kind {
             Kind::Animation => 1,
             Kind::Scene => 4,
             Kind::BrdfBasis => 5,
-            Kind::TransferImages => MAX_SECTIONS,
+            Kind::Environment => 2,
+            Kind::Textures => 18,
+            Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
         }
     }
 
@@ -40,6 +49,9 @@ impl Kind {
             Kind::Animation => "animation",
             Kind::BrdfBasis => "brdf-basis",
             Kind::TransferImages => "transfer-images",
+            Kind::Environment => "environment",
+            Kind::Textures => "textures",
+            Kind::SparseTransfer => "sparse-transfer",
         }
     }
 }
@@ -57,13 +69,15 @@ pub enum Element {
     F16,
     /// IEEE 754 single precision.
     F32,
+    /// Signed byte, two's complement.
+    I8,
 }
 
 impl Element {
     /// Size of one element in bytes.
     pub fn bytes(self) -> u64 {
         match self {
-            Element::U8 => 1,
+            Element::U8 | Element::I8 => 1,
             Element::U16 | Element::F16 => 2,
             Element::U32 | Element::F32 => 4,
         }
@@ -73,6 +87,7 @@ impl Element {
     pub fn name(self) -> &'static str {
         match self {
             Element::U8 => "u8",
+            Element::I8 => "i8",
             Element::U16 => "u16",
             Element::U32 => "u32",
             Element::F16 => "f16",

@@ -2,7 +2,9 @@
 
 use relume_formats::basis::Angles;
 use relume_formats::evaluate;
-use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::evaluate::sparse_transfer;
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -39,4 +41,23 @@ pub fn play_images(images: &TransferImages) {
         let on_bases = vec![vec![[0.5; 3]; meta.bases as usize]; meta.materials.len()];
         evaluate::transfer_images::evaluate(images, &on_bases);
     }
+}
+
+pub fn play_environment(environment: &Environment) {
+    let look = EnvironmentLook { map: environment.name.clone(), gain: [1.0; 3], rotation_deg: 77.0 };
+    let light = sparse_transfer::light(&environment.map, &look, 2);
+    assert!(light.iter().flatten().all(|c| c.is_finite()));
+}
+
+pub fn play_textures(textures: &Textures) {
+    for stored in &textures.textures {
+        for uv in textures.uvs.iter().take(100) {
+            assert!(stored.texture.sample(*uv).iter().all(|c| (0.0..=1.0).contains(c)));
+        }
+    }
+}
+
+pub fn play_rows(transfer: &SparseTransfer) {
+    let light = [(); 3].map(|()| vec![1e-3; transfer.meta.coefficients()]);
+    assert_eq!(sparse_transfer::radiance(transfer, &light).len(), transfer.meta.vertices as usize);
 }

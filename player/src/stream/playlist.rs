@@ -9,7 +9,7 @@ use crate::methods::transfer_images;
 use relume_formats::container::{Kind, Reader, Stored, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest};
 use relume_formats::kinds::transfer_images::HEAD_SECTIONS;
-use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error as FormatError, Place};
 use std::fs::File;
@@ -132,5 +132,8 @@ fn version_of(kind: Kind) -> u32 {
         Kind::Animation => Animation::VERSION,
         Kind::BrdfBasis => BrdfBasis::VERSION,
         Kind::TransferImages => TransferImages::VERSION,
+        Kind::Environment => Environment::VERSION,
+        Kind::Textures => Textures::VERSION,
+        Kind::SparseTransfer => SparseTransfer::VERSION,
     }
 }

@@ -114,7 +114,7 @@ pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
     });
     let environment = scene.environment.iter().flat_map(|e| {
         let gain = e.gain;
-        e.map.texels.iter().map(move |t| [t[0] * gain[0], t[1] * gain[1], t[2] * gain[2]])
+        e.map.map.texels.iter().map(move |t| [t[0] * gain[0], t[1] * gain[1], t[2] * gain[2]])
     });
     let mut common: Option<Rgb> = None;
     for colour in colours.chain(environment) {
@@ -161,7 +161,7 @@ pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     // A tenth of the pixels show a second class at most in all scenes seen so far.
     let fragments = pixels + pixels / 10;
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
-    let texels = scene.environment.as_ref().map_or(0, |e| e.map.texels.len() as u64);
+    let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
     fragments * (layout.channels() as u64 * 8 + 32) + pixels * 12 * u64::from(held_out::STATES) + triangles * 600 + texels * 48
 }
 

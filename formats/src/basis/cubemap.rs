@@ -67,10 +67,12 @@ pub fn solid_angles(n: usize) -> Vec<f64> {
 }
 
 /// Look-ups along each side of a texel of a cube of `n` texels a side, when a map of `width` columns is resampled to it: a power of two, at least 4 and
-/// at least `width`/2n, which is twice the columns that a texel in the middle of a face spans. So no texel of the map is skipped.
+/// at least `width`/2n, which is twice the columns that a texel in the middle of a face spans. So no texel of a map twice as wide as high is skipped below
+/// 45° of latitude, and none of that size elsewhere; towards the poles a map's texels are narrower than can count.
 pub fn subsamples(width: u32, n: usize) -> u32 {
-    let least = (width as usize).div_ceil(2 * n.max(1));
-    u32::try_from(least).unwrap_or(u32::MAX >> 1).next_power_of_two().max(4)
+    // At most half of `width`.
+    let least = (width as usize).div_ceil(2 * n.max(1)) as u32;
+    least.next_power_of_two().max(4)
 }
 
 /// Radiance on a cube of `n` texels a side, [6·n·n], of `map` turned by `rotation_deg` about +Y, counter-clockwise seen from above.

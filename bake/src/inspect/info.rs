@@ -108,8 +108,8 @@ pub(super) enum Details {
         face_size: u32,
         bounces: u32,
         channels: usize,
-        /// How many of the terms are halves; the others are bytes.
-        half_terms: u32,
+        /// How many of the terms are 16-bit integers; the others are bytes.
+        wide_terms: u32,
         rays_per_texel: u32,
         /// What the rows would take as f32 with every coefficient.
         bytes_of_dense_matrix: u64,
@@ -229,7 +229,7 @@ fn rows_details(meta: &sparse_transfer::Meta) -> Details {
         face_size: meta.face_size,
         bounces: meta.bounces,
         channels: meta.channels(),
-        half_terms: meta.blocks.iter().filter(|b| b.halves).map(|b| b.terms).sum(),
+        wide_terms: meta.blocks.iter().filter(|b| b.wide).map(|b| b.terms).sum(),
         rays_per_texel: meta.rays_per_texel,
         bytes_of_dense_matrix: u64::from(meta.vertices) * (meta.coefficients() * meta.channels() * 4) as u64,
     }

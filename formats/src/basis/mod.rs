@@ -1,6 +1,7 @@
 //! The bases that stored numbers refer to.
 
 mod angles;
+pub mod approximate;
 pub mod brdf_grid;
 pub mod cubemap;
 mod equirect;

@@ -1,7 +1,10 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
+use super::Stored as _;
 use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
 use crate::error::{Error, Place, Result};
+use crate::kinds;
+use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -42,6 +45,19 @@ impl Kind {
         }
     }
 
+    /// The version of the kind that this program reads and writes.
+    pub fn current_version(self) -> u32 {
+        match self {
+            Kind::Scene => kinds::StoredScene::VERSION,
+            Kind::Animation => Animation::VERSION,
+            Kind::BrdfBasis => kinds::BrdfBasis::VERSION,
+            Kind::TransferImages => kinds::TransferImages::VERSION,
+            Kind::Environment => kinds::Environment::VERSION,
+            Kind::Textures => kinds::Textures::VERSION,
+            Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
+        }
+    }
+
     /// The name used in messages, manifests and `bake info`.
     pub fn name(self) -> &'static str {
         match self {
@@ -71,6 +87,8 @@ pub enum Element {
     F32,
     /// Signed byte, two's complement.
     I8,
+    /// Signed 16-bit integer, two's complement.
+    I16,
 }
 
 impl Element {
@@ -78,7 +96,7 @@ impl Element {
     pub fn bytes(self) -> u64 {
         match self {
             Element::U8 | Element::I8 => 1,
-            Element::U16 | Element::F16 => 2,
+            Element::U16 | Element::I16 | Element::F16 => 2,
             Element::U32 | Element::F32 => 4,
         }
     }
@@ -88,6 +106,7 @@ impl Element {
         match self {
             Element::U8 => "u8",
             Element::I8 => "i8",
+            Element::I16 => "i16",
             Element::U16 => "u16",
             Element::U32 => "u32",
             Element::F16 => "f16",

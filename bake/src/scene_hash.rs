@@ -3,7 +3,7 @@
 //! Left out on purpose: parameters of materials that vary, animations, exposure, and names of objects and lights. Changing these re-traces nothing.
 
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
-use relume_scenes::{Cone, Emitter, Scene};
+use relume_scenes::{Cone, Emitter, NamedMap, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 /// xxh3-128 over the parts of `scene` that results depend on.
@@ -41,8 +41,10 @@ pub fn scene_hash(scene: &Scene) -> u128 {
     if let Some(environment) = &scene.environment {
         hash.floats(&environment.gain);
         hash.floats(&[environment.rotation_deg]);
-        hash.number(environment.map.width.into());
-        hash.floats(environment.map.texels.as_flattened());
+        for NamedMap { map, .. } in [&environment.map].into_iter().chain(&environment.others) {
+            hash.number(map.width.into());
+            hash.floats(map.texels.as_flattened());
+        }
     }
     hash.0.digest128()
 }

@@ -49,7 +49,11 @@ impl Controls {
     /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal range. The other animations
     /// must be legal on top of the scene's defaults.
     pub fn new(meta: &scene::Meta, state: &PlacedState, animation: Option<PlacedAnimation>, others: Vec<PlacedAnimation>) -> Result<Self> {
-        let varies = Varies { materials: meta.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect() };
+        let varies = Varies {
+            environment: false,
+            camera: false,
+            materials: meta.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect(),
+        };
         state.state.expect_only(&varies, &state.place)?;
         let defaults = Look::default_of(meta);
         let base = defaults.with(&state.state, meta, &state.place)?;

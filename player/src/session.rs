@@ -151,7 +151,7 @@ impl Session {
                     self.animations.push(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
                 }
             }
-            Kind::BrdfBasis | Kind::TransferImages | Kind::HaarTable => {
+            _ => {
                 let known = self.method.images().is_some();
                 self.method.section_arrived(&self.gpu, arrival)?;
                 if let Some(images) = self.method.images().filter(|_| !known) {

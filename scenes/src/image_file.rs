@@ -1,8 +1,8 @@
 //! Pictures for textures: PNG and JPEG, from a file or from within a glTF file, each decoded once.
 
 use crate::library::read_bytes;
-use crate::texture::{Texture, Wrap};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use relume_formats::basis::{Texture, Wrap};
 use relume_formats::{Error, Place, Result};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};

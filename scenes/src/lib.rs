@@ -10,14 +10,14 @@ mod library;
 mod loading;
 mod scene;
 mod shapes;
+mod skies;
 mod suggest;
-mod texture;
 mod transform;
 
 pub use library::resolve;
 pub use loading::load;
-pub use scene::{Cone, Emitter, Environment, EnvironmentMap, Light, Material, Mesh, Object, Scene, Vary};
-pub use texture::{Texture, Wrap};
+pub use relume_formats::basis::{EquirectMap, Texture, Wrap};
+pub use scene::{Cone, Emitter, Environment, Light, Material, Mesh, NamedMap, Object, Scene, Vary};
 
 #[cfg(test)]
 mod library_tests;

@@ -1,6 +1,6 @@
 //! A loaded scene: everything in world space, validated, ready for tracing.
 
-use crate::texture::Texture;
+use relume_formats::basis::{EquirectMap, Texture};
 use relume_formats::state::{Animation, Brdf, Camera, Rgb};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -149,21 +149,21 @@ pub struct Cone {
 /// Light from all directions, infinitely far away.
 #[derive(Debug, Clone)]
 pub struct Environment {
-    /// The map.
-    pub map: Arc<EnvironmentMap>,
+    /// The map that shines.
+    pub map: NamedMap,
+    /// Further maps that may shine instead at playback.
+    pub others: Vec<NamedMap>,
     /// Factor on its radiance.
     pub gain: Rgb,
     /// Counter-clockwise turn seen from +Y, degrees.
     pub rotation_deg: f32,
 }
 
-/// An equirectangular radiance map: u = 0.5 + atan2(x, −z)/2π, v = acos(y)/π.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EnvironmentMap {
-    /// Texels per row.
-    pub width: u32,
-    /// Rows, from +Y down.
-    pub height: u32,
-    /// Row-major radiance, W/(sr·m²), finite and not negative.
-    pub texels: Vec<Rgb>,
+/// An environment map and what states call it.
+#[derive(Debug, Clone)]
+pub struct NamedMap {
+    /// The name of its file, or of the procedural sky.
+    pub name: String,
+    /// The map.
+    pub map: Arc<EquirectMap>,
 }

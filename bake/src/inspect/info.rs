@@ -5,7 +5,7 @@ use relume_formats::container::{CONTAINER_VERSION, Kind, Reader, SectionInfo, Se
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{BrdfBasis, Manifest, StoredScene};
+use relume_formats::kinds::{BrdfBasis, Environment, Manifest, SparseTransfer, StoredScene, Textures, sparse_transfer};
 use relume_formats::state::{Animation, Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
@@ -94,6 +94,29 @@ pub(super) enum Details {
     HaarTable {
         bitmaps: u64,
         coefficients: u64,
+    },
+    Environment {
+        name: String,
+        /// Texels, width and height.
+        size: [u32; 2],
+        brightest: Rgb,
+    },
+    Textures {
+        uvs: usize,
+        /// Texels of each, width and height.
+        sizes: Vec<[u32; 2]>,
+    },
+    SparseTransfer {
+        rows: u32,
+        terms: usize,
+        face_size: u32,
+        bounces: u32,
+        channels: usize,
+        /// How many of the terms are 16-bit integers; the others are bytes.
+        wide_terms: u32,
+        rays_per_texel: u32,
+        /// What the rows would take as f32 with every coefficient.
+        bytes_of_dense_matrix: u64,
     },
 }
 
@@ -184,7 +207,37 @@ fn details(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Result<De
             images_details(&Head::decode(&mut Sections { place, next: &mut next })?)
         }
         Kind::HaarTable => Details::HaarTable { bitmaps: 65_536, coefficients: 16 },
+        Kind::Environment => environment_details(Environment::read_file(path)?),
+        Kind::Textures => {
+            let textures = Textures::read_file(path)?;
+            Details::Textures { uvs: textures.uvs.len(), sizes: textures.textures.iter().map(|t| t.texture.size).collect() }
+        }
+        Kind::SparseTransfer => {
+            reader.header().expect_kind(kind, SparseTransfer::VERSION, reader.place())?;
+            let place = reader.place().clone();
+            let mut next = || reader.next_section();
+            rows_details(&sparse_transfer::Meta::decode(&mut Sections { place, next: &mut next })?)
+        }
     })
+}
+
+fn environment_details(environment: Environment) -> Details {
+    let map = &environment.map;
+    let brightest = map.texels.iter().fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
+    Details::Environment { size: [map.width, map.height], brightest, name: environment.name }
+}
+
+fn rows_details(meta: &sparse_transfer::Meta) -> Details {
+    Details::SparseTransfer {
+        rows: meta.vertices,
+        terms: meta.terms(),
+        face_size: meta.face_size,
+        bounces: meta.bounces,
+        channels: meta.channels(),
+        wide_terms: meta.blocks.iter().filter(|b| b.wide).map(|b| b.terms).sum(),
+        rays_per_texel: meta.rays_per_texel,
+        bytes_of_dense_matrix: u64::from(meta.vertices) * (meta.coefficients() * meta.channels() * 4) as u64,
+    }
 }
 
 fn scene_details(scene: StoredScene) -> Details {

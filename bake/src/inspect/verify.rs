@@ -3,7 +3,7 @@
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::kinds::{BrdfBasis, HaarTable, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, Varies};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
@@ -24,6 +24,9 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::BrdfBasis => drop(BrdfBasis::read_file(path)?),
         Kind::TransferImages => drop(TransferImages::read_file(path)?),
         Kind::HaarTable => drop(HaarTable::read_file(path)?),
+        Kind::Environment => drop(Environment::read_file(path)?),
+        Kind::Textures => drop(Textures::read_file(path)?),
+        Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
     }
     sound(path)
 }
@@ -134,7 +137,7 @@ fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a Stor
 
 /// The states at all keys are legal, and so is what lies between.
 fn verify_animation(animation: &Animation, materials: &[&StoredMaterial], scene: &StoredScene, place: &Place) -> Result<()> {
-    let varies = Varies { materials: materials.iter().map(|m| m.name.as_str()).collect() };
+    let varies = Varies { environment: false, camera: false, materials: materials.iter().map(|m| m.name.as_str()).collect() };
     for time_s in animation.key_times_s() {
         let place = place.part(format!("state at {time_s} s"));
         let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
@@ -296,6 +299,6 @@ mod tests {
         let bright = |b: &mut TestBundle| b.animation.tracks[0].values = TrackValues::Vector(vec![vec![0.5; 3], vec![0.875; 3]]);
         assert_refused(bright, |_| (), &["state at 2 s: material `../knot`: kd + ks"]);
         let other = |b: &mut TestBundle| b.animation.tracks[1].leaf[1] = "white".to_owned();
-        assert_refused(other, |_| (), &["material `white`", "only the materials `../knot`, `floor` vary"]);
+        assert_refused(other, |_| (), &["material `white`", "only material `../knot`, material `floor` vary"]);
     }
 }

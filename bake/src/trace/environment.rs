@@ -19,7 +19,7 @@ pub struct EnvironmentLight {
 impl EnvironmentLight {
     /// Prepares `environment`; `None` if it is black.
     pub fn new(environment: &Environment) -> Option<Self> {
-        let map = &environment.map;
+        let map = &environment.map.map;
         let (width, height) = (map.width as usize, map.height as usize);
         let gain = Vec3A::from(environment.gain);
         let texels: Vec<Vec3A> = map.texels.iter().map(|t| Vec3A::from(*t) * gain).collect();
@@ -136,12 +136,13 @@ fn pick(cdf: &[f32], u: f32) -> (usize, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume_scenes::EnvironmentMap;
+    use relume_scenes::{EquirectMap, NamedMap};
     use std::sync::Arc;
 
     fn light(width: u32, height: u32, texels: Vec<[f32; 3]>, rotation_deg: f32) -> EnvironmentLight {
-        let map = Arc::new(EnvironmentMap { width, height, texels });
-        EnvironmentLight::new(&Environment { map, gain: [1.0; 3], rotation_deg }).unwrap()
+        let map = Arc::new(EquirectMap { width, height, texels });
+        let map = NamedMap { name: "map".to_owned(), map };
+        EnvironmentLight::new(&Environment { map, others: Vec::new(), gain: [1.0; 3], rotation_deg }).unwrap()
     }
 
     fn patchy(rotation_deg: f32) -> EnvironmentLight {

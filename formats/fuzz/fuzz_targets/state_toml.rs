@@ -13,7 +13,7 @@ const MATERIALS: [Brdf; 2] = [
 ];
 
 fn play(state: &State) {
-    if let Err(error) = state.expect_only(&Varies { materials: vec!["a"] }, &place()) {
+    if let Err(error) = state.expect_only(&Varies { materials: vec!["a"], ..Varies::default() }, &place()) {
         check_refusal(&error);
     }
     if let Some(camera) = state.camera.as_ref().and_then(|change| CAMERA.with(change, &place()).map_err(|e| check_refusal(&e)).ok()) {

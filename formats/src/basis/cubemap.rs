@@ -84,23 +84,21 @@ pub fn subsamples(width: u32, n: usize) -> u32 {
 /// * d is the direction of (a, b) on the face, as the module's table has it, not normalised;
 /// * e = (cos·d.x − sin·d.z, d.y, cos·d.z + sin·d.x) is d turned back by the map's rotation;
 /// * u = ½ + atan2(e.x, −e.z)/2π, v = atan2(√(e.x² + e.z²), e.y)/π;
-/// * L is the texel of the map in column min(⌊u·width⌋, width − 1) and row min(⌊v·height⌋, height − 1).
+/// * L is the map's radiance at (u, v), interpolated between texels as [`EquirectMap::sample`] does, so that light changes smoothly as the map turns.
 pub fn from_equirect(map: &EquirectMap, rotation_deg: f32, n: usize) -> Vec<[f32; 3]> {
     let points = subsamples(map.width, n) as usize;
     let (sin, cos) = rotation_deg.to_radians().sin_cos();
-    let texel_at = |[x, y, z]: [f32; 3]| {
+    let radiance = |[x, y, z]: [f32; 3]| {
         let (x, z) = (cos * x - sin * z, cos * z + sin * x);
         let u = 0.5 + x.atan2(-z) * (0.5 * FRAC_1_PI);
         let v = (x * x + z * z).sqrt().atan2(y) * FRAC_1_PI;
-        let column = ((u * map.width as f32) as u32).min(map.width.saturating_sub(1));
-        let row = ((v * map.height as f32) as u32).min(map.height.saturating_sub(1));
-        map.texels.get(row as usize * map.width as usize + column as usize).copied().unwrap_or_default()
+        map.sample([u, v])
     };
     let place = |texel: usize, point: usize| 2.0 * (texel as f32 + (point as f32 + 0.5) / points as f32) / n as f32 - 1.0;
     let mean = |face: usize, x: usize, y: usize| {
         weighted_mean((0..points * points).map(|k| {
             let (a, b) = (place(x, k % points), place(y, k / points));
-            ((1.0 + a * a + b * b).powf(-1.5), texel_at(on_face(face, a, b)))
+            ((1.0 + a * a + b * b).powf(-1.5), radiance(on_face(face, a, b)))
         }))
     };
     (0..FACES * n * n).map(|i| mean(i / (n * n), i % n, i / n % n)).collect()

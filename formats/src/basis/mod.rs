@@ -9,8 +9,10 @@ pub mod haar;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
+mod texture;
 pub mod triple;
 pub mod two_level;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;
+pub use texture::{Texture, Wrap, linear_from_srgb};

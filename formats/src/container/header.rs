@@ -1,7 +1,10 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
+use super::Stored as _;
 use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
 use crate::error::{Error, Place, Result};
+use crate::kinds;
+use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -19,11 +22,26 @@ pub enum Kind {
     TransferImages = 4,
     /// The Haar coefficients of every 4 × 4 bitmap: `kinds::haar_table`.
     HaarTable = 5,
+    /// An equirectangular environment map: `kinds::environment`.
+    Environment = 6,
+    /// Texture coordinates and textures of a scene's meshes: `kinds::textures`.
+    Textures = 7,
+    /// The rows of the method `sparse-transfer`: `kinds::sparse_transfer`.
+    SparseTransfer = 8,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 5] = [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages, Kind::HaarTable];
+    pub const ALL: [Kind; 8] = [
+        Kind::Scene,
+        Kind::Animation,
+        Kind::BrdfBasis,
+        Kind::TransferImages,
+        Kind::HaarTable,
+        Kind::Environment,
+        Kind::Textures,
+        Kind::SparseTransfer,
+    ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
@@ -31,7 +49,23 @@ impl Kind {
             Kind::Animation | Kind::HaarTable => 1,
             Kind::Scene => 4,
             Kind::BrdfBasis => 5,
-            Kind::TransferImages => MAX_SECTIONS,
+            Kind::Environment => 2,
+            Kind::Textures => 18,
+            Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
+        }
+    }
+
+    /// The version of the kind that this program reads and writes.
+    pub fn current_version(self) -> u32 {
+        match self {
+            Kind::Scene => kinds::StoredScene::VERSION,
+            Kind::Animation => Animation::VERSION,
+            Kind::BrdfBasis => kinds::BrdfBasis::VERSION,
+            Kind::TransferImages => kinds::TransferImages::VERSION,
+            Kind::HaarTable => kinds::HaarTable::VERSION,
+            Kind::Environment => kinds::Environment::VERSION,
+            Kind::Textures => kinds::Textures::VERSION,
+            Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
         }
     }
 
@@ -43,6 +77,9 @@ impl Kind {
             Kind::BrdfBasis => "brdf-basis",
             Kind::TransferImages => "transfer-images",
             Kind::HaarTable => "haar-table",
+            Kind::Environment => "environment",
+            Kind::Textures => "textures",
+            Kind::SparseTransfer => "sparse-transfer",
         }
     }
 }
@@ -60,14 +97,18 @@ pub enum Element {
     F16,
     /// IEEE 754 single precision.
     F32,
+    /// Signed byte, two's complement.
+    I8,
+    /// Signed 16-bit integer, two's complement.
+    I16,
 }
 
 impl Element {
     /// Size of one element in bytes.
     pub fn bytes(self) -> u64 {
         match self {
-            Element::U8 => 1,
-            Element::U16 | Element::F16 => 2,
+            Element::U8 | Element::I8 => 1,
+            Element::U16 | Element::I16 | Element::F16 => 2,
             Element::U32 | Element::F32 => 4,
         }
     }
@@ -76,6 +117,8 @@ impl Element {
     pub fn name(self) -> &'static str {
         match self {
             Element::U8 => "u8",
+            Element::I8 => "i8",
+            Element::I16 => "i16",
             Element::U16 => "u16",
             Element::U32 => "u32",
             Element::F16 => "f16",

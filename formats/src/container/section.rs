@@ -27,6 +27,18 @@ macro_rules! typed {
 
 impl Section {
     typed!(
+        /// The elements, which must be stored as `u8`.
+        u8s, u8, U8
+    );
+    typed!(
+        /// The elements, which must be stored as `i8`.
+        i8s, i8, I8
+    );
+    typed!(
+        /// The elements, which must be stored as `i16`.
+        i16s, i16, I16
+    );
+    typed!(
         /// The elements, which must be stored as `u16`.
         u16s, u16, U16
     );

@@ -40,6 +40,22 @@ impl Writer {
         self.bytes(name, Element::U8, &[bytes.len() as u64], Codec::Zstd, &bytes)
     }
 
+    /// Adds a `u8` section of the given shape.
+    pub fn u8s(&mut self, name: &str, shape: &[u64], values: &[u8]) -> Result<()> {
+        self.bytes(name, Element::U8, shape, Codec::Zstd, values)
+    }
+
+    /// Adds an `i8` section of the given shape.
+    pub fn i8s(&mut self, name: &str, shape: &[u64], values: &[i8]) -> Result<()> {
+        self.bytes(name, Element::I8, shape, Codec::Zstd, bytemuck::cast_slice(values))
+    }
+
+    /// Adds an `i16` section of the given shape.
+    pub fn i16s(&mut self, name: &str, shape: &[u64], values: &[i16]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::I16, shape, Codec::ZstdPlanes, &bytes)
+    }
+
     /// Adds a `u16` section of the given shape.
     pub fn u16s(&mut self, name: &str, shape: &[u64], values: &[u16]) -> Result<()> {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();

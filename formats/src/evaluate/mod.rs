@@ -1,3 +1,4 @@
 //! The CPU meaning of a bundle at a state, one file per method: clear, not fast. The player's shaders must equal it.
 
+pub mod sparse_transfer;
 pub mod transfer_images;

@@ -2,7 +2,7 @@
 //!
 //! | section     | type | shape        | content |
 //! |-------------|------|--------------|---------|
-//! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, materials, objects |
+//! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, what varies, environment, materials, objects |
 //! | `positions` | f32  | [vertices, 3] | metres, world space |
 //! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space |
 //! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front |
@@ -10,8 +10,8 @@
 //! Objects own consecutive ranges of triangles.
 
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
-use crate::error::{Place, Result};
-use crate::state::{Brdf, Camera, MaterialState};
+use crate::error::{Error, Place, Result};
+use crate::state::{Brdf, Camera, EnvironmentState, MaterialState, Rgb, Varies};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -24,11 +24,57 @@ pub struct Meta {
     pub camera: Camera,
     /// Film size in pixels, width and height.
     pub size: [u32; 2],
+    /// Whether lights and environment may change at playback, as far as the method that plays lets them.
+    pub varies_light: bool,
+    /// Whether the camera may.
+    pub varies_view: bool,
+    /// The environment, if there is one.
+    pub environment: Option<EnvironmentLook>,
     /// Every material.
     pub materials: Vec<StoredMaterial>,
     /// Every object, in the order of its triangles.
     pub objects: Vec<StoredObject>,
 }
+
+/// Which environment map shines, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EnvironmentLook {
+    /// Name of the map: that of a file of kind `environment`.
+    pub map: String,
+    /// Factor on the map's radiance.
+    pub gain: Rgb,
+    /// Counter-clockwise turn seen from +Y, degrees.
+    pub rotation_deg: f32,
+}
+
+impl EnvironmentLook {
+    /// This environment with the leaves that `change` names replaced.
+    ///
+    /// # Errors
+    /// `Invalid` for a gain that is negative or no number, and for a rotation that is none.
+    pub fn with(&self, change: &EnvironmentState, place: &Place) -> Result<Self> {
+        let look = Self {
+            map: change.map.clone().unwrap_or_else(|| self.map.clone()),
+            gain: change.gain.unwrap_or(self.gain),
+            rotation_deg: change.rotation_deg.unwrap_or(self.rotation_deg),
+        };
+        look.validate(place)?;
+        Ok(look)
+    }
+
+    fn validate(&self, place: &Place) -> Result<()> {
+        if !self.gain.iter().all(|g| (0.0..=MAX_GAIN).contains(g)) {
+            return Err(Error::invalid(place, format!("environment: gain {:?} is outside 0..{MAX_GAIN}", self.gain)));
+        }
+        if !self.rotation_deg.is_finite() {
+            return Err(Error::invalid(place, "environment: rotation_deg must be a finite number"));
+        }
+        Ok(())
+    }
+}
+
+/// Largest gain of an environment: times the largest radiance of any map it is still a number.
+pub const MAX_GAIN: f32 = 1e9;
 
 /// A material and its default parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,6 +87,21 @@ pub struct StoredMaterial {
     pub varies: bool,
     /// Whether a texture multiplies its diffuse colour.
     pub textured: bool,
+}
+
+impl Meta {
+    /// What a method whose main file is of `kind` lets vary of this scene.
+    pub fn varies(&self, kind: Kind) -> Varies<'_> {
+        match kind {
+            Kind::TransferImages => {
+                Varies { materials: self.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect(), ..Varies::default() }
+            }
+            Kind::SparseTransfer => {
+                Varies { environment: self.varies_light && self.environment.is_some(), camera: self.varies_view, ..Varies::default() }
+            }
+            _ => Varies::default(),
+        }
+    }
 }
 
 impl StoredMaterial {
@@ -118,6 +179,9 @@ impl Stored for StoredScene {
         meta.camera.validate(&sections.place)?;
         if !is_legal_size(meta.size) {
             return Err(section.invalid(format!("film size {:?} is not one of 1 to {MAX_PIXELS} pixels", meta.size)));
+        }
+        if let Some(environment) = &meta.environment {
+            environment.validate(&sections.place)?;
         }
         for material in &meta.materials {
             material.validate(&material.brdf, &sections.place)?;

@@ -90,6 +90,22 @@ impl Brdf {
         }
     }
 
+    /// What a Lambert surface that stands in for this material reflects: the diffuse part, highlights left out.
+    pub fn diffuse_albedo(&self) -> Rgb {
+        match self {
+            Self::BlinnPhong(brdf) => brdf.kd,
+            Self::Ggx(brdf) => brdf.diffuse(),
+        }
+    }
+
+    /// Whether the material reflects anything but its diffuse part.
+    pub fn has_highlight(&self) -> bool {
+        match self {
+            Self::BlinnPhong(brdf) => brdf.ks != [0.0; 3],
+            Self::Ggx(_) => true,
+        }
+    }
+
     /// This material with the leaves that `change` names replaced. `name` is used in messages.
     ///
     /// # Errors

@@ -140,8 +140,26 @@ pub struct ShapeState {
 /// What a bundle lets vary; everything else in a state is refused by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Varies<'a> {
-    /// What varies, for the message: "materials `bunny`, `walls`".
+    /// Whether the environment varies.
+    pub environment: bool,
+    /// Whether the camera does.
+    pub camera: bool,
+    /// The materials that vary.
     pub materials: Vec<&'a str>,
+}
+
+impl Varies<'_> {
+    /// What varies, for a message: "only the camera, material `bunny` vary".
+    fn list(&self) -> String {
+        let parts = [(self.environment, "the environment"), (self.camera, "the camera")];
+        let parts = parts.into_iter().filter(|(varies, _)| *varies).map(|(_, name)| name.to_owned());
+        let list: Vec<String> = parts.chain(self.materials.iter().map(|m| format!("material `{m}`"))).collect();
+        match &list[..] {
+            [] => "nothing varies".to_owned(),
+            [one] => format!("only {one} varies"),
+            many => format!("only {} vary", many.join(", ")),
+        }
+    }
 }
 
 impl State {
@@ -153,9 +171,8 @@ impl State {
 
     /// Fails if the state names anything that does not vary. Exposure belongs to the display and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
-        let list: Vec<String> = varies.materials.iter().map(|m| format!("`{m}`")).collect();
         let refuse = |what: &str| {
-            let can = if list.is_empty() { "nothing varies".to_owned() } else { format!("only the materials {} vary", list.join(", ")) };
+            let can = varies.list();
             Err(Error::invalid(
                 place,
                 format!(
@@ -163,10 +180,11 @@ impl State {
                 ),
             ))
         };
-        if self.environment.is_some() {
+        if self.environment.is_some() && !varies.environment {
             return refuse("[environment]");
         }
         if let Some(camera) = &self.camera
+            && !varies.camera
             && (camera.position.is_some() || camera.target.is_some() || camera.fov_deg.is_some())
         {
             return refuse("the camera's position, target or field of view");

@@ -2,7 +2,9 @@
 
 use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
-use relume_formats::kinds::{BrdfBasis, HaarTable, StoredScene, TransferImages};
+use relume_formats::evaluate::sparse_transfer;
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -45,4 +47,23 @@ pub fn play_table(table: &HaarTable) {
     let mut coefficients = vec![f32::NAN; 6 * 32 * 32];
     two_level::two_level(&[0x5A; two_level::BYTES], table, &mut coefficients);
     assert!(coefficients.iter().all(|c| c.is_finite()));
+}
+
+pub fn play_environment(environment: &Environment) {
+    let look = EnvironmentLook { map: environment.name.clone(), gain: [1.0; 3], rotation_deg: 77.0 };
+    let light = sparse_transfer::light(&environment.map, &look, 2);
+    assert!(light.iter().flatten().all(|c| c.is_finite()));
+}
+
+pub fn play_textures(textures: &Textures) {
+    for stored in &textures.textures {
+        for uv in textures.uvs.iter().take(100) {
+            assert!(stored.texture.sample(*uv).iter().all(|c| (0.0..=1.0).contains(c)));
+        }
+    }
+}
+
+pub fn play_rows(transfer: &SparseTransfer) {
+    let light = [(); 3].map(|()| vec![1e-3; transfer.meta.coefficients()]);
+    assert_eq!(sparse_transfer::radiance(transfer, &light).len(), transfer.meta.vertices as usize);
 }

@@ -2,7 +2,7 @@
 
 use super::samples::Random;
 use relume_formats::kinds::StoredScene;
-use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
+use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
 use relume_formats::state::{Animation, Brdf, Camera, Track, TrackValues};
 
 fn point(random: &mut Random) -> [f32; 3] {
@@ -37,6 +37,13 @@ pub fn scene(seed: u64) -> StoredScene {
             name: "päper room".to_owned(),
             camera: Camera { position: point(random), target: [20.0, 0.0, 0.0], fov_deg: 40.0, exposure_ev: random.signed() },
             size: [1 + random.below(500) as u32, 16_384],
+            varies_light: random.below(2) == 0,
+            varies_view: random.below(2) == 0,
+            environment: (random.below(2) == 0).then(|| EnvironmentLook {
+                map: "sky.exr".to_owned(),
+                gain: [1.0, random.unit(), 1e9],
+                rotation_deg: random.signed() * 720.0,
+            }),
             materials: (0..materials).map(|i| material(random, i)).collect(),
             objects,
         },

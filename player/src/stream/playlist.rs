@@ -9,7 +9,7 @@ use crate::methods::transfer_images;
 use relume_formats::container::{Kind, Reader, Stored, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest};
 use relume_formats::kinds::transfer_images::HEAD_SECTIONS;
-use relume_formats::kinds::{BrdfBasis, HaarTable, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error as FormatError, Place};
 use std::fs::File;
@@ -133,5 +133,8 @@ fn version_of(kind: Kind) -> u32 {
         Kind::BrdfBasis => BrdfBasis::VERSION,
         Kind::TransferImages => TransferImages::VERSION,
         Kind::HaarTable => HaarTable::VERSION,
+        Kind::Environment => Environment::VERSION,
+        Kind::Textures => Textures::VERSION,
+        Kind::SparseTransfer => SparseTransfer::VERSION,
     }
 }

@@ -70,6 +70,9 @@ pub fn scene_meta() -> scene::Meta {
         name: "synthetic".to_owned(),
         camera: Camera { position: [0.0, 1.0, 4.0], target: [0.0; 3], fov_deg: 40.0, exposure_ev: 0.5 },
         size: SIZE,
+        varies_light: false,
+        varies_view: false,
+        environment: None,
         materials: vec![material("fixed", false, 0.5), material("b", true, 0.2), material("a", true, 0.4)],
         objects: vec![StoredObject { name: "thing".to_owned(), material: 0, triangles: 1 }],
     }

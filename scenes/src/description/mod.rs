@@ -99,11 +99,13 @@ pub(crate) enum LightKind {
     Directional,
 }
 
-/// `[environment]`; without a file it is evenly white.
+/// `[environment]`; without a file it is evenly white. `others` are further maps that a state may name.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EnvironmentFile {
     pub file: Option<String>,
+    #[serde(default)]
+    pub others: Vec<String>,
     #[serde(default = "unit_gain")]
     pub gain: Rgb,
     #[serde(default)]

@@ -3,9 +3,9 @@
 use super::GltfFile;
 use crate::image_file::{TextureKey, Textures};
 use crate::scene::Material;
-use crate::texture::{Texture, Wrap, linear_from_srgb};
 use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
+use relume_formats::basis::{Texture, Wrap, linear_from_srgb};
 use relume_formats::state::{Brdf, FIXED_ROUGHNESS_MIN, Ggx, Rgb};
 use relume_formats::{Place, Result};
 use std::collections::BTreeMap;

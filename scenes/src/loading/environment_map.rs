@@ -1,10 +1,10 @@
 //! Environment maps: Radiance `.hdr` and OpenEXR `.exr` (half or float, any compression).
 
 use crate::library::has_extension;
-use crate::scene::EnvironmentMap;
 use exr::prelude::{MetaData, ReadChannels, ReadLayers, Vec2};
 use image::DynamicImage;
 use image::codecs::hdr::HdrDecoder;
+use relume_formats::basis::EquirectMap;
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
 use std::fs::File;
@@ -18,13 +18,13 @@ const MAX_TEXELS: u64 = 1 << 25;
 const LARGEST_HALF: f32 = 65_504.0;
 
 /// Evenly white. It has more than one texel because tracers sample maps by rows of equal latitude.
-pub(super) fn white_map() -> EnvironmentMap {
+pub(super) fn white_map() -> EquirectMap {
     let (width, height) = (32, 16);
-    EnvironmentMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] }
+    EquirectMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] }
 }
 
 /// Reads the map at `path`. Adds what was mended to `warnings`.
-pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
+pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
     let mut map = if has_extension(path, "hdr") {
         read_hdr(path, &place)?
@@ -63,17 +63,17 @@ fn check_size(width: u64, height: u64, place: &Place) -> Result<()> {
     Ok(())
 }
 
-fn read_hdr(path: &Path, place: &Place) -> Result<EnvironmentMap> {
+fn read_hdr(path: &Path, place: &Place) -> Result<EquirectMap> {
     let refuse = |e: image::ImageError| Error::invalid(place, format!("not a Radiance map ({e})"));
     let file = File::open(path).map_err(|e| Error::io(place, e))?;
     let decoder = HdrDecoder::new(BufReader::new(file)).map_err(refuse)?;
     let (width, height) = (decoder.metadata().width, decoder.metadata().height);
     check_size(width.into(), height.into(), place)?;
     let image = DynamicImage::from_decoder(decoder).map_err(refuse)?.into_rgb32f();
-    Ok(EnvironmentMap { width, height, texels: image.as_raw().as_chunks().0.to_vec() })
+    Ok(EquirectMap { width, height, texels: image.as_raw().as_chunks().0.to_vec() })
 }
 
-fn read_exr(path: &Path, place: &Place) -> Result<EnvironmentMap> {
+fn read_exr(path: &Path, place: &Place) -> Result<EquirectMap> {
     let file = File::open(path).map_err(|e| Error::io(place, e))?;
     check_exr_header(BufReader::new(file), place)?;
     let file = File::open(path).map_err(|e| Error::io(place, e))?;
@@ -97,7 +97,7 @@ fn read_exr(path: &Path, place: &Place) -> Result<EnvironmentMap> {
     if layer.size != image.attributes.display_window.size {
         return Err(Error::unsupported(place, "its data window is not its display window; save it uncropped"));
     }
-    Ok(EnvironmentMap { width, height, texels: layer.channel_data.pixels.1 })
+    Ok(EquirectMap { width, height, texels: layer.channel_data.pixels.1 })
 }
 
 /// Caps the sizes before the pixels are allocated.

@@ -1,8 +1,8 @@
 //! glTF files and textures that are hostile or do not fit.
 
 use super::import_tests::{base64, changed, lit, load_changed, png, refusal, scene, try_load};
+use crate::Wrap;
 use crate::test_support::Scratch;
-use crate::texture::Wrap;
 use serde_json::json;
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use crate::description::{BrdfName, MaterialFile};
 use crate::library::{expect_file, locate};
 use crate::scene::Material;
 use crate::suggest::unknown_name;
-use crate::texture::Texture;
+use relume_formats::basis::Texture;
 use relume_formats::state::{BlinnPhong, Brdf, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN};
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;

@@ -158,8 +158,8 @@ fn an_environment_without_a_file_is_white() {
     let scene = Scratch::scene(&format!("{TEXT}\n[environment]\ngain = [1, 2, 3]\nrotation_deg = 30")).load().unwrap();
     let environment = scene.environment.unwrap();
     assert_eq!((environment.gain, environment.rotation_deg), ([1.0, 2.0, 3.0], 30.0));
-    assert_eq!(environment.map.texels.len(), (environment.map.width * environment.map.height) as usize);
-    assert!(environment.map.texels.iter().all(|t| *t == [1.0; 3]));
+    assert_eq!(environment.map.map.texels.len(), (environment.map.map.width * environment.map.map.height) as usize);
+    assert!(environment.map.map.texels.iter().all(|t| *t == [1.0; 3]));
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn maps_are_sought_beside_the_state_then_beside_the_scene() {
     let scene = scratch.load().unwrap();
     let change = state("environment.map = 'sky.hdr'");
     let place = Place::file(scratch.path("states/s.toml"));
-    let texel = || scene.with_state(&change, &place).unwrap().environment.unwrap().map.texels[0][0];
+    let texel = || scene.with_state(&change, &place).unwrap().environment.unwrap().map.map.texels[0][0];
     assert_eq!(texel(), 0.25);
     scratch.write("states/sky.hdr", map(128));
     assert_eq!(texel(), 0.5);

@@ -1,15 +1,13 @@
 //! A scene at a state: what the tracer sees when something has changed.
 
-use super::environment::check as check_environment;
-use super::environment_map::{read_map, white_map};
+use super::environment::{check as check_environment, named_map};
 use super::index_of;
 use super::lights::expect_radiometric;
-use crate::library::{expect_file, locate};
-use crate::scene::{Emitter, Environment, Scene};
+use crate::library::locate;
+use crate::scene::{Emitter, Environment, NamedMap, Scene};
 use relume_formats::state::{EnvironmentState, Rgb, State};
 use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 impl Scene {
     /// This scene at `state`, whether or not it varies so at playback. Meshes are shared, not copied. `place` is where the state comes
@@ -50,20 +48,23 @@ impl Scene {
     }
 
     fn environment_with(&self, change: &EnvironmentState, place: &Place, warnings: &mut Vec<String>) -> Result<Environment> {
-        let mut environment = match (&self.environment, &change.map) {
-            (Some(environment), _) => environment.clone(),
-            (None, Some(_)) => Environment { map: Arc::new(white_map()), gain: [1.0; 3], rotation_deg: 0.0 },
+        let named = change.map.as_ref().map(|name| self.map_called(name, place, warnings)).transpose()?;
+        let mut environment = match (&self.environment, named) {
+            (Some(environment), None) => environment.clone(),
+            (Some(environment), Some(map)) => Environment { map, ..environment.clone() },
+            (None, Some(map)) => Environment { map, others: Vec::new(), gain: [1.0; 3], rotation_deg: 0.0 },
             (None, None) => return Err(Error::invalid(place, "sets [environment], but the scene has none; add one, or name a map")),
         };
-        if let Some(name) = &change.map {
-            let path = self.locate_map(name, place);
-            expect_file(&path, name, place)?;
-            environment.map = Arc::new(read_map(&path, warnings)?);
-        }
         environment.gain = change.gain.unwrap_or(environment.gain);
         environment.rotation_deg = change.rotation_deg.unwrap_or(environment.rotation_deg);
         check_environment(&environment, &place.part("environment"))?;
         Ok(environment)
+    }
+
+    /// One of the scene's own maps, a procedural one, or a file beside the state or the scene.
+    fn map_called(&self, name: &str, place: &Place, warnings: &mut Vec<String>) -> Result<NamedMap> {
+        let own = self.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).find(|map| map.name == name);
+        own.map_or_else(|| named_map(name, &self.locate_map(name, place), place, warnings), |map| Ok(map.clone()))
     }
 
     fn locate_map(&self, name: &str, place: &Place) -> PathBuf {

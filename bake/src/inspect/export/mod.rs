@@ -5,6 +5,7 @@ mod images;
 mod out;
 mod ply;
 mod scene;
+mod sparse_transfer;
 mod stored;
 mod table;
 #[cfg(test)]
@@ -15,7 +16,7 @@ pub use scene::export_scene;
 use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
-use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -50,6 +51,13 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         Kind::BrdfBasis => basis::export(&BrdfBasis::read_file(path)?, &mut out)?,
         Kind::TransferImages => images::export(&TransferImages::read_file(path)?, &mut out)?,
         Kind::HaarTable => table::export(&HaarTable::read_file(path)?, &mut out)?,
+        Kind::Environment => stored::environment(&Environment::read_file(path)?, &mut out)?,
+        Kind::Textures => stored::textures(&Textures::read_file(path)?, &mut out)?,
+        Kind::SparseTransfer => {
+            let bundle = path.parent().unwrap_or(Path::new(""));
+            let scene = Manifest::read(bundle).ok().map(|m| StoredScene::read_file(&bundle.join(m.scene_file.file))).transpose()?;
+            sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
+        }
     }
     Ok(out.written())
 }

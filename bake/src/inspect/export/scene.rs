@@ -148,7 +148,7 @@ fn emitter(emitter: &Emitter) -> EmitterFile {
 }
 
 fn environment(environment: &Environment, out: &mut Out) -> Result<EnvironmentFile> {
-    let map = &environment.map;
+    let map = &environment.map.map;
     let plane = |channel: usize| -> Vec<f32> { map.texels.iter().map(|texel| texel[channel]).collect() };
     let (red, green, blue) = (plane(0), plane(1), plane(2));
     let file = "environment.exr";

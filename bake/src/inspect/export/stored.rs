@@ -1,10 +1,10 @@
-//! Stored scenes and animations.
+//! Stored scenes, animations, environments and textures.
 
 use super::out::{Out, file_name_part};
 use super::ply::PlyMesh;
 use relume_formats::Result;
-use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::Meta;
+use relume_formats::kinds::{Environment, StoredScene, Textures};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx, TrackValues};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -72,6 +72,36 @@ fn objects(meta: &Meta) -> Vec<Value> {
         value
     };
     meta.objects.iter().map(&mut describe).collect()
+}
+
+/// `environment.exr`, `environment.json`.
+pub(super) fn environment(environment: &Environment, out: &mut Out) -> Result<()> {
+    let map = &environment.map;
+    let plane = |channel: usize| -> Vec<f32> { map.texels.iter().map(|texel| texel[channel]).collect() };
+    let (red, green, blue) = (plane(0), plane(1), plane(2));
+    out.exr("environment.exr", [map.width, map.height], &[("R", &red), ("G", &green), ("B", &blue)])?;
+    out.json(
+        "environment.json",
+        &json!({
+            "name": environment.name,
+            "mapping": "equirectangular: u = 0.5 + atan2(x, -z)/2pi, v = acos(y)/pi; radiance in W/(sr m^2)",
+            "width": map.width,
+            "height": map.height,
+        }),
+    )
+}
+
+/// `uvs.npy` [vertices, 2], `texture_<n>.npy` [height, width, 4], `textures.json`.
+pub(super) fn textures(textures: &Textures, out: &mut Out) -> Result<()> {
+    out.npy("uvs.npy", &[textures.uvs.len(), 2], textures.uvs.as_flattened().iter().copied())?;
+    let mut list = Vec::new();
+    for (index, stored) in textures.textures.iter().enumerate() {
+        let file = format!("texture_{index}.npy");
+        let [width, height] = stored.texture.size.map(|n| n as usize);
+        out.npy(&file, &[height, width, 4], stored.texture.texels.as_flattened().iter().copied())?;
+        list.push(json!({ "file": file, "material": stored.material, "alpha_cutoff": stored.alpha_cutoff, "wrap": stored.texture.wrap }));
+    }
+    out.json("textures.json", &list)
 }
 
 /// `animation_<name>.json`.

@@ -6,7 +6,7 @@ use crate::exr_file::read_exr;
 use relume_formats::basis::brdf_grid::{NODES, cos_half_angle};
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::state::{BlinnPhong, Brdf};
-use relume_scenes::{Emitter, Environment, EnvironmentMap, Light, Material, Mesh, Object, Scene, Vary};
+use relume_scenes::{Emitter, Environment, EquirectMap, Light, Material, Mesh, NamedMap, Object, Scene, Vary};
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -265,7 +265,8 @@ fn a_scene_is_exported_as_loaded() {
         objects: ["ring", "ring/2"].map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone() }).to_vec(),
         lights: [("lamp", area), ("bulb", point)].map(|(name, emitter)| Light { name: name.to_owned(), emitter }).to_vec(),
         environment: Some(Environment {
-            map: Arc::new(EnvironmentMap { width: 4, height: 2, texels: texels.clone() }),
+            map: NamedMap { name: "map.exr".to_owned(), map: Arc::new(EquirectMap { width: 4, height: 2, texels: texels.clone() }) },
+            others: Vec::new(),
             gain: [2.0; 3],
             rotation_deg: 30.0,
         }),

@@ -48,7 +48,7 @@ impl TransferImages {
                 Ok(())
             }
             Kind::TransferImages => self.images_arrived(gpu, arrival),
-            Kind::Scene | Kind::Animation | Kind::HaarTable => {
+            _ => {
                 let reason = format!("method {NAME} has no use for kind `{}`; bake it again", arrival.kind.name());
                 Err(FormatError::invalid(&arrival.section.place, reason).into())
             }

@@ -25,7 +25,7 @@ fn write_exr(path: &Path, texels: &[Rgb], half: bool, compression: Compression) 
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
-fn read(path: &Path) -> (EnvironmentMap, Vec<String>) {
+fn read(path: &Path) -> (EquirectMap, Vec<String>) {
     let mut warnings = Vec::new();
     (read_map(path, &mut warnings).unwrap(), warnings)
 }

@@ -1,7 +1,9 @@
 //! Textures of surfaces: what multiplies a diffuse colour, and where a surface has holes.
 
+use serde::{Deserialize, Serialize};
+
 /// How a texture goes on beyond its edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wrap {
     /// It starts again.
     Repeat,
@@ -60,7 +62,7 @@ fn wrapped(index: i64, count: i64, wrap: Wrap) -> i64 {
 }
 
 /// One channel, sRGB to linear (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(byte: u8) -> f32 {
+pub fn linear_from_srgb(byte: u8) -> f32 {
     static TABLE: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| {
         std::array::from_fn(|i| {
             let x = i as f64 / 255.0;

@@ -1,0 +1,88 @@
+//! Kind `environment`, version 0: light from all directions, infinitely far away, as an equirectangular map.
+//!
+//! | section  | type | shape              | content |
+//! |----------|------|--------------------|---------|
+//! | `meta`   | u8   | record             | [`Meta`]: name and unit |
+//! | `texels` | f16  | [height, width, 3] | linear RGB radiance in [`Meta::unit`] W/(sr·m²), rows from +Y down |
+//!
+//! The direction (x, y, z) is found at u = 0.5 + atan2(x, −z)/2π, v = acos(y)/π.
+
+use crate::basis::EquirectMap;
+use crate::container::{Kind, Sections, Stored, Writer};
+use crate::error::Result;
+use half::f16;
+use serde::{Deserialize, Serialize};
+
+/// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
+pub const MAX_WIDTH: u32 = 4096;
+
+/// A named map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// Name, unique in a bundle: the file's that it came from.
+    pub name: String,
+    /// The map.
+    pub map: EquirectMap,
+}
+
+/// The small print.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Meta {
+    name: String,
+    /// Factor on the stored halves, a power of two.
+    unit: f32,
+}
+
+/// The power of two that brings `largest` within half precision; 1 for all that is within it already.
+fn unit_for(largest: f32) -> f32 {
+    if largest <= f16::MAX.to_f32() { 1.0 } else { (largest / f16::MAX.to_f32()).log2().ceil().exp2() }
+}
+
+impl Environment {
+    /// The map as it is after storing: rounded to halves.
+    pub fn rounded(&self) -> Self {
+        let (unit, halves) = self.halves();
+        let texels = halves.as_chunks().0.iter().map(|t| t.map(|h| h.to_f32() * unit)).collect();
+        Self { name: self.name.clone(), map: EquirectMap { texels, ..self.map } }
+    }
+
+    fn halves(&self) -> (f32, Vec<f16>) {
+        let values = self.map.texels.as_flattened();
+        let unit = unit_for(values.iter().copied().fold(0.0, f32::max));
+        (unit, values.iter().map(|v| f16::from_f32(v / unit)).collect())
+    }
+}
+
+impl Stored for Environment {
+    const KIND: Kind = Kind::Environment;
+    const VERSION: u32 = 0;
+
+    fn encode(&self, out: &mut Writer) -> Result<()> {
+        let (unit, halves) = self.halves();
+        out.record("meta", &Meta { name: self.name.clone(), unit })?;
+        out.f16s("texels", &[self.map.height.into(), self.map.width.into(), 3], &halves)
+    }
+
+    fn decode(sections: &mut Sections<'_>) -> Result<Self> {
+        let section = sections.take("meta")?;
+        let meta: Meta = section.record()?;
+        if !(meta.unit.is_finite() && meta.unit >= 1.0 && meta.unit.log2().fract() == 0.0) {
+            return Err(section.invalid(format!("unit {} is no power of two of at least 1", meta.unit)));
+        }
+        let section = sections.take("texels")?;
+        let side = |n: u64| u32::try_from(n).ok().filter(|n| (1..=MAX_WIDTH).contains(n));
+        let (width, height) = match section.info.shape[..] {
+            [height, width, 3] => side(width).zip(side(height)),
+            _ => None,
+        }
+        .ok_or_else(|| {
+            section.invalid(format!("has shape {:?}, expected [height, width, 3] of at most {MAX_WIDTH} each", section.info.shape))
+        })?;
+        let values: Vec<f32> = section.f16s()?.iter().map(|h| h.to_f32() * meta.unit).collect();
+        section.expect_finite(&values)?;
+        if values.iter().any(|v| *v < 0.0) {
+            return Err(section.invalid("a radiance is negative"));
+        }
+        Ok(Self { name: meta.name, map: EquirectMap { width, height, texels: values.as_chunks().0.to_vec() } })
+    }
+}

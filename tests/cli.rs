@@ -175,7 +175,7 @@ fn start_bake(w: &Workshop, samples: &str, more: &[&str]) -> Child {
 }
 
 fn wait_for_log(w: &Workshop, child: &mut Child, bytes: u64) {
-    let log = w.folder.path().join("bundle/unfinished/tiles.log");
+    let log = w.folder.path().join("bundle/unfinished/transfer-images.log");
     let start = Instant::now();
     while std::fs::metadata(&log).map_or(0, |m| m.len()) <= bytes {
         assert!(start.elapsed() < Duration::from_secs(120), "the bake does not get going");
@@ -185,7 +185,7 @@ fn wait_for_log(w: &Workshop, child: &mut Child, bytes: u64) {
 }
 
 fn log_length(w: &Workshop) -> u64 {
-    std::fs::metadata(w.folder.path().join("bundle/unfinished/tiles.log")).unwrap().len()
+    std::fs::metadata(w.folder.path().join("bundle/unfinished/transfer-images.log")).unwrap().len()
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn mistakes_in_scenes_get_one_clear_line() {
         (ROOM.replace("shininess = 20.0", "shininess = 500.0"), "outside 1..200"),
         (ROOM.replace("ks = [0.3, 0.3, 0.3]", "ks = [0.9, 0.9, 0.9]"), "exceeds 1"),
         (ROOM.replace("materials = ['ball', 'room']", "materials = []"), "nothing to bake"),
-        (ROOM.replace("materials = ['ball', 'room']", "view = true"), "view"),
+        (ROOM.replace("materials = ['ball', 'room']", "view = true"), "has no [environment]"),
         (ROOM.replace("size = [48, 40]", "size = [48, 40]\nreflections = 5"), "at most 2"),
         (ROOM.replace("size = [48, 40]", "size = [0, 40]"), "size"),
         (ROOM.replace("size = [48, 40]", "size = [16000, 16000]"), "--size"),

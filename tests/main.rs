@@ -4,6 +4,7 @@
 //! * [`stability`]: where methods fail, that they fail as documented;
 //! * [`accuracy`]: baked images against the reference, with stated bounds;
 //! * [`cpu_gpu`]: the player's shaders against `evaluate`;
+//! * [`relighting`]: sparse-transfer from bake to radiance;
 //! * [`cli`]: the binaries as a user runs them.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
@@ -11,6 +12,7 @@
 mod accuracy;
 mod cli;
 mod cpu_gpu;
+mod relighting;
 mod stability;
 mod support;
 mod truth;

@@ -36,7 +36,7 @@ fn main() -> ExitCode {
             // A bake that was stopped, or met a full disk, can go on; one that was refused or never started cannot.
             let stopped = matches!(error, BakeError::Interrupted(_) | BakeError::File(_)) && code != 2;
             let kept = stopped && matches!(cli.command, Command::Run(_));
-            fail(&format!("{error}{}", if kept { "; finished tiles are kept, add --resume to go on" } else { "" }), code)
+            fail(&format!("{error}{}", if kept { "; finished work is kept, add --resume to go on" } else { "" }), code)
         }
     }
 }

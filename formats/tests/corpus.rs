@@ -9,6 +9,7 @@ mod support {
     pub mod playing;
     pub mod raw_file;
     pub mod reading;
+    pub mod relighting;
     pub mod samples;
     pub mod scenes;
 }
@@ -23,12 +24,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
-use support::{samples, scenes};
+use support::{relighting, samples, scenes};
 
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 22] = [
+const CASES: [Case; 25] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -126,12 +127,28 @@ const CASES: [Case; 22] = [
     ("unknown-model.relume", Kind::Scene, "section `meta`: is malformed", || {
         let mut file = triangle();
         let mut meta = file.sections[0].raw();
-        // After the name of 11 bytes, the camera of 8 numbers, the film size, the number of materials, and the first one's name of 2.
-        let at = 8 + 11 + 4 * 8 + 8 + 8 + 8 + 2;
+        // After the name of 11 bytes, the camera of 8 numbers, the film size, what varies, no environment, the number of materials, and the first
+        // one's name of 2.
+        let at = 8 + 11 + 4 * 8 + 8 + 2 + 1 + 8 + 8 + 2;
         assert!(meta[at] < 2 && meta[at + 1..at + 4] == [0; 3], "the model stands there");
         meta[at] = 2;
         file.sections[0].set_raw(&meta);
         file.bytes()
+    }),
+    ("negative-radiance.relume", Kind::Environment, "a radiance is negative", || {
+        let mut environment = relighting::environment(1, false);
+        environment.map.texels[0] = [0.0, -1.0, 0.0];
+        written(&environment)
+    }),
+    ("two-textures-of-one-material.relume", Kind::Textures, "two textures are of one material", || {
+        let mut textures = (0..).map(relighting::textures).find(|t| t.textures.len() > 1).unwrap();
+        textures.textures[1].material = textures.textures[0].material;
+        written(&textures)
+    }),
+    ("coefficient-beyond-the-light.relume", Kind::SparseTransfer, "an index is beyond the light's coefficients", || {
+        let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
+        rows.blocks[0].indices[4] = 24;
+        written(&rows)
     }),
     ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
         let mut scene: StoredScene = scenes::scene(3);
@@ -160,6 +177,7 @@ fn written(value: &impl Stored) -> Vec<u8> {
 /// A sound scene of one triangle.
 fn triangle() -> RawFile {
     let mut scene: StoredScene = scenes::scene(3);
+    scene.meta.environment = None;
     scene.meta.objects.truncate(1);
     scene.meta.objects[0].triangles = 1;
     scene.positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

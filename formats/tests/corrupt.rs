@@ -152,7 +152,7 @@ fn tables_that_contradict_themselves_are_refused() {
         ("a long name", with(|f| f.sections[0].name = "n".repeat(65)), "1 to 64 characters"),
         ("a name in capitals", with(|f| f.sections[0].name = "A".to_owned()), "1 to 64 characters"),
         ("a name with a line break", with(|f| f.sections[0].name = "a\nb".to_owned()), "section `a\\nb`"),
-        ("an unknown element", with(|f| f.sections[0].element = 5), "section table is malformed"),
+        ("an unknown element", with(|f| f.sections[0].element = 7), "section table is malformed"),
         ("an unknown codec", with(|f| f.sections[0].codec = 2), "section table is malformed"),
         ("a table with more in it", with(|f| f.table_tail = vec![0]), "bytes left over"),
         ("fewer sections than the table holds", with(|f| f.section_count = 1), "bytes left over"),

@@ -83,7 +83,12 @@ fn environments_that_are_none_are_refused() {
     let reshaped = |shape: [u64; 3]| move |sections: &mut Vec<RawSection>| sections[1].shape = shape.to_vec();
     let texels = sound.map.texels.len() as u64;
     assert_forged_refused(&sound, reshaped([1, 1, texels * 3]), "has shape");
-    assert_forged_refused(&sound, |sections| sections[0].set_raw(&[0; 12]), "section `meta`: unit 0 is no power of two");
+    let unitless = |sections: &mut Vec<RawSection>| {
+        let length = sections[0].raw().len();
+        let unit_zeroed = [&sections[0].raw()[..length - 4], &[0; 4]].concat();
+        sections[0].set_raw(&unit_zeroed);
+    };
+    assert_forged_refused(&sound, unitless, "section `meta`: unit 0 is no power of two");
     assert_forged_refused(&sound, |sections| drop(sections.pop()), "section `texels` is missing");
 }
 

@@ -1,10 +1,11 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
+mod sparse_transfer;
+
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
-use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
-use relume_formats::state::{Animation, Varies};
+use relume_formats::state::{Animation, State};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -55,9 +56,13 @@ fn verify_bundle(folder: &Path) -> Result<String> {
         checked += &sound(&path)?;
         animations.push((Place::file(path), animation));
     }
+    let mut played: Vec<Played> = Vec::new();
     for method in &manifest.methods {
-        checked += &verify_method(method, &scene, &animations, folder)?;
+        let (lines, method) = verify_method(method, &scene, folder)?;
+        checked += &lines;
+        played.push(method);
     }
+    animations.iter().try_for_each(|(place, animation)| verify_animation(animation, &played, &scene, place))?;
     let files = manifest.entries().count();
     let _ = writeln!(checked, "{}: {files} files as the manifest lists them, and they agree with each other", folder.display());
     Ok(checked)
@@ -87,29 +92,44 @@ fn verify_entry(entry: &FileEntry, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-fn verify_method(method: &MethodEntry, scene: &StoredScene, animations: &[(Place, Animation)], folder: &Path) -> Result<String> {
+/// A method of a bundle, and the environment maps that it may show.
+struct Played {
+    kind: Kind,
+    maps: Vec<String>,
+}
+
+fn verify_method(method: &MethodEntry, scene: &StoredScene, folder: &Path) -> Result<(String, Played)> {
     let place = Place::file(folder.join(manifest::FILE_NAME)).part(format!("method `{}`", method.name));
-    if method.name != Kind::TransferImages.name() {
-        return Err(Error::unsupported(&place, "is unknown to this program; use a newer one"));
+    match Kind::ALL.into_iter().find(|kind| kind.name() == method.name) {
+        Some(kind @ Kind::TransferImages) => {
+            Ok((verify_transfer_images(method, scene, folder, &place)?, Played { kind, maps: Vec::new() }))
+        }
+        Some(kind @ Kind::SparseTransfer) => {
+            let (lines, maps) = sparse_transfer::verify(method, scene, folder, &place)?;
+            Ok((lines, Played { kind, maps }))
+        }
+        _ => Err(Error::unsupported(&place, "is unknown to this program; use a newer one")),
     }
+}
+
+fn verify_transfer_images(method: &MethodEntry, scene: &StoredScene, folder: &Path, place: &Place) -> Result<String> {
     // A player needs the basis before the first image.
     let expected = [Kind::BrdfBasis.name(), Kind::TransferImages.name()];
     let [(_, basis), (_, images)] = &method.files[..] else {
-        return Err(Error::invalid(&place, format!("has {} files, expected {}; bake it again", method.files.len(), expected.join(", "))));
+        return Err(Error::invalid(place, format!("has {} files, expected {}; bake it again", method.files.len(), expected.join(", "))));
     };
     if method.files.iter().map(|(kind, _)| kind).ne(expected) {
-        return Err(Error::invalid(&place, format!("its files are not {}, in this order; bake it again", expected.join(", "))));
+        return Err(Error::invalid(place, format!("its files are not {}, in this order; bake it again", expected.join(", "))));
     }
     let [basis_path, images_path] = [basis, images].map(|entry| Place::file(folder.join(&entry.file)));
     let basis = BrdfBasis::read_file(&basis_path.file)?;
     let images = TransferImages::read_file(&images_path.file)?;
-    let materials = verify_images(&images, &basis, scene, &images_path)?;
-    animations.iter().try_for_each(|(place, animation)| verify_animation(animation, &materials, scene, place))?;
+    verify_images(&images, &basis, scene, &images_path)?;
     Ok(sound(&basis_path.file)? + &sound(&images_path.file)?)
 }
 
-/// Size, bases and materials agree with basis and scene; returns the materials that may change.
-fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a StoredScene, place: &Place) -> Result<Vec<&'a StoredMaterial>> {
+/// Size, bases and materials agree with basis and scene.
+fn verify_images(images: &TransferImages, basis: &BrdfBasis, scene: &StoredScene, place: &Place) -> Result<()> {
     let meta = &images.head.meta;
     let refuse = |reason: String| Err(Error::invalid(&place.part("section `meta`"), format!("{reason}; bake it again")));
     if meta.size != scene.meta.size {
@@ -118,13 +138,12 @@ fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a Stor
     if meta.bases as usize != basis.bases() {
         return refuse(format!("{} bases, the BRDF basis has {}", meta.bases, basis.bases()));
     }
-    let mut materials = Vec::new();
     for name in &meta.materials {
         match scene.meta.materials.iter().find(|m| m.name == *name) {
             Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
                 return refuse(format!("material `{name}` is of another model than the BRDF basis"));
             }
-            Some(material) if material.varies => materials.push(material),
+            Some(material) if material.varies => {}
             Some(_) => return refuse(format!("material `{name}` does not vary in the scene")),
             None => return refuse(format!("material `{name}` is not in the scene")),
         }
@@ -132,23 +151,43 @@ fn verify_images<'a>(images: &TransferImages, basis: &BrdfBasis, scene: &'a Stor
     if let Some(left_out) = scene.meta.materials.iter().find(|m| m.varies && !meta.materials.contains(&m.name)) {
         return refuse(format!("material `{}` varies in the scene, but there are no images of it", left_out.name));
     }
-    Ok(materials)
+    Ok(())
 }
 
-/// The states at all keys are legal, and so is what lies between.
-fn verify_animation(animation: &Animation, materials: &[&StoredMaterial], scene: &StoredScene, place: &Place) -> Result<()> {
-    let varies = Varies { environment: false, camera: false, materials: materials.iter().map(|m| m.name.as_str()).collect() };
-    for time_s in animation.key_times_s() {
-        let place = place.part(format!("state at {time_s} s"));
-        let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
-        state.expect_only(&varies, &place)?;
-        if let Some(camera) = &state.camera {
-            scene.meta.camera.with(camera, &place)?;
+/// Some method can play the animation: the states at all keys are legal, and so is what lies between.
+fn verify_animation(animation: &Animation, methods: &[Played], scene: &StoredScene, place: &Place) -> Result<()> {
+    let mut verdict = Ok(());
+    for method in methods {
+        verdict = animation.key_times_s().into_iter().try_for_each(|time_s| {
+            let place = place.part(format!("state at {time_s} s"));
+            let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
+            verify_state(&state, method, scene, &place)
+        });
+        if verdict.is_ok() {
+            break;
         }
-        for material in materials {
-            if let Some(change) = state.materials.get(&material.name) {
-                material.with(&material.brdf, change, &place)?;
-            }
+    }
+    verdict
+}
+
+fn verify_state(state: &State, method: &Played, scene: &StoredScene, place: &Place) -> Result<()> {
+    state.expect_only(&scene.meta.varies(method.kind), place)?;
+    if let Some(camera) = &state.camera {
+        scene.meta.camera.with(camera, place)?;
+    }
+    if let (Some(change), Some(look)) = (&state.environment, &scene.meta.environment) {
+        let look = look.with(change, place)?;
+        if !method.maps.contains(&look.map) {
+            let there = method.maps.join(", ");
+            return Err(Error::invalid(
+                place,
+                format!("environment map `{}` is not in the bundle, which has {there}; bake it again", look.map),
+            ));
+        }
+    }
+    for material in &scene.meta.materials {
+        if let Some(change) = state.materials.get(&material.name) {
+            material.with(&material.brdf, change, place)?;
         }
     }
     Ok(())

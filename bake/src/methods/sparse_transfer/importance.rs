@@ -14,6 +14,8 @@ const AREA_POWER: f32 = 1.0 / 3.0;
 const VERTICAL: f32 = 2.378_414_2;
 /// All wavelets on the face that looks down.
 const BELOW: f32 = 0.5;
+/// Scaling functions come first: with the six of them, even light and light that is a whole face are exact. It changes no other error.
+const SCALING: f32 = 1e6;
 
 const DOWN: usize = 3;
 const SIDES: [usize; 4] = [0, 1, 4, 5];
@@ -27,7 +29,7 @@ pub fn weights(face_size: usize) -> Vec<f32> {
 
 fn weight(face: usize, index: usize, face_size: usize) -> f32 {
     match haar::describe(index, face_size) {
-        Wavelet::Scaling => 1.0,
+        Wavelet::Scaling => SCALING,
         Wavelet::Detail { level, m, .. } => {
             let area = 0.25_f32.powi(level as i32);
             let vertical = if m == TOP_MINUS_BOTTOM && SIDES.contains(&face) { VERTICAL } else { 1.0 };
@@ -47,7 +49,7 @@ mod tests {
         let weights = weights(n);
         let at = |face: usize, level, m| weights[face * n * n + haar::index(level, m, 0, 0)];
         assert_eq!(weights.len(), 6 * n * n);
-        assert!([0, 3].iter().all(|face| weights[face * n * n] == 1.0));
+        assert!([0, 3].iter().all(|face| weights[face * n * n] == 1e6));
         assert_eq!((at(0, 0, 1), at(2, 0, 2), at(3, 0, 2)), (1.0, 1.0, 0.5));
         assert!((at(4, 0, 2) - 2.0_f32.powf(1.25)).abs() < 1e-6);
         assert!((at(1, 2, 3) - 16.0_f32.powf(-1.0 / 3.0)).abs() < 1e-6);

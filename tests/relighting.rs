@@ -1,0 +1,327 @@
+//! sparse-transfer from bake to radiance: closed forms, the path tracer, lights that are hard, files that repeat.
+
+use crate::support::{command, expect_exit, job, mean_radiance, relative_l2, run, scene, write_scene};
+use glam::Vec3A;
+use relume_bake::bundle::{self, Leftover};
+use relume_bake::methods::sparse_transfer::{Settings, Terms, Wanted};
+use relume_formats::basis::{EquirectMap, cubemap, haar};
+use relume_formats::container::Stored;
+use relume_formats::evaluate::sparse_transfer::{light, radiance};
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{Environment, Manifest, SparseTransfer, StoredScene};
+use relume_scenes::Scene;
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// A ball 1 m above the middle of a plane; more keys may follow those of the environment.
+const BALL: &str = "
+    [vary]
+    light = true
+    view = true
+    [render]
+    size = [32, 24]
+    reflections = 1
+    [camera]
+    position = [0.0, 2.0, 5.0]
+    target = [0.0, 0.5, 0.0]
+    fov_deg = 40.0
+    [materials.plane]
+    brdf = 'blinn-phong'
+    kd = [0.2, 0.5, 0.8]
+    [materials.ball]
+    brdf = 'blinn-phong'
+    kd = [0.7, 0.7, 0.1]
+    [[object]]
+    name = 'plane'
+    shape = 'quad'
+    segments = 12
+    material = 'plane'
+    transform = { scale = 4.0 }
+    [[object]]
+    name = 'ball'
+    shape = 'sphere'
+    subdivisions = 3
+    material = 'ball'
+    transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }
+    [environment]
+";
+
+fn wanted(rays_per_texel: u32, terms: usize) -> Wanted {
+    Wanted { settings: Settings { rays_per_texel, terms: Terms::Number(terms) } }
+}
+
+struct Baked {
+    transfer: SparseTransfer,
+    stored: StoredScene,
+    maps: Vec<Environment>,
+    manifest: Manifest,
+}
+
+fn bake(scene: &Scene, wanted: Wanted) -> Baked {
+    let folder = tempfile::tempdir().unwrap();
+    bundle::run(scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, &job()).unwrap();
+    let manifest = Manifest::read(folder.path()).unwrap();
+    let path = |file: &str| folder.path().join(file);
+    let maps = manifest.methods[0].files.iter().filter(|(kind, _)| kind == "environment");
+    Baked {
+        transfer: SparseTransfer::read_file(&path("sparse-transfer.relume")).unwrap(),
+        stored: StoredScene::read_file(&path("scene.relume")).unwrap(),
+        maps: maps.map(|(_, file)| Environment::read_file(&path(&file.file)).unwrap()).collect(),
+        manifest,
+    }
+}
+
+impl Baked {
+    fn under(&self, map: &EquirectMap, rotation_deg: f32) -> Vec<[f32; 3]> {
+        let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
+        radiance(&self.transfer, &light(map, &look, self.transfer.meta.face_size as usize))
+    }
+
+    /// Under a light given by its texels.
+    fn under_texels(&self, texels: &[f32]) -> Vec<f32> {
+        let mut plane = texels.to_vec();
+        haar::forward_cube(&mut plane, self.transfer.meta.face_size as usize);
+        radiance(&self.transfer, &[plane.clone(), plane.clone(), plane]).iter().map(|r| r[0]).collect()
+    }
+
+    fn plane(&self) -> impl Iterator<Item = usize> {
+        0..13 * 13
+    }
+}
+
+/// A ball that lies wholly above the horizon of a point hides sin²α · cos θ of the light that would reach it evenly from the upper half: the form factor
+/// of a sphere.
+#[test]
+fn a_ball_hides_its_form_factor() {
+    let scene = scene(BALL);
+    for (rays, bound) in [(1, 4e-3), (16, 1.2e-3)] {
+        let baked = bake(&scene, wanted(rays, 1024));
+        let shown = baked.under(&baked.maps[0].map, 0.0);
+        let mut worst = 0.0_f64;
+        for vertex in baked.plane() {
+            let [x, _, z] = baked.stored.positions[vertex].map(f64::from);
+            let squared = x * x + z * z + 1.0;
+            let hidden = 0.16 / squared / squared.sqrt();
+            worst = worst.max((f64::from(shown[vertex][1]) - (1.0 - hidden)).abs());
+        }
+        // At the edge of the ball's disc, of 2π·23° in texels of 1.4°, each texel is off by half of itself with one ray and by an eighth with 4 × 4: as
+        // random numbers that is 70 texels of 1.9e-4, 8e-4 and 2e-4, three times as much at worst; flat triangles take 6e-4 off the ball.
+        assert!(worst < bound, "{rays} rays: {worst}");
+    }
+}
+
+/// Vertices against the path tracer, which knows nothing of cubes or bases.
+#[test]
+fn vertices_show_what_the_path_tracer_sees() {
+    for (reflections, seed) in [(1, 1), (2, 2), (3, 3)] {
+        let mut scene = scene(&format!("{BALL} file = 'lamps'\n rotation_deg = 25.0\n"));
+        scene.reflections = reflections;
+        let baked = bake(&scene, wanted(16, 1024));
+        assert_eq!(baked.transfer.meta.rgb, reflections > 1);
+        let shown = baked.under(&baked.maps[0].map, 25.0);
+        let albedo =
+            scene.materials.iter().map(|m| (m.name.as_str(), m.brdf.diffuse_albedo())).collect::<std::collections::BTreeMap<_, _>>();
+        let (mut difference, mut norm) = (0.0, 0.0);
+        for vertex in [6 * 13 + 6, 3 * 13 + 4, 2 * 13 + 10, 11 * 13 + 6, 13 * 13 + 100, 13 * 13 + 333, 13 * 13 + 500] {
+            let [position, normal] = [baked.stored.positions[vertex], baked.stored.normals[vertex]].map(Vec3A::from);
+            let name = if vertex < 13 * 13 { "plane" } else { "ball" };
+            // From just above the vertex, at a point of its own triangles; the tracer's surface is flat there, ours smooth.
+            let (mean, error) =
+                mean_radiance(&scene, reflections, 1 << 14, |_| (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal));
+            let ours = f64::from(shown[vertex][1] * albedo[name][1]);
+            difference += (ours - mean).powi(2) - error * error;
+            norm += mean * mean;
+        }
+        // The light of 6 × 16 × 16 that bounces are baked for blurs the lamps' shadows, the finer one of direct light hardly does.
+        let bound = if reflections == 1 { 0.02 } else { 0.05 };
+        let error = (difference.max(0.0) / norm).sqrt();
+        assert!(error < bound, "{reflections} reflections: {error}");
+        if reflections > 1 {
+            let direct = bake(&Scene { reflections: 1, ..scene.clone() }, wanted(16, 1024)).under(&baked.maps[0].map, 25.0);
+            assert!(relative_l2(&direct, &shown) > 2.0 * bound, "bounces must matter here, or nothing is tested");
+        }
+    }
+}
+
+/// Lights that no map has: the terms of a row are chosen by what is likely, and still have to carry these.
+#[test]
+fn hard_lights_stay_within_bounds() {
+    let scene = scene(BALL);
+    let (whole, coarse) = (bake(&scene, wanted(16, 1024)), bake(&scene, wanted(16, 100)));
+    let texels = 6 * 64 * 64;
+    assert!(whole.under_texels(&vec![0.0; texels]).iter().all(|r| *r == 0.0), "no light, no radiance");
+
+    // An even light and one that is a whole face have scaling functions only, which every row keeps: as exact as the rounding of six values.
+    let even = whole.under_texels(&vec![1.0; texels]);
+    assert!(coarse.under_texels(&vec![1.0; texels]).iter().zip(&even).all(|(a, b)| (a - b).abs() < 1e-4));
+    for face in 0..6 {
+        let lit: Vec<f32> = (0..texels).map(|i| if i / 4096 == face { 1e5 } else { 0.0 }).collect();
+        let (exact, shown) = (whole.under_texels(&lit), coarse.under_texels(&lit));
+        assert!(exact.iter().zip(&shown).all(|(a, b)| (a - b).abs() < 1e-4 * 1e5), "face {face}");
+    }
+
+    // A single texel of 10⁵ straight above: all that reaches a row is the texel's transfer, and nothing may come out of proportion.
+    let above = cubemap::texel_of(glam::Vec3::new(0.01, 1.0, 0.01), 64);
+    let lit: Vec<f32> = (0..texels).map(|i| if i == above { 1e5 } else { 0.0 }).collect();
+    let transfer = (cubemap::solid_angles(64)[above % 4096] / PI * 1e5) as f32;
+    let in_shadow = |vertex: usize| baked_distance(&whole, vertex) < 0.3;
+    for (baked, bound) in [(&whole, 0.25), (&coarse, 1.0)] {
+        let shown = baked.under_texels(&lit);
+        for vertex in baked.plane().filter(|v| !(0.3..0.5).contains(&baked_distance(baked, *v))) {
+            let expected = if in_shadow(vertex) { 0.0 } else { transfer };
+            assert!((shown[vertex] - expected).abs() < bound * transfer, "vertex {vertex}: {} for {expected}", shown[vertex]);
+        }
+        // What is wrong at one vertex is right on average: no light is made or lost.
+        let mean = |values: Vec<f32>| values.iter().sum::<f32>() / values.len() as f32;
+        let outside: Vec<usize> = baked.plane().filter(|v| baked_distance(baked, *v) > 0.5).collect();
+        let average = mean(outside.iter().map(|v| shown[*v]).collect());
+        assert!((average / transfer - 1.0).abs() < 0.5 * bound, "{average} for {transfer}");
+    }
+}
+
+/// From the middle of the plane, metres.
+fn baked_distance(baked: &Baked, vertex: usize) -> f32 {
+    let [x, _, z] = baked.stored.positions[vertex];
+    x.hypot(z)
+}
+
+/// More terms leave less error, the file says how much, and asking for an error gives the terms for it.
+#[test]
+fn terms_are_chosen_by_error_and_errors_are_true() {
+    let scene = scene(&format!("{BALL} file = 'clear-sky'\n others = ['lamps']\n"));
+    let error = |baked: &Baked, name: &str| baked.manifest.methods[0].errors[name];
+    let worst = |terms| error(&bake(&scene, wanted(4, terms)), "relative_l2_worst");
+    let errors = [16, 64, 256, 1024].map(worst);
+    assert!(errors.windows(2).all(|w| w[1] < w[0]), "{errors:?}");
+
+    let asked = Wanted { settings: Settings { rays_per_texel: 4, terms: Terms::Error(0.08) } };
+    let baked = bake(&scene, asked);
+    let terms = baked.transfer.meta.terms();
+    let found = error(&baked, "relative_l2_worst");
+    assert!(found <= 0.08 && worst(terms * 4 / 5) > 0.08 / 1.06, "{terms} terms give {found}");
+    assert!(found / error(&baked, "relative_l2_worst_before_rounding") < 1.1);
+
+    // The stored error, measured afresh under the two maps unturned: the first held-out lights.
+    let whole = bake(&scene, wanted(4, 1024));
+    for map in &baked.maps {
+        let difference = relative_l2(&baked.under(&map.map, 0.0), &whole.under(&map.map, 0.0));
+        assert!(difference < 1.2 * found, "{}: {difference} where {found} is claimed", map.name);
+    }
+}
+
+#[test]
+fn any_prefix_of_blocks_is_a_coarser_bake() {
+    let scene = scene(&format!("{BALL} file = 'lamps'\n"));
+    let baked = bake(&scene, wanted(1, 200));
+    let whole = baked.under(&baked.maps[0].map, 0.0);
+    let mut last = f64::INFINITY;
+    for blocks in [1, 3, 5, 9, baked.transfer.blocks.len()] {
+        let mut prefix = baked.transfer.clone();
+        prefix.blocks.truncate(blocks);
+        prefix.meta.blocks.truncate(blocks);
+        let coarser = Baked { transfer: prefix, stored: baked.stored.clone(), maps: Vec::new(), manifest: baked.manifest.clone() };
+        let error = relative_l2(&coarser.under(&baked.maps[0].map, 0.0), &whole);
+        assert!(error < last || error == 0.0, "{blocks} blocks: {error} after {last}");
+        last = error;
+    }
+    assert_eq!(last, 0.0);
+}
+
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap());
+    let file = |e: std::fs::DirEntry| (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default());
+    let mut files: Vec<_> = entries.filter(|e| e.file_name() != "report.json").map(file).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn bytes_repeat_at_any_thread_count_and_after_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write_scene(folder.path(), &format!("{BALL} file = 'clear-sky'\n").replace("reflections = 1", "reflections = 2"));
+    let scene = path.to_str().unwrap();
+    let bundle = |name: &str| folder.path().join(name);
+    let arguments = |name: &str, more: &[&str]| -> Vec<String> {
+        let bundle = bundle(name);
+        let all = [&["run", scene, "-o", bundle.to_str().unwrap(), "--terms", "40", "--spp", "16", "--progress", "none"], more].concat();
+        all.into_iter().map(str::to_owned).collect()
+    };
+    let bake = |name: &str, more: &[&str]| {
+        let arguments = arguments(name, more);
+        expect_exit("bake", &arguments.iter().map(String::as_str).collect::<Vec<_>>(), 0)
+    };
+    bake("one", &["--threads", "1"]);
+    bake("two", &["--threads", "2"]);
+    let expected = contents(&bundle("one"));
+    assert_eq!(contents(&bundle("two")), expected);
+
+    let mut child = command("bake").args(arguments("killed", &[])).spawn().unwrap();
+    let log = bundle("killed").join("unfinished/sparse-transfer.log");
+    while std::fs::metadata(&log).map_or(0, |m| m.len()) < 100_000 {
+        assert!(child.try_wait().unwrap().is_none(), "the bake ended too soon");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let refused = arguments("killed", &[]);
+    let stderr = expect_exit("bake", &refused.iter().map(String::as_str).collect::<Vec<_>>(), 2);
+    assert!(stderr.contains("--resume") && stderr.contains("--force"), "{stderr}");
+    bake("killed", &["--resume"]);
+    assert_eq!(contents(&bundle("killed")), expected);
+    let output = run("bake", &["verify", bundle("killed").to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn two_methods_share_a_bundle_in_the_order_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("{BALL} file = 'lamps'\n")
+        .replace("view = true", "view = true\n materials = ['ball']")
+        .replace("segments = 12", "segments = 3");
+    let path = write_scene(folder.path(), &text);
+    let bundle = folder.path().join("bundle");
+    let run = |methods: &[&str], code: i32| {
+        let mut arguments = vec!["run", path.to_str().unwrap(), "-o", bundle.to_str().unwrap(), "--spp", "4", "--progress", "none"];
+        methods.iter().for_each(|method| arguments.extend(["--method", method]));
+        expect_exit("bake", &arguments, code)
+    };
+    let stderr = run(&["transfer-images", "sparse-transfer"], 0);
+    assert!(stderr.contains("keeps the light as the scene has it") && stderr.contains("keeps materials as the scene has them"), "{stderr}");
+    let names = || Manifest::read(&bundle).unwrap().methods.into_iter().map(|m| m.name).collect::<Vec<_>>();
+    assert_eq!(names(), ["transfer-images", "sparse-transfer"]);
+    let before = contents(&bundle);
+    run(&["sparse-transfer", "transfer-images"], 0);
+    assert_eq!(names(), ["sparse-transfer", "transfer-images"]);
+    let files = |all: Vec<(String, Vec<u8>)>| all.into_iter().filter(|(name, _)| name.ends_with(".relume")).collect::<Vec<_>>();
+    assert_eq!(files(contents(&bundle)), files(before), "both were finished, so nothing is baked again");
+    let output = crate::support::run("bake", &["verify", bundle.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let stderr = run(&["sparse-transfer", "sparse-transfer"], 2);
+    assert!(stderr.contains("given twice"), "{stderr}");
+}
+
+#[test]
+fn scenes_that_do_not_fit_get_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let lamp = "\n[[light]]\n name = 'bulb'\n kind = 'point'\n intensity = [1.0, 1.0, 1.0]\n";
+    let cases = [
+        (format!("{BALL} {lamp}"), vec![], "light `bulb`: sparse-transfer lights by the environment alone"),
+        (BALL.replace("[environment]", ""), vec![], "has no [environment]"),
+        (BALL.replace("reflections = 1", "reflections = 4"), vec![], "models at most 3"),
+        (BALL.replace("view = true", "shape = true"), vec![], "keeps shapes fixed"),
+        (format!("{BALL} file = 'lampss'\n"), vec![], "did you mean `lamps`"),
+        (format!("{BALL} file = 'lamps'\n others = ['clear-sky', 'lamps']\n"), vec![], "two environment maps are called `lamps`"),
+        (format!("{BALL} gain = [-1.0, 1.0, 1.0]\n"), vec![], "gain"),
+        (BALL.to_owned(), vec!["--bases", "5"], "--bases"),
+        (BALL.to_owned(), vec!["--terms", "1025"], "1..=1024"),
+        (BALL.to_owned(), vec!["--method", "sparse"], "sparse-transfer"),
+        (BALL.to_owned(), vec!["--method", "transfer-images"], "names no materials"),
+    ];
+    for (text, more, expected) in cases {
+        let path = write_scene(folder.path(), &text);
+        let bundle = folder.path().join("bundle");
+        let stderr = expect_exit("bake", &[&["run", path.to_str().unwrap(), "-o", bundle.to_str().unwrap()], &more[..]].concat(), 2);
+        assert!(stderr.contains(expected) && stderr.lines().filter(|l| l.starts_with("error")).count() == 1, "{stderr} for {expected}");
+        assert!(!bundle.join("manifest.json").exists());
+    }
+}

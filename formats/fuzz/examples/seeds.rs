@@ -6,6 +6,9 @@ use relume_formats_fuzz::raw_file::RawFile;
 use relume_formats_fuzz::{recipe, write};
 use std::path::Path;
 
+#[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/relighting.rs"]
+mod relighting;
 #[allow(dead_code, missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/samples.rs"]
 mod samples;
@@ -73,6 +76,9 @@ fn main() -> std::io::Result<()> {
         seed_kind("animation", number, &scenes::animation(number))?;
         seed_kind("brdf_basis", number, &samples::ggx_basis(number, 2 + number as usize, 3))?;
         seed_kind("transfer_images", number, &samples::images(number, 1 + number as usize % 2, 2, number % 2 == 0, [3, 2]))?;
+        seed_kind("environment", number, &relighting::environment(number, number % 2 == 0))?;
+        seed_kind("textures", number, &relighting::textures(number))?;
+        seed_kind("sparse_transfer", number, &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
     // Its table repeats a few bytes, so the recipe may as well be short.

@@ -35,7 +35,7 @@ impl Twin {
         let place = || Place::file("twin");
         let glow = PlacedAnimation { animation: Animation::parse("glow", support::ANIMATION, &place()).unwrap(), place: place() };
         let state = PlacedState { state: State::default(), place: place() };
-        let editor = Editor::new(&Controls::new(&bundle.scene_meta(), &state, None, vec![glow]).unwrap());
+        let editor = Editor::new(&Controls::new(support::scope(bundle.scene_meta()), &state, None, vec![glow]).unwrap());
         let facts = Facts {
             adapter: "twin".to_owned(),
             method: "twin".to_owned(),
@@ -44,8 +44,9 @@ impl Twin {
             gpu_ms: None,
             bytes: 0,
             bytes_expected: 0,
-            images: 0,
-            images_expected: 0,
+            what: "images",
+            pieces: 0,
+            pieces_expected: 0,
             loading: Loading::Complete,
         };
         let mut twin =
@@ -58,7 +59,7 @@ impl Twin {
     fn frame(&mut self, events: Vec<Event>) {
         let Self { mirror, screen, editor, picker, facts } = self;
         mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: &*picker, picture: TextureId::User(0) };
+            let stage = Stage { editor: &mut *editor, picker: Some(&*picker), size: support::SIZE, picture: TextureId::User(0) };
             screen.show(ui, Some(stage), facts, None);
         });
     }
@@ -98,13 +99,13 @@ fn state(path: &Path) -> State {
 
 /// Asserts that a saved picture is what the CPU makes of `state`.
 fn expect_picture(bundle: &Bundle, state: &State, png: &Path) {
-    let meta = bundle.scene_meta();
+    let scope = support::scope(bundle.scene_meta());
     let placed = PlacedState { state: state.clone(), place: Place::file("state") };
-    let look = Controls::new(&meta, &placed, None, Vec::new()).unwrap().base().clone();
+    let look = Controls::new(scope, &placed, None, Vec::new()).unwrap().base().clone();
     let expected = bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true);
     let image = image::open(png).unwrap().to_rgb8();
     for (pixel, radiance) in image.pixels().zip(&expected) {
-        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, look.exposure_ev)) {
+        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, look.camera.exposure_ev)) {
             let srgb = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
         }

@@ -3,6 +3,7 @@
 //!
 //! A method is a [`Playback`] and a line in [`METHODS`]; nothing else in the player knows one from another.
 
+mod sparse_transfer;
 mod transfer_images;
 
 use crate::controls::Look;
@@ -16,7 +17,7 @@ use relume_formats::state::Rgb;
 use relume_formats::{Error as FormatError, Place};
 
 /// Every method that this player knows.
-pub const METHODS: [Method; 1] = [transfer_images::METHOD];
+pub const METHODS: [Method; 2] = [transfer_images::METHOD, sparse_transfer::METHOD];
 
 /// A method's line in the registry.
 #[derive(Clone, Copy)]

@@ -3,6 +3,7 @@
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
 pub mod mirror;
+pub mod sparse;
 
 use half::f16;
 use relume_formats::Place;

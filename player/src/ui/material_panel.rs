@@ -19,8 +19,11 @@ pub struct Yielded {
     until_s: f64,
 }
 
-/// Draws the list and the editor below it.
+/// Draws the list and the editor below it, if any material may be edited.
 pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
+    if editor.materials().next().is_none() {
+        return;
+    }
     section(ui, "MATERIALS");
     list(ui, editor);
     let Some(material) = editor.selected().cloned() else {

@@ -6,6 +6,7 @@ mod hand;
 mod highlight;
 mod layout;
 mod legal;
+mod light_panel;
 mod material_panel;
 mod orbit;
 mod panel;

@@ -1,7 +1,8 @@
-//! The panel: materials, animation, exposure, files, figures.
+//! The panel: materials, light, view, animation, exposure, files, figures.
 
 use super::editor::{Editor, HOLD_RULE};
 use super::facts::{Facts, Loading, Note, Save};
+use super::light_panel;
 use super::material_panel::{self, Yielded};
 use super::style::{ACCENT, WARNING};
 use egui::{Button, Color32, Grid, ProgressBar, RichText, ScrollArea, Slider, SliderClamping, Ui};
@@ -16,6 +17,8 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
                 ui.heading(RichText::new(editor.scene().name.as_str()).strong());
                 loading(ui, facts);
                 material_panel::show(ui, editor, yielded);
+                light_panel::light(ui, editor);
+                light_panel::view(ui, editor);
                 animation(ui, editor);
                 exposure(ui, editor);
                 save = files(ui, note);

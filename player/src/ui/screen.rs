@@ -62,8 +62,7 @@ impl Screen {
         CentralPanel::default().frame(surround).show(ui, |ui| match stage {
             Some(mut stage) => {
                 let seen = self.picture(ui, &mut stage);
-                let moves = stage.editor.scope().varies().camera;
-                self.status_line(ui, status, seen, moves);
+                self.status_line(ui, status, seen, &stage);
             }
             None => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
@@ -111,12 +110,14 @@ impl Screen {
     }
 
     /// What is under the pointer, or what can be done with the picture, on the left; the keys, on the right.
-    fn status_line(&self, ui: &mut Ui, rect: Rect, seen: Seen<'_>, moves: bool) {
+    fn status_line(&self, ui: &mut Ui, rect: Rect, seen: Seen<'_>, stage: &Stage<'_>) {
+        let moves = stage.editor.scope().varies().camera;
         let weak = Color32::from_gray(120);
         let (text, colour) = match seen {
             Seen::Material(name) => (name, Color32::from_gray(220)),
             Seen::Fixed => (FIXED, if self.clicked_fixed { WARNING } else { weak }),
             Seen::Nothing if moves => (hand::HELP, weak),
+            Seen::Nothing if stage.picker.is_none() => ("", weak),
             Seen::Nothing => ("click an object to edit its material", weak),
         };
         let font = egui::TextStyle::Body.resolve(ui.style());

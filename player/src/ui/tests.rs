@@ -1,13 +1,17 @@
 //! The editor by itself, and through the screen as a user works it.
 
+mod lit;
+mod user;
+
 use super::*;
 use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
 use crate::support::mirror::{Mirror, key, press, release};
 use crate::support::{self, Bundle, blinn_phong};
-use egui::{Event, Key, Pos2, TextureId};
+use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
 use relume_formats::kinds::scene;
 use relume_formats::state::{Animation, Brdf, MaterialState, State};
+use user::User;
 
 /// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on offer.
 fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
@@ -153,89 +157,6 @@ fn a_saved_state_leads_to_the_same_look() {
     let text = toml::to_string(&editor.state()).unwrap();
     let state: State = relume_formats::state::parse_toml(&text, &Place::file("saved")).unwrap();
     assert_eq!(*controls(&support::scene_meta(), state, false).base(), editor.look(), "{text}");
-}
-
-/// A user before the screen.
-struct User {
-    mirror: Mirror,
-    screen: Screen,
-    editor: Editor,
-    picker: Picker,
-    facts: Facts,
-    wishes: Wishes,
-}
-
-impl User {
-    fn new(editor: Editor) -> Self {
-        let facts = Facts {
-            adapter: "an adapter".to_owned(),
-            method: "transfer-images".to_owned(),
-            size: Some(support::SIZE),
-            cpu_ms: Some(0.25),
-            gpu_ms: None,
-            bytes: 3_000_000,
-            bytes_expected: 12_000_000,
-            what: "images",
-            pieces: 3,
-            pieces_expected: 12,
-            loading: Loading::Complete,
-        };
-        let picker = Picker::new(&support::images(true).head);
-        let mirror = Mirror::new([1200.0, 820.0]);
-        let mut user = Self { mirror, screen: Screen::default(), editor, picker, facts, wishes: Wishes::default() };
-        set_up_style(user.mirror.context());
-        // Some layouts take a frame to settle.
-        (0..3).for_each(|_| user.frame(Vec::new()));
-        user
-    }
-
-    fn frame(&mut self, events: Vec<Event>) {
-        let Self { mirror, screen, editor, picker, facts, wishes } = self;
-        *wishes = Wishes::default();
-        mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: Some(&*picker), size: support::SIZE, picture: TextureId::User(0) };
-            let new = screen.show(ui, Some(stage), facts, None);
-            wishes.save.extend(new.save);
-            wishes.close |= new.close;
-        });
-    }
-
-    fn click_at(&mut self, at: Pos2) {
-        self.frame(vec![Event::PointerMoved(at)]);
-        self.frame(press(at));
-        self.frame(release(at));
-        let wishes = std::mem::take(&mut self.wishes);
-        self.frame(Vec::new());
-        self.wishes = wishes;
-    }
-
-    #[track_caller]
-    fn click(&mut self, name: &str) {
-        self.click_at(self.mirror.rect(name).center());
-    }
-
-    /// The middle of a pixel that shows what `wanted` accepts.
-    fn pixel_of(&self, wanted: impl Fn(Seen<'_>) -> bool) -> Pos2 {
-        let [width, height] = support::SIZE;
-        let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let [x, y] = pixels.find(|pixel| wanted(self.picker.at(*pixel))).unwrap();
-        let image = self.mirror.rect("picture");
-        image.min + egui::Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
-    }
-
-    /// Drags the slider called `name` to `share` of its length.
-    fn slide(&mut self, name: &str, share: f32) {
-        let rail = self.mirror.rect(name);
-        let to = Pos2::new(rail.left() + share * rail.width(), rail.center().y);
-        self.frame(press(rail.center()));
-        self.frame(vec![Event::PointerMoved(to)]);
-        self.frame(release(to));
-        self.frame(Vec::new());
-    }
-
-    fn shows(&self, text: &str) -> bool {
-        self.mirror.names().iter().any(|name| name.contains(text))
-    }
 }
 
 #[test]

@@ -5,13 +5,14 @@ use super::Random;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, Texture, Wrap};
-use relume_formats::container::Stored;
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Values};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, SparseTransfer, StoredScene, Textures};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera};
+use relume_player::controls::Scope;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -113,6 +114,12 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
     };
     let vertices = columns * rows;
     StoredScene { meta, positions: (0..vertices).map(corner).collect(), normals: vec![[0.0, 0.0, 1.0]; vertices as usize], triangles }
+}
+
+/// What may be set of [`scene`] among [`maps`].
+pub fn scope() -> Scope {
+    let maps = maps().into_iter().map(|map| map.name).collect();
+    Scope { scene: scene([2, 2]).meta, kind: Kind::SparseTransfer, maps }
 }
 
 /// A texture for the grid of [`scene`], with holes, over two repetitions mirrored one way.

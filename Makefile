@@ -5,7 +5,7 @@ ANIMATION ?= polish
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
-.PHONY: help setup build assets bake play demo test fuzz lint
+.PHONY: help setup build assets bake play demo test fuzz bench lint
 
 help:   ## list the targets
 	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -43,6 +43,8 @@ fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and ca
 	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
 	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
 	    cargo +nightly fuzz run --fuzz-dir $$dir $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
+bench: setup  ## time the Haar transforms and triple products against straightforward versions
+	cargo bench -p relume-bake --bench haar
 lint: setup  ## formatting and lints, warnings are errors
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings

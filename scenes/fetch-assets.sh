@@ -48,9 +48,11 @@ has_sha256() {
 # npm_file PACKAGE VERSION PATH: writes that file of the package to $scratch/source. No script of the package is run.
 npm_file() {
     command -v npm >/dev/null || fail "npm is missing; on Debian or Ubuntu: apt-get install npm"
-    rm -rf "$scratch/npm" && mkdir "$scratch/npm"
-    (cd "$scratch/npm" && npm pack --ignore-scripts --loglevel error "$1@$2" >/dev/null </dev/null) || fail "npm could not fetch $1@$2; see above, or try again"
-    tar -xzOf "$scratch"/npm/*.tgz "package/$3" >"$scratch/source" || fail "$1@$2 holds no file $3"
+    if [ ! -f "$scratch/npm/$1@$2/done" ]; then
+        mkdir -p "$scratch/npm/$1@$2"
+        (cd "$scratch/npm/$1@$2" && npm pack --ignore-scripts --loglevel error "$1@$2" >done </dev/null) || fail "npm could not fetch $1@$2; see above, or try again"
+    fi
+    tar -xzOf "$scratch/npm/$1@$2"/*.tgz "package/$3" >"$scratch/source" || fail "$1@$2 holds no file $3"
 }
 
 # cargo_file PACKAGE VERSION PATH: writes that file of the crate to $scratch/source. Nothing of it is built or run.
@@ -60,6 +62,30 @@ cargo_file() {
     printf '[package]\nname = "fetch"\nversion = "0.0.0"\nedition = "2021"\n[dependencies]\n"%s" = "=%s"\n[workspace]\n' "$1" "$2" >"$scratch/cargo/Cargo.toml"
     (cd "$scratch/cargo" && cargo vendor --quiet --versioned-dirs >/dev/null </dev/null) || fail "cargo could not fetch $1@$2; see above, or try again"
     cp "$scratch/cargo/vendor/$1-$2/$3" "$scratch/source" || fail "$1@$2 holds no file $3"
+}
+
+# debian_file PACKAGE VERSION ARCHIVE:PATH: writes the file PATH of the .tar.gz ARCHIVE inside the package to $scratch/source. Nothing is installed.
+debian_file() {
+    command -v apt-get >/dev/null || fail "apt-get is missing; $1 $2 comes from Debian only"
+    if [ ! -d "$scratch/debian/$1=$2" ]; then
+        mkdir -p "$scratch/debian/$1=$2"
+        (cd "$scratch/debian/$1=$2" && apt-get download -q "$1=$2" >/dev/null 2>&1 </dev/null) || fail "apt-get could not fetch $1=$2; run apt-get update, or use Debian 12"
+    fi
+    dpkg-deb --fsys-tarfile "$scratch/debian/$1=$2"/*.deb | tar -xOf - "./${3%%:*}" | tar -xzOf - "${3#*:}" >"$scratch/source" || fail "$1=$2 holds no file $3"
+}
+
+# js_base64: decodes $scratch/source, a script that exports one base64 data URL, to $scratch/converted.
+js_base64() {
+    python3 - "$scratch/source" "$scratch/converted" <<'PYTHON'
+import base64
+import re
+import sys
+
+found = re.search(r"base64,([A-Za-z0-9+/=]+)", open(sys.argv[1], encoding="ascii").read())
+if not found:
+    sys.exit("error: no base64 data in the script")
+open(sys.argv[2], "wb").write(base64.b64decode(found[1]))
+PYTHON
 }
 
 # js_mesh_to_obj: converts $scratch/source, a script that assigns literals to `positions` and `cells`, to $scratch/converted.
@@ -96,13 +122,15 @@ while IFS="$(printf '\t')" read -r name manager package version path sha256 conv
     case $manager in
         npm) npm_file "$package" "$version" "$path" ;;
         cargo) cargo_file "$package" "$version" "$path" ;;
-        *) fail "$lock: asset $name: unknown manager $manager; npm and cargo are known" ;;
+        debian) debian_file "$package" "$version" "$path" ;;
+        *) fail "$lock: asset $name: unknown manager $manager; npm, cargo and debian are known" ;;
     esac
     has_sha256 "$scratch/source" "$sha256" || fail "$package@$version: $path does not have the SHA-256 of $lock; do not use it"
     case $convert in
         none) cp "$scratch/source" "$scratch/converted" ;;
+        js-base64) js_base64 || fail "$package@$version: $path could not be converted" ;;
         js-mesh-to-obj) js_mesh_to_obj || fail "$package@$version: $path could not be converted" ;;
-        *) fail "$lock: asset $name: unknown conversion $convert; none and js-mesh-to-obj are known" ;;
+        *) fail "$lock: asset $name: unknown conversion $convert; none, js-base64 and js-mesh-to-obj are known" ;;
     esac
     has_sha256 "$scratch/converted" "$output_sha256" || fail "$output: the conversion gave another file than $lock expects"
     # Beside its place first, then renamed: an interrupted run leaves no half file under the final name.

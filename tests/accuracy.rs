@@ -2,11 +2,12 @@
 
 use crate::support::{job, library_scene, relative_l2, render, scene};
 use relume_bake::brdf::basis;
-use relume_bake::methods::transfer_images::{self, Settings, TileLog, held_out};
+use relume_bake::methods::transfer_images::{self, Settings, held_out};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_bake::trace::world::World;
+use relume_bake::work_log::WorkLog;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Brdf, Ggx, Rgb};
@@ -18,7 +19,7 @@ fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
 
 fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
     let folder = tempfile::tempdir().unwrap();
-    let log = TileLog::create(&folder.path().join("log"), 0).unwrap();
+    let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
     let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
     let (images, _) = transfer_images::bake(scene, settings, &basis, &log, &job()).unwrap();
     (basis, images)

@@ -1,8 +1,8 @@
 //! The player's shaders against `evaluate`, on a real bake.
 
 use crate::support::{job, library_scene};
-use relume_bake::bundle::{self, Bases, Leftover, Wanted};
-use relume_bake::methods::transfer_images::held_out;
+use relume_bake::bundle::{self, Leftover};
+use relume_bake::methods::transfer_images::{Bases, Wanted, held_out};
 use relume_formats::container::Stored;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
@@ -13,7 +13,7 @@ fn shaders_equal_evaluate() {
     let folder = tempfile::tempdir().unwrap();
     let wanted = Wanted { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
     let scene = library_scene("cornell-knot");
-    bundle::run(&scene, &wanted, folder.path(), Leftover::Refuse, &job()).unwrap();
+    bundle::run(&scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
     let basis = BrdfBasis::read_file(&folder.path().join("brdf-basis.relume")).unwrap();
     for number in 0..8 {

@@ -2,13 +2,13 @@
 
 use crate::error::{BakeError, Result};
 use crate::job::Job;
-use crate::methods::transfer_images::{self, Settings, TileLog, Traced, held_out};
+use crate::methods::{Method, Traced};
 use crate::scene_hash::scene_hash;
-use relume_formats::container::{self, Stored, replace_file};
-use relume_formats::kinds::brdf_basis::Functions;
+use crate::work_log::WorkLog;
+use relume_formats::container::{self, Header, Stored, replace_file};
+use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
-use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
 use relume_formats::{Error, Place};
 use relume_scenes::{Environment, Scene};
 use serde_json::json;
@@ -18,8 +18,6 @@ use std::time::Instant;
 
 /// Folder within a bundle that holds unfinished work.
 const UNFINISHED: &str = "unfinished";
-/// Log of finished tiles within it.
-const LOG: &str = "tiles.log";
 /// Where timings and the machine are told.
 const REPORT: &str = "report.json";
 
@@ -37,52 +35,72 @@ pub enum Leftover {
 /// What a bake came to, for the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
-    /// Whether finished images of an earlier bake served.
-    pub reused: bool,
-    /// What tracing took, if anything was traced.
-    pub traced: Option<Traced>,
-    /// Number of bases.
-    pub bases: u64,
-    /// Errors over the held-out states: relative L2, median and worst.
-    pub errors: [f64; 2],
+    /// The methods, in the order asked for.
+    pub methods: Vec<MethodSummary>,
     /// Bytes of all files.
     pub bytes: u64,
 }
 
-/// What to bake.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
-    /// Film size in pixels.
-    pub size: [u32; 2],
-    /// Film samples a pixel.
-    pub samples: u32,
-    /// Seed of the paths.
-    pub seed: u64,
-    /// How many bases.
-    pub bases: Bases,
+/// What a method came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MethodSummary {
+    /// What the manifest says of it.
+    pub entry: MethodEntry,
+    /// What tracing took; `None` if finished files of an earlier bake served.
+    pub traced: Option<Traced>,
 }
 
-/// How many bases.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bases {
-    /// This many, the diffuse one included.
-    Number(usize),
-    /// As many as keep the relative L2 error of every held-out state below this.
-    Error(f64),
+/// Where a method works, and by what rules.
+pub struct Work<'a> {
+    /// Folder for new files.
+    unfinished: &'a Path,
+    leftover: Leftover,
+    /// Hash of the scene.
+    hash: u128,
+    /// For progress and interruption.
+    pub job: &'a Job,
 }
 
-/// Bakes `scene` into `folder`.
+impl Work<'_> {
+    /// The log of `method`, empty or with what an interrupted bake left. `key` tells everything besides the scene that its pieces depend on.
+    ///
+    /// # Errors
+    /// If what is there belongs to another bake, or the file cannot be opened.
+    pub fn open_log(&self, method: &str, key: &str) -> Result<WorkLog> {
+        let path = self.unfinished.join(log_name(method));
+        let key = xxhash_rust::xxh3::xxh3_128(format!("{:032x} {key}", self.hash).as_bytes());
+        if self.leftover != Leftover::Resume || !WorkLog::exists(&path) {
+            return Ok(WorkLog::create(&path, key)?);
+        }
+        let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
+        WorkLog::reopen(&path, key)?.ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
+    }
+
+    /// Writes a file of the bundle.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, content: &impl Stored, file: &str) -> Result<FileEntry> {
+        write_entry(content, self.unfinished, file)
+    }
+}
+
+/// Name of a method's log of finished pieces.
+fn log_name(method: &str) -> String {
+    format!("{method}.log")
+}
+
+/// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`.
 ///
 /// New files are made in a folder of their own and moved when all are whole, so an older bundle stays playable until then.
 ///
 /// # Errors
-/// See [`BakeError`]; whatever happens, no file under its final name is half-written, and finished tiles stay in the folder.
-pub fn run(scene: &Scene, wanted: &Wanted, folder: &Path, leftover: Leftover, job: &Job) -> Result<Summary> {
-    transfer_images::expect_fit(scene)?;
-    transfer_images::expect_sizes(scene, wanted.size)?;
+/// See [`BakeError`]; whatever happens, no file under its final name is half-written, and finished pieces stay in the folder.
+pub fn run(scene: &Scene, methods: &[Box<dyn Method>], size: [u32; 2], folder: &Path, leftover: Leftover, job: &Job) -> Result<Summary> {
+    methods.iter().try_for_each(|method| method.expect_fit(scene))?;
     let start = Instant::now();
     let unfinished = folder.join(UNFINISHED);
-    let has_log = TileLog::exists(&unfinished.join(LOG));
+    let has_log = methods.iter().any(|method| WorkLog::exists(&unfinished.join(log_name(method.name()))));
     if has_log && leftover == Leftover::Refuse {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));
@@ -90,124 +108,58 @@ pub fn run(scene: &Scene, wanted: &Wanted, folder: &Path, leftover: Leftover, jo
     let hash = scene_hash(scene);
     // A kill in the middle of publishing leaves the old manifest where publishing had put it aside.
     let old = Manifest::read(folder).or_else(|_| Manifest::read(&unfinished)).ok();
-    let may_reuse = !has_log && leftover != Leftover::Discard;
-    let reusable = old.as_ref().filter(|_| may_reuse).and_then(|old| reusable_method(old, folder, hash, wanted));
     create_folder(&unfinished)?;
-    let (entry, traced) = match reusable {
-        Some(entry) => (entry, None),
-        None => {
-            let (entry, traced) = bake_method(scene, wanted, &unfinished, leftover, hash, job)?;
-            (entry, Some(traced))
-        }
-    };
+    let work = Work { unfinished: &unfinished, leftover, hash, job };
+    let mut summaries = Vec::new();
+    for method in methods {
+        let may_reuse = leftover != Leftover::Discard && !WorkLog::exists(&unfinished.join(log_name(method.name())));
+        let reusable = old.as_ref().filter(|_| may_reuse).and_then(|old| reusable_entry(old, folder, hash, method.as_ref()));
+        summaries.push(match reusable {
+            Some(entry) => MethodSummary { entry, traced: None },
+            None => {
+                let (entry, traced) = method.bake(scene, &work)?;
+                MethodSummary { entry, traced: Some(traced) }
+            }
+        });
+    }
     let mut animations = BTreeMap::new();
     for animation in &scene.animations {
         let file = format!("animation-{}.relume", animation.name);
         animations.insert(animation.name.clone(), write_entry(animation, &unfinished, &file)?);
     }
-    let errors = ["relative_l2_median", "relative_l2_worst"].map(|name| entry.errors.get(name).copied().unwrap_or(f64::NAN));
-    let bases = entry.settings.get("bases").and_then(serde_json::Value::as_u64).unwrap_or(0);
     let manifest = Manifest {
         version: manifest::VERSION,
         scene: scene.name.clone(),
         scene_hash: format!("{hash:032x}"),
-        scene_file: write_entry(&stored_scene(scene, wanted.size), &unfinished, "scene.relume")?,
+        scene_file: write_entry(&stored_scene(scene, size), &unfinished, "scene.relume")?,
         animations,
-        methods: vec![entry],
+        methods: summaries.iter().map(|summary| summary.entry.clone()).collect(),
     };
     publish(&manifest, old.as_ref(), &unfinished, folder)?;
-    if let Some(traced) = traced {
-        write_report(folder, traced, start)?;
+    if summaries.iter().any(|summary| summary.traced.is_some()) {
+        write_report(folder, &summaries, start)?;
     }
     // The manifest stands; what is left of the work is only in the way.
     remove_folder(&unfinished)?;
     let bytes = manifest.entries().map(|e| e.bytes).sum();
-    Ok(Summary { reused: traced.is_none(), traced, bases, errors, bytes })
-}
-
-fn bake_method(
-    scene: &Scene,
-    wanted: &Wanted,
-    unfinished: &Path,
-    leftover: Leftover,
-    hash: u128,
-    job: &Job,
-) -> Result<(MethodEntry, Traced)> {
-    let Wanted { size, samples, seed, bases } = *wanted;
-    let bases = match bases {
-        Bases::Number(bases) => bases,
-        Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, job)?,
-    };
-    let settings = Settings { size, samples, seed, bases };
-    expect_memory(transfer_images::predicted_bytes(scene, &settings))?;
-    let basis = transfer_images::basis_for(scene, bases)?;
-    let log = open_log(unfinished, leftover, log_key(hash, &settings, &basis))?;
-    let (images, traced) = transfer_images::bake(scene, &settings, &basis, &log, job)?;
-    let errors = held_out::measure(scene, &settings, &basis, &images, job)?;
-    let basis_file = write_entry(&basis, unfinished, "brdf-basis.relume")?;
-    let images_file = write_entry(&images, unfinished, "transfer-images.relume")?;
-    let mut recorded = asked_for(wanted);
-    recorded.insert("bases".to_owned(), bases.into());
-    let entry = MethodEntry {
-        name: transfer_images::NAME.to_owned(),
-        files: vec![(BrdfBasis::KIND.name().to_owned(), basis_file), (transfer_images::NAME.to_owned(), images_file)],
-        settings: recorded,
-        errors: BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]),
-    };
-    Ok((entry, traced))
-}
-
-/// The settings that the user gave or left to default, for the manifest.
-fn asked_for(wanted: &Wanted) -> BTreeMap<String, serde_json::Value> {
-    let Wanted { size, samples, seed, bases } = *wanted;
-    let mut asked = BTreeMap::from([
-        ("revision".to_owned(), json!(transfer_images::REVISION)),
-        ("size".to_owned(), json!(size)),
-        ("samples".to_owned(), json!(samples)),
-        ("seed".to_owned(), json!(seed)),
-    ]);
-    match bases {
-        Bases::Number(bases) => asked.insert("bases".to_owned(), json!(bases)),
-        Bases::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
-    };
-    asked
+    Ok(Summary { methods: summaries, bytes })
 }
 
 /// The method's entry of a finished bundle if it came from the same scene and settings, and its files are whole and of today's versions.
-fn reusable_method(old: &Manifest, folder: &Path, hash: u128, wanted: &Wanted) -> Option<MethodEntry> {
-    let entry = old.methods.iter().find(|m| m.name == transfer_images::NAME)?;
-    let mut asked = asked_for(wanted);
-    if let Some(bases) = entry.settings.get("bases") {
+fn reusable_entry(old: &Manifest, folder: &Path, hash: u128, method: &dyn Method) -> Option<MethodEntry> {
+    let entry = old.methods.iter().find(|m| m.name == method.name())?;
+    let mut asked = method.asked_for();
+    if let Some(chosen) = entry.settings.get(method.chosen()) {
         // Chosen by error then, and so it would be again.
-        asked.entry("bases".to_owned()).or_insert_with(|| bases.clone());
+        asked.entry(method.chosen().to_owned()).or_insert_with(|| chosen.clone());
     }
     let whole = |file: &FileEntry| std::fs::read(folder.join(&file.file)).is_ok_and(|bytes| content_hash(&bytes) == file.hash);
-    let readable = |(kind, file): &(String, FileEntry)| {
-        let version = if kind == transfer_images::NAME { TransferImages::VERSION } else { BrdfBasis::VERSION };
-        container::open(&folder.join(&file.file)).is_ok_and(|reader| reader.header().kind_version == version) && whole(file)
+    let readable = |(_, file): &(String, FileEntry)| {
+        let current = |header: &Header| header.kind_version == header.kind.current_version();
+        container::open(&folder.join(&file.file)).is_ok_and(|reader| current(reader.header())) && whole(file)
     };
     let same = old.scene_hash == format!("{hash:032x}") && entry.settings == asked;
     (same && entry.files.iter().all(readable)).then(|| entry.clone())
-}
-
-/// Everything that the tiles of a log depend on.
-fn log_key(hash: u128, settings: &Settings, basis: &BrdfBasis) -> u128 {
-    let functions: &[f32] = match &basis.functions {
-        Functions::BlinnPhong { lobes } => lobes,
-        Functions::Ggx { weights, .. } => weights,
-    };
-    let functions = content_hash(bytemuck::cast_slice(functions));
-    let text = format!("{hash:032x} {settings:?} {} {functions}", transfer_images::REVISION);
-    xxhash_rust::xxh3::xxh3_128(text.as_bytes())
-}
-
-fn open_log(unfinished: &Path, leftover: Leftover, key: u128) -> Result<TileLog> {
-    let path = unfinished.join(LOG);
-    if leftover != Leftover::Resume || !TileLog::exists(&path) {
-        return Ok(TileLog::create(&path, key)?);
-    }
-    let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
-    TileLog::reopen(&path, key)?.ok_or_else(|| BakeError::invalid(&Place::file(unfinished), reason))
 }
 
 /// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so nobody takes a mixture of old and new files
@@ -282,12 +234,19 @@ fn write_entry(content: &impl Stored, folder: &Path, file: &str) -> Result<FileE
     Ok(FileEntry::of(file, &content.write_file(&folder.join(file))?))
 }
 
-fn write_report(folder: &Path, traced: Traced, start: Instant) -> Result<()> {
+fn write_report(folder: &Path, methods: &[MethodSummary], start: Instant) -> Result<()> {
+    let of_method = |summary: &MethodSummary| {
+        let traced = summary.traced?;
+        let report = json!({
+            "tracing_seconds": traced.seconds,
+            "rays": traced.rays,
+            "rays_per_second": traced.rays as f64 / traced.seconds.max(1e-9),
+        });
+        Some((summary.entry.name.clone(), report))
+    };
     let report = json!({
         "seconds": start.elapsed().as_secs_f64(),
-        "tracing_seconds": traced.seconds,
-        "rays": traced.rays,
-        "rays_per_second": traced.rays as f64 / traced.seconds.max(1e-9),
+        "methods": methods.iter().filter_map(of_method).collect::<BTreeMap<_, _>>(),
         "threads": rayon::current_num_threads(),
         "machine": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         "program": concat!("bake ", env!("CARGO_PKG_VERSION")),
@@ -306,11 +265,14 @@ fn remove_folder(folder: &Path) -> Result<()> {
     }
 }
 
-/// Fails if `needed` bytes are more than the machine has free.
-fn expect_memory(needed: u64) -> Result<()> {
+/// Fails if `needed` bytes are more than the machine has free; `remedy` says what to do then.
+///
+/// # Errors
+/// [`BakeError::Memory`].
+pub fn expect_memory(needed: u64, remedy: &'static str) -> Result<()> {
     match available_bytes() {
         Some(available) if needed > available / 10 * 9 => {
-            Err(BakeError::Memory { needed_mib: needed >> 20, available_mib: available >> 20 })
+            Err(BakeError::Memory { needed_mib: needed >> 20, available_mib: available >> 20, remedy })
         }
         _ => Ok(()),
     }

@@ -31,6 +31,8 @@ pub enum Command {
     Verify(PathArgs),
     /// Write a file, bundle or scene in standard formats: .npy, .exr, .ply, .json
     Export(ExportArgs),
+    /// Write the tables that depend on no scene
+    Tables(TablesArgs),
     /// Path trace reference images of a scene in any state
     Reference(ReferenceArgs),
 }
@@ -43,22 +45,25 @@ pub struct RunArgs {
     /// Where the bundle goes [default: baked/<scene name>]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Method to bake; there is one so far
-    #[arg(long, value_name = "NAME", value_parser = ["transfer-images"])]
-    pub method: Vec<String>,
-    /// Film samples a pixel by name: draft 64, preview 256, final 1024
+    /// Method to bake; may be given several times, the one that the player should prefer first [default: sparse-transfer if light or view vary, else transfer-images]
+    #[arg(long, value_name = "NAME")]
+    pub method: Vec<MethodName>,
+    /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024; sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview 16, final 64
     #[arg(long, default_value = "preview")]
     pub quality: Quality,
-    /// Largest relative L2 error that bases and storage may make; chooses the number of bases by trying them on the scene [default: the scene's, or 0.01]
+    /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases or terms by trying them on the scene [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
     pub max_error: Option<f64>,
-    /// Number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
+    /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub bases: Option<u32>,
+    /// sparse-transfer: number of terms a vertex: more is more exact and larger [default: from --max-error]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub terms: Option<u32>,
     /// Film size [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Film samples a pixel, instead of --quality's
+    /// Samples, instead of --quality's; rays a texel are rounded up to a square number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
     /// Seed of all random numbers
@@ -78,7 +83,16 @@ pub struct RunArgs {
     pub progress: ProgressMode,
 }
 
-/// Film samples by name.
+/// The methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodName {
+    /// Materials vary, light and view stay.
+    TransferImages,
+    /// Environment and view vary, materials stay.
+    SparseTransfer,
+}
+
+/// Samples by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Quality {
     /// A first look.
@@ -96,6 +110,15 @@ impl Quality {
             Self::Draft => 64,
             Self::Preview => 256,
             Self::Final => 1024,
+        }
+    }
+
+    /// Rays for a texel of the light at whose border visibility changes.
+    pub fn rays_per_texel(self) -> u32 {
+        match self {
+            Self::Draft => 1,
+            Self::Preview => 16,
+            Self::Final => 64,
         }
     }
 }
@@ -124,6 +147,14 @@ pub struct ExportArgs {
     pub what: String,
     /// Where the files go
     #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// Arguments of `bake tables`.
+#[derive(Debug, Args)]
+pub struct TablesArgs {
+    /// Where the tables go
+    #[arg(short, long, value_name = "DIR", default_value = "baked/tables")]
     pub output: PathBuf,
 }
 

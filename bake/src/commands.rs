@@ -1,18 +1,26 @@
 //! Carries out each command of the command line; returns what to print.
 
 use crate::brdf::blinn_phong::glossy_albedo;
-use crate::bundle::{self, Bases, Leftover, Wanted};
-use crate::cli::{ExportArgs, ReferenceArgs, RunArgs};
+use crate::bundle::{self, Leftover, MethodSummary};
+use crate::cli::{ExportArgs, MethodName, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
+use crate::methods::Method;
+use crate::methods::sparse_transfer::{self, Terms};
+use crate::methods::transfer_images::{self, Bases};
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
+use relume_formats::container::Stored;
+use relume_formats::kinds::HaarTable;
 use relume_formats::state::{BlinnPhong, Brdf, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
+
+/// More rays than that a texel show nothing new.
+const MAX_RAYS_PER_TEXEL: u32 = 256;
 
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
@@ -23,40 +31,83 @@ pub fn run(args: &RunArgs) -> Result<String> {
     if !(max_error > 0.0 && max_error.is_finite()) {
         return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
     }
-    let wanted = Wanted {
-        size: args.size.unwrap_or(scene.size),
-        samples: args.spp.unwrap_or(args.quality.samples()),
-        seed: args.seed,
-        bases: args.bases.map_or(Bases::Error(max_error), |n| Bases::Number(n as usize)),
-    };
+    let methods = methods(args, &scene, max_error)?;
+    methods.iter().flat_map(|method| method.leaves_out(&scene)).for_each(|omission| say(&format!("warning: {omission}")));
     let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
         _ => Leftover::Refuse,
     };
-    let summary = bundle::run(&scene, &wanted, &folder, leftover, &Job::new(args.progress))?;
+    let size = args.size.unwrap_or(scene.size);
+    let summary = bundle::run(&scene, &methods, size, &folder, leftover, &Job::new(args.progress))?;
+    let mut text: String = summary.methods.iter().map(|method| describe(&scene, method, max_error)).collect();
+    text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
+    Ok(text)
+}
 
-    let [median, worst] = summary.errors.map(|e| 100.0 * e);
-    let what = if summary.reused { "up to date, images reused" } else { "baked" };
-    let mut text = format!(
-        "{}: {what}: {} bases, {} samples a pixel, {:.1} MB in {}\nerror of bases and storage over held-out states: median {median:.3} %, worst {worst:.3} %\n",
-        scene.name,
-        summary.bases,
-        wanted.samples,
-        summary.bytes as f64 / 1e6,
-        folder.display(),
-    );
-    if let Some(traced) = summary.traced {
+/// The methods that the command line asks for, or the one that serves most of what varies.
+fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn Method>>> {
+    let relights = scene.vary.light || scene.vary.view;
+    let default = if relights { MethodName::SparseTransfer } else { MethodName::TransferImages };
+    let names = if args.method.is_empty() { vec![default] } else { args.method.clone() };
+    let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
+    if let Some(twice) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+        return refuse("--method", format!("{:?} is given twice; once is enough", twice.1));
+    }
+    for (flag, given, owner) in
+        [("--bases", args.bases.is_some(), MethodName::TransferImages), ("--terms", args.terms.is_some(), MethodName::SparseTransfer)]
+    {
+        if given && !names.contains(&owner) {
+            return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method".to_owned());
+        }
+    }
+    let wanted = |name: MethodName| -> Box<dyn Method> {
+        match name {
+            MethodName::TransferImages => Box::new(transfer_images::Wanted {
+                size: args.size.unwrap_or(scene.size),
+                samples: args.spp.unwrap_or(args.quality.samples()),
+                seed: args.seed,
+                bases: args.bases.map_or(Bases::Error(max_error), |n| Bases::Number(n as usize)),
+            }),
+            MethodName::SparseTransfer => {
+                let rays = args.spp.unwrap_or(args.quality.rays_per_texel()).min(MAX_RAYS_PER_TEXEL);
+                let side = (1..).find(|side| side * side >= rays).unwrap_or(1);
+                let terms = args.terms.map_or(Terms::Error(max_error), |n| Terms::Number(n as usize));
+                Box::new(sparse_transfer::Wanted { settings: sparse_transfer::Settings { rays_per_texel: side * side, terms } })
+            }
+        }
+    };
+    Ok(names.into_iter().map(wanted).collect())
+}
+
+/// What came of one method, and a warning where that is less than was asked for.
+fn describe(scene: &Scene, summary: &MethodSummary, max_error: f64) -> String {
+    let MethodSummary { entry, traced } = summary;
+    let error = |name: &str| 100.0 * entry.errors.get(name).copied().unwrap_or(f64::NAN);
+    let (median, worst) = (error("relative_l2_median"), error("relative_l2_worst"));
+    let settings = entry.settings.iter().filter(|(name, _)| *name != "revision").map(|(name, value)| format!("{name} {value}"));
+    let settings: Vec<String> = settings.collect();
+    let what = if traced.is_none() { "up to date, reused" } else { "baked" };
+    let mut text = format!("{}: {} {what}: {}\n", scene.name, entry.name, settings.join(", "));
+    text += &format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n");
+    if let Some(traced) = traced {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
         text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
     }
-    if summary.errors[1] > max_error {
-        let remedy =
-            if summary.bases < 16 { format!("add --bases {}", summary.bases + 1) } else { "no number of bases does better".to_owned() };
-        say(&format!("warning: the worst error is above the {} % asked for; {remedy}", 100.0 * max_error));
+    if worst > 100.0 * max_error {
+        let number = |name: &str| entry.settings.get(name).and_then(serde_json::Value::as_u64);
+        let more = |n: u64, most: u64, flag: &str, next: u64| {
+            if n < most { format!("add {flag} {}", next.min(most)) } else { "no more of them does better".to_owned() }
+        };
+        let remedy = match (number("bases"), number("terms")) {
+            (Some(bases), _) => more(bases, 16, "--bases", bases + 1),
+            (_, Some(terms)) => more(terms, sparse_transfer::MAX_TERMS as u64, "--terms", 2 * terms),
+            (None, None) => "bake it again".to_owned(),
+        };
+        say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
     }
-    Ok(text)
+    text
 }
 
 /// `bake export`.
@@ -66,6 +117,14 @@ pub fn export(args: &ExportArgs) -> Result<String> {
     let files =
         if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
+}
+
+/// `bake tables`.
+pub fn tables(args: &TablesArgs) -> Result<String> {
+    std::fs::create_dir_all(&args.output).map_err(|e| Error::io(&Place::file(&args.output), e))?;
+    let path = args.output.join("haar-table.relume");
+    HaarTable::bake().write_file(&path)?;
+    Ok(format!("{}\n", path.display()))
 }
 
 /// `bake reference`.

@@ -20,12 +20,14 @@ pub enum BakeError {
     #[error("the BRDF basis could not be computed: {0}; choose another number of bases")]
     Algebra(#[from] ndarray_linalg::error::LinalgError),
     /// The work does not fit the machine.
-    #[error("this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are free; lower --size or --bases")]
+    #[error("this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are free; {remedy}")]
     Memory {
         /// Predicted need.
         needed_mib: u64,
         /// Free at the start.
         available_mib: u64,
+        /// What to do.
+        remedy: &'static str,
     },
     /// Signals could not be watched.
     #[error("interrupts cannot be watched: {0}; another program holds the handler")]

@@ -4,6 +4,7 @@
 //! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;
 //! * [`compress`]: numerics that make data small;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
+//! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -18,3 +19,4 @@ pub mod job;
 pub mod methods;
 pub mod scene_hash;
 pub mod trace;
+pub mod work_log;

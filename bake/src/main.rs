@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
         Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),
         Command::Export(args) => commands::export(args),
+        Command::Tables(args) => commands::tables(args),
         Command::Reference(args) => commands::reference(args),
     };
     match result {

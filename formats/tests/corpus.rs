@@ -28,7 +28,7 @@ use support::{samples, scenes};
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 21] = [
+const CASES: [Case; 22] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -114,6 +114,9 @@ const CASES: [Case; 21] = [
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.functions = Functions::Ggx { roughness: vec![0.0], weights: vec![1.0; 3] };
         written(&basis)
+    }),
+    ("table-of-one-bitmap.relume", Kind::HaarTable, "has shape [16, 1], expected [16, 65536]", || {
+        RawFile::new(5, vec![RawSection::new("coefficients", 3, &[16, 1], 1, &[0; 32])]).bytes()
     }),
     ("parameters-fall.relume", Kind::BrdfBasis, "needs 2 to 65536 increasing parameters", || {
         let mut basis = samples::ggx_basis(1, 2, 1);

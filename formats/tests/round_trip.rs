@@ -12,7 +12,7 @@ use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
-use relume_formats::kinds::{Manifest, TransferImages};
+use relume_formats::kinds::{HaarTable, Manifest, TransferImages};
 use relume_formats::{Error, Place};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -131,6 +131,15 @@ proptest! {
             }
         }
     }
+}
+
+/// There is one table, so its bytes are always the same; they are few.
+#[test]
+fn the_haar_table() {
+    assert_round_trip(&HaarTable::bake());
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = HaarTable::bake().write_file(&folder.path().join("a.relume")).unwrap();
+    assert!(bytes.len() < 16 << 10, "{} bytes", bytes.len());
 }
 
 fn any_manifest() -> impl Strategy<Value = Manifest> {

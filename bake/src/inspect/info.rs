@@ -91,6 +91,10 @@ pub(super) enum Details {
         fragments: usize,
         classes: Vec<ClassInfo>,
     },
+    HaarTable {
+        bitmaps: u64,
+        coefficients: u64,
+    },
     Environment {
         name: String,
         /// Texels, width and height.
@@ -108,8 +112,8 @@ pub(super) enum Details {
         face_size: u32,
         bounces: u32,
         channels: usize,
-        /// How many of the terms are halves; the others are bytes.
-        half_terms: u32,
+        /// How many of the terms are 16-bit integers; the others are bytes.
+        wide_terms: u32,
         rays_per_texel: u32,
         /// What the rows would take as f32 with every coefficient.
         bytes_of_dense_matrix: u64,
@@ -202,6 +206,7 @@ fn details(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Result<De
             let mut next = || reader.next_section();
             images_details(&Head::decode(&mut Sections { place, next: &mut next })?)
         }
+        Kind::HaarTable => Details::HaarTable { bitmaps: 65_536, coefficients: 16 },
         Kind::Environment => environment_details(Environment::read_file(path)?),
         Kind::Textures => {
             let textures = Textures::read_file(path)?;
@@ -229,7 +234,7 @@ fn rows_details(meta: &sparse_transfer::Meta) -> Details {
         face_size: meta.face_size,
         bounces: meta.bounces,
         channels: meta.channels(),
-        half_terms: meta.blocks.iter().filter(|b| b.halves).map(|b| b.terms).sum(),
+        wide_terms: meta.blocks.iter().filter(|b| b.wide).map(|b| b.terms).sum(),
         rays_per_texel: meta.rays_per_texel,
         bytes_of_dense_matrix: u64::from(meta.vertices) * (meta.coefficients() * meta.channels() * 4) as u64,
     }

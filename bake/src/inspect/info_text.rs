@@ -78,14 +78,17 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
                 ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
             ]
         }
+        Details::HaarTable { bitmaps, coefficients } => {
+            vec![("table", format!("{coefficients} Haar coefficients of each of {} bitmaps of 4 × 4", grouped(*bitmaps)))]
+        }
         Details::Environment { name, size: [width, height], brightest } => {
             vec![("name", name.clone()), ("size", format!("{width} × {height} texels")), ("brightest", format!("{brightest:?} W/(sr·m²)"))]
         }
         Details::Textures { uvs, sizes } => {
             vec![("vertices", grouped(*uvs as u64)), ("textures", list(sizes.iter().map(|[width, height]| format!("{width} × {height}"))))]
         }
-        Details::SparseTransfer { rows, terms, face_size, bounces, channels, half_terms, rays_per_texel, bytes_of_dense_matrix } => vec![
-            ("rows", format!("{} vertices, {terms} terms each, {half_terms} of them halves", grouped(u64::from(*rows)))),
+        Details::SparseTransfer { rows, terms, face_size, bounces, channels, wide_terms, rays_per_texel, bytes_of_dense_matrix } => vec![
+            ("rows", format!("{} vertices, {terms} terms each, {wide_terms} of them 16-bit", grouped(u64::from(*rows)))),
             (
                 "light",
                 format!("6 × {face_size} × {face_size} texels, {bounces} bounces, {channels} channels, {rays_per_texel} rays a texel"),

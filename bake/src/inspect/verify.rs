@@ -3,7 +3,7 @@
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, Varies};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
@@ -23,6 +23,7 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::Animation => drop(<Animation as Stored>::read_file(path)?),
         Kind::BrdfBasis => drop(BrdfBasis::read_file(path)?),
         Kind::TransferImages => drop(TransferImages::read_file(path)?),
+        Kind::HaarTable => drop(HaarTable::read_file(path)?),
         Kind::Environment => drop(Environment::read_file(path)?),
         Kind::Textures => drop(Textures::read_file(path)?),
         Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),

@@ -69,6 +69,21 @@ pub struct Surface {
     pub rounding: f32,
 }
 
+/// Where a ray meets a triangle of the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting {
+    /// Its number, counting the triangles of all objects in their order, then those of lights.
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub barycentric: [f32; 2],
+    /// True if the ray came from the front.
+    pub front: bool,
+    /// Whose it is.
+    pub owner: Owner,
+    /// What a texture multiplies the diffuse colour with; 1 without one.
+    pub albedo: Vec3A,
+}
+
 impl Surface {
     /// Where a ray that leaves the surface may start without meeting it again.
     pub fn offset(&self) -> Vec3A {
@@ -138,6 +153,19 @@ impl World {
 
     /// The nearest surface along the ray. `direction` must be a unit vector.
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
+        self.nearest(origin, direction).map(|(leaf, hit)| self.surface(leaf as usize, hit.barycentric, direction))
+    }
+
+    /// The triangle that the nearest surface along the ray belongs to, and where on it. `direction` must be a unit vector.
+    pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
+        let (leaf, hit) = self.nearest(origin, direction)?;
+        let surface = self.surface(leaf as usize, hit.barycentric, direction);
+        let triangle = *self.hierarchy.primitive_indices.get(leaf as usize)?;
+        Some(Meeting { triangle, barycentric: hit.barycentric, front: surface.front, owner: surface.owner, albedo: surface.albedo })
+    }
+
+    /// The nearest leaf along the ray and where it is met.
+    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<(u32, TriangleHit)> {
         RAYS.set(RAYS.get() + 1);
         let origin = origin * self.units_per_metre;
         let direction = without_negative_zeros(direction);
@@ -156,7 +184,7 @@ impl World {
                 nearest = Some((state.primitive_id, hit));
             }
         });
-        nearest.map(|(triangle, hit)| self.surface(triangle as usize, hit.barycentric, direction))
+        nearest
     }
 
     /// Whether anything stands in the way from `from` along the unit vector `direction`, nearer than `distance`.

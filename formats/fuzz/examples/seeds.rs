@@ -1,6 +1,7 @@
 //! Writes sound files and texts into the corpus of every target, for the fuzzer to start from.
 
 use relume_formats::container::Stored;
+use relume_formats::kinds::HaarTable;
 use relume_formats_fuzz::raw_file::RawFile;
 use relume_formats_fuzz::{recipe, write};
 use std::path::Path;
@@ -73,6 +74,7 @@ fn main() -> std::io::Result<()> {
         seed_kind("brdf_basis", number, &samples::ggx_basis(number, 2 + number as usize, 3))?;
         seed_kind("transfer_images", number, &samples::images(number, 1 + number as usize % 2, 2, number % 2 == 0, [3, 2]))?;
     }
+    seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
     // Its table repeats a few bytes, so the recipe may as well be short.
     let mut smooth = RawFile::parse(&write(&samples::basis(1, 2, true)));
     let lobes = smooth.sections.iter_mut().find(|s| s.name == "lobes");

@@ -39,9 +39,9 @@ pub enum Wavelet {
     },
 }
 
-/// What stands at `index` of a face of `n` × `n`; indices of a cube count as those of their face.
+/// What stands at `index` of a face of `n` × `n`, `n` a power of two; indices of a cube count as those of their face.
 pub fn describe(index: usize, n: usize) -> Wavelet {
-    let index = index % (n * n);
+    let index = index & (n * n - 1);
     let Some(log) = index.checked_ilog2() else { return Wavelet::Scaling };
     let level = log / 2;
     let within = index % (1 << (2 * level));

@@ -1,13 +1,17 @@
 //! The bases that stored numbers refer to.
 
 mod angles;
+pub mod approximate;
 pub mod brdf_grid;
 pub mod cubemap;
 mod equirect;
 pub mod haar;
 pub mod lobe_table;
 pub mod microfacet;
+pub mod psum;
 mod texture;
+pub mod triple;
+pub mod two_level;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;

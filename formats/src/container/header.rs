@@ -1,7 +1,10 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
+use super::Stored as _;
 use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
 use crate::error::{Error, Place, Result};
+use crate::kinds;
+use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -17,6 +20,8 @@ pub enum Kind {
     BrdfBasis = 3,
     /// The images of the method `transfer-images`: `kinds::transfer_images`.
     TransferImages = 4,
+    /// The Haar coefficients of every 4 × 4 bitmap: `kinds::haar_table`.
+    HaarTable = 5,
     /// An equirectangular environment map: `kinds::environment`.
     Environment = 6,
     /// Texture coordinates and textures of a scene's meshes: `kinds::textures`.
@@ -27,18 +32,40 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 7] =
-        [Kind::Scene, Kind::Animation, Kind::BrdfBasis, Kind::TransferImages, Kind::Environment, Kind::Textures, Kind::SparseTransfer];
+    pub const ALL: [Kind; 8] = [
+        Kind::Scene,
+        Kind::Animation,
+        Kind::BrdfBasis,
+        Kind::TransferImages,
+        Kind::HaarTable,
+        Kind::Environment,
+        Kind::Textures,
+        Kind::SparseTransfer,
+    ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
         match self {
-            Kind::Animation => 1,
+            Kind::Animation | Kind::HaarTable => 1,
             Kind::Scene => 4,
             Kind::BrdfBasis => 5,
             Kind::Environment => 2,
             Kind::Textures => 18,
             Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
+        }
+    }
+
+    /// The version of the kind that this program reads and writes.
+    pub fn current_version(self) -> u32 {
+        match self {
+            Kind::Scene => kinds::StoredScene::VERSION,
+            Kind::Animation => Animation::VERSION,
+            Kind::BrdfBasis => kinds::BrdfBasis::VERSION,
+            Kind::TransferImages => kinds::TransferImages::VERSION,
+            Kind::HaarTable => kinds::HaarTable::VERSION,
+            Kind::Environment => kinds::Environment::VERSION,
+            Kind::Textures => kinds::Textures::VERSION,
+            Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
         }
     }
 
@@ -49,6 +76,7 @@ impl Kind {
             Kind::Animation => "animation",
             Kind::BrdfBasis => "brdf-basis",
             Kind::TransferImages => "transfer-images",
+            Kind::HaarTable => "haar-table",
             Kind::Environment => "environment",
             Kind::Textures => "textures",
             Kind::SparseTransfer => "sparse-transfer",
@@ -71,6 +99,8 @@ pub enum Element {
     F32,
     /// Signed byte, two's complement.
     I8,
+    /// Signed 16-bit integer, two's complement.
+    I16,
 }
 
 impl Element {
@@ -78,7 +108,7 @@ impl Element {
     pub fn bytes(self) -> u64 {
         match self {
             Element::U8 | Element::I8 => 1,
-            Element::U16 | Element::F16 => 2,
+            Element::U16 | Element::I16 | Element::F16 => 2,
             Element::U32 | Element::F32 => 4,
         }
     }
@@ -88,6 +118,7 @@ impl Element {
         match self {
             Element::U8 => "u8",
             Element::I8 => "i8",
+            Element::I16 => "i16",
             Element::U16 => "u16",
             Element::U32 => "u32",
             Element::F16 => "f16",

@@ -35,6 +35,10 @@ impl Section {
         i8s, i8, I8
     );
     typed!(
+        /// The elements, which must be stored as `i16`.
+        i16s, i16, I16
+    );
+    typed!(
         /// The elements, which must be stored as `u16`.
         u16s, u16, U16
     );

@@ -50,6 +50,12 @@ impl Writer {
         self.bytes(name, Element::I8, shape, Codec::Zstd, bytemuck::cast_slice(values))
     }
 
+    /// Adds an `i16` section of the given shape.
+    pub fn i16s(&mut self, name: &str, shape: &[u64], values: &[i16]) -> Result<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.bytes(name, Element::I16, shape, Codec::ZstdPlanes, &bytes)
+    }
+
     /// Adds a `u16` section of the given shape.
     pub fn u16s(&mut self, name: &str, shape: &[u64], values: &[u16]) -> Result<()> {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();

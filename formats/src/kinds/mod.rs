@@ -3,6 +3,7 @@
 pub mod animation;
 pub mod brdf_basis;
 pub mod environment;
+pub mod haar_table;
 pub mod manifest;
 pub mod scene;
 pub mod sparse_transfer;
@@ -11,6 +12,7 @@ pub mod transfer_images;
 
 pub use brdf_basis::BrdfBasis;
 pub use environment::Environment;
+pub use haar_table::HaarTable;
 pub use manifest::Manifest;
 pub use scene::StoredScene;
 pub use sparse_transfer::SparseTransfer;

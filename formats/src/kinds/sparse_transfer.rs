@@ -4,9 +4,8 @@
 //! |---------------|------|-----------------------------|---------|
 //! | `meta`        | u8   | record                      | [`Meta`] |
 //! | `index/NNNN`  | u16  | [terms, vertices]           | block NNNN: which coefficient of the light each term multiplies |
-//! | `half/NNNN`   | f16  | [terms, vertices, channels] | its values in [`Meta::unit`], if the block is of halves; else |
-//! | `scale/NNNN`  | f16  | [vertices]                  | what one step of the block's bytes is worth in each row, in [`Meta::unit`] |
-//! | `byte/NNNN`   | i8   | [terms, vertices, channels] | its values in steps |
+//! | `scale/NNNN`  | f16  | [vertices]                  | what one step of the block's values is worth in each row, in [`Meta::unit`] |
+//! | `value/NNNN`  | i16 or i8 | [terms, vertices, channels] | its values in steps: i16 in wide blocks |
 //!
 //! A *row* is a vertex, in the order of kind `scene`; a *column* is every row's k-th most important term. Columns stand in *blocks*, the most
 //! important first, so any number of whole blocks is a complete, coarser bake. Terms that a row lacks have value 0.
@@ -26,6 +25,8 @@ use serde::{Deserialize, Serialize};
 pub const MAX_FACE_SIZE: u32 = 64;
 /// Most bounces.
 pub const MAX_BOUNCES: u32 = 2;
+/// Number of sections of a block.
+pub const BLOCK_SECTIONS: usize = 3;
 
 /// The small print.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,8 +52,8 @@ pub struct Meta {
 pub struct BlockShape {
     /// Number of columns.
     pub terms: u32,
-    /// Whether values are halves; else they are bytes with a scale per row.
-    pub halves: bool,
+    /// Whether values are 16-bit integers; else they are bytes.
+    pub wide: bool,
 }
 
 /// Some columns.
@@ -60,22 +61,19 @@ pub struct BlockShape {
 pub struct Block {
     /// Row-major [terms, vertices].
     pub indices: Vec<u16>,
-    /// What the light's coefficients are multiplied with.
-    pub values: Values,
+    /// The step of each row, [vertices].
+    pub scales: Vec<f16>,
+    /// What the light's coefficients are multiplied with, in steps.
+    pub steps: Steps,
 }
 
-/// The values of a block.
+/// The values of a block, row-major [terms, vertices, channels].
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
-    /// Row-major [terms, vertices, channels].
-    Halves(Vec<f16>),
-    /// Steps of a size that each row has of its own.
-    Bytes {
-        /// [vertices].
-        scales: Vec<f16>,
-        /// Row-major [terms, vertices, channels].
-        bytes: Vec<i8>,
-    },
+pub enum Steps {
+    /// Of a wide block.
+    Wide(Vec<i16>),
+    /// Of any other.
+    Bytes(Vec<i8>),
 }
 
 /// A whole file.
@@ -85,13 +83,6 @@ pub struct SparseTransfer {
     pub meta: Meta,
     /// As many blocks as the meta lists.
     pub blocks: Vec<Block>,
-}
-
-impl BlockShape {
-    /// Number of sections that the block takes.
-    pub fn sections(&self) -> usize {
-        if self.halves { 2 } else { 3 }
-    }
 }
 
 impl Meta {
@@ -135,7 +126,7 @@ impl Meta {
         Ok(())
     }
 
-    /// Reads block number `block`: its [`BlockShape::sections`] sections.
+    /// Reads block number `block`: its [`BLOCK_SECTIONS`] sections.
     pub fn decode_block(&self, block: usize, sections: &mut Sections<'_>) -> Result<Block> {
         let shape =
             self.blocks.get(block).ok_or_else(|| Error::invalid(&sections.place, "has more blocks than it lists; bake it again"))?;
@@ -146,27 +137,16 @@ impl Meta {
         if indices.iter().any(|i| usize::from(*i) >= self.coefficients()) {
             return Err(section.invalid("an index is beyond the light's coefficients"));
         }
-        let values = if shape.halves {
-            let section = sections.take(&format!("half/{block:04}"))?;
-            section.expect_shape(&[terms, vertices, channels])?;
-            Values::Halves(finite(&section)?)
-        } else {
-            let section = sections.take(&format!("scale/{block:04}"))?;
-            section.expect_shape(&[vertices])?;
-            let scales = finite(&section)?;
-            let section = sections.take(&format!("byte/{block:04}"))?;
-            section.expect_shape(&[terms, vertices, channels])?;
-            Values::Bytes { scales, bytes: section.i8s()? }
-        };
-        Ok(Block { indices, values })
-    }
-}
-
-fn finite(section: &Section) -> Result<Vec<f16>> {
-    let values = section.f16s()?;
-    match values.iter().position(|v| !v.is_finite()) {
-        None => Ok(values),
-        Some(at) => Err(section.invalid(format!("element {at} is not a finite number"))),
+        let section = sections.take(&format!("scale/{block:04}"))?;
+        section.expect_shape(&[vertices])?;
+        let scales = section.f16s()?;
+        if let Some(at) = scales.iter().position(|scale| !scale.is_finite()) {
+            return Err(section.invalid(format!("element {at} is not a finite number")));
+        }
+        let section = sections.take(&format!("value/{block:04}"))?;
+        section.expect_shape(&[terms, vertices, channels])?;
+        let steps = if shape.wide { Steps::Wide(section.i16s()?) } else { Steps::Bytes(section.i8s()?) };
+        Ok(Block { indices, scales, steps })
     }
 }
 
@@ -174,14 +154,14 @@ impl Block {
     /// The value of `term` (within the block) at `vertex`; one number stands for all three channels if the file is not RGB.
     pub fn value(&self, meta: &Meta, term: usize, vertex: usize) -> Rgb {
         let first = (term * meta.vertices as usize + vertex) * meta.channels();
-        let channel = |c: usize| {
+        let step = self.scales[vertex].to_f32() * meta.unit;
+        std::array::from_fn(|c| {
             let at = first + if meta.rgb { c } else { 0 };
-            match &self.values {
-                Values::Halves(halves) => halves[at].to_f32(),
-                Values::Bytes { scales, bytes } => f32::from(bytes[at]) * scales[vertex].to_f32(),
+            step * match &self.steps {
+                Steps::Wide(steps) => f32::from(steps[at]),
+                Steps::Bytes(steps) => f32::from(steps[at]),
             }
-        };
-        std::array::from_fn(|c| channel(c) * meta.unit)
+        })
     }
 }
 
@@ -195,12 +175,11 @@ impl Stored for SparseTransfer {
         for (number, (block, shape)) in self.blocks.iter().zip(&self.meta.blocks).enumerate() {
             let terms = u64::from(shape.terms);
             out.u16s(&format!("index/{number:04}"), &[terms, vertices], &block.indices)?;
-            match &block.values {
-                Values::Halves(halves) => out.f16s(&format!("half/{number:04}"), &[terms, vertices, channels], halves)?,
-                Values::Bytes { scales, bytes } => {
-                    out.f16s(&format!("scale/{number:04}"), &[vertices], scales)?;
-                    out.i8s(&format!("byte/{number:04}"), &[terms, vertices, channels], bytes)?;
-                }
+            out.f16s(&format!("scale/{number:04}"), &[vertices], &block.scales)?;
+            let (name, shape) = (format!("value/{number:04}"), [terms, vertices, channels]);
+            match &block.steps {
+                Steps::Wide(steps) => out.i16s(&name, &shape, steps)?,
+                Steps::Bytes(steps) => out.i8s(&name, &shape, steps)?,
             }
         }
         Ok(())

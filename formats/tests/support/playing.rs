@@ -1,10 +1,10 @@
 //! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
 
-use relume_formats::basis::Angles;
+use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::kinds::scene::EnvironmentLook;
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -41,6 +41,12 @@ pub fn play_images(images: &TransferImages) {
         let on_bases = vec![vec![[0.5; 3]; meta.bases as usize]; meta.materials.len()];
         evaluate::transfer_images::evaluate(images, &on_bases);
     }
+}
+
+pub fn play_table(table: &HaarTable) {
+    let mut coefficients = vec![f32::NAN; 6 * 32 * 32];
+    two_level::two_level(&[0x5A; two_level::BYTES], table, &mut coefficients);
+    assert!(coefficients.iter().all(|c| c.is_finite()));
 }
 
 pub fn play_environment(environment: &Environment) {

@@ -6,7 +6,7 @@ use xxhash_rust::xxh3::xxh3_64;
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawSection {
     pub name: String,
-    /// 0 u8, 1 u16, 2 u32, 3 f16, 4 f32.
+    /// 0 u8, 1 u16, 2 u32, 3 f16, 4 f32, 5 i8, 6 i16.
     pub element: u32,
     pub shape: Vec<u64>,
     /// 0 zstd, 1 zstd over byte planes.
@@ -56,7 +56,7 @@ impl<'a> Cursor<'a> {
 impl RawSection {
     /// Bytes of one element.
     pub fn width(element: u32) -> usize {
-        [1, 2, 4, 2, 4][element as usize]
+        [1, 2, 4, 2, 4, 1, 2][element as usize]
     }
 
     /// A section that stores `raw` as it should be stored.

@@ -1,8 +1,8 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
-use super::playing::{play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_textures};
+use super::playing::{play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_table, play_textures};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error, Result};
 use std::path::Path;
@@ -15,6 +15,7 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Animation => <Animation as Stored>::read_file(path).map(|animation| play_animation(&animation)),
         Kind::BrdfBasis => BrdfBasis::read_file(path).map(|basis| play_basis(&basis)),
         Kind::TransferImages => TransferImages::read_file(path).map(|images| play_images(&images)),
+        Kind::HaarTable => HaarTable::read_file(path).map(|table| play_table(&table)),
         Kind::Environment => Environment::read_file(path).map(|environment| play_environment(&environment)),
         Kind::Textures => Textures::read_file(path).map(|textures| play_textures(&textures)),
         Kind::SparseTransfer => SparseTransfer::read_file(path).map(|transfer| play_rows(&transfer)),

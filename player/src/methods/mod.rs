@@ -10,7 +10,7 @@ use crate::controls::Look;
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::Arrival;
-use relume_formats::container::{Header, Kind};
+use relume_formats::container::Kind;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::state::Rgb;
@@ -27,7 +27,7 @@ pub struct Method {
     /// Kind of its main file, which comes last and arrives piece by piece.
     pub kind: Kind,
     /// Index of the section of that file with which the first piece is complete.
-    pub first_piece: fn(&Header) -> usize,
+    pub first_piece: usize,
     /// Begins to play.
     pub start: fn(&Gpu, Setup) -> Result<Box<dyn Playback>>,
 }

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
 use relume_formats::container::{Kind, Reader, Stored, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error as FormatError, Place};
 use std::fs::File;
@@ -130,7 +130,7 @@ impl Item {
             return Ok(self.bytes);
         }
         let reader = open(&self.path)?;
-        let last_needed = reader.header().sections.get((method.first_piece)(reader.header()));
+        let last_needed = reader.header().sections.get(method.first_piece);
         Ok(last_needed.map_or(self.bytes, |info| info.offset + info.stored_bytes))
     }
 }
@@ -142,6 +142,7 @@ fn version_of(kind: Kind) -> u32 {
         Kind::Animation => Animation::VERSION,
         Kind::BrdfBasis => BrdfBasis::VERSION,
         Kind::TransferImages => TransferImages::VERSION,
+        Kind::HaarTable => HaarTable::VERSION,
         Kind::Environment => Environment::VERSION,
         Kind::Textures => Textures::VERSION,
         Kind::SparseTransfer => SparseTransfer::VERSION,

@@ -8,7 +8,7 @@ use relume_formats::basis::{EquirectMap, Texture, Wrap};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
-use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Values};
+use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Steps};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, SparseTransfer, StoredScene, Textures};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera};
@@ -26,7 +26,7 @@ pub const TURN: &str = "duration_s = 1.0\n[[key]]\nt_s = 0\nenvironment = { map 
                         camera.position = [0.0, 0.0, 3.0]\n[[key]]\nt_s = 1\n\
                         environment = { map = \"sun\", rotation_deg = 90.0, gain = [2.0, 1.0, 0.0] }\ncamera.position = [1.0, 0.0, 3.0]\n";
 
-/// Rows of `vertices` against a light of `n` texels a side: a block of halves, three of bytes, one of halves again.
+/// Rows of `vertices` against a light of `n` texels a side: a wide block, three of bytes, and a wide one again.
 pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
     let mut random = Random(u64::from(vertices * n) + u64::from(rgb));
     let shapes = [(3, true), (5, false), (1, false), (4, false), (2, true)];
@@ -35,8 +35,8 @@ pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
         face_size: n,
         bounces: u32::from(rgb),
         rgb,
-        unit: 0.03,
-        blocks: shapes.map(|(terms, halves)| BlockShape { terms, halves }).to_vec(),
+        unit: 0.0003,
+        blocks: shapes.map(|(terms, wide)| BlockShape { terms, wide }).to_vec(),
         rays_per_texel: 1,
     };
     let block = |shape: &BlockShape| {
@@ -47,15 +47,15 @@ pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
         let indices = (0..rows)
             .map(|_| if random.bits().is_multiple_of(4) { (random.bits() % 6) as u16 * (n * n) as u16 } else { index(&mut random) });
         let indices = indices.collect();
-        let values = if shape.halves {
-            Values::Halves((0..count).map(|_| random.half()).collect())
+        // An all-zero row is legal.
+        let scale = |random: &mut Random| if random.bits().is_multiple_of(9) { f16::ZERO } else { f16::from_f32(random.unit()) };
+        let scales = (0..vertices).map(|_| scale(&mut random)).collect();
+        let steps = if shape.wide {
+            Steps::Wide((0..count).map(|_| random.bits() as i16).collect())
         } else {
-            // An all-zero row is legal.
-            let scale = |random: &mut Random| if random.bits().is_multiple_of(9) { f16::ZERO } else { f16::from_f32(0.01 * random.unit()) };
-            let scales = (0..vertices).map(|_| scale(&mut random)).collect();
-            Values::Bytes { scales, bytes: (0..count).map(|_| random.bits() as i8).collect() }
+            Steps::Bytes((0..count).map(|_| random.bits() as i8).collect())
         };
-        Block { indices, values }
+        Block { indices, scales, steps }
     };
     let blocks = meta.blocks.iter().map(block).collect();
     SparseTransfer { meta: meta.clone(), blocks }
@@ -69,11 +69,14 @@ pub fn even_transfer(vertices: u32, n: u32, white: f32) -> SparseTransfer {
         bounces: 0,
         rgb: false,
         unit: white / (6 * n) as f32,
-        blocks: vec![BlockShape { terms: 6, halves: true }],
+        blocks: vec![BlockShape { terms: 6, wide: false }],
         rays_per_texel: 1,
     };
     let indices = (0..6).flat_map(|face| std::iter::repeat_n((face * n * n) as u16, vertices as usize)).collect();
-    SparseTransfer { meta, blocks: vec![Block { indices, values: Values::Halves(vec![f16::ONE; 6 * vertices as usize]) }] }
+    SparseTransfer {
+        meta,
+        blocks: vec![Block { indices, scales: vec![f16::ONE; vertices as usize], steps: Steps::Bytes(vec![1; 6 * vertices as usize]) }],
+    }
 }
 
 fn map(name: &str, [width, height]: [u32; 2], mut texel: impl FnMut(usize) -> [f32; 3]) -> Environment {

@@ -46,7 +46,8 @@ impl ShapeName {
     /// The parameters that belong to the shape.
     pub fn parameters(self) -> &'static [&'static str] {
         match self {
-            Self::Quad | Self::Box => &[],
+            Self::Box => &[],
+            Self::Quad => &["segments"],
             Self::Sphere => &["subdivisions"],
             Self::Torus => &["major_radius", "minor_radius", "segments", "sides"],
             Self::TorusKnot => &["p", "q", "radius", "tube", "segments", "sides"],

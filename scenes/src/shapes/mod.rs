@@ -17,8 +17,8 @@ use std::ops::RangeInclusive;
 /// A shape and its parameters, lengths in local units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
-    /// Unit square in the XZ plane, facing +Y.
-    Quad,
+    /// Unit square in the XZ plane, facing +Y, in so many by so many smaller ones.
+    Quad { segments: u32 },
     /// Unit cube.
     Box,
     /// Sphere of radius 1: an icosahedron subdivided so many times.
@@ -45,7 +45,7 @@ impl Shape {
         let sides = |default| count("sides", object.sides, default, 3..=512);
         let refuse = |reason: &str| Err(Error::invalid(place, reason));
         Ok(match name {
-            ShapeName::Quad => Self::Quad,
+            ShapeName::Quad => Self::Quad { segments: count("segments", object.segments, 1, 1..=2048)? },
             ShapeName::Box => Self::Box,
             ShapeName::Sphere => Self::Sphere { subdivisions: count("subdivisions", object.subdivisions, 4, 0..=9)? },
             ShapeName::Torus => {
@@ -86,7 +86,7 @@ impl Shape {
     /// The triangles, with unit normals.
     pub fn part(&self) -> Part {
         match self {
-            Self::Quad => simple::quad(),
+            Self::Quad { segments } => simple::quad(*segments),
             Self::Box => simple::cube(),
             Self::Sphere { subdivisions } => sphere::icosphere(*subdivisions),
             Self::Torus { major_radius, minor_radius, segments, sides } => torus::torus(*major_radius, *minor_radius, *segments, *sides),

@@ -7,6 +7,7 @@ mod ply;
 mod scene;
 mod sparse_transfer;
 mod stored;
+mod table;
 #[cfg(test)]
 mod tests;
 
@@ -15,7 +16,7 @@ pub use scene::export_scene;
 use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
-use relume_formats::kinds::{BrdfBasis, Environment, Manifest, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -49,6 +50,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         Kind::Animation => stored::animation(&<Animation as Stored>::read_file(path)?, &mut out)?,
         Kind::BrdfBasis => basis::export(&BrdfBasis::read_file(path)?, &mut out)?,
         Kind::TransferImages => images::export(&TransferImages::read_file(path)?, &mut out)?,
+        Kind::HaarTable => table::export(&HaarTable::read_file(path)?, &mut out)?,
         Kind::Environment => stored::environment(&Environment::read_file(path)?, &mut out)?,
         Kind::Textures => stored::textures(&Textures::read_file(path)?, &mut out)?,
         Kind::SparseTransfer => {

@@ -22,7 +22,7 @@ pub(super) fn export(transfer: &SparseTransfer, scene: Option<&StoredScene>, out
         out.npy("positions.npy", &[scene.positions.len(), 3], vectors(&scene.positions))?;
         out.npy("normals.npy", &[scene.normals.len(), 3], vectors(&scene.normals))?;
     }
-    let block = |b: &BlockShape| json!({ "terms": b.terms, "element": if b.halves { "f16" } else { "i8" } });
+    let block = |b: &BlockShape| json!({ "terms": b.terms, "element": if b.wide { "i16" } else { "i8" } });
     out.json(
         "sparse-transfer.json",
         &json!({

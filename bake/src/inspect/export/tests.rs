@@ -296,3 +296,29 @@ fn a_scene_is_exported_as_loaded() {
     let end = ply.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     assert_eq!(ply.len() - end, 4 * 24 + 3 * 13);
 }
+
+#[test]
+fn the_haar_table_comes_out_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let tables = |name: &str| {
+        let output = folder.path().join(name);
+        let said = crate::commands::tables(&crate::cli::TablesArgs { output: output.clone() }).unwrap();
+        let path = output.join("haar-table.relume");
+        assert_eq!(said, format!("{}\n", path.display()));
+        path
+    };
+    let (first, second) = (tables("a"), tables("deeper/b"));
+    assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
+    assert!(crate::inspect::verify(&first).unwrap().ends_with("haar-table, 1 sections, every checksum and value checked\n"));
+    assert!(crate::inspect::info(&first, false).unwrap().contains("16 Haar coefficients of each of 65,536 bitmaps"));
+
+    let out = folder.path().join("out");
+    let files = export_file(&first, &out).unwrap();
+    assert_eq!(names(&files, &out), ["table.npy", "table.json"]);
+    let (shape, values) = Npy::f32s(&files[0]);
+    assert_eq!(shape, [65_536, 16]);
+    // Bit 0 is the upper left texel, bit 7 the right end of the second row: 1/4, its signs, and 1/2 in the quarter it stands in.
+    let expected = |nonzero: &[(usize, f32)]| (0..16).map(|k| nonzero.iter().find(|n| n.0 == k).map_or(0.0, |n| n.1)).collect::<Vec<_>>();
+    assert_eq!(values[16..32], expected(&[(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.25), (4, 0.5), (8, 0.5), (12, 0.5)]));
+    assert_eq!(values[128 * 16..129 * 16], expected(&[(0, 0.25), (1, -0.25), (2, 0.25), (3, -0.25), (5, -0.5), (9, -0.5), (13, 0.5)]));
+}

@@ -5,18 +5,20 @@
 //! reflections, lights or views that vary.
 
 pub mod held_out;
+mod method;
 mod pack;
 mod project;
 mod tiles;
 
-pub use tiles::TileLog;
-
+use super::Traced;
 use crate::brdf;
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::trace::gather::{Gather, MAX_REFLECTIONS};
 use crate::trace::lights::Lights;
 use crate::trace::world::{World, take_ray_count};
+use crate::work_log::WorkLog;
+pub use method::{Bases, Wanted};
 use project::Projector;
 use rayon::prelude::*;
 use relume_formats::Place;
@@ -50,22 +52,12 @@ pub struct Settings {
     pub bases: usize,
 }
 
-/// What tracing took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Traced {
-    /// Rays traced, shadow rays included; those of resumed tiles are not counted.
-    pub rays: u64,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
 /// Fails, naming what stands in the way, unless the method serves what `scene` varies.
 pub fn expect_fit(scene: &Scene) -> Result<()> {
     let place = Place::file(&scene.file);
     let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
-    let varies = [("light", scene.vary.light), ("view", scene.vary.view), ("shape", scene.vary.shape)];
-    if let Some((what, _)) = varies.iter().find(|(_, varies)| *varies) {
-        return refuse(format!("[vary] {what} = true, but {NAME}, the method there is so far, keeps the {what} fixed; set it to false"));
+    if scene.vary.shape {
+        return refuse(format!("[vary] shape = true, but {NAME} keeps shapes fixed; set it to false"));
     }
     if scene.vary.materials.is_empty() {
         return refuse(
@@ -169,7 +161,7 @@ pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
 ///
 /// # Errors
 /// If the log cannot be written or read, or the job is interrupted.
-pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &TileLog, job: &Job) -> Result<(TransferImages, Traced)> {
+pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &WorkLog, job: &Job) -> Result<(TransferImages, Traced)> {
     let chromaticity = chromaticity(scene);
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
     let world = World::new(scene);
@@ -186,7 +178,7 @@ pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &TileLog
     missing.par_iter().try_for_each(|&id| {
         stage.check()?;
         let tile = trace_tile(id, columns, settings, &gather, &projector);
-        log.append(id, &tile)?;
+        log.append(id, &tile.encode())?;
         rays.fetch_add(take_ray_count(), Ordering::Relaxed);
         stage.advance(1);
         Ok::<_, BakeError>(())

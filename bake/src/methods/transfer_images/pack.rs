@@ -1,7 +1,8 @@
 //! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts images by importance.
 
-use super::tiles::{TileFragment, TileLog};
+use super::tiles::{Tile, TileFragment};
 use crate::job::{Interrupted, Stage};
+use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Layout, Meta, Slot, TransferImages};
@@ -22,7 +23,7 @@ struct SlotSums {
 /// # Errors
 /// If the log cannot be read or the job is interrupted.
 pub fn pack(
-    log: &TileLog,
+    log: &WorkLog,
     tiles: u32,
     layout: &Layout,
     basis: &BrdfBasis,
@@ -93,7 +94,7 @@ fn channel_starts(layout: &Layout) -> Vec<usize> {
 }
 
 fn for_each_record(
-    log: &TileLog,
+    log: &WorkLog,
     tiles: u32,
     layout: &Layout,
     stage: &Stage,
@@ -101,7 +102,7 @@ fn for_each_record(
 ) -> crate::error::Result<()> {
     for id in 0..tiles {
         stage.check().map_err(|Interrupted| Interrupted)?;
-        let tile = log.read(id)?;
+        let tile = Tile::decode(&log.read(id)?);
         let mut values = tile.values.as_slice();
         for fragment in &tile.fragments {
             // Fixed fragments have the first slots only, all of them RGB.

@@ -1,23 +1,4 @@
-//! Tiles of finished fragments on their way from gather to packing, kept in a log on disk.
-//!
-//! The log makes a bake resumable and keeps its memory small: records are appended as tiles finish, in any order; whatever a crash cuts off at the
-//! end is dropped when the log is opened again.
-//!
-//! ```text
-//! 16 bytes   key of the bake (xxh3-128 of everything its paths and bases depend on)
-//! record*    tile u32, payload length u32, xxh3-64 of both and the payload, payload
-//! ```
-
-use relume_formats::{Error, Place, Result};
-use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::Path;
-use std::sync::Mutex;
-use xxhash_rust::xxh3::Xxh3;
-
-const KEY_BYTES: usize = 16;
-const RECORD_HEADER: usize = 16;
+//! Tiles of finished fragments, as the work log keeps them.
 
 /// One fragment of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +21,8 @@ pub struct Tile {
 }
 
 impl Tile {
-    fn encode(&self) -> Vec<u8> {
+    /// As bytes for the log.
+    pub fn encode(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(4 + 10 * self.fragments.len() + 4 * self.values.len());
         bytes.extend((self.fragments.len() as u32).to_le_bytes());
         for f in &self.fragments {
@@ -52,8 +34,8 @@ impl Tile {
         bytes
     }
 
-    /// Only called on payloads whose checksum was right.
-    fn decode(bytes: &[u8]) -> Self {
+    /// The inverse of [`Tile::encode`], on bytes whose checksum was right.
+    pub fn decode(bytes: &[u8]) -> Self {
         let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         let count = word(0) as usize;
         let fragment = |i: usize| {
@@ -66,179 +48,16 @@ impl Tile {
     }
 }
 
-/// The log of one bake.
-pub struct TileLog {
-    place: Place,
-    inner: Mutex<Inner>,
-}
-
-struct Inner {
-    file: File,
-    end: u64,
-    /// Where each tile's payload stands, and its length.
-    tiles: BTreeMap<u32, Entry>,
-}
-
-/// Where the payload of a tile stands.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    at: u64,
-    bytes: u32,
-    checksum: u64,
-}
-
-impl TileLog {
-    /// Starts an empty log at `path`.
-    pub fn create(path: &Path, key: u128) -> Result<Self> {
-        let place = Place::file(path);
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|e| Error::io(&place, e))?;
-        lock(&file, &place)?;
-        file.set_len(0).map_err(|e| Error::io(&place, e))?;
-        file.write_all(&key.to_le_bytes()).map_err(|e| Error::io(&place, e))?;
-        Ok(Self { place, inner: Mutex::new(Inner { file, end: KEY_BYTES as u64, tiles: BTreeMap::new() }) })
-    }
-
-    /// Opens the log at `path` again; `None` if it belongs to another bake.
-    pub fn reopen(path: &Path, key: u128) -> Result<Option<Self>> {
-        let place = Place::file(path);
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::io(&place, e))?;
-        lock(&file, &place)?;
-        let scan = scan(&mut file, key).map_err(|e| Error::io(&place, e))?;
-        Ok(scan.map(|(tiles, end)| Self { place, inner: Mutex::new(Inner { file, end, tiles }) }))
-    }
-
-    /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds nothing.
-    pub fn exists(path: &Path) -> bool {
-        std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)
-    }
-
-    /// Tiles that are in the log.
-    pub fn finished(&self) -> Vec<u32> {
-        self.lock().tiles.keys().copied().collect()
-    }
-
-    /// Appends a tile.
-    pub fn append(&self, tile: u32, content: &Tile) -> Result<()> {
-        let payload = content.encode();
-        let mut record = Vec::with_capacity(RECORD_HEADER + payload.len());
-        record.extend(tile.to_le_bytes());
-        record.extend((payload.len() as u32).to_le_bytes());
-        let checksum = checksum(tile, &payload);
-        record.extend(checksum.to_le_bytes());
-        record.extend(&payload);
-        let mut inner = self.lock();
-        let end = inner.end;
-        inner.file.seek(SeekFrom::Start(end)).and_then(|_| inner.file.write_all(&record)).map_err(|e| Error::io(&self.place, e))?;
-        inner.tiles.insert(tile, Entry { at: end + RECORD_HEADER as u64, bytes: payload.len() as u32, checksum });
-        inner.end = end + record.len() as u64;
-        Ok(())
-    }
-
-    /// Reads a tile back.
-    pub fn read(&self, tile: u32) -> Result<Tile> {
-        let mut inner = self.lock();
-        let damaged = || Error::invalid(&self.place, format!("tile {tile} is missing or damaged; bake again with --force"));
-        let Entry { at, bytes, checksum: expected } = *inner.tiles.get(&tile).ok_or_else(damaged)?;
-        let mut payload = vec![0; bytes as usize];
-        inner.file.seek(SeekFrom::Start(at)).and_then(|_| inner.file.read_exact(&mut payload)).map_err(|e| Error::io(&self.place, e))?;
-        if checksum(tile, &payload) != expected {
-            return Err(damaged());
-        }
-        Ok(Tile::decode(&payload))
-    }
-
-    /// An error about the content of the log.
-    pub fn refuse(&self, reason: &str) -> Error {
-        Error::invalid(&self.place, reason)
-    }
-
-    /// A poisoned lock means that another thread panicked between two writes of `Inner`, whose record is then simply not listed.
-    fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
-        self.inner.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-}
-
-/// Two bakes at work on one log would overwrite each other's tiles.
-fn lock(file: &File, place: &Place) -> Result<()> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(Error::invalid(place, "another bake is at work here; wait for it, or bake elsewhere with -o")),
-        Err(TryLockError::Error(e)) => Err(Error::io(place, e)),
-    }
-}
-
-fn checksum(tile: u32, payload: &[u8]) -> u64 {
-    let mut hash = Xxh3::new();
-    hash.update(&tile.to_le_bytes());
-    hash.update(&(payload.len() as u32).to_le_bytes());
-    hash.update(payload);
-    hash.digest()
-}
-
-type Found = (BTreeMap<u32, Entry>, u64);
-
-/// Lists the whole records of a log and where they end; `None` if the key differs.
-fn scan(file: &mut File, key: u128) -> io::Result<Option<Found>> {
-    let length = file.metadata()?.len();
-    let mut input = io::BufReader::new(file);
-    let mut found_key = [0; KEY_BYTES];
-    if input.read_exact(&mut found_key).is_err() || found_key != key.to_le_bytes() {
-        return Ok(None);
-    }
-    let (mut tiles, mut end) = (BTreeMap::new(), KEY_BYTES as u64);
-    let mut header = [0; RECORD_HEADER];
-    while input.read_exact(&mut header).is_ok() {
-        let [a, b, c, d, e, f, g, h, sum @ ..] = header;
-        let (tile, bytes) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-        let next = end + RECORD_HEADER as u64 + u64::from(bytes);
-        if next > length {
-            break;
-        }
-        let mut payload = vec![0; bytes as usize];
-        input.read_exact(&mut payload)?;
-        if checksum(tile, &payload) != u64::from_le_bytes(sum) {
-            break;
-        }
-        tiles.insert(tile, Entry { at: end + RECORD_HEADER as u64, bytes, checksum: u64::from_le_bytes(sum) });
-        end = next;
-    }
-    Ok(Some((tiles, end)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn tile(seed: u32) -> Tile {
-        let fragments = (0..seed).map(|i| TileFragment { pixel: i * 7 + seed, class: (i % 3) as u16, count: i + 1 }).collect();
-        Tile { fragments, values: (0..seed * 5).map(|i| i as f32 * 0.25 - seed as f32).collect() }
-    }
-
     #[test]
-    fn cut_anywhere_it_keeps_the_whole_records_and_goes_on() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log");
-        let log = TileLog::create(&path, 42).unwrap();
-        for id in [5, 1, 9] {
-            log.append(id, &tile(id)).unwrap();
+    fn tiles_come_back() {
+        for n in [0u32, 1, 7] {
+            let fragments = (0..n).map(|i| TileFragment { pixel: i * 7 + n, class: (i % 3) as u16, count: i + 1 }).collect();
+            let tile = Tile { fragments, values: (0..n * 5).map(|i| i as f32 * 0.25 - n as f32).collect() };
+            assert_eq!(Tile::decode(&tile.encode()), tile);
         }
-        drop(log);
-        let whole = std::fs::read(&path).unwrap();
-        for length in 0..=whole.len() {
-            std::fs::write(&path, &whole[..length]).unwrap();
-            let Some(log) = TileLog::reopen(&path, 42).unwrap() else {
-                assert!(length < KEY_BYTES);
-                continue;
-            };
-            for id in log.finished() {
-                assert_eq!(log.read(id).unwrap(), tile(id));
-            }
-            log.append(7, &tile(7)).unwrap();
-            drop(log);
-            let log = TileLog::reopen(&path, 42).unwrap().unwrap();
-            assert_eq!(log.read(7).unwrap(), tile(7), "cut at {length}");
-        }
-        assert!(TileLog::reopen(&path, 43).unwrap().is_none(), "another bake's log");
     }
 }

@@ -18,13 +18,13 @@ struct Dispatch {
 // Consecutive columns of one block. Offsets are in words from the start of the band.
 struct Run {
     terms: u32,
-    // 1: values are halves; 0: bytes, in steps that each vertex has of its own.
-    halves: u32,
+    // 1: values are 16-bit integers; 0: bytes.
+    wide: u32,
     // [terms, vertices] u16.
     indices: u32,
-    // [terms, vertices, channels] f16 or i8.
+    // [terms, vertices, channels] i16 or i8, in steps that each vertex has of its own.
     values: u32,
-    // [vertices] f16, if values are bytes.
+    // [vertices] f16: the steps, in units.
     scales: u32,
 }
 
@@ -36,53 +36,59 @@ struct Run {
 // By vertex: W/(sr·m²) before the light's gain; the fourth component is unused.
 @group(0) @binding(4) var<storage, read_write> radiance: array<vec4<f32>>;
 
-fn half_at(row: u32, element: u32) -> f32 {
-    let pair = unpack2x16float(words[row + element / 2u]);
-    return select(pair.x, pair.y, element % 2u == 1u);
+// A number of a row that starts at a whole word: which word of the row, and the bits within it.
+struct Place {
+    word: u32,
+    first_bit: u32,
+    bits: u32,
 }
 
-fn byte_at(row: u32, element: u32) -> f32 {
-    return f32(extractBits(bitcast<i32>(words[row + element / 4u]), 8u * (element % 4u), 8u));
+// The place of element `index` of a row of elements of 32 >> `shift` bits each.
+fn place(index: u32, shift: u32) -> Place {
+    let bits = 32u >> shift;
+    return Place(index >> shift, bits * (index & ((1u << shift) - 1u)), bits);
 }
 
-fn index_at(row: u32, vertex: u32) -> u32 {
-    return extractBits(words[row + vertex / 2u], 16u * (vertex % 2u), 16u);
+fn integer_at(row: u32, at: Place) -> f32 {
+    return f32(extractBits(bitcast<i32>(words[row + at.word]), at.first_bit, at.bits));
+}
+
+fn index_at(row: u32, at: Place) -> u32 {
+    return extractBits(words[row + at.word], at.first_bit, at.bits);
+}
+
+fn half_at(row: u32, index: u32) -> f32 {
+    let pair = unpack2x16float(words[row + index / 2u]);
+    return select(pair.x, pair.y, index % 2u == 1u);
+}
+
+// Words of a row of `count` elements of 32 >> `shift` bits each.
+fn words_of(count: u32, shift: u32) -> u32 {
+    return (count + (1u << shift) - 1u) >> shift;
 }
 
 // Columns are added one by one in their order, so the sum does not depend on how they are spread over runs and bands.
-fn add_halves(before: vec3<f32>, run: Run, vertex: u32) -> vec3<f32> {
-    let index_stride = (dispatch.vertices + 1u) / 2u;
-    let value_stride = (dispatch.vertices * dispatch.channels + 1u) / 2u;
-    let element = vertex * dispatch.channels;
-    var sum = before;
-    for (var term = 0u; term < run.terms; term += 1u) {
-        let coefficient = light[index_at(run.indices + term * index_stride, vertex)].rgb;
-        let row = run.values + term * value_stride;
-        if dispatch.channels == 1u {
-            sum += dispatch.unit * half_at(row, element) * coefficient;
-        } else {
-            let value = vec3<f32>(half_at(row, element), half_at(row, element + 1u), half_at(row, element + 2u));
-            sum += dispatch.unit * value * coefficient;
-        }
-    }
-    return sum;
-}
-
-fn add_bytes(before: vec3<f32>, run: Run, vertex: u32) -> vec3<f32> {
-    let index_stride = (dispatch.vertices + 1u) / 2u;
-    let value_stride = (dispatch.vertices * dispatch.channels + 3u) / 4u;
-    let element = vertex * dispatch.channels;
+fn add(before: vec3<f32>, run: Run, vertex: u32) -> vec3<f32> {
+    let shift = select(2u, 1u, run.wide == 1u);
     let step = dispatch.unit * half_at(run.scales, vertex);
+    let index = place(vertex, 1u);
+    let red = place(dispatch.channels * vertex, shift);
+    let green = place(dispatch.channels * vertex + 1u, shift);
+    let blue = place(dispatch.channels * vertex + 2u, shift);
+    let index_words = words_of(dispatch.vertices, 1u);
+    let value_words = words_of(dispatch.vertices * dispatch.channels, shift);
+    var index_row = run.indices;
+    var value_row = run.values;
     var sum = before;
     for (var term = 0u; term < run.terms; term += 1u) {
-        let coefficient = light[index_at(run.indices + term * index_stride, vertex)].rgb;
-        let row = run.values + term * value_stride;
-        if dispatch.channels == 1u {
-            sum += step * byte_at(row, element) * coefficient;
-        } else {
-            let value = vec3<f32>(byte_at(row, element), byte_at(row, element + 1u), byte_at(row, element + 2u));
-            sum += step * value * coefficient;
+        let coefficient = light[index_at(index_row, index)].rgb;
+        var value = vec3<f32>(integer_at(value_row, red));
+        if dispatch.channels == 3u {
+            value = vec3<f32>(value.r, integer_at(value_row, green), integer_at(value_row, blue));
         }
+        sum += step * value * coefficient;
+        index_row += index_words;
+        value_row += value_words;
     }
     return sum;
 }
@@ -102,12 +108,7 @@ fn accumulate(
         sum = radiance[vertex].rgb;
     }
     for (var r = 0u; r < dispatch.runs; r += 1u) {
-        let run = runs[r];
-        if run.halves == 1u {
-            sum = add_halves(sum, run, vertex);
-        } else {
-            sum = add_bytes(sum, run, vertex);
-        }
+        sum = add(sum, runs[r], vertex);
     }
     radiance[vertex] = vec4<f32>(sum, 0.0);
 }

@@ -64,8 +64,8 @@ pub(super) struct Dispatch {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub(super) struct Run {
     pub(super) terms: u32,
-    /// 1 if values are halves, 0 for bytes.
-    pub(super) halves: u32,
+    /// 1 if values are 16-bit integers, 0 for bytes.
+    pub(super) wide: u32,
     pub(super) indices: u32,
     pub(super) values: u32,
     pub(super) scales: u32,
@@ -107,6 +107,6 @@ mod tests {
         expect(super::super::ENVIRONMENT, "Environment", &environment);
         expect(super::super::DRAW, "Material", &layout_of!(Material { albedo, alpha_cutoff, wrap, textured } unused));
         expect(super::super::ACCUMULATE, "Dispatch", &layout_of!(Dispatch { vertices, runs, channels, accumulate, unit }));
-        expect(super::super::ACCUMULATE, "Run", &layout_of!(Run { terms, halves, indices, values, scales }));
+        expect(super::super::ACCUMULATE, "Run", &layout_of!(Run { terms, wide, indices, values, scales }));
     }
 }

@@ -19,8 +19,8 @@ use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::{Arrival, decode_all, decode_sections};
 use light::{Light, Map};
-use relume_formats::container::{Header, Kind, Section};
-use relume_formats::kinds::sparse_transfer::Meta;
+use relume_formats::container::{Kind, Section};
+use relume_formats::kinds::sparse_transfer::{BLOCK_SECTIONS, Meta};
 use relume_formats::kinds::{Environment, StoredScene, Textures};
 use relume_formats::state::Rgb;
 use relume_formats::{Error as FormatError, Place};
@@ -30,7 +30,8 @@ use stage::Stage;
 pub const METHOD: Method = Method {
     name: "sparse-transfer",
     kind: Kind::SparseTransfer,
-    first_piece,
+    // Behind the meta.
+    first_piece: BLOCK_SECTIONS,
     start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)),
 };
 
@@ -39,12 +40,6 @@ const HAAR: &str = include_str!("haar.wgsl");
 const ACCUMULATE: &str = include_str!("accumulate.wgsl");
 const DRAW: &str = include_str!("draw.wgsl");
 const AVERAGE: &str = include_str!("average.wgsl");
-
-/// The last section of the first block, which stands behind the meta.
-fn first_piece(header: &Header) -> usize {
-    let of_first_block = |section: &&relume_formats::container::SectionInfo| section.name.ends_with("/0000");
-    header.sections.iter().skip(1).take_while(of_first_block).count()
-}
 
 /// What has arrived of a bake, on its way to and on the GPU.
 struct SparseTransfer {
@@ -80,7 +75,7 @@ impl SparseTransfer {
     }
 
     fn rows_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
-        let place = arrival.section.place.clone();
+        let (place, last) = (arrival.section.place.clone(), arrival.last);
         self.pending.push(arrival.section);
         let Some(stage) = &mut self.stage else {
             let meta = decode_sections(&place, std::mem::take(&mut self.pending), Meta::decode)?;
@@ -92,7 +87,7 @@ impl SparseTransfer {
         };
         let number = stage.columns().blocks_arrived();
         let meta = stage.columns().meta();
-        if self.pending.len() < meta.blocks.get(number).map_or(1, |shape| shape.sections()) {
+        if self.pending.len() < BLOCK_SECTIONS && !last {
             return Ok(());
         }
         let block = decode_sections(&place, std::mem::take(&mut self.pending), |sections| meta.decode_block(number, sections))?;

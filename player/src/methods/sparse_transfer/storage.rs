@@ -4,7 +4,7 @@
 //! fit what is left of a band goes on in the next. Every row of a column starts on a whole word.
 
 use super::gpu_data::Run;
-use relume_formats::kinds::sparse_transfer::{Block, Meta, Values};
+use relume_formats::kinds::sparse_transfer::{Block, Meta, Steps};
 use std::ops::Range;
 
 /// Columns that share a storage buffer.
@@ -39,8 +39,8 @@ pub(super) fn arrange(meta: &Meta, limit: u64) -> Result<Vec<Band>, u64> {
     let limit = limit / 4;
     let mut bands = vec![Band::default()];
     for (block, shape) in meta.blocks.iter().enumerate() {
-        let (index_words, value_words) = (words(2 * vertices), words(if shape.halves { 2 * values } else { values }));
-        let scale_words = if shape.halves { 0 } else { index_words };
+        let (index_words, value_words) = (words(2 * vertices), words(if shape.wide { 2 * values } else { values }));
+        let scale_words = index_words;
         let mut begin = 0;
         while begin < shape.terms {
             let used = bands.last().map_or(0, |band| u64::from(band.words));
@@ -55,7 +55,7 @@ pub(super) fn arrange(meta: &Meta, limit: u64) -> Result<Vec<Band>, u64> {
             }
             let [indices, values] = [used, used + u64::from(terms) * index_words];
             let scales = values + u64::from(terms) * value_words;
-            let run = Run { terms, halves: u32::from(shape.halves), indices: indices as u32, values: values as u32, scales: scales as u32 };
+            let run = Run { terms, wide: u32::from(shape.wide), indices: indices as u32, values: values as u32, scales: scales as u32 };
             if let Some(band) = bands.last_mut() {
                 band.pieces.push(Piece { block, terms: begin as usize..(begin + terms) as usize, run });
                 band.words = (scales + scale_words) as u32;
@@ -72,13 +72,11 @@ pub(super) fn pack(meta: &Meta, block: &Block, terms: &Range<usize>) -> Vec<u8> 
     let values = vertices * meta.channels();
     let mut bytes = Vec::new();
     push_rows(&mut bytes, &block.indices, vertices, terms);
-    match &block.values {
-        Values::Halves(halves) => push_rows(&mut bytes, halves, values, terms),
-        Values::Bytes { scales, bytes: steps } => {
-            push_rows(&mut bytes, steps, values, terms);
-            push_rows(&mut bytes, scales, vertices, &(0..1));
-        }
+    match &block.steps {
+        Steps::Wide(steps) => push_rows(&mut bytes, steps, values, terms),
+        Steps::Bytes(steps) => push_rows(&mut bytes, steps, values, terms),
     }
+    push_rows(&mut bytes, &block.scales, vertices, &(0..1));
     bytes
 }
 

@@ -137,9 +137,9 @@ fn every_prefix_of_blocks_plays() {
             expect_near(&method.vertex_radiance(&gpu).unwrap(), &expected, 1e-4, &format!("rgb {rgb}, {blocks} blocks"));
         }
         assert!(method.pieces().missing.is_empty() && later.next().is_none());
-        // 77 vertices, 15 terms with an index each; 5 terms of halves, 10 of bytes in 3 blocks with a step each; rows are padded.
+        // 77 vertices: 15 terms with an index each, 5 of them wide, 10 of bytes, in 5 blocks with a step each; rows are padded.
         let values = 77 * if rgb { 3 } else { 1 } as u64;
-        let rows = 15 * 156 + 5 * (2 * values).next_multiple_of(4) + 10 * values.next_multiple_of(4) + 3 * 156;
+        let rows = (15 + 5) * 156 + 5 * (2 * values).next_multiple_of(4) + 10 * values.next_multiple_of(4);
         assert_eq!(method.pieces().bytes_per_frame, rows);
     }
 }

@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 pub const METHOD: Method = Method {
     name: "transfer-images",
     kind: Kind::TransferImages,
-    first_piece: |_| HEAD_SECTIONS,
+    first_piece: HEAD_SECTIONS,
     start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
 };
 

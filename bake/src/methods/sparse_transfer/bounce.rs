@@ -1,0 +1,86 @@
+//! Light that arrives by way of other surfaces, which reflect it evenly in their colours (ours; the source has direct light only).
+
+use super::visibility::Receiver;
+use crate::trace::world::{Owner, World};
+use glam::Vec3A;
+use relume_formats::basis::cubemap::{self, FACES};
+use relume_scenes::Scene;
+use std::collections::BTreeMap;
+
+/// Texels along a side of the cube of directions in which other surfaces are looked for.
+const DIRECTIONS: usize = 32;
+
+/// Sums a row over squares of texels: the transfer from the texels of a coarser light.
+pub fn coarse(row: &[f32], from: usize, to: usize) -> Vec<f32> {
+    let step = from / to;
+    let mut sums = vec![0.0; FACES * to * to];
+    for (texel, value) in row.iter().enumerate() {
+        let (face, y, x) = (texel / (from * from), texel / from % from, texel % from);
+        sums[(face * to + y / step) * to + x / step] += value;
+    }
+    sums
+}
+
+/// Finds what a vertex receives from other vertices.
+pub struct Bouncer<'a> {
+    world: &'a World,
+    /// Vertices of every triangle of the objects.
+    triangles: Vec<[u32; 3]>,
+    /// Diffuse albedo of every material, textures left out.
+    albedos: Vec<Vec3A>,
+    /// Unit directions and their solid angles over π.
+    directions: Vec<(Vec3A, f32)>,
+}
+
+impl<'a> Bouncer<'a> {
+    /// For the objects of `scene`, which `world` was made of.
+    pub fn new(scene: &Scene, world: &'a World) -> Self {
+        let mut triangles = Vec::new();
+        let mut first = 0;
+        for object in &scene.objects {
+            triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|corner| corner + first)));
+            first += object.mesh.positions.len() as u32;
+        }
+        let n = DIRECTIONS;
+        let solid_angles = cubemap::solid_angles(n);
+        let direction = |i: usize| {
+            let centre = cubemap::direction(i / (n * n), n, (i % n) as f64 + 0.5, (i / n % n) as f64 + 0.5);
+            (centre.as_vec3a(), (solid_angles[i % (n * n)] / std::f64::consts::PI) as f32)
+        };
+        Self {
+            world,
+            triangles,
+            albedos: scene.materials.iter().map(|m| Vec3A::from(m.brdf.diffuse_albedo())).collect(),
+            directions: (0..FACES * n * n).map(direction).collect(),
+        }
+    }
+
+    /// The row of light that reaches `receiver` after one reflection more than `arriving`, rows of `length` (texels × RGB) at every vertex. Surfaces seen
+    /// from behind reflect nothing.
+    pub fn row(&self, receiver: &Receiver, arriving: &[f32], length: usize) -> Vec<f32> {
+        let mut row = vec![0.0; length];
+        for (vertex, share) in self.shares(receiver) {
+            let source = &arriving[vertex as usize * length..][..length];
+            for (sum, value) in row.as_chunks_mut::<3>().0.iter_mut().zip(source.as_chunks::<3>().0) {
+                (0..3).for_each(|c| sum[c] += share[c] * value[c]);
+            }
+        }
+        row
+    }
+
+    /// The vertices around the points that `receiver` sees, each with the share of its radiance that counts, its colour included.
+    fn shares(&self, receiver: &Receiver) -> BTreeMap<u32, Vec3A> {
+        let mut shares = BTreeMap::new();
+        for (direction, weight) in &self.directions {
+            let cosine = receiver.normal.dot(*direction);
+            let met = (cosine > 0.0).then(|| self.world.meet(receiver.origin, *direction)).flatten();
+            let Some((hit, Owner::Material(material))) = met.filter(|hit| hit.front).map(|hit| (hit, hit.owner)) else { continue };
+            let reflected = self.albedos[material as usize] * hit.albedo * (cosine * weight);
+            let [v, w] = hit.barycentric;
+            for (vertex, share) in self.triangles[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w]) {
+                *shares.entry(vertex).or_insert(Vec3A::ZERO) += reflected * share;
+            }
+        }
+        shares
+    }
+}

@@ -1,0 +1,100 @@
+//! Selected rows of the transfer matrix on their way from gather to packing.
+
+use relume_formats::basis::approximate;
+
+/// Lights that errors are measured under.
+pub const STATES: usize = 16;
+/// Most terms that a row keeps until it is known how many are needed.
+pub const MAX_TERMS: usize = 1024;
+/// Radiances of one row: its exact ones under all held-out lights, row-major [states, 3].
+pub const RADIANCES: usize = 3 * STATES;
+
+/// Rows and what they are to give. All have the same number of terms; those that a row lacks have value 0.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rows {
+    /// Terms of a row.
+    pub terms: usize,
+    /// 1, or 3 for RGB.
+    pub channels: usize,
+    /// Row-major [rows, terms], most important first.
+    pub indices: Vec<u16>,
+    /// Row-major [rows, terms, channels].
+    pub values: Vec<f32>,
+    /// Radiance from the whole rows, [rows, [`RADIANCES`]].
+    pub exact: Vec<f32>,
+}
+
+impl Rows {
+    /// No rows yet.
+    pub fn new(terms: usize, channels: usize) -> Self {
+        Self { terms, channels, ..Self::default() }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.exact.len() / RADIANCES
+    }
+
+    /// Adds the most important terms of a row, given as one plane of Haar coefficients per channel, and its exact radiances. `weights` is what sizes of
+    /// coefficients are multiplied by to tell how important they are.
+    pub fn push(&mut self, planes: &[Vec<f32>], weights: &[f32], exact: &[f32]) {
+        let size = |i: usize| planes.iter().map(|plane| plane[i] * plane[i]).sum::<f32>().sqrt();
+        let sizes: Vec<f32> = (0..weights.len()).map(size).collect();
+        let kept = approximate::largest(&sizes, self.terms, |index| weights[index]);
+        for term in 0..self.terms {
+            let index = kept.get(term).map(|(index, _)| *index as usize);
+            self.indices.push(index.unwrap_or(0) as u16);
+            self.values.extend(planes.iter().map(|plane| index.map_or(0.0, |i| plane[i])));
+        }
+        self.exact.extend_from_slice(exact);
+    }
+
+    /// Adds the rows of `other`, which have as many terms and channels.
+    pub fn append(&mut self, mut other: Self) {
+        self.indices.append(&mut other.indices);
+        self.values.append(&mut other.values);
+        self.exact.append(&mut other.exact);
+    }
+
+    /// As bytes for the log.
+    pub fn encode(&self) -> Vec<u8> {
+        let indices = self.indices.iter().flat_map(|i| i.to_le_bytes());
+        let floats = self.values.iter().chain(&self.exact).flat_map(|v| v.to_le_bytes());
+        indices.chain(floats).collect()
+    }
+
+    /// The inverse of [`Rows::encode`]; `None` if `bytes` are not as long as `rows` rows.
+    pub fn decode(bytes: &[u8], rows: usize, terms: usize, channels: usize) -> Option<Self> {
+        let (indices, floats) = bytes.split_at_checked(rows * terms * 2)?;
+        let floats: Vec<f32> = floats.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+        let (values, exact) = floats.split_at_checked(rows * terms * channels)?;
+        let indices = indices.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect();
+        (exact.len() == rows * RADIANCES).then(|| Self { terms, channels, indices, values: values.to_vec(), exact: exact.to_vec() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_keep_what_weighs_most_and_come_back_from_bytes() {
+        let planes = vec![vec![1.0, -4.0, 0.0, 2.0], vec![0.0, 0.0, 0.0, 2.0]];
+        let exact: Vec<f32> = (0..RADIANCES).map(|i| i as f32).collect();
+        let mut rows = Rows::new(2, 2);
+        rows.push(&planes, &[1.0; 4], &exact);
+        rows.push(&planes, &[9.0, 1.0, 1.0, 1.0], &exact);
+        assert_eq!((&rows.indices[..], &rows.values[..]), (&[1, 3, 0, 1][..], &[-4.0, 0.0, 2.0, 2.0, 1.0, 0.0, -4.0, 0.0][..]));
+        let mut many = Rows::new(4, 2);
+        many.push(&planes, &[1.0; 4], &exact);
+        assert_eq!((many.indices[3], &many.values[6..]), (0, &[0.0, 0.0][..]), "coefficients that are 0 fill up");
+        let bytes = rows.encode();
+        assert_eq!(Rows::decode(&bytes, 2, 2, 2).as_ref(), Some(&rows));
+        assert!(
+            [Rows::decode(&bytes, 1, 2, 2), Rows::decode(&bytes[4..], 2, 2, 2), Rows::decode(&[], 2, 2, 2)].iter().all(Option::is_none)
+        );
+        let mut both = rows.clone();
+        both.append(rows.clone());
+        assert_eq!((both.len(), &both.exact[..RADIANCES], &both.indices[4..]), (4, &exact[..], &rows.indices[..]));
+    }
+}

@@ -1,0 +1,102 @@
+//! The method as the bundle sees it: settings, files, entry of the manifest.
+
+use super::{NAME, REVISION, Settings, basis_for, expect_fit, expect_sizes, held_out, predicted_bytes};
+use crate::bundle::{Work, expect_memory};
+use crate::error::Result;
+use crate::methods::{Method, Traced};
+use relume_formats::container::Stored;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::manifest::{MethodEntry, content_hash};
+use relume_scenes::Scene;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// What to bake.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// Film size in pixels.
+    pub size: [u32; 2],
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// How many bases.
+    pub bases: Bases,
+}
+
+/// How many bases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bases {
+    /// This many, the diffuse one included.
+    Number(usize),
+    /// As many as keep the relative L2 error of every held-out state below this.
+    Error(f64),
+}
+
+impl Method for Wanted {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn expect_fit(&self, scene: &Scene) -> Result<()> {
+        expect_fit(scene)?;
+        expect_sizes(scene, self.size)
+    }
+
+    fn leaves_out(&self, scene: &Scene) -> Vec<String> {
+        let parts = [("light", scene.vary.light), ("view", scene.vary.view)];
+        let fixed = parts.into_iter().filter(|(_, varies)| *varies);
+        fixed.map(|(what, _)| format!("[vary] {what} = true, but {NAME} keeps the {what} as the scene has it")).collect()
+    }
+
+    fn asked_for(&self) -> BTreeMap<String, Value> {
+        let Self { size, samples, seed, bases } = *self;
+        let mut asked = BTreeMap::from([
+            ("revision".to_owned(), json!(REVISION)),
+            ("size".to_owned(), json!(size)),
+            ("samples".to_owned(), json!(samples)),
+            ("seed".to_owned(), json!(seed)),
+        ]);
+        match bases {
+            Bases::Number(bases) => asked.insert("bases".to_owned(), json!(bases)),
+            Bases::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
+        };
+        asked
+    }
+
+    fn chosen(&self) -> &'static str {
+        "bases"
+    }
+
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
+        let Self { size, samples, seed, bases } = *self;
+        let bases = match bases {
+            Bases::Number(bases) => bases,
+            Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, work.job)?,
+        };
+        let settings = Settings { size, samples, seed, bases };
+        expect_memory(predicted_bytes(scene, &settings), "lower --size or --bases")?;
+        let basis = basis_for(scene, bases)?;
+        let log = work.open_log(NAME, &log_key(&settings, &basis))?;
+        let (images, traced) = super::bake(scene, &settings, &basis, &log, work.job)?;
+        let errors = held_out::measure(scene, &settings, &basis, &images, work.job)?;
+        let files = vec![
+            (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),
+            (NAME.to_owned(), work.write(&images, "transfer-images.relume")?),
+        ];
+        let mut recorded = self.asked_for();
+        recorded.insert(self.chosen().to_owned(), bases.into());
+        let errors = BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]);
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, traced))
+    }
+}
+
+/// Everything besides the scene that the tiles of a log depend on.
+fn log_key(settings: &Settings, basis: &BrdfBasis) -> String {
+    let functions: &[f32] = match &basis.functions {
+        Functions::BlinnPhong { lobes } => lobes,
+        Functions::Ggx { weights, .. } => weights,
+    };
+    format!("{settings:?} {REVISION} {}", content_hash(bytemuck::cast_slice(functions)))
+}

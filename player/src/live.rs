@@ -240,13 +240,14 @@ mod tests {
     use crate::gpu::{self, Gpu};
     use crate::session::Request;
     use crate::stream::Limits;
-    use crate::support::{self, Bundle};
+    use crate::support::{self, Bundle, sparse};
+    use crate::ui::Motion;
     use relume_formats::Place;
-    use relume_formats::state::{MaterialState, State};
+    use relume_formats::state::{EnvironmentState, MaterialState, State};
 
-    fn live(bundle: &Bundle, limits: Limits) -> Live {
+    fn live(folder: &Path, limits: Limits) -> Live {
         let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-        let request = Request { folder: bundle.folder(), method: None, state, animation: None, offer_all: true, size: None, limits };
+        let request = Request { folder, method: None, state, animation: None, offer_all: true, size: None, limits };
         Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
     }
 
@@ -266,7 +267,7 @@ mod tests {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         assert!(!live.draw().unwrap() && live.shown().is_none(), "nothing is there yet");
         load(&mut live);
         assert!(live.draw().unwrap() && !live.draw().unwrap());
@@ -289,7 +290,7 @@ mod tests {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         load(&mut live);
         let editor = &mut live.shown().unwrap().editor;
         assert_eq!(editor.animations().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["glow"]);
@@ -306,7 +307,7 @@ mod tests {
         let mut bytes = std::fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
         std::fs::write(&path, bytes).unwrap();
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         load(&mut live);
         assert!(live.draw().unwrap());
         let facts = live.facts();
@@ -319,12 +320,34 @@ mod tests {
     }
 
     #[test]
+    fn light_and_view_are_drawn_when_they_change() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = sparse::Bundle::write(16, false);
+        let mut live = live(bundle.folder(), Limits::default());
+        load(&mut live);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.move_camera(Motion::Orbit([0.1, 0.1]));
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.edit_light(&EnvironmentState { rotation_deg: Some(20.0), ..Default::default() });
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.set_exposure(1.0);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        let facts = live.facts();
+        assert_eq!((facts.what, facts.pieces, facts.pieces_expected, facts.size), ("blocks", 5, 5, Some(sparse::SIZE)));
+        let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
+        assert_eq!(statistics["frames"], 3, "exposure needs no new frame");
+        live.finish().unwrap();
+    }
+
+    #[test]
     fn a_prefix_is_no_failure() {
         if !gpu_there() {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
+        let mut live = live(bundle.folder(), Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
         load(&mut live);
         assert!(live.draw().unwrap());
         assert_eq!(live.facts().loading, Loading::Prefix);

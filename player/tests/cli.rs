@@ -3,6 +3,9 @@
 
 mod support;
 
+use relume_formats::container::Stored as _;
+use relume_formats::kinds::StoredScene;
+use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use relume_formats::state::{BlinnPhong, Brdf};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -290,6 +293,47 @@ fn an_animation_of_the_light_goes_through_its_states() {
         assert!(std::fs::read(bundle.folder().join("state.exr")).unwrap() == frames[number], "frame {number}");
     }
     assert!(frames[0] != frames[1] && frames[3] != frames[4]);
+}
+
+#[test]
+fn the_first_known_method_is_preferred_and_another_can_be_chosen() {
+    if !gpu_there() {
+        return;
+    }
+    // A bundle of images whose scene has as many vertices as the rows.
+    let mut bundle = Bundle::write(true);
+    let mut scene = StoredScene::read_file(&bundle.folder().join("scene.relume")).unwrap();
+    let lit = sparse::Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, sparse::even_transfer(3, 4, 1.0));
+    (scene.meta.varies_light, scene.meta.environment) = (true, lit.scene.meta.environment.clone());
+    bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
+    let rows = lit.manifest.methods[0].clone();
+    for (_, entry) in &rows.files {
+        std::fs::copy(lit.folder().join(&entry.file), bundle.folder().join(&entry.file)).unwrap();
+    }
+    let future = MethodEntry { name: "future".to_owned(), files: Vec::new(), ..rows.clone() };
+    let images = bundle.manifest.methods[0].clone();
+    let played = |methods: [&MethodEntry; 3], arguments: &[&str]| {
+        let mut manifest = bundle.manifest.clone();
+        manifest.methods = methods.map(MethodEntry::clone).to_vec();
+        manifest.write(bundle.folder()).unwrap();
+        expect_success(&headless(bundle.folder(), &[&["--stats", "@/s.json"], arguments].concat()));
+        stats(&bundle.folder().join("s.json"))["method"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(played([&future, &rows, &images], &[]), "sparse-transfer");
+    assert_eq!(played([&images, &rows, &future], &[]), "transfer-images");
+    assert_eq!(played([&images, &rows, &future], &["--method", "sparse-transfer"]), "sparse-transfer");
+    // An animation of materials is of the one, one of the light of the other.
+    assert_eq!(played([&images, &rows, &future], &["--animation", "glow"]), "transfer-images");
+    expect_error(
+        &headless(bundle.folder(), &["--stats", "@/s.json", "--animation", "glow", "--method", "sparse-transfer"]),
+        2,
+        "material `a`",
+    );
+    expect_error(
+        &headless(bundle.folder(), &["--stats", "@/s.json", "--method", "future"]),
+        2,
+        "method `future` is unknown to this player",
+    );
 }
 
 #[test]

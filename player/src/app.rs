@@ -1,6 +1,6 @@
 //! The window: what happens to it, when to draw, and when to sleep.
 //!
-//! Nothing is drawn unless something has changed: input, images that arrive, time that passes in an animation. Between such events the
+//! Nothing is drawn unless something has changed: input, pieces that arrive, time that passes in an animation. Between such events the
 //! program waits in the system's event queue.
 
 mod canvas;
@@ -8,7 +8,7 @@ mod canvas;
 use crate::cli::Cli;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::headless::{WHAT_TO_ADD, check_size, request};
+use crate::headless::{WHAT_TO_ADD, request};
 use crate::interrupt::Interrupt;
 use crate::live::Live;
 use crate::output::write_whole;
@@ -145,7 +145,7 @@ impl ApplicationHandler for App<'_> {
             return;
         }
         let Some(open) = &mut self.open else { return };
-        match open.poll(self.cli) {
+        match open.poll() {
             Ok(wake) => event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)),
             Err(error) => self.fail(event_loop, error),
         }
@@ -214,12 +214,9 @@ impl Open {
     }
 
     /// Takes in what has arrived and asks to be drawn if anything calls for it. Returns when to look again.
-    fn poll(&mut self, cli: &Cli) -> Result<Option<Instant>> {
+    fn poll(&mut self) -> Result<Option<Instant>> {
         let was_loading = self.live.is_loading();
         let arrived = self.live.poll()?;
-        if let Some(size) = self.live.facts().size.filter(|_| was_loading) {
-            check_size(cli, size)?;
-        }
         let now = Instant::now();
         let loading = self.live.is_loading();
         let next_frame = self.played_at.map(|at| at + FRAME_PAUSE);
@@ -274,7 +271,8 @@ impl Open {
         let mut wishes = Wishes::default();
         let output = context.run_ui(raw_input, |ui| {
             let stage = self.live.shown().zip(self.picture);
-            let stage = stage.map(|(shown, picture)| Stage { editor: &mut shown.editor, picker: &shown.picker, picture });
+            let stage =
+                stage.map(|(shown, picture)| Stage { editor: &mut shown.editor, picker: shown.picker.as_ref(), size: shown.size, picture });
             let new = self.screen.show(ui, stage, &facts, self.note.as_ref());
             wishes.save.extend(new.save);
             wishes.close |= new.close;

@@ -4,10 +4,10 @@ use crate::output::FramePath;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Plays a bundle that `bake run` wrote: light transport computed beforehand, materials free to change.
+/// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary free to change.
 ///
-/// Opens a window in which materials are edited and animations played; its panel and its bottom line tell how. With --headless it writes
-/// frames to files instead.
+/// Opens a window in which materials, light and view are changed and animations played, as far as they vary; its panel and its bottom line tell
+/// how. With --headless it writes frames to files instead.
 ///
 /// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
 /// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, clamped and sRGB-encoded.
@@ -19,16 +19,16 @@ pub struct Cli {
     /// Folder of the bundle
     #[arg(value_name = "DIR", required_unless_present = "list_adapters")]
     pub folder: Option<PathBuf>,
-    /// Method to play [default: the one the bundle prefers]
+    /// Method to play, for a bundle that has several [default: the one it prefers]
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
-    /// Animation to play, a window offers the others too: the name of one in the bundle, or a file that ends in .toml
+    /// Animation to play: the name of one in the bundle, or a file that ends in .toml; a window offers the others, too, that the method can play
     #[arg(long, value_name = "NAME|FILE")]
     pub animation: Option<String>,
     /// State to start from: what differs from the scene's defaults
     #[arg(long, value_name = "STATE.toml")]
     pub state: Option<PathBuf>,
-    /// Size of the frames; images are baked at one size, so it must be that one
+    /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it must be that one
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// GPU adapter to use: any part of its name, in any case [default: the fastest kind there is]

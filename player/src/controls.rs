@@ -1,7 +1,9 @@
 //! What the user sets: a state and an animation on top of the scene's defaults.
 
 use crate::error::{Error, Result};
-use relume_formats::kinds::scene;
+use glam::Vec3;
+use relume_formats::container::Kind;
+use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
 use relume_formats::state::{Animation, Brdf, Camera, State, Varies};
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
@@ -24,42 +26,72 @@ pub struct PlacedAnimation {
     pub place: Place,
 }
 
+/// What of a scene may be set, and to what.
+#[derive(Debug, Clone)]
+pub struct Scope {
+    /// The scene.
+    pub scene: scene::Meta,
+    /// Kind of the main file of the method that plays, which decides what varies.
+    pub kind: Kind,
+    /// The environment maps that there are.
+    pub maps: Vec<String>,
+}
+
 /// How the scene looks at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     /// Parameters of every material, by name.
     pub materials: BTreeMap<String, Brdf>,
-    /// Exposure: the display shows 2^ev times the radiance.
-    pub exposure_ev: f32,
+    /// The camera and its exposure.
+    pub camera: Camera,
+    /// The environment, if the scene has one.
+    pub environment: Option<EnvironmentLook>,
 }
 
 /// Turns a time into a look. All it is given is checked when it is made, so playing cannot fail half-way.
 #[derive(Debug)]
 pub struct Controls {
     base: Look,
-    scene: scene::Meta,
+    scope: Scope,
     animation: Option<PlacedAnimation>,
     others: Vec<PlacedAnimation>,
 }
 
+impl Scope {
+    /// What may change at playback.
+    pub fn varies(&self) -> Varies<'_> {
+        self.scene.varies(self.kind)
+    }
+
+    /// The materials that may be edited, in the order of the scene.
+    pub fn materials(&self) -> impl Iterator<Item = &StoredMaterial> {
+        let varying = self.varies().materials;
+        self.scene.materials.iter().filter(move |material| varying.contains(&material.name.as_str()))
+    }
+}
+
 impl Controls {
-    /// Controls for the scene `meta`: the animation to play on top of `state`, and `others` that may be chosen instead.
+    /// Controls within `scope`: the animation to play on top of `state`, and `others` that may be chosen instead. Of these, the ones that set what
+    /// does not vary are left out: another method may play them.
     ///
     /// # Errors
     /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal range. The other animations
     /// must be legal on top of the scene's defaults.
-    pub fn new(meta: &scene::Meta, state: &PlacedState, animation: Option<PlacedAnimation>, others: Vec<PlacedAnimation>) -> Result<Self> {
-        let varies = Varies {
-            environment: false,
-            camera: false,
-            materials: meta.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect(),
-        };
+    pub fn new(scope: Scope, state: &PlacedState, animation: Option<PlacedAnimation>, mut others: Vec<PlacedAnimation>) -> Result<Self> {
+        let varies = scope.varies();
         state.state.expect_only(&varies, &state.place)?;
-        let defaults = Look::default_of(meta);
-        let base = defaults.with(&state.state, meta, &state.place)?;
-        animation.iter().try_for_each(|animation| check_keys(animation, &base, meta, &varies))?;
-        others.iter().try_for_each(|animation| check_keys(animation, &defaults, meta, &varies))?;
-        Ok(Self { base, scene: meta.clone(), animation, others })
+        let defaults = Look::default_of(&scope.scene);
+        let base = defaults.with(&state.state, &scope, &state.place)?;
+        if let Some(animation) = &animation {
+            for time_s in animation.animation.key_times_s() {
+                let place = animation.place.part(format!("at {time_s} s"));
+                sample(&animation.animation, time_s, &place)?.expect_only(&varies, &place)?;
+            }
+            check_keys(animation, &base, &scope)?;
+        }
+        others.retain(|other| sets_only(&other.animation, &varies));
+        others.iter().try_for_each(|other| check_keys(other, &defaults, &scope))?;
+        Ok(Self { base, scope, animation, others })
     }
 
     /// The look at `time_s`. A looping animation starts again after its end, any other is held.
@@ -67,7 +99,7 @@ impl Controls {
         let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(self.base.clone()) };
         let duration_s = f64::from(animation.duration_s);
         let time_s = if animation.looping { time_s.rem_euclid(duration_s) } else { time_s };
-        self.base.with(&sample(animation, time_s as f32, place)?, &self.scene, place)
+        self.base.with(&sample(animation, time_s as f32, place)?, &self.scope, place)
     }
 
     /// The look without any animation.
@@ -75,9 +107,9 @@ impl Controls {
         &self.base
     }
 
-    /// The scene.
-    pub fn scene(&self) -> &scene::Meta {
-        &self.scene
+    /// What may be set.
+    pub fn scope(&self) -> &Scope {
+        &self.scope
     }
 
     /// The animation to play, if any, and those that may be chosen instead.
@@ -91,15 +123,32 @@ impl Controls {
     }
 }
 
-/// If the states at all keys are legal, so is everything between.
-fn check_keys(placed: &PlacedAnimation, base: &Look, scene: &scene::Meta, varies: &Varies<'_>) -> Result<()> {
+/// Whether an animation sets nothing but what varies.
+fn sets_only(animation: &Animation, varies: &Varies<'_>) -> bool {
+    // Every track has a value at any time, so one moment tells.
+    animation.sample(0.0).is_ok_and(|state| state.expect_only(varies, &Place::file(&animation.name)).is_ok())
+}
+
+/// If the looks at all keys are legal, so is everything between, but for the one thing that is not convex: a camera must not meet its target.
+fn check_keys(placed: &PlacedAnimation, base: &Look, scope: &Scope) -> Result<()> {
+    let mut last: Option<Camera> = None;
     for time_s in placed.animation.key_times_s() {
         let place = placed.place.part(format!("at {time_s} s"));
-        let state = sample(&placed.animation, time_s, &place)?;
-        state.expect_only(varies, &place)?;
-        base.with(&state, scene, &place)?;
+        let camera = base.with(&sample(&placed.animation, time_s, &place)?, scope, &place)?.camera;
+        if last.is_some_and(|last| passes_its_target(&last, &camera)) {
+            let reason = "camera: on the way here the position meets the target; add a key that leads around it";
+            return Err(FormatError::invalid(&place, reason).into());
+        }
+        last = Some(camera);
     }
     Ok(())
+}
+
+/// Whether the way from target to position, linear between two moments, comes to nothing in between.
+fn passes_its_target(from: &Camera, to: &Camera) -> bool {
+    let way = |camera: &Camera| Vec3::from(camera.position) - Vec3::from(camera.target);
+    let (from, to) = (way(from), way(to));
+    from.dot(to) < 0.0 && from.cross(to).length() <= 1e-5 * from.length() * to.length()
 }
 
 fn sample(animation: &Animation, time_s: f32, place: &Place) -> Result<State> {
@@ -110,19 +159,30 @@ impl Look {
     /// How the scene file has it.
     pub fn default_of(scene: &scene::Meta) -> Self {
         let materials = scene.materials.iter().map(|material| (material.name.clone(), material.brdf)).collect();
-        Self { materials, exposure_ev: scene.camera.exposure_ev }
+        Self { materials, camera: scene.camera, environment: scene.environment.clone() }
     }
 
-    fn with(&self, state: &State, scene: &scene::Meta, place: &Place) -> Result<Self> {
+    /// The look at another exposure.
+    pub fn exposed(&self, exposure_ev: f32) -> Self {
+        Self { camera: Camera { exposure_ev, ..self.camera }, ..self.clone() }
+    }
+
+    fn with(&self, state: &State, scope: &Scope, place: &Place) -> Result<Self> {
         let mut look = self.clone();
-        for material in &scene.materials {
+        for material in &scope.scene.materials {
             if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
                 *brdf = material.with(brdf, change, place)?;
             }
         }
         if let Some(change) = &state.camera {
-            let camera = Camera { exposure_ev: self.exposure_ev, ..scene.camera };
-            look.exposure_ev = camera.with(change, place)?.exposure_ev;
+            look.camera = self.camera.with(change, place)?;
+        }
+        if let (Some(environment), Some(change)) = (&mut look.environment, &state.environment) {
+            *environment = environment.with(change, place)?;
+            if !scope.maps.contains(&environment.map) {
+                let reason = format!("environment: no map `{}`; this bundle has: {}", environment.map, scope.maps.join(", "));
+                return Err(FormatError::invalid(place, reason).into());
+            }
         }
         Ok(look)
     }
@@ -142,7 +202,7 @@ mod tests {
             None => None,
             Some(text) => Some(PlacedAnimation { animation: Animation::parse("wave", text, &place)?, place }),
         };
-        Controls::new(&support::scene_meta(), &state, animation, Vec::new())
+        Controls::new(support::scope(support::scene_meta()), &state, animation, Vec::new())
     }
 
     const WAVE: &str = "duration_s = 2.0\nloop = true\n[[key]]\nt_s = 0\nmaterials.a.kd = [0.0, 0.0, 0.0]\ncamera.exposure_ev = 1.0\n\
@@ -158,7 +218,7 @@ mod tests {
             support::blinn_phong(look.materials["a"]),
             BlinnPhong { kd: [0.2; 3], shininess: 77.0, ..support::blinn_phong(defaults.materials["a"]) }
         );
-        assert_eq!((support::blinn_phong(look.materials["b"]).kd, look.exposure_ev), ([0.1; 3], 1.0));
+        assert_eq!((support::blinn_phong(look.materials["b"]).kd, look.camera.exposure_ev), ([0.1; 3], 1.0));
         assert_eq!(controls.look_at(4.5).unwrap(), look, "a loop starts again");
         assert_eq!(controls.frame_count(30.0), 60);
     }

@@ -59,6 +59,7 @@ pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
         state,
         animation,
         offer_all: !cli.headless,
+        size: cli.size,
         limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },
     })
 }
@@ -116,15 +117,14 @@ fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
 }
 
 fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Interrupt) -> Result<Recorder> {
-    let size = session.images()?.size();
-    check_size(cli, size)?;
+    let size = session.film().map_or([0, 0], |film| film.size);
     let bar = progress_bar(count);
     let mut recorder = Recorder::default();
     let mut sheet = ContactSheet::new(count);
     for index in 0..count {
         stop_if(interrupt)?;
         let frame = session.render(index as f64 / f64::from(cli.fps))?;
-        recorder.add(frame.cost);
+        recorder.add(&frame.cost);
         write_frame(cli, size, index, &frame, &mut sheet)?;
         bar.inc(1);
     }
@@ -133,13 +133,6 @@ fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Int
         write_whole(path, &sheet.encode()?)?;
     }
     Ok(recorder)
-}
-
-/// Images are baked at one size.
-pub(crate) fn check_size(cli: &Cli, size: [u32; 2]) -> Result<()> {
-    let Some([width, height]) = cli.size.filter(|asked| *asked != size) else { return Ok(()) };
-    let [w, h] = size;
-    Err(Error::Usage(format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}")))
 }
 
 fn write_frame(cli: &Cli, size: [u32; 2], index: usize, frame: &Frame, sheet: &mut ContactSheet) -> Result<()> {

@@ -27,6 +27,9 @@ pub mod stats;
 pub mod stream;
 pub mod ui;
 
+// What tests share is used from outside too.
+#[cfg(test)]
+extern crate self as relume_player;
 #[cfg(test)]
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -39,7 +42,7 @@ use controls::PlacedState;
 use gpu::Gpu;
 use relume_formats::Place;
 use relume_formats::state::{Rgb, State};
-use session::{Request, Session};
+use session::{Frame, Request, Session};
 use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -61,12 +64,23 @@ pub fn run(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
 ///
 /// `adapter` is any part of an adapter's name; `None` takes the most promising one.
 pub fn render_once(folder: &Path, state: &State, adapter: Option<&str>) -> Result<([u32; 2], Vec<Rgb>)> {
+    let (session, frame) = render(folder, None, state, adapter)?;
+    Ok((session.film().map_or([0, 0], |film| film.size), frame.radiance))
+}
+
+/// The radiance that a white diffuse surface would show at every vertex of the scene in `folder`, W/(sr·m²), by its method `method`.
+///
+/// # Errors
+/// Those of [`render_once`]; and if the method knows nothing of vertices.
+pub fn render_vertices(folder: &Path, method: &str, state: &State, adapter: Option<&str>) -> Result<Vec<Rgb>> {
+    render(folder, Some(method), state, adapter)?.0.read_vertices()
+}
+
+fn render(folder: &Path, method: Option<&str>, state: &State, adapter: Option<&str>) -> Result<(Session, Frame)> {
     let state = PlacedState { state: state.clone(), place: Place::file("state") };
-    let mut session =
-        Session::start(Request { folder, method: None, state, animation: None, offer_all: false, limits: Default::default() }, || {
-            Gpu::open(adapter)
-        })?;
+    let request = Request { folder, method, state, animation: None, offer_all: false, size: None, limits: Default::default() };
+    let mut session = Session::start(request, || Gpu::open(adapter))?;
     headless::load(&mut session, Instant::now(), &Interrupt::new(), |_| Ok(()))?;
     let frame = session.render(0.0)?;
-    Ok((session.images()?.size(), frame.radiance))
+    Ok((session, frame))
 }

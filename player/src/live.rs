@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Longest time that one poll spends on what has arrived.
 const POLL: Duration = Duration::from_millis(10);
-/// While images arrive, the time from one sum to the next for their sake alone, as a multiple of what a sum takes: frames that the user causes
+/// While pieces arrive, the time from one frame to the next for their sake alone, as a multiple of what a frame takes: frames that the user causes
 /// come without one in between.
 const REFINING_PAUSE_FACTOR: f64 = 3.0;
 
@@ -25,9 +25,9 @@ pub struct Live {
     shown: Option<Shown>,
     /// What the picture shows.
     drawn: Option<Look>,
-    /// Whether images have arrived that the picture lacks.
+    /// Whether pieces have arrived that the picture lacks.
     stale: bool,
-    /// When the picture may next be drawn again for the sake of new images alone.
+    /// When the picture may next be drawn again for the sake of new pieces alone.
     refine_at: Instant,
     times: FrameTimes,
     recorder: Option<Recorder>,
@@ -45,8 +45,10 @@ enum Load {
 pub struct Shown {
     /// What the user has set.
     pub editor: Editor,
-    /// Which material is where.
-    pub picker: Picker,
+    /// Which material is where, if the view is fixed.
+    pub picker: Option<Picker>,
+    /// Size of the film in pixels.
+    pub size: [u32; 2],
     /// What the display shows.
     pub picture: Tonemap,
 }
@@ -88,38 +90,38 @@ impl Live {
                 Err(error) => return Err(error),
             }
             changed = true;
-            self.show_if_ready()?;
+            self.show_if_ready();
         }
         Ok(changed)
     }
 
-    fn show_if_ready(&mut self) -> Result<()> {
+    fn show_if_ready(&mut self) {
         if self.shown.is_none()
             && self.session.is_ready()
             && let Some(controls) = self.session.controls()
         {
-            let images = self.session.images()?;
-            let picture = Tonemap::new(self.session.gpu(), images.film(), images.size());
-            self.shown = Some(Shown { editor: Editor::new(controls), picker: Picker::new(images.head()), picture });
+            let Some(film) = self.session.film() else { return };
+            let picture = Tonemap::new(self.session.gpu(), film);
+            let picker = self.session.pixels().map(Picker::new);
+            self.shown = Some(Shown { editor: Editor::new(controls), picker, size: film.size, picture });
         }
-        Ok(())
     }
 
     /// Brings the picture up to date, doing no more than what has changed asks for. Returns whether it changed.
     pub fn draw(&mut self) -> Result<bool> {
         let Some(shown) = &self.shown else { return Ok(false) };
         let look = shown.editor.look();
-        let same_materials = self.drawn.as_ref().is_some_and(|drawn| drawn.materials == look.materials);
-        let same_exposure = self.drawn.as_ref().is_some_and(|drawn| drawn.exposure_ev == look.exposure_ev);
+        let exposure_ev = look.camera.exposure_ev;
+        let same_but_for_exposure = self.drawn.as_ref().is_some_and(|drawn| drawn.exposed(exposure_ev) == look);
         let refines = self.refines();
-        if same_materials && same_exposure && !refines {
+        if self.drawn.as_ref() == Some(&look) && !refines {
             return Ok(false);
         }
-        if !same_materials || refines {
-            self.sum(&look)?;
+        if !same_but_for_exposure || refines {
+            self.draw_film(&look)?;
         }
         if let Some(shown) = &self.shown {
-            shown.picture.run(self.session.gpu(), look.exposure_ev);
+            shown.picture.run(self.session.gpu(), exposure_ev);
         }
         self.drawn = Some(look);
         self.session.gpu().check()?;
@@ -130,20 +132,16 @@ impl Live {
         self.stale && (!self.is_loading() || Instant::now() >= self.refine_at)
     }
 
-    fn sum(&mut self, look: &Look) -> Result<()> {
+    fn draw_film(&mut self, look: &Look) -> Result<()> {
         let began = Instant::now();
-        let mut cost = self.session.sum(look)?;
-        // Once llvmpipe has drawn anything, as a window does, it writes both timestamps of a compute pass at the same moment.
-        if self.session.adapter().device_type == wgpu::DeviceType::Cpu && cost.gpu_ms.is_some() {
-            cost.gpu_ms = Some(began.elapsed().as_secs_f64() * 1e3 - cost.cpu_ms);
-        }
+        let cost = self.session.draw(look)?;
         self.stale = false;
         self.refine_at = Instant::now() + began.elapsed().mul_f64(REFINING_PAUSE_FACTOR);
-        self.record(cost);
+        self.record(&cost);
         Ok(())
     }
 
-    fn record(&mut self, cost: Cost) {
+    fn record(&mut self, cost: &Cost) {
         let now = Instant::now();
         self.times.add(now, cost);
         if let Some(recorder) = &mut self.recorder {
@@ -168,18 +166,19 @@ impl Live {
 
     /// What the user may want to know.
     pub fn facts(&self) -> Facts {
-        let images = self.session.images().ok();
+        let pieces = self.session.pieces();
         let (cpu_ms, gpu_ms) = self.times.medians();
         Facts {
             adapter: self.session.adapter().name.clone(),
             method: self.session.method_name().to_owned(),
-            size: images.map(|images| images.size()),
+            size: self.session.film().map(|film| film.size),
             cpu_ms,
             gpu_ms,
             bytes: self.session.bytes_streamed(),
             bytes_expected: self.session.bytes_expected(),
-            images: images.map_or(0, |images| images.count() - images.missing().len()),
-            images_expected: images.map_or(0, |images| images.count()),
+            what: pieces.what,
+            pieces: pieces.arrived(),
+            pieces_expected: pieces.expected,
             loading: match &self.loading {
                 Load::Arriving => Loading::Arriving,
                 Load::Loaded { complete: true } => Loading::Complete,
@@ -195,16 +194,17 @@ impl Live {
         let (Some(shown), Some(look)) = (&self.shown, &self.drawn) else {
             return Err(Error::Failed("there is nothing to save yet".to_owned()));
         };
-        let (name, exposure_ev) = (shown.editor.scene().name.clone(), look.exposure_ev);
+        let (name, exposure_ev) = (shown.editor.scene().name.clone(), look.camera.exposure_ev);
+        let size = shown.size;
         let bytes = match what {
             Save::State => {
                 let text = toml::to_string(&shown.editor.state());
                 text.map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?.into_bytes()
             }
-            Save::Exr => encode_exr(self.session.images()?.size(), &self.session.read_film()?)?,
+            Save::Exr => encode_exr(size, &self.session.read_film()?)?,
             Save::Png => {
                 let display: Vec<Rgb> = self.session.read_film()?.iter().map(|r| display_value(*r, exposure_ev)).collect();
-                encode_png(self.session.images()?.size(), &display)?
+                encode_png(size, &display)?
             }
         };
         write_numbered(folder, &name, what.extension(), &bytes)
@@ -240,13 +240,14 @@ mod tests {
     use crate::gpu::{self, Gpu};
     use crate::session::Request;
     use crate::stream::Limits;
-    use crate::support::{self, Bundle};
+    use crate::support::{self, Bundle, sparse};
+    use crate::ui::Motion;
     use relume_formats::Place;
-    use relume_formats::state::{MaterialState, State};
+    use relume_formats::state::{EnvironmentState, MaterialState, State};
 
-    fn live(bundle: &Bundle, limits: Limits) -> Live {
+    fn live(folder: &Path, limits: Limits) -> Live {
         let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-        let request = Request { folder: bundle.folder(), method: None, state, animation: None, offer_all: true, limits };
+        let request = Request { folder, method: None, state, animation: None, offer_all: true, size: None, limits };
         Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
     }
 
@@ -266,7 +267,7 @@ mod tests {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         assert!(!live.draw().unwrap() && live.shown().is_none(), "nothing is there yet");
         load(&mut live);
         assert!(live.draw().unwrap() && !live.draw().unwrap());
@@ -277,7 +278,7 @@ mod tests {
         live.shown().unwrap().editor.select(Some("b"));
         assert!(!live.draw().unwrap());
         let facts = live.facts();
-        assert_eq!((facts.images, facts.bytes), (facts.images_expected, facts.bytes_expected));
+        assert_eq!((facts.pieces, facts.bytes), (facts.pieces_expected, facts.bytes_expected));
         let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
         assert_eq!(statistics["frames"], 2, "exposure needs no new sum");
         live.finish().unwrap();
@@ -289,7 +290,7 @@ mod tests {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         load(&mut live);
         let editor = &mut live.shown().unwrap().editor;
         assert_eq!(editor.animations().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["glow"]);
@@ -306,16 +307,38 @@ mod tests {
         let mut bytes = std::fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
         std::fs::write(&path, bytes).unwrap();
-        let mut live = live(&bundle, Limits::default());
+        let mut live = live(bundle.folder(), Limits::default());
         load(&mut live);
         assert!(live.draw().unwrap());
         let facts = live.facts();
         assert!(matches!(&facts.loading, Loading::Failed(reason) if reason.contains("checksum")), "{facts:?}");
-        assert_eq!(facts.images, facts.images_expected - 1);
+        assert_eq!(facts.pieces, facts.pieces_expected - 1);
         let folder = tempfile::tempdir().unwrap();
         let saved = Save::ALL.map(|what| live.save(what, folder.path()).unwrap());
         assert!(saved.iter().all(|path| path.exists()) && saved[0].ends_with("synthetic-0001.png"));
         assert_eq!(live.finish().unwrap_err().exit_code(), 2);
+    }
+
+    #[test]
+    fn light_and_view_are_drawn_when_they_change() {
+        if !gpu_there() {
+            return;
+        }
+        let bundle = sparse::Bundle::write(16, false);
+        let mut live = live(bundle.folder(), Limits::default());
+        load(&mut live);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.move_camera(Motion::Orbit([0.1, 0.1]));
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.edit_light(&EnvironmentState { rotation_deg: Some(20.0), ..Default::default() });
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        live.shown().unwrap().editor.set_exposure(1.0);
+        assert!(live.draw().unwrap() && !live.draw().unwrap());
+        let facts = live.facts();
+        assert_eq!((facts.what, facts.pieces, facts.pieces_expected, facts.size), ("blocks", 5, 5, Some(sparse::SIZE)));
+        let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
+        assert_eq!(statistics["frames"], 3, "exposure needs no new frame");
+        live.finish().unwrap();
     }
 
     #[test]
@@ -324,7 +347,7 @@ mod tests {
             return;
         }
         let bundle = Bundle::write(true);
-        let mut live = live(&bundle, Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
+        let mut live = live(bundle.folder(), Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
         load(&mut live);
         assert!(live.draw().unwrap());
         assert_eq!(live.facts().loading, Loading::Prefix);

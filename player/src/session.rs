@@ -1,16 +1,17 @@
 //! A bundle being played: what has arrived, what is set, and the frames that follow.
 
-use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
+use crate::controls::{Controls, Look, PlacedAnimation, PlacedState, Scope};
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Readback, Timer};
-use crate::methods::transfer_images::{Images, TransferImages, decode_all};
-use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source};
+use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
+use crate::methods::{Method, Pieces, Playback, Setup};
+use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source, decode_all};
 use relume_formats::container::{Kind, Section};
+use relume_formats::kinds::manifest::FILE_NAME;
+use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::{StoredScene, scene};
 use relume_formats::state::{Animation, Rgb};
 use relume_formats::{Error as FormatError, Place};
-use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What to play.
@@ -26,6 +27,8 @@ pub struct Request<'a> {
     pub animation: Option<AnimationChoice<'a>>,
     /// Whether to read all of the bundle's animations, for the user to choose from, or only the one to play.
     pub offer_all: bool,
+    /// Size of the film in pixels, or the scene's.
+    pub size: Option<[u32; 2]>,
     /// How much may be read, and how fast.
     pub limits: Limits,
 }
@@ -65,20 +68,25 @@ pub struct Frame {
 }
 
 /// What a frame took.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct Cost {
-    /// Updating coefficients, encoding and submitting, in milliseconds.
+    /// Updating, encoding and submitting, in milliseconds.
     pub cpu_ms: f64,
-    /// The pass on the GPU, in milliseconds, where the device tells.
+    /// All its passes on the GPU, in milliseconds, where the device tells.
     pub gpu_ms: Option<f64>,
+    /// Each of its passes, in milliseconds, where the device tells.
+    pub passes_ms: Vec<(&'static str, f64)>,
 }
 
 /// A bundle being played.
 pub struct Session {
     source: Source,
     gpu: Gpu,
-    method_name: String,
-    method: TransferImages,
+    folder: PathBuf,
+    method: Method,
+    size: Option<[u32; 2]>,
+    /// The method at work, as soon as the scene is there.
+    playback: Option<Box<dyn Playback>>,
     /// Sections of the small file that is arriving.
     pending: Vec<Section>,
     scene: Option<scene::Meta>,
@@ -108,15 +116,17 @@ impl Session {
         let animations: Vec<_> = own.into_iter().collect();
         let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let method_name = playlist.method.clone();
+        let method = playlist.method;
         let source = Source::start(playlist, request.limits)?;
         let gpu = open_gpu()?;
         Ok(Self {
             source,
             timer: Timer::new(&gpu),
             gpu,
-            method_name,
-            method: TransferImages::default(),
+            folder: request.folder.to_owned(),
+            method,
+            size: request.size,
+            playback: None,
             pending: Vec::new(),
             scene: None,
             state: request.state,
@@ -141,8 +151,11 @@ impl Session {
     fn section_arrived(&mut self, arrival: Arrival) -> Result<()> {
         match arrival.kind {
             Kind::Scene => {
+                let place = arrival.section.place.clone();
                 if let Some(sections) = self.collect(arrival) {
-                    self.scene = Some(decode_all::<StoredScene>(sections)?.meta);
+                    let scene: StoredScene = decode_all(sections)?;
+                    self.scene = Some(scene.meta.clone());
+                    self.playback = Some((self.method.start)(&self.gpu, Setup { scene, place, size: self.size })?);
                 }
             }
             Kind::Animation => {
@@ -152,11 +165,8 @@ impl Session {
                 }
             }
             _ => {
-                let known = self.method.images().is_some();
-                self.method.section_arrived(&self.gpu, arrival)?;
-                if let Some(images) = self.method.images().filter(|_| !known) {
-                    self.check_same_bake(images)?;
-                }
+                let Some(playback) = &mut self.playback else { return Err(self.invalid("comes before the scene")) };
+                playback.section_arrived(&self.gpu, arrival)?;
             }
         }
         self.set_up_controls()
@@ -169,38 +179,43 @@ impl Session {
     }
 
     fn set_up_controls(&mut self) -> Result<()> {
-        let all_known = self.animations.len() == self.animations_expected;
-        if let Some(scene) = self.scene.as_ref().filter(|_| self.controls.is_none() && all_known) {
+        if self.controls.is_some() || self.animations.len() < self.animations_expected {
+            return Ok(());
+        }
+        let maps = self.playback.as_ref().and_then(|playback| playback.maps());
+        if let Some((scene, maps)) = self.scene.clone().zip(maps) {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
             let animation = if self.plays_first { animations.next() } else { None };
-            self.controls = Some(Controls::new(scene, &self.state, animation, animations.collect())?);
-        }
-        Ok(())
-    }
-
-    /// Files of different bakes can each be sound and yet not fit together.
-    fn check_same_bake(&self, images: &Images) -> Result<()> {
-        let Some(scene) = &self.scene else { return Ok(()) };
-        let varying: BTreeSet<_> = scene.materials.iter().filter(|m| m.varies).map(|m| &m.name).collect();
-        if scene.size != images.size() || varying != images.materials().iter().collect() {
-            let reason = "film size or editable materials differ from the scene file's; the files are of different bakes, bake it again";
-            return Err(FormatError::invalid(images.place(), reason).into());
+            let scope = Scope { scene, kind: self.method.kind, maps };
+            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
         }
         Ok(())
     }
 
     fn check_loaded(&self, complete: bool) -> Result<()> {
-        let missing = self.images()?.missing().len();
-        if self.controls.is_none() || !self.is_ready() || (complete && missing > 0) {
-            let reason = format!("{missing} images are missing; bake it again");
-            return Err(FormatError::invalid(self.images()?.place(), reason).into());
+        let Pieces { what, expected, missing, .. } = self.pieces();
+        if expected == 0 {
+            return Err(self.invalid(&format!("no file of kind `{}` came", self.method.kind.name())));
+        }
+        if !self.is_ready() || (complete && !missing.is_empty()) {
+            return Err(self.invalid(&format!("{} of {expected} {what} are missing", missing.len())));
         }
         Ok(())
     }
 
+    /// The error that the bundle as a whole is not what it should be.
+    fn invalid(&self, reason: &str) -> Error {
+        FormatError::invalid(&Place::file(self.folder.join(FILE_NAME)), format!("{reason}; bake it again")).into()
+    }
+
     /// Whether a frame can be rendered, if only a coarse one.
     pub fn is_ready(&self) -> bool {
-        self.controls.is_some() && self.method.images().is_some_and(Images::any_present)
+        self.controls.is_some() && self.pieces().arrived() > 0
+    }
+
+    /// How much has arrived of what the method sums up.
+    pub fn pieces(&self) -> Pieces {
+        self.playback.as_ref().map_or_else(Pieces::default, |playback| playback.pieces())
     }
 
     /// The controls, once the scene is there.
@@ -208,66 +223,68 @@ impl Session {
         self.controls.as_ref()
     }
 
-    /// The images and what is known of them.
-    pub fn images(&self) -> Result<&Images> {
-        self.method.images().ok_or_else(|| {
-            let reason = format!("no file of kind `{}` came; bake it again", Kind::TransferImages.name());
-            FormatError::invalid(&Place::file(relume_formats::kinds::manifest::FILE_NAME), reason).into()
-        })
+    /// The film, once its size is known.
+    pub fn film(&self) -> Option<&Film> {
+        self.playback.as_ref()?.film()
+    }
+
+    /// The materials that every pixel shows, where the view is fixed.
+    pub fn pixels(&self) -> Option<&Head> {
+        self.playback.as_ref()?.pixels()
     }
 
     /// Renders the frame at `time_s` with what has arrived, and waits for it.
     pub fn render(&mut self, time_s: f64) -> Result<Frame> {
-        let Some(controls) = &self.controls else { return Err(Error::Failed("nothing has arrived that could be rendered".to_owned())) };
+        let Some(controls) = &self.controls else { return Err(nothing_there()) };
         let look = controls.look_at(time_s)?;
-        let cost = self.sum(&look)?;
-        Ok(Frame { radiance: self.read_film()?, exposure_ev: look.exposure_ev, cost })
+        let cost = self.draw(&look)?;
+        Ok(Frame { radiance: self.read_film()?, exposure_ev: look.camera.exposure_ev, cost })
     }
 
     /// Fills the film for `look` with what has arrived. Waits for it only where the GPU tells its time.
-    pub fn sum(&self, look: &Look) -> Result<Cost> {
+    pub fn draw(&mut self, look: &Look) -> Result<Cost> {
         let started = Instant::now();
-        self.submit_pass(look)?;
+        let labels = self.submit(look)?;
         let cpu_ms = started.elapsed().as_secs_f64() * 1e3;
-        let gpu_ms = self.timer.as_ref().map(|timer| timer.read_ms(&self.gpu)).transpose()?;
-        Ok(Cost { cpu_ms, gpu_ms })
+        let Some(timer) = &self.timer else { return Ok(Cost { cpu_ms, ..Cost::default() }) };
+        let times = timer.read(&self.gpu, &labels)?;
+        if self.gpu.is_software() {
+            // Once llvmpipe has drawn anything, it writes both timestamps of a pass at the same moment.
+            return Ok(Cost { cpu_ms, gpu_ms: Some(started.elapsed().as_secs_f64() * 1e3 - cpu_ms), passes_ms: Vec::new() });
+        }
+        Ok(Cost { cpu_ms, gpu_ms: Some(times.frame_ms), passes_ms: times.passes })
     }
 
-    fn submit_pass(&self, look: &Look) -> Result<()> {
-        self.method.update(&self.gpu, &look.materials)?;
+    /// Submits a frame. Returns the labels of the passes that are timed.
+    fn submit(&mut self, look: &Look) -> Result<Vec<&'static str>> {
+        let Some(playback) = &mut self.playback else { return Err(nothing_there()) };
+        playback.update(&self.gpu, look)?;
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        self.method.encode(&mut encoder, self.timer.as_ref().map(Timer::writes));
-        if let Some(timer) = &self.timer {
-            timer.encode(&mut encoder);
-        }
+        let mut passes = Passes::new(&mut encoder, self.timer.as_ref());
+        playback.encode(&mut passes);
+        let labels = passes.finish();
         self.gpu.queue.submit([encoder.finish()]);
-        Ok(())
+        Ok(labels)
     }
 
     /// The film as it is: linear radiance, row by row, W/(sr·m²).
     pub fn read_film(&mut self) -> Result<Vec<Rgb>> {
-        let readback = match self.readback.take() {
-            Some(readback) => readback,
-            None => Readback::new(&self.gpu, self.images()?.film()),
-        };
-        let film = self.images()?.film();
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
-        readback.encode(&mut encoder, film);
-        self.gpu.queue.submit([encoder.finish()]);
-        let mut radiance = Vec::new();
-        readback.read(&self.gpu, |bytes| {
-            radiance.extend(bytes.as_chunks::<16>().0.iter().map(|pixel| {
-                let [r, g, b, _] = bytemuck::cast::<[u8; 16], [f32; 4]>(*pixel);
-                [r, g, b]
-            }));
-        })?;
-        self.readback = Some(readback);
-        Ok(radiance)
+        let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else { return Err(nothing_there()) };
+        let readback = self.readback.get_or_insert_with(|| Readback::new(&self.gpu, &film.bands));
+        readback.radiance(&self.gpu, &film.bands)
+    }
+
+    /// The radiance that a white diffuse surface would show at every vertex of the scene in the last frame, W/(sr·m²).
+    ///
+    /// # Errors
+    /// If the method that plays knows nothing of vertices.
+    pub fn read_vertices(&self) -> Result<Vec<Rgb>> {
+        self.playback.as_ref().map_or_else(|| Err(nothing_there()), |playback| playback.vertex_radiance(&self.gpu))
     }
 
     /// Name of the method that plays.
-    pub fn method_name(&self) -> &str {
-        &self.method_name
+    pub fn method_name(&self) -> &'static str {
+        self.method.name
     }
 
     /// What the adapter says of itself.
@@ -289,4 +306,8 @@ impl Session {
     pub fn bytes_streamed(&self) -> u64 {
         self.source.bytes()
     }
+}
+
+fn nothing_there() -> Error {
+    Error::Failed("nothing has arrived that could be rendered".to_owned())
 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::session::{Cost, Session};
 use serde::Serialize;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 /// Times and sizes of a run. Field names are those of the JSON file.
@@ -16,12 +16,16 @@ pub struct Stats {
     frames: usize,
     cpu_ms: Option<Spread>,
     gpu_ms: Option<Spread>,
+    pass_ms: BTreeMap<&'static str, Spread>,
     measured: &'static str,
     bytes_streamed: u64,
     time_to_first_image_s: Option<f64>,
     time_to_full_quality_s: Option<f64>,
     image_bytes_per_frame: u64,
     missing_slots: Vec<usize>,
+    pieces: &'static str,
+    pieces_arrived: usize,
+    pieces_expected: usize,
 }
 
 /// The middle and the tail of some measurements.
@@ -31,23 +35,27 @@ pub struct Spread {
     p95: f64,
 }
 
-const MEASURED: &str = "cpu_ms: wall time of updating the coefficients, encoding and submitting a frame, without read-back and file writing; \
-                        gpu_ms: GPU timestamps around the frame's compute pass (null if the device has none; in a window on a software \
-                        adapter, the time until the pass is done); median and 95th percentile over all frames; times to an image count \
-                        from the start of the player to the finished read-back, in a window to the finished pass, and the time to full \
-                        quality is null if only a prefix was played";
+const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a frame, without read-back and file writing; \
+                        gpu_ms: GPU timestamps from the begin of the frame's first pass to the end of its last (null if the device has \
+                        none; on a software adapter, the time until the frame is done), pass_ms: the same of each pass, where a device \
+                        tells; median and 95th percentile over all frames; times to an image count from the start of the player to the \
+                        finished read-back, in a window to the finished frame, and the time to full quality is null if only a prefix \
+                        was played; image_bytes_per_frame: bytes of images or columns that the pass reads which sums them up; \
+                        missing_slots: numbers of the pieces that have not arrived";
 
 /// Collects the costs of frames.
 #[derive(Debug, Default)]
 pub struct Recorder {
     cpu_ms: Vec<f64>,
     gpu_ms: Vec<f64>,
+    pass_ms: BTreeMap<&'static str, Vec<f64>>,
 }
 
 /// The costs of the latest frames.
 #[derive(Debug, Default)]
 pub struct FrameTimes {
-    latest: VecDeque<(Instant, Cost)>,
+    /// When each ended, and its milliseconds on CPU and GPU.
+    latest: VecDeque<(Instant, f64, Option<f64>)>,
 }
 
 /// How far back the medians reach.
@@ -55,9 +63,9 @@ const LATEST: Duration = Duration::from_secs(1);
 
 impl FrameTimes {
     /// Adds a frame that ended `now`, forgetting those of more than a second ago.
-    pub fn add(&mut self, now: Instant, cost: Cost) {
-        self.latest.push_back((now, cost));
-        while self.latest.front().is_some_and(|(then, _)| now.duration_since(*then) > LATEST) {
+    pub fn add(&mut self, now: Instant, cost: &Cost) {
+        self.latest.push_back((now, cost.cpu_ms, cost.gpu_ms));
+        while self.latest.front().is_some_and(|(then, ..)| now.duration_since(*then) > LATEST) {
             self.latest.pop_front();
         }
     }
@@ -66,8 +74,8 @@ impl FrameTimes {
     pub fn medians(&self) -> (Option<f64>, Option<f64>) {
         let median = |values: Vec<f64>| Spread::of(values).map(|spread| spread.median);
         (
-            median(self.latest.iter().map(|(_, cost)| cost.cpu_ms).collect()),
-            median(self.latest.iter().filter_map(|(_, cost)| cost.gpu_ms).collect()),
+            median(self.latest.iter().map(|(_, cpu_ms, _)| *cpu_ms).collect()),
+            median(self.latest.iter().filter_map(|(.., gpu_ms)| *gpu_ms).collect()),
         )
     }
 }
@@ -83,28 +91,36 @@ pub struct Appearance {
 
 impl Recorder {
     /// Adds one frame.
-    pub fn add(&mut self, frame: Cost) {
+    pub fn add(&mut self, frame: &Cost) {
         self.cpu_ms.push(frame.cpu_ms);
         self.gpu_ms.extend(frame.gpu_ms);
+        // A frame may have several passes of one kind.
+        let mut sums = BTreeMap::new();
+        frame.passes_ms.iter().for_each(|(label, ms)| *sums.entry(*label).or_insert(0.0) += ms);
+        sums.into_iter().for_each(|(label, ms)| self.pass_ms.entry(label).or_default().push(ms));
     }
 
     /// The file's content.
     pub fn finish(self, session: &Session, appearance: Appearance) -> Result<Vec<u8>> {
-        let images = session.images()?;
+        let pieces = session.pieces();
         let stats = Stats {
             adapter: session.adapter().name.clone(),
             backend: session.adapter().backend.to_string(),
             method: session.method_name().to_owned(),
-            size: images.size(),
+            size: session.film().map_or([0, 0], |film| film.size),
             frames: self.cpu_ms.len(),
             cpu_ms: Spread::of(self.cpu_ms),
             gpu_ms: Spread::of(self.gpu_ms),
+            pass_ms: self.pass_ms.into_iter().filter_map(|(label, ms)| Some((label, Spread::of(ms)?))).collect(),
             measured: MEASURED,
             bytes_streamed: session.bytes_streamed(),
             time_to_first_image_s: appearance.first_s,
             time_to_full_quality_s: appearance.full_s,
-            image_bytes_per_frame: images.bytes_per_frame(),
-            missing_slots: images.missing(),
+            image_bytes_per_frame: pieces.bytes_per_frame,
+            pieces: pieces.what,
+            pieces_arrived: pieces.arrived(),
+            pieces_expected: pieces.expected,
+            missing_slots: pieces.missing,
         };
         let mut text = serde_json::to_vec_pretty(&stats).map_err(|e| Error::Failed(format!("cannot encode the statistics: {e}")))?;
         text.push(b'\n');
@@ -133,9 +149,19 @@ mod tests {
         for (at_ms, cpu_ms, gpu_ms) in
             [(0, 100.0, None), (500, 90.0, Some(7.0)), (1400, 2.0, Some(5.0)), (1450, 1.0, None), (1500, 3.0, Some(9.0))]
         {
-            times.add(start + Duration::from_millis(at_ms), Cost { cpu_ms, gpu_ms });
+            times.add(start + Duration::from_millis(at_ms), &Cost { cpu_ms, gpu_ms, passes_ms: Vec::new() });
         }
         assert_eq!(times.medians(), (Some(2.0), Some(7.0)), "of the frames at 0.5 s to 1.5 s");
+    }
+
+    #[test]
+    fn passes_of_one_kind_count_together() {
+        let mut recorder = Recorder::default();
+        for scale in [1.0, 2.0, 3.0] {
+            let passes_ms = vec![("light", scale), ("draw", 2.0 * scale), ("draw", 4.0 * scale)];
+            recorder.add(&Cost { cpu_ms: 1.0, gpu_ms: Some(9.0), passes_ms });
+        }
+        assert_eq!(recorder.pass_ms, BTreeMap::from([("draw", vec![6.0, 12.0, 18.0]), ("light", vec![1.0, 2.0, 3.0])]));
     }
 
     #[test]

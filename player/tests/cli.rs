@@ -3,10 +3,13 @@
 
 mod support;
 
+use relume_formats::container::Stored as _;
+use relume_formats::kinds::StoredScene;
+use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use relume_formats::state::{BlinnPhong, Brdf};
 use std::path::Path;
 use std::process::{Command, Output};
-use support::Bundle;
+use support::{Bundle, sparse};
 
 /// Runs without a display.
 fn player(arguments: &[&str]) -> Output {
@@ -221,6 +224,138 @@ fn adapters_are_listed_and_found() {
     let name = text.lines().next().unwrap().split(" [").next().unwrap().to_uppercase();
     let bundle = Bundle::write(false);
     expect_success(&headless(bundle.folder(), &["--adapter", &name, "--frames", "@/f.png", "--count", "1"]));
+}
+
+/// A lit bundle, and how to play it with `--exr @/%d.exr` and more.
+fn play_lit(bundle: &sparse::Bundle, arguments: &[&str]) -> Output {
+    headless(bundle.folder(), &[&["--exr", "@/%d.exr"], arguments].concat())
+}
+
+#[test]
+fn light_view_and_size_are_set() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let file = |name: &str, text: &str| std::fs::write(bundle.folder().join(name), text).unwrap();
+    for (text, part) in [
+        ("environment.map = \"moon\"", "no map `moon`; this bundle has: noise, sun, black, even"),
+        ("environment.gain = [1.0, -0.5, 1.0]", "gain"),
+        ("environment.gain = [1.0, nan, 1.0]", "gain"),
+        ("environment.rotation_deg = inf", "rotation_deg"),
+        ("camera.fov_deg = 500.0", "fov_deg"),
+        ("materials.grid.kd = [0.1, 0.1, 0.1]", "sets material `grid`"),
+    ] {
+        file("state.toml", text);
+        expect_error(&play_lit(&bundle, &["--state", "@/state.toml"]), 2, part);
+    }
+    file("moon.toml", "duration_s = 1.0\n[[key]]\nt_s = 0.5\nenvironment.map = \"moon\"");
+    expect_error(&play_lit(&bundle, &["--animation", "@/moon.toml"]), 2, "at 0.5 s: environment: no map `moon`");
+    file("through.toml", "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.position = [0, 0, 3]\n[[key]]\nt_s = 1\ncamera.position = [0, 0, -3]");
+    expect_error(&play_lit(&bundle, &["--animation", "@/through.toml"]), 2, "the position meets the target");
+    expect_error(&play_lit(&bundle, &["--animation", "glow"]), 2, "sets material `a`");
+    expect_error(&play_lit(&bundle, &["--method", "transfer-images"]), 2, "this bundle has: sparse-transfer");
+    assert!(!bundle.folder().join("0.exr").exists());
+
+    expect_success(&play_lit(&bundle, &["--size", "64x32", "--stats", "@/s.json"]));
+    let stats = stats(&bundle.folder().join("s.json"));
+    assert_eq!((&stats["size"], &stats["method"]), (&serde_json::json!([64, 32]), &"sparse-transfer".into()));
+    assert_eq!((&stats["pieces"], &stats["pieces_arrived"], &stats["pieces_expected"]), (&"blocks".into(), &5.into(), &5.into()));
+    assert!(stats["image_bytes_per_frame"].as_u64().unwrap() > 3000 && stats["time_to_full_quality_s"].is_number());
+    let pixels = image_size(&bundle.folder().join("0.exr"));
+    assert_eq!(pixels, [64, 32]);
+    let images = Bundle::write(true);
+    expect_error(&headless(images.folder(), &["--frames", "@/f.png", "--size", "64x32"]), 2, "this bundle was baked at 37x23");
+}
+
+fn image_size(path: &Path) -> [usize; 2] {
+    let meta = exr::meta::MetaData::read_from_file(path, false).unwrap();
+    let size = meta.headers[0].layer_size;
+    [size.x(), size.y()]
+}
+
+#[test]
+fn an_animation_of_the_light_goes_through_its_states() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, true);
+    expect_success(&play_lit(&bundle, &["--animation", "turn", "--fps", "4", "--count", "5"]));
+    let frame = |i: usize| std::fs::read(bundle.folder().join(format!("{i}.exr"))).unwrap();
+    let frames: Vec<_> = (0..5).map(frame).collect();
+    // Frame 2 is halfway; frame 4 at the second key. Each is what its state alone shows.
+    for (number, text) in [
+        (2, "environment = { map = \"noise\", rotation_deg = 45.0, gain = [1.5, 1.0, 0.5] }\ncamera.position = [0.5, 0.0, 3.0]"),
+        (4, "environment = { map = \"sun\", rotation_deg = 90.0, gain = [2.0, 1.0, 0.0] }\ncamera.position = [1.0, 0.0, 3.0]"),
+    ] {
+        std::fs::write(bundle.folder().join("state.toml"), text).unwrap();
+        expect_success(&headless(bundle.folder(), &["--state", "@/state.toml", "--exr", "@/state.exr"]));
+        assert!(std::fs::read(bundle.folder().join("state.exr")).unwrap() == frames[number], "frame {number}");
+    }
+    assert!(frames[0] != frames[1] && frames[3] != frames[4]);
+}
+
+#[test]
+fn the_first_known_method_is_preferred_and_another_can_be_chosen() {
+    if !gpu_there() {
+        return;
+    }
+    // A bundle of images whose scene has as many vertices as the rows.
+    let mut bundle = Bundle::write(true);
+    let mut scene = StoredScene::read_file(&bundle.folder().join("scene.relume")).unwrap();
+    let lit = sparse::Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, sparse::even_transfer(3, 4, 1.0));
+    (scene.meta.varies_light, scene.meta.environment) = (true, lit.scene.meta.environment.clone());
+    bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
+    let rows = lit.manifest.methods[0].clone();
+    for (_, entry) in &rows.files {
+        std::fs::copy(lit.folder().join(&entry.file), bundle.folder().join(&entry.file)).unwrap();
+    }
+    let future = MethodEntry { name: "future".to_owned(), files: Vec::new(), ..rows.clone() };
+    let images = bundle.manifest.methods[0].clone();
+    let played = |methods: [&MethodEntry; 3], arguments: &[&str]| {
+        let mut manifest = bundle.manifest.clone();
+        manifest.methods = methods.map(MethodEntry::clone).to_vec();
+        manifest.write(bundle.folder()).unwrap();
+        expect_success(&headless(bundle.folder(), &[&["--stats", "@/s.json"], arguments].concat()));
+        stats(&bundle.folder().join("s.json"))["method"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(played([&future, &rows, &images], &[]), "sparse-transfer");
+    assert_eq!(played([&images, &rows, &future], &[]), "transfer-images");
+    assert_eq!(played([&images, &rows, &future], &["--method", "sparse-transfer"]), "sparse-transfer");
+    // An animation of materials is of the one, one of the light of the other.
+    assert_eq!(played([&images, &rows, &future], &["--animation", "glow"]), "transfer-images");
+    expect_error(
+        &headless(bundle.folder(), &["--stats", "@/s.json", "--animation", "glow", "--method", "sparse-transfer"]),
+        2,
+        "material `a`",
+    );
+    expect_error(
+        &headless(bundle.folder(), &["--stats", "@/s.json", "--method", "future"]),
+        2,
+        "method `future` is unknown to this player",
+    );
+}
+
+#[test]
+fn a_prefix_of_blocks_plays() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, true);
+    let play = |bytes: u64| play_lit(&bundle, &["--bytes", &bytes.to_string(), "--stats", "@/s.json"]);
+    let output = play(1000);
+    expect_error(&output, 2, "give at least");
+    let text = String::from_utf8(output.stderr).unwrap();
+    let least: u64 = text.trim().rsplit(' ').next().unwrap().parse().unwrap();
+    expect_error(&play(least - 1), 2, "give at least");
+    let missing = |bytes: u64| {
+        expect_success(&play(bytes));
+        stats(&bundle.folder().join("s.json"))["missing_slots"].clone()
+    };
+    assert_eq!(missing(least), serde_json::json!([1, 2, 3, 4]));
+    let files: u64 = bundle.manifest.methods[0].files.iter().map(|(_, entry)| entry.bytes).sum();
+    let all = files + bundle.manifest.scene_file.bytes;
+    assert_eq!((missing(all - 1), missing(all)), (serde_json::json!([4]), serde_json::json!([])));
 }
 
 #[cfg(unix)]

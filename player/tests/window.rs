@@ -13,52 +13,65 @@ use desk::{Display, Window};
 use egui::{Event, Pos2, TextureId, Vec2};
 use relume_formats::Place;
 use relume_formats::state::{Animation, State};
-use relume_player::controls::{Controls, PlacedAnimation, PlacedState};
+use relume_player::controls::{Controls, PlacedAnimation, PlacedState, Scope};
 use relume_player::output::display_value;
 use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Seen, Stage};
 use std::path::Path;
 use std::process::Command;
-use support::Bundle;
 use support::mirror::{Mirror, press, release};
+use support::{Bundle, sparse};
 
 /// The same screen without a window.
 struct Twin {
     mirror: Mirror,
     screen: Screen,
     editor: Editor,
-    picker: Picker,
+    picker: Option<Picker>,
+    film: [u32; 2],
     facts: Facts,
 }
 
 impl Twin {
+    /// Of images, with the animation `glow` on offer.
     fn new(bundle: &Bundle, size: [f32; 2]) -> Self {
+        let picker = Some(Picker::new(&bundle.images.head));
+        Self::of(support::scope(bundle.scene_meta()), ("glow", support::ANIMATION), picker, size)
+    }
+
+    /// Of rows, with the animation `turn` on offer.
+    fn lit(size: [f32; 2]) -> Self {
+        Self::of(sparse::scope(), ("turn", sparse::TURN), None, size)
+    }
+
+    fn of(scope: Scope, (name, text): (&str, &str), picker: Option<Picker>, size: [f32; 2]) -> Self {
         let place = || Place::file("twin");
-        let glow = PlacedAnimation { animation: Animation::parse("glow", support::ANIMATION, &place()).unwrap(), place: place() };
+        let animation = PlacedAnimation { animation: Animation::parse(name, text, &place()).unwrap(), place: place() };
         let state = PlacedState { state: State::default(), place: place() };
-        let editor = Editor::new(&Controls::new(&bundle.scene_meta(), &state, None, vec![glow]).unwrap());
+        let film = scope.scene.size;
+        let editor = Editor::new(&Controls::new(scope, &state, None, vec![animation]).unwrap());
         let facts = Facts {
             adapter: "twin".to_owned(),
             method: "twin".to_owned(),
-            size: Some(support::SIZE),
+            size: Some(film),
             cpu_ms: None,
             gpu_ms: None,
             bytes: 0,
             bytes_expected: 0,
-            images: 0,
-            images_expected: 0,
+            what: "images",
+            pieces: 0,
+            pieces_expected: 0,
             loading: Loading::Complete,
         };
-        let mut twin =
-            Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker: Picker::new(&bundle.images.head), facts };
+        let mut twin = Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };
         relume_player::ui::set_up_style(twin.mirror.context());
         (0..3).for_each(|_| twin.frame(Vec::new()));
         twin
     }
 
     fn frame(&mut self, events: Vec<Event>) {
-        let Self { mirror, screen, editor, picker, facts } = self;
+        let Self { mirror, screen, editor, picker, film, facts } = self;
         mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: &*picker, picture: TextureId::User(0) };
+            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), size: *film, picture: TextureId::User(0) };
             screen.show(ui, Some(stage), facts, None);
         });
     }
@@ -86,7 +99,7 @@ impl Twin {
     fn pixel_of(&self, material: &str) -> Pos2 {
         let [width, height] = support::SIZE;
         let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let [x, y] = pixels.find(|pixel| self.picker.at(*pixel) == Seen::Material(material)).unwrap();
+        let [x, y] = pixels.find(|pixel| self.picker.as_ref().unwrap().at(*pixel) == Seen::Material(material)).unwrap();
         let image = self.mirror.rect("picture");
         image.min + Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
     }
@@ -98,13 +111,18 @@ fn state(path: &Path) -> State {
 
 /// Asserts that a saved picture is what the CPU makes of `state`.
 fn expect_picture(bundle: &Bundle, state: &State, png: &Path) {
-    let meta = bundle.scene_meta();
+    let scope = support::scope(bundle.scene_meta());
     let placed = PlacedState { state: state.clone(), place: Place::file("state") };
-    let look = Controls::new(&meta, &placed, None, Vec::new()).unwrap().base().clone();
-    let expected = bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true);
+    let look = Controls::new(scope, &placed, None, Vec::new()).unwrap().base().clone();
+    expect_radiance(&bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true), look.camera.exposure_ev, png);
+}
+
+/// Asserts that a saved picture shows this radiance.
+fn expect_radiance(expected: &[[f32; 3]], exposure_ev: f32, png: &Path) {
     let image = image::open(png).unwrap().to_rgb8();
-    for (pixel, radiance) in image.pixels().zip(&expected) {
-        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, look.exposure_ev)) {
+    assert_eq!(image.pixels().len(), expected.len());
+    for (pixel, radiance) in image.pixels().zip(expected) {
+        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, exposure_ev)) {
             let srgb = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
         }
@@ -216,4 +234,55 @@ fn it_can_be_closed_from_outside() {
     let (code, stderr) = window.end();
     assert_eq!(code, Some(130), "{stderr}");
     assert!(stderr.starts_with("error: interrupted") && stderr.lines().count() == 1, "{stderr}");
+}
+
+#[test]
+fn light_and_view_are_changed_by_hand() {
+    let Some(display) = Display::open() else { return };
+    let bundle = sparse::Bundle::write(16, true);
+    let mut window = Window::open(&display, bundle.folder(), &["--size", "90x60"], "lit - Relume");
+    let mut twin = Twin::lit(window.size());
+    twin.film = [90, 60];
+    (0..3).for_each(|_| twin.frame(Vec::new()));
+    let still = window.save("t", "lit-0001.toml");
+    assert_eq!(std::fs::read_to_string(still).unwrap(), "");
+
+    let picture = twin.mirror.rect("picture");
+    window.pull(1, picture.center(), picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()));
+    window.pull(3, picture.center(), picture.center() + Vec2::new(40.0, 20.0));
+    let rail = twin.mirror.rect("rotation");
+    window.pull(1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
+    let moved = state(&window.save("t", "lit-0002.toml"));
+    let (camera, light) = (moved.camera.clone().unwrap(), moved.environment.clone().unwrap());
+    let [x, y, z] = camera.position.unwrap();
+    assert!(x < -1.0 && y > 0.3 && z > 0.5 && camera.target.unwrap()[0] < -0.05, "{camera:?}");
+    assert_eq!((light.rotation_deg, light.map, light.gain), (Some(180.0), None, None));
+    let png = window.save("s", "lit-0001.png");
+    // The player without a window, asked for the same.
+    let arguments = ["--headless", "--size", "90x60", "--count", "1", "--state", "lit-0002.toml", "--frames", "alone.png"];
+    let alone = Command::new(env!("CARGO_BIN_EXE_player")).arg(bundle.folder()).args(arguments).current_dir(window.folder.path()).output();
+    assert!(alone.unwrap().status.success());
+    let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
+    let pairs = bytes(&png).into_iter().zip(bytes(&window.folder.path().join("alone.png")));
+    assert!(pairs.into_iter().all(|(shown, alone)| shown.abs_diff(alone) <= 1), "both show the same");
+
+    window.key("v");
+    let home = state(&window.save("t", "lit-0003.toml"));
+    assert_eq!((home.camera, home.environment), (None, moved.environment));
+    window.key("Escape");
+    assert_eq!(window.end(), (Some(0), String::new()));
+}
+
+#[test]
+fn blocks_refine_the_picture_while_they_arrive() {
+    let Some(display) = Display::open() else { return };
+    let bundle = sparse::Bundle::write(64, true);
+    let bytes: u64 = bundle.manifest.entries().map(|entry| entry.bytes).sum();
+    let mut window = Window::open(&display, bundle.folder(), &["--rate", &(bytes / 3).to_string()], "lit - ");
+    window.wait_for_title("lit - Relume");
+    let png = window.save("s", "lit-0001.png");
+    let (_, expected) = relume_player::render_once(bundle.folder(), &State::default(), None).unwrap();
+    expect_radiance(&expected, 0.0, &png);
+    window.key("q");
+    assert_eq!(window.end(), (Some(0), String::new()));
 }

@@ -46,7 +46,8 @@ impl Environment {
         Self { name: self.name.clone(), map: EquirectMap { texels, ..self.map } }
     }
 
-    fn halves(&self) -> (f32, Vec<f16>) {
+    /// The unit, a power of two, and the texels as halves in it, row-major [height, width, 3]: what is stored.
+    pub fn halves(&self) -> (f32, Vec<f16>) {
         let values = self.map.texels.as_flattened();
         let unit = unit_for(values.iter().copied().fold(0.0, f32::max));
         (unit, values.iter().map(|v| f16::from_f32(v / unit)).collect())

@@ -84,6 +84,12 @@ impl Camera {
 }
 
 impl Film {
+    /// Forward, right and up in world space: film position (u, v), from (−1, −1) at the lower left to (1, 1) at the upper right, lies in the direction
+    /// forward + u·right + v·up. The three are at right angles, and forward is of length 1.
+    pub fn axes(&self) -> [Vec3A; 3] {
+        [self.forward, self.right, self.up]
+    }
+
     /// Unit direction through film position (x, y) in pixels, y downwards; (0.5, 0.5) is the centre of the first pixel.
     pub fn direction(&self, x: f32, y: f32) -> Vec3A {
         let u = 2.0 * x / self.width - 1.0;

@@ -1,13 +1,15 @@
 //! The GPU: device, buffers, read-back, timestamps. Only what every WebGPU device offers is required; timestamps are used where they exist.
 
 mod adapter;
+mod film;
+mod passes;
 mod readback;
-mod timer;
 mod tonemap;
 
 pub use adapter::list;
+pub use film::Film;
+pub use passes::{PassTimes, Passes, Timer};
 pub use readback::Readback;
-pub use timer::Timer;
 pub use tonemap::Tonemap;
 
 use crate::error::{Error, Result};
@@ -102,6 +104,80 @@ impl Gpu {
             // wgpu keeps its copy until a submission has used it; a whole bundle would pile up otherwise.
             self.queue.submit([]);
         }
+    }
+
+    /// A texture of `size` texels that holds `bytes`, row by row.
+    pub fn texture(&self, label: &str, size: [u32; 2], format: wgpu::TextureFormat, bytes: &[u8]) -> wgpu::TextureView {
+        let [width, height] = size;
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let row_bytes = bytes.len() as u32 / height.max(1);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), bytes, layout, size);
+        // As with buffers, the copy of `bytes` is not to stay.
+        self.queue.submit([]);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// A texture of `size` texels to draw on and then to read.
+    pub fn target(&self, label: &str, size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::TextureView {
+        let [width, height] = size;
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// The compute pipeline of `entry_point` in the shader `source`; its bindings follow from what it uses.
+    pub fn compute_pipeline(&self, source: &str, entry_point: &'static str) -> wgpu::ComputePipeline {
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry_point),
+            layout: None,
+            module: &self.shader(entry_point, source),
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        })
+    }
+
+    /// A shader, called `label` in messages.
+    pub fn shader(&self, label: &str, source: &str) -> wgpu::ShaderModule {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
+    }
+
+    /// Binds `resources` in the order of the shader's bindings, from 0 on.
+    pub fn bind<'a>(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+    ) -> wgpu::BindGroup {
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout,
+            entries: &(0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Whether the "GPU" is a program on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
     }
 
     /// Workgroups of `lanes` invocations each for `items` of them, in two dimensions where one does not reach.

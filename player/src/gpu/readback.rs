@@ -2,6 +2,7 @@
 
 use super::Gpu;
 use crate::error::{Error, Result};
+use relume_formats::state::Rgb;
 use wgpu::BufferUsages;
 
 /// Host-visible twins of some buffers.
@@ -21,6 +22,21 @@ impl Readback {
         for (source, twin) in sources.into_iter().zip(&self.twins) {
             encoder.copy_buffer_to_buffer(source, 0, twin, 0, source.size());
         }
+    }
+
+    /// Copies `sources`, which hold four floats for every colour, and waits for them: the first three floats of each, buffer by buffer.
+    pub fn radiance<'a>(&self, gpu: &Gpu, sources: impl IntoIterator<Item = &'a wgpu::Buffer>) -> Result<Vec<Rgb>> {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
+        self.encode(&mut encoder, sources);
+        gpu.queue.submit([encoder.finish()]);
+        let mut radiance = Vec::new();
+        self.read(gpu, |bytes| {
+            radiance.extend(bytes.as_chunks::<16>().0.iter().map(|pixel| {
+                let [r, g, b, _] = bytemuck::cast::<[u8; 16], [f32; 4]>(*pixel);
+                [r, g, b]
+            }));
+        })?;
+        Ok(radiance)
     }
 
     /// Waits for the copies and hands the bytes of each buffer to `take`, in order.

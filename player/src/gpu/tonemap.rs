@@ -1,14 +1,12 @@
 //! The film as a display shows it: sRGB(clamp(2^ev · L)) in a texture, the same values as in a PNG.
 
-use super::Gpu;
+use super::{Film, Gpu};
 use bytemuck::{Pod, Zeroable};
 use wgpu::BufferUsages;
 
 const SHADER: &str = include_str!("tonemap.wgsl");
 /// Invocations of a workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
-/// Bytes of one pixel on the film.
-const FILM_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 
 /// A texture of 8-bit sRGB values, and the passes that fill it.
 pub struct Tonemap {
@@ -36,20 +34,22 @@ struct Band {
 }
 
 impl Tonemap {
-    /// A picture of `film`, which holds `size` pixels row by row over all its buffers.
-    pub fn new(gpu: &Gpu, film: &[wgpu::Buffer], size: [u32; 2]) -> Self {
-        let texture = texture(gpu, size);
+    /// A picture of `film`.
+    pub fn new(gpu: &Gpu, film: &Film) -> Self {
+        let texture = texture(gpu, film.size);
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let pipeline = pipeline(gpu);
+        let pipeline = gpu.compute_pipeline(SHADER, "tonemap");
+        let layout = pipeline.get_bind_group_layout(0);
         let mut first_pixel = 0;
         let work = |buffer: &wgpu::Buffer| {
-            let band = Band { first_pixel, pixels: (buffer.size() / FILM_BYTES) as u32, width: size[0], gain: 1.0 };
+            let band = Band { first_pixel, pixels: (buffer.size() / Film::PIXEL_BYTES) as u32, width: film.size[0], gain: 1.0 };
             first_pixel += band.pixels;
             let uniform = gpu.buffer("tonemap", size_of::<Band>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-            let bindings = bind(gpu, &pipeline, &uniform, buffer, &view);
+            let resources = [uniform.as_entire_binding(), buffer.as_entire_binding(), wgpu::BindingResource::TextureView(&view)];
+            let bindings = gpu.bind(&layout, resources);
             Work { band, uniform, bindings, workgroups: gpu.workgroups(band.pixels, WORKGROUP) }
         };
-        let bands = film.iter().map(work).collect();
+        let bands = film.bands.iter().map(work).collect();
         Self { texture, pipeline, bands }
     }
 
@@ -84,34 +84,6 @@ fn texture(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
         format: wgpu::TextureFormat::Rgba8Unorm,
         usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
-    })
-}
-
-fn pipeline(gpu: &Gpu) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(SHADER.into());
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("tonemap.wgsl"), source });
-    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("tonemap"),
-        layout: None,
-        module: &module,
-        entry_point: Some("tonemap"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    })
-}
-
-fn bind(
-    gpu: &Gpu,
-    pipeline: &wgpu::ComputePipeline,
-    uniform: &wgpu::Buffer,
-    film: &wgpu::Buffer,
-    picture: &wgpu::TextureView,
-) -> wgpu::BindGroup {
-    let resources = [uniform.as_entire_binding(), film.as_entire_binding(), wgpu::BindingResource::TextureView(picture)];
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("tonemap"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &(0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect::<Vec<_>>(),
     })
 }
 
@@ -150,7 +122,7 @@ mod tests {
             (0..37 * 23).map(|i| [i as f32 / 700.0, (i as f32 / 100.0 - 6.0).exp2(), i as f32 / 300.0 - 1.0]).collect();
         let film = |part: &[[f32; 3]]| gpu.storage("film", &part.iter().map(|p| [p[0], p[1], p[2], 9.0]).collect::<Vec<[f32; 4]>>());
         let (top, bottom) = radiance.split_at(300);
-        let tonemap = Tonemap::new(&gpu, &[film(top), film(bottom)], size);
+        let tonemap = Tonemap::new(&gpu, &Film { size, bands: vec![film(top), film(bottom)] });
         for ev in [-2.5, 0.0, 3.0] {
             tonemap.run(&gpu, ev);
             let shown = bytes(&gpu, tonemap.texture());

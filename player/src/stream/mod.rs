@@ -3,9 +3,11 @@
 //! A thread reads and decodes; the caller polls and is never kept waiting. Byte budget and rate limit live here, so that the rest of the
 //! player meets a slow or short source in one form only: sections that are late, or that do not come.
 
+mod decode;
 mod playlist;
 mod throttle;
 
+pub use decode::{decode_all, decode_sections};
 pub use playlist::{Animations, Item, Playlist};
 
 use crate::error::{Error, Result};

@@ -1,14 +1,13 @@
 //! Which files of a bundle are played, and in which order.
 //!
 //! The scene comes first, then the animation, which is small and without which not even the first frame is known, then the files of the
-//! method in the order of the manifest, the images last.
+//! method in the order of the manifest, the one that arrives piece by piece last.
 
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
-use crate::methods::transfer_images;
+use crate::methods::{METHODS, Method};
 use relume_formats::container::{Kind, Reader, Stored, open};
-use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest};
-use relume_formats::kinds::transfer_images::HEAD_SECTIONS;
+use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
 use relume_formats::state::Animation;
 use relume_formats::{Error as FormatError, Place};
@@ -39,24 +38,21 @@ pub enum Animations<'a> {
 }
 
 /// The files to play, in playback order.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Playlist {
     /// The files.
     pub items: Vec<Item>,
-    /// Name of the method that plays them.
-    pub method: String,
+    /// The method that plays them.
+    pub method: Method,
 }
 
 impl Playlist {
-    /// The playlist of the bundle in `folder`: for the method called `method` or the preferred one, with the `animations`.
+    /// The playlist of the bundle in `folder`: for the method called `method`, or the first in the manifest that this player knows, with the
+    /// `animations`.
     pub fn of(folder: &Path, method: Option<&str>, animations: Animations<'_>) -> Result<Self> {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
-        let method = manifest.method(method, folder)?;
-        if method.name != transfer_images::NAME {
-            let reason = format!("method `{}` is unknown to this player, which plays {}", method.name, transfer_images::NAME);
-            return Err(FormatError::unsupported(&place, reason).into());
-        }
+        let (method, entry) = choose(&manifest, method, folder)?;
         let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, bytes: entry.bytes };
         let mut items = vec![item(Kind::Scene, &manifest.scene_file)];
         let (Animations::Only(first) | Animations::All { first }) = animations;
@@ -67,25 +63,39 @@ impl Playlist {
             let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
             items.extend(others.map(|(_, entry)| item(Kind::Animation, entry)));
         }
-        for (kind, entry) in &method.files {
+        for (kind, entry) in &entry.files {
             let kind = Kind::ALL
                 .into_iter()
                 .find(|k| k.name() == kind)
                 .ok_or_else(|| FormatError::unsupported(&place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
             items.push(item(kind, entry));
         }
-        Ok(Self { items, method: method.name.clone() })
+        Ok(Self { items, method })
     }
 
-    /// Length of the shortest prefix that shows anything: every small file, and the images up to the first.
+    /// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.
     pub fn least_bytes(&self) -> Result<u64> {
         let (mut start, mut needed) = (0, 0);
         for item in &self.items {
-            needed = start + item.least_bytes()?;
+            needed = start + item.least_bytes(self.method)?;
             start += item.bytes;
         }
         Ok(needed)
     }
+}
+
+/// The method called `name`, which must be known, or the first that is.
+fn choose<'a>(manifest: &'a Manifest, name: Option<&str>, folder: &Path) -> Result<(Method, &'a MethodEntry)> {
+    let entries = match name {
+        Some(name) => std::slice::from_ref(manifest.method(Some(name), folder)?),
+        None => &manifest.methods,
+    };
+    entries.iter().find_map(|entry| Some((Method::find(&entry.name)?, entry))).ok_or_else(|| {
+        let there: Vec<_> = entries.iter().map(|entry| format!("`{}`", entry.name)).collect();
+        let known: Vec<_> = METHODS.iter().map(|method| method.name).collect();
+        let reason = format!("method {} is unknown to this player, which plays {}", there.join(", "), known.join(", "));
+        FormatError::unsupported(&Place::file(folder.join(FILE_NAME)), reason).into()
+    })
 }
 
 fn animation_entry<'a>(manifest: &'a Manifest, name: &str) -> Result<&'a FileEntry> {
@@ -115,13 +125,13 @@ impl Item {
         Ok(reader)
     }
 
-    fn least_bytes(&self) -> Result<u64> {
-        if self.kind != Kind::TransferImages {
+    fn least_bytes(&self, method: Method) -> Result<u64> {
+        if self.kind != method.kind {
             return Ok(self.bytes);
         }
         let reader = open(&self.path)?;
-        let first_image = reader.header().sections.get(HEAD_SECTIONS);
-        Ok(first_image.map_or(self.bytes, |info| info.offset + info.stored_bytes))
+        let last_needed = reader.header().sections.get(method.first_piece);
+        Ok(last_needed.map_or(self.bytes, |info| info.offset + info.stored_bytes))
     }
 }
 

@@ -4,10 +4,10 @@
 //! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until the animation is
 //! played again, or until it is reset. [`HOLD_RULE`] says so to the user.
 
-use super::legal;
-use crate::controls::{Controls, Look};
-use relume_formats::kinds::scene::{self, StoredMaterial};
-use relume_formats::state::{Animation, Brdf, CameraState, MaterialState, State};
+use super::{legal, orbit};
+use crate::controls::{Controls, Look, Scope};
+use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
+use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, State};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
@@ -19,15 +19,40 @@ const EXPOSURE_REACH_EV: f32 = 10.0;
 /// Exposures that a state may have, either way, in EV.
 const EXPOSURE_MAX_EV: f32 = 32.0;
 
+/// What is edited, and held against an animation, as one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// The material of this name.
+    Material(String),
+    /// How bright the display is.
+    Exposure,
+    /// Where the camera stands, where it looks, and its field of view.
+    View,
+    /// This leaf of the environment.
+    Light(&'static str),
+}
+
+impl Part {
+    /// Whether a leaf of a state belongs to it.
+    fn owns(&self, leaf: &[String]) -> bool {
+        let [of, name, ..] = leaf else { return false };
+        match self {
+            Self::Material(material) => of == "materials" && name == material,
+            Self::Exposure => of == "camera" && name == "exposure_ev",
+            Self::View => of == "camera" && name != "exposure_ev",
+            Self::Light(leaf) => of == "environment" && name == leaf,
+        }
+    }
+}
+
 /// What the user has set.
 #[derive(Debug, Clone)]
 pub struct Editor {
-    scene: scene::Meta,
+    scope: Scope,
     /// The look without the animation.
     base: Look,
-    /// Materials that the animation must leave alone.
-    held: BTreeSet<String>,
-    exposure_held: bool,
+    /// What the animation must leave alone.
+    held: BTreeSet<Part>,
     animations: Vec<Animation>,
     active: Option<usize>,
     playing: bool,
@@ -41,10 +66,9 @@ impl Editor {
         let (first, others) = controls.animations();
         let active = first.map(|_| 0);
         Self {
-            scene: controls.scene().clone(),
+            scope: controls.scope().clone(),
             base: controls.base().clone(),
             held: BTreeSet::new(),
-            exposure_held: false,
             animations: first.into_iter().chain(others).cloned().collect(),
             active,
             playing: active.is_some(),
@@ -55,12 +79,17 @@ impl Editor {
 
     /// The scene.
     pub fn scene(&self) -> &scene::Meta {
-        &self.scene
+        &self.scope.scene
+    }
+
+    /// What may be set.
+    pub fn scope(&self) -> &Scope {
+        &self.scope
     }
 
     /// The materials that may be edited, in the order of the scene.
     pub fn materials(&self) -> impl Iterator<Item = &StoredMaterial> {
-        self.scene.materials.iter().filter(|material| material.varies)
+        self.scope.materials()
     }
 
     /// The selected material.
@@ -78,14 +107,31 @@ impl Editor {
     pub fn look(&self) -> Look {
         let mut look = self.base.clone();
         let Some(state) = self.animated() else { return look };
-        for material in self.materials().filter(|material| !self.held.contains(&material.name)) {
+        for material in self.materials().filter(|material| !self.is_held(&Part::Material(material.name.clone()))) {
             if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
                 *brdf = legal::apply(material, *brdf, change);
             }
         }
-        let exposure_ev = state.camera.and_then(|camera| camera.exposure_ev).filter(|_| !self.exposure_held);
-        look.exposure_ev = exposure_ev.unwrap_or(look.exposure_ev);
+        look.camera = legal::camera(look.camera, &self.unheld_camera(&state.camera.unwrap_or_default()));
+        look.environment =
+            look.environment.map(|light| legal::environment(light, &self.unheld_light(state.environment.unwrap_or_default())));
         look
+    }
+
+    /// What of a change of the camera no edit holds against.
+    fn unheld_camera(&self, change: &CameraState) -> CameraState {
+        let exposure_ev = change.exposure_ev.filter(|_| !self.is_held(&Part::Exposure));
+        let view = if self.is_held(&Part::View) { CameraState::default() } else { change.clone() };
+        CameraState { exposure_ev, ..view }
+    }
+
+    /// What of a change of the environment no edit holds against.
+    fn unheld_light(&self, change: EnvironmentState) -> EnvironmentState {
+        EnvironmentState {
+            map: change.map.filter(|_| !self.is_held(&Part::Light("map"))),
+            rotation_deg: change.rotation_deg.filter(|_| !self.is_held(&Part::Light("rotation_deg"))),
+            gain: change.gain.filter(|_| !self.is_held(&Part::Light("gain"))),
+        }
     }
 
     fn animated(&self) -> Option<State> {
@@ -102,10 +148,7 @@ impl Editor {
     pub fn edit(&mut self, name: &str, change: &MaterialState) {
         let Some(material) = self.materials().find(|material| material.name == name) else { return };
         let brdf = legal::apply(material, self.brdf(material), change);
-        if self.drives(&["materials", name]) {
-            self.held.insert(name.to_owned());
-            self.playing = false;
-        }
+        self.hold(Part::Material(name.to_owned()));
         self.base.materials.insert(name.to_owned(), brdf);
     }
 
@@ -114,23 +157,32 @@ impl Editor {
         let default = self.materials().find(|material| material.name == name).map(|material| material.brdf);
         if let Some(brdf) = default {
             self.base.materials.insert(name.to_owned(), brdf);
-            self.held.remove(name);
+            self.held.remove(&Part::Material(name.to_owned()));
         }
     }
 
     /// Whether the material `name` was changed, by hand or by the state that the player was started with.
     pub fn is_edited(&self, material: &StoredMaterial) -> bool {
-        self.base.materials.get(&material.name).is_some_and(|brdf| *brdf != material.brdf) || self.held.contains(&material.name)
+        self.base.materials.get(&material.name).is_some_and(|brdf| *brdf != material.brdf)
+            || self.is_held(&Part::Material(material.name.clone()))
     }
 
-    /// Whether an edit by hand keeps the animation from the material `name`.
-    pub fn is_held(&self, name: &str) -> bool {
-        self.held.contains(name)
+    /// Whether an edit by hand keeps the animation from `part`.
+    pub fn is_held(&self, part: &Part) -> bool {
+        self.held.contains(part)
     }
 
-    /// Whether the animation moves a leaf below `path`.
-    pub fn drives(&self, path: &[&str]) -> bool {
-        self.animation().is_some_and(|animation| animation.tracks.iter().any(|track| starts_with(&track.leaf, path)))
+    /// Whether the animation moves `part`.
+    pub fn drives(&self, part: &Part) -> bool {
+        self.animation().is_some_and(|animation| animation.tracks.iter().any(|track| part.owns(&track.leaf)))
+    }
+
+    /// Keeps the animation from `part`, if it moves that, and pauses it.
+    fn hold(&mut self, part: Part) {
+        if self.drives(&part) {
+            self.held.insert(part);
+            self.playing = false;
+        }
     }
 
     /// Sets the exposure.
@@ -138,23 +190,58 @@ impl Editor {
         if ev.is_nan() {
             return;
         }
-        if self.drives(&["camera", "exposure_ev"]) {
-            self.exposure_held = true;
-            self.playing = false;
+        self.hold(Part::Exposure);
+        self.base.camera.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
+    }
+
+    /// Moves the camera by hand, if it may move.
+    pub fn move_camera(&mut self, motion: orbit::Motion) {
+        if self.scope.varies().camera {
+            let camera = orbit::moved(self.look().camera, motion, self.scene().camera);
+            self.hold(Part::View);
+            self.base.camera = Camera { exposure_ev: self.base.camera.exposure_ev, ..camera };
         }
-        self.base.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
+    }
+
+    /// Gives the camera back its place from the scene, and to the animation if there is one.
+    pub fn reset_view(&mut self) {
+        self.base.camera = Camera { exposure_ev: self.base.camera.exposure_ev, ..self.scene().camera };
+        self.held.remove(&Part::View);
+    }
+
+    /// Sets the leaves of `change` on the environment, as far as it may change and as that is legal.
+    pub fn edit_light(&mut self, change: &EnvironmentState) {
+        let known = change.map.as_ref().is_none_or(|map| self.scope.maps.contains(map));
+        let Some(now) = self.look().environment.filter(|_| known && self.scope.varies().environment) else { return };
+        let leaves = [("map", change.map.is_some()), ("rotation_deg", change.rotation_deg.is_some()), ("gain", change.gain.is_some())];
+        leaves.into_iter().filter(|(_, set)| *set).for_each(|(leaf, _)| self.hold(Part::Light(leaf)));
+        // What no edit holds stays with the animation.
+        let new = legal::environment(now, change);
+        if let Some(base) = &mut self.base.environment {
+            *base = EnvironmentLook {
+                map: change.map.as_ref().map_or_else(|| base.map.clone(), |_| new.map),
+                rotation_deg: change.rotation_deg.map_or(base.rotation_deg, |_| new.rotation_deg),
+                gain: change.gain.map_or(base.gain, |_| new.gain),
+            };
+        }
+    }
+
+    /// Gives the environment back what the scene says, and to the animation if there is one.
+    pub fn reset_light(&mut self) {
+        self.base.environment = self.scene().environment.clone();
+        self.held.retain(|part| !matches!(part, Part::Light(_)));
     }
 
     /// The exposures to offer.
     pub fn exposure_range(&self) -> RangeInclusive<f32> {
-        let middle = self.scene.camera.exposure_ev;
+        let middle = self.scene().camera.exposure_ev;
         (middle - EXPOSURE_REACH_EV).max(-EXPOSURE_MAX_EV)..=(middle + EXPOSURE_REACH_EV).min(EXPOSURE_MAX_EV)
     }
 
     /// Gives the exposure back its value from the scene, and to the animation if there is one.
     pub fn reset_exposure(&mut self) {
-        self.base.exposure_ev = self.scene.camera.exposure_ev;
-        self.exposure_held = false;
+        self.base.camera.exposure_ev = self.scene().camera.exposure_ev;
+        self.held.remove(&Part::Exposure);
     }
 
     /// All animations.
@@ -192,7 +279,6 @@ impl Editor {
         self.playing = !self.playing;
         if self.playing {
             self.held.clear();
-            self.exposure_held = false;
             if !looping && self.time_s >= duration_s {
                 self.time_s = 0.0;
             }
@@ -226,27 +312,36 @@ impl Editor {
     pub fn state(&self) -> State {
         let look = self.look();
         let differs = |material: &&StoredMaterial| look.materials.get(&material.name).is_some_and(|brdf| *brdf != material.brdf);
-        let named = |material: &StoredMaterial| Some((material.name.clone(), leaves(look.materials.get(&material.name)?)));
-        let exposure_ev = Some(look.exposure_ev).filter(|ev| *ev != self.scene.camera.exposure_ev);
+        let named = |material: &StoredMaterial| Some((material.name.clone(), MaterialState::from(*look.materials.get(&material.name)?)));
         State {
-            camera: exposure_ev.map(|ev| CameraState { exposure_ev: Some(ev), ..CameraState::default() }),
+            environment: look.environment.as_ref().zip(self.scene().environment.as_ref()).and_then(|(now, was)| light_change(now, was)),
+            camera: camera_change(&look.camera, &self.scene().camera),
             materials: self.materials().filter(differs).filter_map(named).collect(),
             ..State::default()
         }
     }
 }
 
-fn starts_with(leaf: &[String], path: &[&str]) -> bool {
-    leaf.len() >= path.len() && leaf.iter().zip(path).all(|(a, b)| a == b)
+/// `now`, if it is not what it was.
+fn changed<T: PartialEq>(now: T, was: &T) -> Option<T> {
+    Some(now).filter(|now| now != was)
 }
 
-/// Every leaf of a material.
-fn leaves(brdf: &Brdf) -> MaterialState {
-    match *brdf {
-        Brdf::BlinnPhong(b) => MaterialState { kd: Some(b.kd), ks: Some(b.ks), shininess: Some(b.shininess), ..Default::default() },
-        Brdf::Ggx(g) => {
-            let (base_color, metallic) = (Some(g.base_color), Some(g.metallic));
-            MaterialState { base_color, metallic, roughness: Some(g.roughness), ..Default::default() }
-        }
-    }
+fn light_change(now: &EnvironmentLook, was: &EnvironmentLook) -> Option<EnvironmentState> {
+    let change = EnvironmentState {
+        map: changed(now.map.clone(), &was.map),
+        rotation_deg: changed(now.rotation_deg, &was.rotation_deg),
+        gain: changed(now.gain, &was.gain),
+    };
+    changed(change, &EnvironmentState::default())
+}
+
+fn camera_change(now: &Camera, was: &Camera) -> Option<CameraState> {
+    let change = CameraState {
+        position: changed(now.position, &was.position),
+        target: changed(now.target, &was.target),
+        fov_deg: changed(now.fov_deg, &was.fov_deg),
+        exposure_ev: changed(now.exposure_ev, &was.exposure_ev),
+    };
+    changed(change, &CameraState::default())
 }

@@ -55,10 +55,12 @@ pub struct Facts {
     pub bytes: u64,
     /// Bytes of the whole bundle.
     pub bytes_expected: u64,
-    /// Images that have arrived.
-    pub images: usize,
-    /// All images.
-    pub images_expected: usize,
+    /// What the pieces are called that the method sums up.
+    pub what: &'static str,
+    /// Pieces that have arrived.
+    pub pieces: usize,
+    /// All pieces.
+    pub pieces_expected: usize,
     /// How loading stands.
     pub loading: Loading,
 }

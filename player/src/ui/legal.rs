@@ -1,8 +1,9 @@
-//! Edits that stay within what a material may be: what the user sets is brought into its range, and where two parameters share one range
+//! Edits that stay within what a material, camera or environment may be: what the user sets is brought into its range, and where two parameters share one range
 //! the other one gives way.
 
-use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::state::{Brdf, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
+use relume_formats::Place;
+use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial};
+use relume_formats::state::{Brdf, Camera, CameraState, EnvironmentState, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
 
 /// `brdf` with the leaves of `change` that belong to its model; always legal if `brdf` is.
 ///
@@ -28,6 +29,16 @@ pub fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> B
             Brdf::Ggx(new)
         }
     }
+}
+
+/// `camera` with the leaves of `change`, or as it was if that would be no camera.
+pub fn camera(camera: Camera, change: &CameraState) -> Camera {
+    camera.with(change, &Place::file("edit")).unwrap_or(camera)
+}
+
+/// `look` with the leaves of `change`, or as it was if that would be no environment.
+pub fn environment(look: EnvironmentLook, change: &EnvironmentState) -> EnvironmentLook {
+    look.with(change, &Place::file("edit")).unwrap_or(look)
 }
 
 fn set(value: &mut f32, wanted: Option<f32>, least: f32, most: f32) {

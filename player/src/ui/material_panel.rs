@@ -1,6 +1,6 @@
 //! The list of materials, and the parameters of the selected one.
 
-use super::editor::{Editor, HOLD_RULE};
+use super::editor::{Editor, HOLD_RULE, Part};
 use super::panel::section;
 use super::style::{ACCENT, WARNING};
 use egui::{Color32, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
@@ -19,8 +19,11 @@ pub struct Yielded {
     until_s: f64,
 }
 
-/// Draws the list and the editor below it.
+/// Draws the list and the editor below it, if any material may be edited.
 pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
+    if editor.materials().next().is_none() {
+        return;
+    }
     section(ui, "MATERIALS");
     list(ui, editor);
     let Some(material) = editor.selected().cloned() else {
@@ -42,9 +45,10 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
         if button.on_hover_text("back to what the scene says").clicked() {
             editor.reset(&material.name);
         }
-        if editor.is_held(&material.name) {
+        let part = Part::Material(material.name.clone());
+        if editor.is_held(&part) {
             ui.label(RichText::new("held by hand").small().color(ACCENT)).on_hover_text(HOLD_RULE);
-        } else if editor.drives(&["materials", &material.name]) {
+        } else if editor.drives(&part) {
             ui.label(RichText::new("moved by the animation").small().weak()).on_hover_text(HOLD_RULE);
         }
     });

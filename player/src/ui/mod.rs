@@ -2,17 +2,21 @@
 
 mod editor;
 mod facts;
+mod hand;
 mod highlight;
 mod layout;
 mod legal;
+mod light_panel;
 mod material_panel;
+mod orbit;
 mod panel;
 mod picker;
 mod screen;
 mod style;
 
-pub use editor::Editor;
+pub use editor::{Editor, Part};
 pub use facts::{Facts, Loading, Note, Save};
+pub use orbit::Motion;
 pub use picker::{Picker, Seen};
 pub use screen::{Screen, Stage, Wishes, title};
 pub use style::set_up as set_up_style;

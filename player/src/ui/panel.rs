@@ -1,7 +1,8 @@
-//! The panel: materials, animation, exposure, files, figures.
+//! The panel: materials, light, view, animation, exposure, files, figures.
 
 use super::editor::{Editor, HOLD_RULE};
 use super::facts::{Facts, Loading, Note, Save};
+use super::light_panel;
 use super::material_panel::{self, Yielded};
 use super::style::{ACCENT, WARNING};
 use egui::{Button, Color32, Grid, ProgressBar, RichText, ScrollArea, Slider, SliderClamping, Ui};
@@ -16,6 +17,8 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
                 ui.heading(RichText::new(editor.scene().name.as_str()).strong());
                 loading(ui, facts);
                 material_panel::show(ui, editor, yielded);
+                light_panel::light(ui, editor);
+                light_panel::view(ui, editor);
                 animation(ui, editor);
                 exposure(ui, editor);
                 save = files(ui, note);
@@ -43,11 +46,12 @@ fn loading(ui: &mut Ui, facts: &Facts) {
         }
         Loading::Complete => {}
         Loading::Prefix => {
-            let text = format!("the first {} of {} images, as asked for by --bytes", facts.images, facts.images_expected);
+            let text = format!("the first {} of {} {}, as asked for by --bytes", facts.pieces, facts.pieces_expected, facts.what);
             ui.label(RichText::new(text).color(ACCENT));
         }
         Loading::Failed(reason) => {
-            let text = format!("Loading ended early; this is what came before ({} of {} images).", facts.images, facts.images_expected);
+            let Facts { what, pieces, pieces_expected, .. } = facts;
+            let text = format!("Loading ended early; this is what came before ({pieces} of {pieces_expected} {what}).");
             ui.label(RichText::new(text).color(WARNING));
             ui.label(RichText::new(reason).small().color(WARNING));
         }
@@ -89,7 +93,7 @@ fn animation(ui: &mut Ui, editor: &mut Editor) {
 fn exposure(ui: &mut Ui, editor: &mut Editor) {
     section(ui, "EXPOSURE");
     ui.horizontal(|ui| {
-        let mut ev = editor.look().exposure_ev;
+        let mut ev = editor.look().camera.exposure_ev;
         let range = editor.exposure_range();
         let slider = Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
         let response = ui.add(slider).on_hover_text("the display shows 2^EV times the radiance; EXR files are not exposed");
@@ -133,7 +137,7 @@ fn statistics(ui: &mut Ui, facts: &Facts) {
         ("GPU time", ms(facts.gpu_ms)),
         ("CPU time", ms(facts.cpu_ms)),
         ("streamed", format!("{} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected))),
-        ("images", format!("{} of {}", facts.images, facts.images_expected)),
+        (if facts.what.is_empty() { "pieces" } else { facts.what }, format!("{} of {}", facts.pieces, facts.pieces_expected)),
         ("method", facts.method.clone()),
         ("adapter", facts.adapter.clone()),
     ];

@@ -2,6 +2,7 @@
 
 use super::editor::Editor;
 use super::facts::{Facts, Loading, Note, Save};
+use super::hand;
 use super::highlight::Highlight;
 use super::layout::{self, PANEL_WIDTH};
 use super::material_panel::Yielded;
@@ -20,8 +21,10 @@ const KEYS: &str = "S  PNG     E  EXR     T  state     Space  play / pause     E
 pub struct Stage<'a> {
     /// What the user sets.
     pub editor: &'a mut Editor,
-    /// Which material is where.
-    pub picker: &'a Picker,
+    /// Which material is where, if the view is fixed.
+    pub picker: Option<&'a Picker>,
+    /// Size of the picture in pixels of its own.
+    pub size: [u32; 2],
     /// The picture.
     pub picture: TextureId,
 }
@@ -59,7 +62,7 @@ impl Screen {
         CentralPanel::default().frame(surround).show(ui, |ui| match stage {
             Some(mut stage) => {
                 let seen = self.picture(ui, &mut stage);
-                self.status_line(ui, status, seen.as_ref(), stage.picker);
+                self.status_line(ui, status, seen, &stage);
             }
             None => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
@@ -68,47 +71,61 @@ impl Screen {
         wishes
     }
 
-    /// Draws the picture; returns the pixel under the pointer.
-    fn picture(&mut self, ui: &mut Ui, stage: &mut Stage<'_>) -> Option<[u32; 2]> {
-        let area = ui.max_rect();
-        let rect = layout::image_rect(area, stage.picker.size(), ui.pixels_per_point());
-        let response = ui.allocate_rect(rect, Sense::click());
+    /// Draws the picture; returns what is under the pointer.
+    fn picture<'a>(&mut self, ui: &mut Ui, stage: &mut Stage<'a>) -> Seen<'a> {
+        let rect = layout::image_rect(ui.max_rect(), stage.size, ui.pixels_per_point());
+        let moves = stage.editor.scope().varies().camera;
+        let response = ui.allocate_rect(rect, if moves { Sense::click_and_drag() } else { Sense::click() });
         response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::Image, true, "picture"));
-        let pixel = response.hover_pos().and_then(|position| layout::pixel_at(rect, stage.picker.size(), position));
-        let seen = pixel.map_or(Seen::Nothing, |pixel| stage.picker.at(pixel));
+        if moves {
+            hand::motions(ui, &response).into_iter().for_each(|motion| stage.editor.move_camera(motion));
+        }
+        let pixel = response.hover_pos().and_then(|position| layout::pixel_at(rect, stage.size, position));
+        let seen = stage.picker.zip(pixel).map_or(Seen::Nothing, |(picker, pixel)| picker.at(pixel));
         if response.clicked() {
             self.clicked_fixed = seen == Seen::Fixed;
             if let Seen::Material(name) = seen {
                 stage.editor.select(Some(name));
             }
         }
+        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+        ui.painter().image(stage.picture, rect, whole, Color32::WHITE);
+        if let Some(picker) = stage.picker {
+            self.outline(ui, stage, picker, seen, rect);
+        }
+        seen
+    }
+
+    /// Outlines the material under the pointer, or the one that was selected last.
+    fn outline(&mut self, ui: &Ui, stage: &Stage<'_>, picker: &Picker, seen: Seen<'_>, rect: Rect) {
         let hovered = if let Seen::Material(name) = seen { Some(name) } else { None };
         if hovered.is_some() {
             ui.ctx().set_cursor_icon(CursorIcon::PointingHand);
         }
-        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        ui.painter().image(stage.picture, rect, whole, Color32::WHITE);
         let selected = stage.editor.selected().map(|material| material.name.clone());
-        if let Some(outline) = self.highlight.texture(ui.ctx(), stage.picker, hovered, selected.as_deref()) {
+        if let Some(outline) = self.highlight.texture(ui.ctx(), picker, hovered, selected.as_deref()) {
+            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter().image(outline.id(), rect, whole, Color32::WHITE);
         }
-        pixel
     }
 
-    /// What is under the pointer, on the left; the keys, on the right.
-    fn status_line(&self, ui: &mut Ui, rect: Rect, pixel: Option<&[u32; 2]>, picker: &Picker) {
-        let seen = pixel.map_or(Seen::Nothing, |pixel| picker.at(*pixel));
+    /// What is under the pointer, or what can be done with the picture, on the left; the keys, on the right.
+    fn status_line(&self, ui: &mut Ui, rect: Rect, seen: Seen<'_>, stage: &Stage<'_>) {
+        let moves = stage.editor.scope().varies().camera;
         let weak = Color32::from_gray(120);
         let (text, colour) = match seen {
             Seen::Material(name) => (name, Color32::from_gray(220)),
             Seen::Fixed => (FIXED, if self.clicked_fixed { WARNING } else { weak }),
+            Seen::Nothing if moves => (hand::HELP, weak),
+            Seen::Nothing if stage.picker.is_none() => ("", weak),
             Seen::Nothing => ("click an object to edit its material", weak),
         };
         let font = egui::TextStyle::Body.resolve(ui.style());
         let painter = ui.ctx().layer_painter(ui.layer_id());
         let left = painter.text(rect.left_center(), egui::Align2::LEFT_CENTER, text, font, colour);
         let small = egui::TextStyle::Small.resolve(ui.style());
-        let keys = painter.layout_no_wrap(KEYS.to_owned(), small, Color32::from_gray(95));
+        let keys = if moves { format!("V  reset view     {KEYS}") } else { KEYS.to_owned() };
+        let keys = painter.layout_no_wrap(keys, small, Color32::from_gray(95));
         if left.right() + 24.0 + keys.size().x < rect.right() {
             painter.galley(Pos2::new(rect.right() - keys.size().x, rect.center().y - 0.5 * keys.size().y), keys, weak);
         }
@@ -127,10 +144,13 @@ fn keys(ui: &mut Ui, editor: Option<&mut Editor>) -> Wishes {
             wishes.save.push(save);
         }
     }
-    if pressed(Key::Space)
-        && let Some(editor) = editor
-    {
-        editor.play_or_pause();
+    if let Some(editor) = editor {
+        if pressed(Key::Space) {
+            editor.play_or_pause();
+        }
+        if editor.scope().varies().camera && pressed(Key::V) {
+            editor.reset_view();
+        }
     }
     // The first Escape closes what is open above the panel.
     let popup_open = egui::Popup::is_any_open(ui.ctx());

@@ -1,13 +1,17 @@
 //! The editor by itself, and through the screen as a user works it.
 
+mod lit;
+mod user;
+
 use super::*;
 use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
 use crate::support::mirror::{Mirror, key, press, release};
 use crate::support::{self, Bundle, blinn_phong};
-use egui::{Event, Key, Pos2, TextureId};
+use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
 use relume_formats::kinds::scene;
 use relume_formats::state::{Animation, Brdf, MaterialState, State};
+use user::User;
 
 /// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on offer.
 fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
@@ -18,7 +22,7 @@ fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
     let (glow, fade) = (placed("glow", support::ANIMATION), placed("fade", support::FADE));
     let state = PlacedState { state, place: Place::file("state") };
     let (first, others) = if plays { (Some(glow), vec![fade]) } else { (None, vec![glow, fade]) };
-    Controls::new(meta, &state, first, others).unwrap()
+    Controls::new(support::scope(meta.clone()), &state, first, others).unwrap()
 }
 
 fn editor(plays: bool) -> Editor {
@@ -51,7 +55,7 @@ fn time_passes_as_the_animation_says() {
     // The second one does not loop: it stops at its end, and plays from the start again.
     editor.choose(Some(1));
     editor.advance(100.0);
-    assert_eq!((editor.time_s(), editor.is_playing(), editor.look().exposure_ev), (2.0, false, -4.0));
+    assert_eq!((editor.time_s(), editor.is_playing(), editor.look().camera.exposure_ev), (2.0, false, -4.0));
     editor.play_or_pause();
     assert_eq!((editor.time_s(), editor.is_playing()), (0.0, true));
     editor.choose(Some(7));
@@ -76,18 +80,21 @@ fn scrubbing_pauses_and_stays_within_the_animation() {
 fn an_edit_holds_against_the_animation_until_play_or_reset() {
     let mut editor = editor(true);
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
-    assert!(!editor.is_playing() && editor.is_held("a"), "editing what moves pauses it");
+    assert!(!editor.is_playing() && editor.is_held(&Part::Material("a".to_owned())), "editing what moves pauses it");
     editor.scrub(0.25);
     assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0]);
     editor.play_or_pause();
-    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_held("a"), "playing gives it back to the animation");
+    assert!(
+        close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_held(&Part::Material("a".to_owned())),
+        "playing gives it back to the animation"
+    );
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
     editor.reset("a");
     assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_playing());
     // What the animation does not drive is edited while it plays.
     editor.play_or_pause();
     editor.edit("b", &set_kd([0.0, 0.0, 0.6]));
-    assert!(editor.is_playing() && !editor.is_held("b"));
+    assert!(editor.is_playing() && !editor.is_held(&Part::Material("b".to_owned())));
     assert_eq!(kd(&editor, "b"), [0.0, 0.0, 0.6]);
     editor.reset("b");
     assert_eq!(editor.look().materials["b"], editor.scene().materials[1].brdf);
@@ -98,18 +105,18 @@ fn exposure_obeys_the_same_rule() {
     let mut editor = editor(false);
     editor.choose(Some(1));
     editor.advance(1.0);
-    assert!((editor.look().exposure_ev + 2.0).abs() < 1e-6);
+    assert!((editor.look().camera.exposure_ev + 2.0).abs() < 1e-6);
     editor.set_exposure(3.0);
-    assert_eq!((editor.look().exposure_ev, editor.is_playing()), (3.0, false));
+    assert_eq!((editor.look().camera.exposure_ev, editor.is_playing()), (3.0, false));
     editor.play_or_pause();
-    assert!((editor.look().exposure_ev + 2.0).abs() < 1e-6);
+    assert!((editor.look().camera.exposure_ev + 2.0).abs() < 1e-6);
     editor.choose(None);
-    assert_eq!(editor.look().exposure_ev, 3.0, "without the animation the edit is still there");
+    assert_eq!(editor.look().camera.exposure_ev, 3.0, "without the animation the edit is still there");
     editor.set_exposure(f32::NAN);
     editor.set_exposure(1e9);
-    assert_eq!(editor.look().exposure_ev, 32.0);
+    assert_eq!(editor.look().camera.exposure_ev, 32.0);
     editor.reset_exposure();
-    assert_eq!(editor.look().exposure_ev, 0.5);
+    assert_eq!(editor.look().camera.exposure_ev, 0.5);
 }
 
 #[test]
@@ -152,88 +159,6 @@ fn a_saved_state_leads_to_the_same_look() {
     assert_eq!(*controls(&support::scene_meta(), state, false).base(), editor.look(), "{text}");
 }
 
-/// A user before the screen.
-struct User {
-    mirror: Mirror,
-    screen: Screen,
-    editor: Editor,
-    picker: Picker,
-    facts: Facts,
-    wishes: Wishes,
-}
-
-impl User {
-    fn new(editor: Editor) -> Self {
-        let facts = Facts {
-            adapter: "an adapter".to_owned(),
-            method: "transfer-images".to_owned(),
-            size: Some(support::SIZE),
-            cpu_ms: Some(0.25),
-            gpu_ms: None,
-            bytes: 3_000_000,
-            bytes_expected: 12_000_000,
-            images: 3,
-            images_expected: 12,
-            loading: Loading::Complete,
-        };
-        let picker = Picker::new(&support::images(true).head);
-        let mirror = Mirror::new([1200.0, 820.0]);
-        let mut user = Self { mirror, screen: Screen::default(), editor, picker, facts, wishes: Wishes::default() };
-        set_up_style(user.mirror.context());
-        // Some layouts take a frame to settle.
-        (0..3).for_each(|_| user.frame(Vec::new()));
-        user
-    }
-
-    fn frame(&mut self, events: Vec<Event>) {
-        let Self { mirror, screen, editor, picker, facts, wishes } = self;
-        *wishes = Wishes::default();
-        mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: &*picker, picture: TextureId::User(0) };
-            let new = screen.show(ui, Some(stage), facts, None);
-            wishes.save.extend(new.save);
-            wishes.close |= new.close;
-        });
-    }
-
-    fn click_at(&mut self, at: Pos2) {
-        self.frame(vec![Event::PointerMoved(at)]);
-        self.frame(press(at));
-        self.frame(release(at));
-        let wishes = std::mem::take(&mut self.wishes);
-        self.frame(Vec::new());
-        self.wishes = wishes;
-    }
-
-    #[track_caller]
-    fn click(&mut self, name: &str) {
-        self.click_at(self.mirror.rect(name).center());
-    }
-
-    /// The middle of a pixel that shows what `wanted` accepts.
-    fn pixel_of(&self, wanted: impl Fn(Seen<'_>) -> bool) -> Pos2 {
-        let [width, height] = support::SIZE;
-        let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let [x, y] = pixels.find(|pixel| wanted(self.picker.at(*pixel))).unwrap();
-        let image = self.mirror.rect("picture");
-        image.min + egui::Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
-    }
-
-    /// Drags the slider called `name` to `share` of its length.
-    fn slide(&mut self, name: &str, share: f32) {
-        let rail = self.mirror.rect(name);
-        let to = Pos2::new(rail.left() + share * rail.width(), rail.center().y);
-        self.frame(press(rail.center()));
-        self.frame(vec![Event::PointerMoved(to)]);
-        self.frame(release(to));
-        self.frame(Vec::new());
-    }
-
-    fn shows(&self, text: &str) -> bool {
-        self.mirror.names().iter().any(|name| name.contains(text))
-    }
-}
-
 #[test]
 fn a_click_on_the_picture_selects_what_is_there() {
     let mut user = User::new(editor(false));
@@ -258,7 +183,7 @@ fn sliders_edit_the_selected_material() {
     assert_eq!((after.shininess, after.kd, after.ks), (200.0, before.kd, before.ks));
     assert!(user.shows("a  (edited)"));
     user.slide("exposure", 0.0);
-    assert_eq!(user.editor.look().exposure_ev, -9.5, "ten EV below the scene's");
+    assert_eq!(user.editor.look().camera.exposure_ev, -9.5, "ten EV below the scene's");
     user.click("Reset material");
     assert_eq!(user.editor.look().materials["a"], Brdf::BlinnPhong(before));
     assert!(!user.shows("(edited)") && user.mirror.is_disabled("Reset material"));
@@ -339,7 +264,7 @@ fn a_still_screen_asks_for_no_frames() {
 fn a_textured_metal_is_refused_with_the_reason() {
     let meta = Bundle::write_ggx().scene_meta();
     let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-    let mut user = User::new(Editor::new(&Controls::new(&meta, &state, None, Vec::new()).unwrap()));
+    let mut user = User::new(Editor::new(&Controls::new(support::scope(meta.clone()), &state, None, Vec::new()).unwrap()));
     user.click("a");
     assert!(user.mirror.is_disabled("metallic"));
     user.slide("metallic", 1.0);

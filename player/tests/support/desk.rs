@@ -149,6 +149,22 @@ impl<'a> Window<'a> {
         self.display.xdotool("mouseup 1").unwrap();
     }
 
+    /// Drags with a button of the mouse, in steps as a hand does.
+    pub fn pull(&self, button: u32, from: Pos2, to: Pos2) {
+        let step = |share: f32| {
+            let at = (from + share * (to - from)).round();
+            format!("mousemove --window {} {} {}", self.id, at.x, at.y)
+        };
+        self.display.xdotool(&format!("{} mousedown {button}", step(0.0))).unwrap();
+        // A press and a motion in one frame of a slow display would be one event.
+        for share in [0.05, 0.5, 1.0] {
+            std::thread::sleep(Duration::from_millis(100));
+            self.display.xdotool(&step(share)).unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        self.display.xdotool(&format!("mouseup {button}")).unwrap();
+    }
+
     pub fn key(&self, key: &str) {
         self.display.xdotool(&format!("key {key}")).unwrap();
     }

@@ -3,17 +3,19 @@
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
 pub mod mirror;
+pub mod sparse;
 
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
-use relume_formats::container::Stored;
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
+use relume_player::controls::Scope;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -76,6 +78,11 @@ pub fn scene_meta() -> scene::Meta {
         materials: vec![material("fixed", false, 0.5), material("b", true, 0.2), material("a", true, 0.4)],
         objects: vec![StoredObject { name: "thing".to_owned(), material: 0, triangles: 1 }],
     }
+}
+
+/// What may be set of `scene` when images are played.
+pub fn scope(scene: scene::Meta) -> Scope {
+    Scope { scene, kind: Kind::TransferImages, maps: Vec::new() }
 }
 
 fn scene() -> StoredScene {

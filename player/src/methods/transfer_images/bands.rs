@@ -1,11 +1,9 @@
 //! Which fragments every pixel has, in bands of pixels that bindings can hold.
 
 use super::gpu_data::Fragment;
+use crate::gpu::Film;
 use relume_formats::kinds::transfer_images::Head;
 use std::ops::Range;
-
-/// Bytes of one pixel on the film.
-pub(super) const FILM_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 
 /// Consecutive pixels and their fragments.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,7 +20,7 @@ pub(super) struct Band {
 pub(super) fn cut(head: &Head, limit: u64) -> Vec<Band> {
     let (starts, fragments) = by_pixel(head);
     let pixels = starts.len() - 1;
-    let most_pixels = (limit / FILM_BYTES).max(1) as usize;
+    let most_pixels = (limit / Film::PIXEL_BYTES).max(1) as usize;
     let most_fragments = (limit / size_of::<Fragment>() as u64) as u32;
     let mut bands = Vec::new();
     let mut begin = 0;
@@ -85,7 +83,8 @@ mod tests {
             let bands = cut(&head, limit);
             assert_eq!(listed(&bands), expected, "{limit}");
             assert_eq!(bands.iter().flat_map(|b| b.pixels.clone()).collect::<Vec<_>>(), (0..support::PIXELS).collect::<Vec<_>>());
-            let within = |b: &Band| b.pixels.len() == 1 || (b.pixels.len() as u64 * FILM_BYTES).max(b.fragments.len() as u64 * 8) <= limit;
+            let within =
+                |b: &Band| b.pixels.len() == 1 || (b.pixels.len() as u64 * Film::PIXEL_BYTES).max(b.fragments.len() as u64 * 8) <= limit;
             assert!(bands.iter().all(within), "{limit}");
         }
     }

@@ -1,11 +1,11 @@
 //! The GPU objects of one bake: images, film, and the dispatches between them.
 
 use super::SHADER;
-use super::bands::{self, Band, FILM_BYTES};
+use super::bands::{self, Band};
 use super::gpu_data::Dispatch;
 use super::storage::{Storage, padded};
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::{Film, Gpu, Passes};
 use relume_formats::container::Section;
 use relume_formats::evaluate::transfer_images::coefficients;
 use relume_formats::kinds::BrdfBasis;
@@ -19,7 +19,7 @@ use wgpu::BufferUsages;
 const WORKGROUP: u32 = 64;
 
 /// All that is needed to play a bake. Images may still be missing.
-pub struct Images {
+pub(super) struct Images {
     head: Head,
     layout: Layout,
     basis: BrdfBasis,
@@ -30,8 +30,7 @@ pub struct Images {
     /// By chunk.
     halves: Vec<wgpu::Buffer>,
     coefficients: wgpu::Buffer,
-    /// By band.
-    film: Vec<wgpu::Buffer>,
+    film: Film,
     pipeline: wgpu::ComputePipeline,
     dispatches: Vec<Work>,
 }
@@ -54,13 +53,12 @@ impl Images {
         let bands = bands::cut(&head, gpu.binding_bytes);
         let table_bytes = ((layout.materials + 1) * layout.slots.len() * size_of::<[f32; 4]>()) as u64;
         let storage_usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        let film_usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let mut images = Self {
             present: vec![false; layout.slots.len()],
             halves: storage.chunks.iter().map(|chunk| gpu.buffer("images", chunk.bytes, storage_usage)).collect(),
             coefficients: gpu.buffer("coefficients", table_bytes, storage_usage),
-            film: bands.iter().map(|band| gpu.buffer("film", band.pixels.len() as u64 * FILM_BYTES, film_usage)).collect(),
-            pipeline: pipeline(gpu),
+            film: Film::new(gpu, head.meta.size, bands.iter().map(|band| band.pixels.len())),
+            pipeline: gpu.compute_pipeline(SHADER, "sum_slots"),
             dispatches: Vec::new(),
             head,
             layout,
@@ -75,8 +73,9 @@ impl Images {
     /// The dispatches of a frame: band by band, every chunk in order, for later chunks add to what earlier ones left.
     fn work(&self, gpu: &Gpu, bands: &[Band]) -> Vec<Work> {
         let slots = gpu.storage("slots", &self.storage.slots);
+        let layout = self.pipeline.get_bind_group_layout(0);
         let mut all = Vec::new();
-        for (band, film) in bands.iter().zip(&self.film) {
+        for (band, film) in bands.iter().zip(&self.film.bands) {
             let starts = gpu.storage("fragment starts", &band.starts);
             let fragments = gpu.storage("fragments", &band.fragments);
             for (index, (chunk, halves)) in self.storage.chunks.iter().zip(&self.halves).enumerate() {
@@ -90,7 +89,8 @@ impl Images {
                 let uniform = gpu.buffer("dispatch", size_of::<Dispatch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
                 gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
                 let buffers = [&uniform, &slots, &self.coefficients, halves, &starts, &fragments, film];
-                all.push(Work { bindings: bind(gpu, &self.pipeline, &buffers), workgroups: gpu.workgroups(dispatch.pixels, WORKGROUP) });
+                let bindings = gpu.bind(&layout, buffers.map(wgpu::Buffer::as_entire_binding));
+                all.push(Work { bindings, workgroups: gpu.workgroups(dispatch.pixels, WORKGROUP) });
             }
         }
         all
@@ -131,8 +131,8 @@ impl Images {
     }
 
     /// Encodes the pass that fills the film.
-    pub(super) fn encode(&self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sum slots"), timestamp_writes: timestamps });
+    pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+        let mut pass = passes.compute("sum slots");
         pass.set_pipeline(&self.pipeline);
         for work in &self.dispatches {
             pass.set_bind_group(0, &work.bindings, &[]);
@@ -140,74 +140,28 @@ impl Images {
         }
     }
 
-    /// Film size in pixels, width and height.
-    pub fn size(&self) -> [u32; 2] {
-        self.head.meta.size
-    }
-
     /// What each pixel shows, and everything else but the images.
-    pub fn head(&self) -> &Head {
+    pub(super) fn head(&self) -> &Head {
         &self.head
     }
 
     /// Number of images, arrived or not.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.present.len()
     }
 
-    /// Names of the materials that may change.
-    pub fn materials(&self) -> &[String] {
-        &self.head.meta.materials
-    }
-
-    /// The film, row by row over all buffers: linear radiance as four floats a pixel, the fourth unused.
-    pub fn film(&self) -> &[wgpu::Buffer] {
+    /// The film.
+    pub(super) fn film(&self) -> &Film {
         &self.film
     }
 
     /// Slots whose images have not arrived.
-    pub fn missing(&self) -> Vec<usize> {
+    pub(super) fn missing(&self) -> Vec<usize> {
         self.present.iter().enumerate().filter(|(_, present)| !**present).map(|(slot, _)| slot).collect()
     }
 
-    /// Whether any image has arrived.
-    pub fn any_present(&self) -> bool {
-        self.present.contains(&true)
-    }
-
     /// Bytes of images that a pass reads.
-    pub fn bytes_per_frame(&self) -> u64 {
+    pub(super) fn bytes_per_frame(&self) -> u64 {
         self.layout.slots.iter().map(|slot| 2 * (slot.channels() * self.head.fragments_of(slot)) as u64).sum()
     }
-
-    /// The file that the images come from.
-    pub fn place(&self) -> &Place {
-        &self.place
-    }
-}
-
-fn pipeline(gpu: &Gpu) -> wgpu::ComputePipeline {
-    let module = gpu
-        .device
-        .create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sum.wgsl"), source: wgpu::ShaderSource::Wgsl(SHADER.into()) });
-    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("sum slots"),
-        layout: None,
-        module: &module,
-        entry_point: Some("sum_slots"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    })
-}
-
-/// Binds `buffers` in the order of the shader's bindings.
-fn bind(gpu: &Gpu, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("sum slots"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &(0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect::<Vec<_>>(),
-    })
 }

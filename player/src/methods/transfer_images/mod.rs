@@ -8,25 +8,31 @@ mod gpu_data;
 mod images;
 mod storage;
 
-use crate::error::Result;
-use crate::gpu::Gpu;
-use crate::stream::Arrival;
-pub use images::Images;
-use relume_formats::container::{Kind, Section, Sections, Stored};
-use relume_formats::kinds::BrdfBasis;
+use super::{Method, Pieces, Playback, Setup};
+use crate::controls::Look;
+use crate::error::{Error, Result};
+use crate::gpu::{Film, Gpu, Passes};
+use crate::stream::{Arrival, decode_all, decode_sections};
+use images::Images;
+use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
-use relume_formats::state::Brdf;
+use relume_formats::kinds::{BrdfBasis, scene};
 use relume_formats::{Error as FormatError, Place};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
-/// Name of the method in manifests and on the command line.
-pub const NAME: &str = "transfer-images";
+/// The method's line in the registry.
+pub const METHOD: Method = Method {
+    name: "transfer-images",
+    kind: Kind::TransferImages,
+    first_piece: HEAD_SECTIONS,
+    start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
+};
 
 const SHADER: &str = include_str!("sum.wgsl");
 
 /// What has arrived of a bake, on its way to and on the GPU.
-#[derive(Default)]
-pub struct TransferImages {
+struct TransferImages {
+    scene: scene::Meta,
     /// Sections that wait for those without which they cannot be decoded.
     pending: Vec<Section>,
     basis: Option<BrdfBasis>,
@@ -34,25 +40,15 @@ pub struct TransferImages {
 }
 
 impl TransferImages {
-    /// Takes the next section of one of the method's files.
-    ///
-    /// # Errors
-    /// If the section is malformed, does not fit those before it, or is more than the GPU can bind.
-    pub fn section_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
-        match arrival.kind {
-            Kind::BrdfBasis => {
-                self.pending.push(arrival.section);
-                if arrival.last {
-                    self.basis = Some(decode_all(std::mem::take(&mut self.pending))?);
-                }
-                Ok(())
-            }
-            Kind::TransferImages => self.images_arrived(gpu, arrival),
-            _ => {
-                let reason = format!("method {NAME} has no use for kind `{}`; bake it again", arrival.kind.name());
-                Err(FormatError::invalid(&arrival.section.place, reason).into())
-            }
+    /// Images are baked at one size: another one is refused.
+    fn new(setup: Setup) -> Result<Self> {
+        let scene = setup.scene.meta;
+        if let Some([width, height]) = setup.size.filter(|asked| *asked != scene.size) {
+            let [w, h] = scene.size;
+            let reason = format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}");
+            return Err(Error::Usage(reason));
         }
+        Ok(Self { scene, pending: Vec::new(), basis: None, images: None })
     }
 
     fn images_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
@@ -65,6 +61,7 @@ impl TransferImages {
             return Ok(());
         }
         let head: Head = decode_sections(&place, std::mem::take(&mut self.pending), Head::decode)?;
+        self.check_same_bake(&head, &place)?;
         let Some(basis) = self.basis.take().filter(|basis| basis.bases() == head.meta.bases as usize) else {
             let reason = format!("needs a BRDF basis of {} functions before it; bake the whole bundle again", head.meta.bases);
             return Err(FormatError::invalid(&place, reason).into());
@@ -73,41 +70,61 @@ impl TransferImages {
         gpu.check()
     }
 
-    /// The images, once it is known what they are.
-    pub fn images(&self) -> Option<&Images> {
-        self.images.as_ref()
+    /// Files of different bakes can each be sound and yet not fit together.
+    fn check_same_bake(&self, head: &Head, place: &Place) -> Result<()> {
+        let varying: BTreeSet<_> = self.scene.materials.iter().filter(|m| m.varies).map(|m| &m.name).collect();
+        if self.scene.size != head.meta.size || varying != head.meta.materials.iter().collect() {
+            let reason = "film size or editable materials differ from the scene file's; the files are of different bakes, bake it again";
+            return Err(FormatError::invalid(place, reason).into());
+        }
+        Ok(())
     }
+}
 
-    /// Sets the materials for the passes encoded from now on; every editable material must be among them.
-    pub fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, Brdf>) -> Result<()> {
-        self.images.as_ref().map_or(Ok(()), |images| images.update(gpu, materials))
-    }
-
-    /// Encodes the pass that fills the film.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>) {
-        if let Some(images) = &self.images {
-            images.encode(encoder, timestamps);
+impl Playback for TransferImages {
+    fn section_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
+        match arrival.kind {
+            Kind::BrdfBasis => {
+                self.pending.push(arrival.section);
+                if arrival.last {
+                    self.basis = Some(decode_all(std::mem::take(&mut self.pending))?);
+                }
+                Ok(())
+            }
+            Kind::TransferImages => self.images_arrived(gpu, arrival),
+            _ => Err(METHOD.has_no_use_for(&arrival)),
         }
     }
-}
 
-/// Decodes a small file from all of its sections.
-pub fn decode_all<T: Stored>(sections: Vec<Section>) -> Result<T> {
-    let place = sections.first().map_or_else(|| Place::file(""), |section| section.place.clone());
-    decode_sections(&place, sections, T::decode)
-}
+    fn maps(&self) -> Option<Vec<String>> {
+        Some(Vec::new())
+    }
 
-fn decode_sections<T>(
-    place: &Place,
-    sections: Vec<Section>,
-    decode: impl FnOnce(&mut Sections<'_>) -> relume_formats::Result<T>,
-) -> Result<T> {
-    let mut rest = sections.into_iter();
-    let mut next = || Ok(rest.next());
-    let mut sections = Sections { place: place.clone(), next: &mut next };
-    let value = decode(&mut sections)?;
-    sections.finish()?;
-    Ok(value)
+    fn pieces(&self) -> Pieces {
+        let mut pieces = Pieces { what: "images", ..Pieces::default() };
+        if let Some(images) = &self.images {
+            (pieces.expected, pieces.missing, pieces.bytes_per_frame) = (images.count(), images.missing(), images.bytes_per_frame());
+        }
+        pieces
+    }
+
+    fn film(&self) -> Option<&Film> {
+        self.images.as_ref().map(Images::film)
+    }
+
+    fn pixels(&self) -> Option<&Head> {
+        self.images.as_ref().map(Images::head)
+    }
+
+    fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {
+        self.images.as_ref().map_or(Ok(()), |images| images.update(gpu, &look.materials))
+    }
+
+    fn encode(&mut self, passes: &mut Passes<'_>) {
+        if let Some(images) = &self.images {
+            images.encode(passes);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@ use super::*;
 use crate::gpu::Readback;
 use crate::stream::{Animations, Event, Limits, Playlist, Source};
 use crate::support::{self, Bundle};
-use relume_formats::state::BlinnPhong;
+use relume_formats::container::Stored as _;
+use relume_formats::kinds::StoredScene;
+use relume_formats::state::{BlinnPhong, Brdf};
 
 fn gpu() -> Option<Gpu> {
     let there = support::gpu_there(|| crate::gpu::list().map(|_| ()).map_err(|e| e.to_string()));
@@ -14,7 +16,9 @@ fn gpu() -> Option<Gpu> {
 /// Everything of the bundle, loaded on `gpu`.
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
     let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None))?, Limits::default())?;
-    let mut method = TransferImages::default();
+    let place = Place::file(bundle.folder().join("scene.relume"));
+    let scene = StoredScene::read_file(&place.file)?;
+    let mut method = TransferImages::new(Setup { scene, place, size: None })?;
     loop {
         match source.poll()? {
             Event::Waiting => std::thread::yield_now(),
@@ -25,20 +29,16 @@ fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
     }
 }
 
-fn render(gpu: &Gpu, method: &TransferImages, materials: [Brdf; 2]) -> Vec<[f32; 3]> {
+fn render(gpu: &Gpu, method: &mut TransferImages, materials: [Brdf; 2]) -> Vec<[f32; 3]> {
     let named = ["a", "b"].map(str::to_owned).into_iter().zip(materials).collect();
-    method.update(gpu, &named).unwrap();
-    let film = method.images().unwrap().film();
-    let readback = Readback::new(gpu, film);
+    method.update(gpu, &Look { materials: named, ..Look::default_of(&support::scene_meta()) }).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    method.encode(&mut encoder, None);
-    readback.encode(&mut encoder, film);
+    let mut passes = Passes::new(&mut encoder, None);
+    method.encode(&mut passes);
+    passes.finish();
     gpu.queue.submit([encoder.finish()]);
-    let mut radiance = Vec::new();
-    readback
-        .read(gpu, |bytes| radiance.extend(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(bytes).iter().map(|p| [p[0], p[1], p[2]])))
-        .unwrap();
-    radiance
+    let film = &method.film().unwrap().bands;
+    Readback::new(gpu, film).radiance(gpu, film).unwrap()
 }
 
 #[test]
@@ -46,11 +46,11 @@ fn gpu_equals_cpu_in_both_layouts_and_for_any_material() {
     let Some(gpu) = gpu() else { return };
     for one_colour in [true, false] {
         let bundle = Bundle::write(one_colour);
-        let method = load(&gpu, &bundle).unwrap();
+        let mut method = load(&gpu, &bundle).unwrap();
         let white = Brdf::BlinnPhong(BlinnPhong { kd: [0.6; 3], ks: [0.4; 3], shininess: 200.0 });
         let black = Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 });
         for materials in [support::default_materials(), [white, black], [black, white], [black, black]] {
-            let (ours, theirs) = (render(&gpu, &method, materials), bundle.evaluate(&materials, |_| true));
+            let (ours, theirs) = (render(&gpu, &mut method, materials), bundle.evaluate(&materials, |_| true));
             // Same order of summation: only fused multiply-adds may differ, some units in the last place of the partial sums.
             let difference = support::largest_difference(&ours, &theirs);
             assert!(difference <= 1e-5, "one colour: {one_colour}, {materials:?}: {difference}");
@@ -64,18 +64,18 @@ fn small_chunks_bands_and_dispatches_give_the_identical_image() {
     let Some(mut gpu) = gpu() else { return };
     let bundle = Bundle::write(true);
     let materials = support::default_materials();
-    let whole = render(&gpu, &load(&gpu, &bundle).unwrap(), materials);
+    let whole = render(&gpu, &mut load(&gpu, &bundle).unwrap(), materials);
     // The largest slot takes all fragments in three planes.
     let least = bundle.images.head.pixel.len().next_multiple_of(2) as u64 * 6;
     // Two rows of workgroups or more.
     gpu.workgroups_per_dimension = 3;
-    assert_eq!(render(&gpu, &load(&gpu, &bundle).unwrap(), materials), whole);
+    assert_eq!(render(&gpu, &mut load(&gpu, &bundle).unwrap(), materials), whole);
     for limit in [least, least + least / 4] {
         gpu.binding_bytes = limit;
-        let method = load(&gpu, &bundle).unwrap();
-        let images = method.images().unwrap();
-        assert!(images.film().len() > 1 && images.film().iter().all(|band| band.size() <= limit));
-        assert_eq!(render(&gpu, &method, materials), whole, "{limit}");
+        let mut method = load(&gpu, &bundle).unwrap();
+        let bands = &method.film().unwrap().bands;
+        assert!(bands.len() > 1 && bands.iter().all(|band| band.size() <= limit));
+        assert_eq!(render(&gpu, &mut method, materials), whole, "{limit}");
     }
     gpu.binding_bytes = least - 1;
     let error = load(&gpu, &bundle).err().unwrap();
@@ -87,10 +87,10 @@ fn many_dispatches_of_one_band_sum_up() {
     let Some(mut gpu) = gpu() else { return };
     let bundle = Bundle::write(false);
     gpu.binding_bytes = support::PIXELS as u64 * 16;
-    let method = load(&gpu, &bundle).unwrap();
+    let mut method = load(&gpu, &bundle).unwrap();
     let materials = support::default_materials();
-    assert_eq!(method.images().unwrap().film().len(), 1);
-    let (ours, theirs) = (render(&gpu, &method, materials), bundle.evaluate(&materials, |_| true));
+    assert_eq!(method.film().unwrap().bands.len(), 1);
+    let (ours, theirs) = (render(&gpu, &mut method, materials), bundle.evaluate(&materials, |_| true));
     assert!(support::largest_difference(&ours, &theirs) <= 1e-5);
 }
 

@@ -1,0 +1,128 @@
+//! The light: environment maps, and the Haar coefficients of the one that shines.
+
+use super::gpu_data;
+use super::{ENVIRONMENT, HAAR};
+use crate::gpu::{Gpu, Passes};
+use half::f16;
+use relume_formats::basis::cubemap::{FACES, subsamples};
+use relume_formats::kinds::Environment;
+use relume_formats::kinds::scene::EnvironmentLook;
+use wgpu::BufferUsages;
+
+/// Invocations that resample one texel of the cube, and those of a workgroup, as in the shader.
+const TEAM: u32 = 16;
+const WORKGROUP: u32 = 64;
+
+/// An environment map on the GPU.
+pub(super) struct Map {
+    /// Its name.
+    pub(super) name: String,
+    /// Its texels.
+    pub(super) texels: wgpu::TextureView,
+    width: u32,
+    /// What a stored 1 is worth.
+    unit: f32,
+}
+
+/// The light that shines.
+pub(super) struct Light {
+    maps: Vec<Map>,
+    face_size: u32,
+    /// Index of the map and rotation that the coefficients are of.
+    shines: Option<(usize, f32)>,
+    uniform: wgpu::Buffer,
+    coefficients: wgpu::Buffer,
+    resample: wgpu::ComputePipeline,
+    cube: wgpu::BindGroup,
+    /// By map.
+    texels: Vec<wgpu::BindGroup>,
+    workgroups: [u32; 2],
+    transform: wgpu::ComputePipeline,
+    faces: wgpu::BindGroup,
+}
+
+impl Map {
+    /// Uploads a map.
+    pub(super) fn new(gpu: &Gpu, environment: &Environment) -> Self {
+        let (unit, halves) = environment.halves();
+        let texels: Vec<[f16; 4]> = halves.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, f16::ZERO]).collect();
+        let size = [environment.map.width, environment.map.height];
+        let texture = gpu.texture("environment", size, wgpu::TextureFormat::Rgba16Float, bytemuck::cast_slice(&texels));
+        Self { name: environment.name.clone(), texels: texture, width: size[0], unit }
+    }
+}
+
+impl Light {
+    /// The light of `maps` on faces of `face_size` texels a side. It must be set before it shines.
+    pub(super) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32) -> Self {
+        let texels = FACES as u32 * face_size * face_size;
+        let bytes = u64::from(texels) * size_of::<[f32; 4]>() as u64;
+        let uniform_usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let uniform = gpu.buffer("environment", size_of::<gpu_data::Environment>() as u64, uniform_usage);
+        let side = gpu.buffer("face size", size_of::<u32>() as u64, uniform_usage);
+        gpu.write(&side, 0, bytemuck::bytes_of(&face_size));
+        let cube = gpu.buffer("cube", bytes, BufferUsages::STORAGE);
+        let coefficients = gpu.buffer("light", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let resample = gpu.compute_pipeline(ENVIRONMENT, "resample");
+        let transform = gpu.compute_pipeline(HAAR, "transform");
+        let map_layout = resample.get_bind_group_layout(1);
+        Self {
+            texels: maps.iter().map(|map| gpu.bind(&map_layout, [wgpu::BindingResource::TextureView(&map.texels)])).collect(),
+            cube: gpu.bind(&resample.get_bind_group_layout(0), [uniform.as_entire_binding(), cube.as_entire_binding()]),
+            faces: gpu.bind(&transform.get_bind_group_layout(0), [&side, &cube, &coefficients].map(wgpu::Buffer::as_entire_binding)),
+            workgroups: gpu.workgroups(texels * TEAM, WORKGROUP),
+            shines: None,
+            maps,
+            face_size,
+            uniform,
+            coefficients,
+            resample,
+            transform,
+        }
+    }
+
+    /// Makes it shine as `look` says, but for the gain, which is a factor on all that follows. Returns whether that is a change.
+    pub(super) fn set(&mut self, gpu: &Gpu, look: &EnvironmentLook) -> bool {
+        let Some(index) = self.maps.iter().position(|map| map.name == look.map) else { return false };
+        let Some(map) = self.maps.get(index).filter(|_| self.shines != Some((index, look.rotation_deg))) else { return false };
+        let (sin_rotation, cos_rotation) = look.rotation_deg.to_radians().sin_cos();
+        let points = subsamples(map.width, self.face_size as usize);
+        let environment = gpu_data::Environment { sin_rotation, cos_rotation, unit: map.unit, face_size: self.face_size, points };
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&environment));
+        self.shines = Some((index, look.rotation_deg));
+        true
+    }
+
+    /// Encodes the pass that brings the coefficients up to date.
+    pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+        let Some(texels) = self.texels.get(self.map()) else { return };
+        let mut pass = passes.compute("light");
+        pass.set_pipeline(&self.resample);
+        pass.set_bind_group(0, &self.cube, &[]);
+        pass.set_bind_group(1, texels, &[]);
+        pass.dispatch_workgroups(self.workgroups[0], self.workgroups[1], 1);
+        pass.set_pipeline(&self.transform);
+        pass.set_bind_group(0, &self.faces, &[]);
+        pass.dispatch_workgroups(FACES as u32, 1, 1);
+    }
+
+    /// All maps.
+    pub(super) fn maps(&self) -> &[Map] {
+        &self.maps
+    }
+
+    /// Index of the map that shines.
+    pub(super) fn map(&self) -> usize {
+        self.shines.map_or(0, |(index, _)| index)
+    }
+
+    /// The struct `Environment` of the shaders.
+    pub(super) fn uniform(&self) -> &wgpu::Buffer {
+        &self.uniform
+    }
+
+    /// Haar coefficients before the gain, [6·n·n], four floats each of which the last is unused.
+    pub(super) fn coefficients(&self) -> &wgpu::Buffer {
+        &self.coefficients
+    }
+}

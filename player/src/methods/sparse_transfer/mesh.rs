@@ -1,0 +1,103 @@
+//! The scene's meshes and materials on the GPU.
+
+use super::gpu_data::Material;
+use crate::gpu::Gpu;
+use relume_formats::basis::Wrap;
+use relume_formats::kinds::textures::MaterialTexture;
+use relume_formats::kinds::{StoredScene, Textures};
+use std::ops::Range;
+use wgpu::{BufferUsages, TextureFormat};
+
+/// Meshes and what they are drawn with.
+pub(super) struct Mesh {
+    /// [vertices] three floats: metres, world space.
+    pub(super) positions: wgpu::Buffer,
+    /// [vertices] two floats.
+    pub(super) uvs: wgpu::Buffer,
+    /// [triangles] three u32.
+    pub(super) triangles: wgpu::Buffer,
+    /// By material.
+    pub(super) materials: wgpu::Buffer,
+    /// By material; a single white texel where there is none.
+    pub(super) textures: Vec<wgpu::TextureView>,
+    /// The objects, in the order of their triangles.
+    pub(super) objects: Vec<Object>,
+    /// Nothing closer to the eye than this is drawn, metres.
+    pub(super) near: f32,
+}
+
+/// What is drawn at once.
+pub(super) struct Object {
+    /// Positions in the list of vertex indices.
+    pub(super) indices: Range<u32>,
+    /// Index of its material.
+    pub(super) material: u32,
+}
+
+/// The closest that is drawn, as a share of the scene's extent.
+const NEAR: f32 = 1e-5;
+
+impl Mesh {
+    /// Uploads the meshes of `scene`.
+    pub(super) fn new(gpu: &Gpu, scene: &StoredScene, textures: Option<&Textures>) -> Self {
+        let texture_of = |index: usize| textures?.textures.iter().find(|texture| texture.material as usize == index);
+        let no_uvs = || vec![[0.0; 2]; scene.positions.len()];
+        let uvs = textures.map_or_else(no_uvs, |textures| textures.uvs.clone());
+        let materials = scene.meta.materials.iter().enumerate();
+        let materials: Vec<Material> = materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
+        Self {
+            positions: upload(gpu, "positions", BufferUsages::VERTEX, &scene.positions),
+            uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
+            triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
+            materials: gpu.storage("materials", &materials),
+            textures: (0..materials.len()).map(|index| texture(gpu, texture_of(index))).collect(),
+            objects: objects(scene),
+            near: NEAR * extent(&scene.positions).max(f32::MIN_POSITIVE / NEAR),
+        }
+    }
+}
+
+fn upload<T: bytemuck::Pod>(gpu: &Gpu, label: &str, usage: BufferUsages, values: &[T]) -> wgpu::Buffer {
+    let buffer = gpu.buffer(label, size_of_val(values) as u64, usage | BufferUsages::COPY_DST);
+    gpu.write(&buffer, 0, bytemuck::cast_slice(values));
+    buffer
+}
+
+fn material(albedo: [f32; 3], texture: Option<&MaterialTexture>) -> Material {
+    let wrap = |wrap: Wrap| match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    };
+    Material {
+        albedo,
+        alpha_cutoff: texture.and_then(|texture| texture.alpha_cutoff).unwrap_or(0.0),
+        wrap: texture.map_or([0; 2], |texture| texture.texture.wrap.map(wrap)),
+        textured: u32::from(texture.is_some()),
+        unused: 0,
+    }
+}
+
+fn texture(gpu: &Gpu, texture: Option<&MaterialTexture>) -> wgpu::TextureView {
+    let (size, texels) = texture.map_or(([1, 1], [[255; 4]].as_slice()), |texture| (texture.texture.size, &texture.texture.texels));
+    gpu.texture("texture", size, TextureFormat::Rgba8Unorm, texels.as_flattened())
+}
+
+fn objects(scene: &StoredScene) -> Vec<Object> {
+    let mut end = 0;
+    let object = |object: &relume_formats::kinds::scene::StoredObject| {
+        let begin = end;
+        end += 3 * object.triangles;
+        Object { indices: begin..end, material: object.material }
+    };
+    scene.meta.objects.iter().map(object).collect()
+}
+
+/// The largest side of the box around all points.
+fn extent(points: &[[f32; 3]]) -> f32 {
+    let side = |axis: usize| {
+        let along = points.iter().map(|point| point[axis]);
+        along.clone().fold(f32::NEG_INFINITY, f32::max) - along.fold(f32::INFINITY, f32::min)
+    };
+    (0..3).map(side).fold(0.0, f32::max)
+}

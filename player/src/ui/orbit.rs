@@ -1,0 +1,135 @@
+//! A camera moved by hand, around what it looks at.
+
+use glam::{Quat, Vec3};
+use relume_formats::state::Camera;
+
+/// Steepest view down or up, in degrees: just before the film would turn over.
+const STEEPEST_DEG: f32 = 89.0;
+/// A drag over the height of the picture goes round by so much, in degrees.
+const ORBIT_DEG: f32 = 180.0;
+/// How far the distance to the target may differ from the scene's, as a factor either way.
+const REACH: f32 = 1e3;
+
+/// What a hand does. Lengths are shares of the picture's height, x to the right and y down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    /// Goes round the target, as if the scene were turned by its front.
+    Orbit([f32; 2]),
+    /// Moves camera and target sideways, such that the target follows the hand.
+    Pan([f32; 2]),
+    /// Multiplies the distance to the target.
+    Dolly(f32),
+}
+
+/// `camera` after `motion`; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
+pub fn moved(camera: Camera, motion: Motion, home: Camera) -> Camera {
+    let (position, target) = (Vec3::from(camera.position), Vec3::from(camera.target));
+    let way = position - target;
+    let (position, target) = match motion {
+        Motion::Orbit(drag) => (target + turned(way, drag), target),
+        Motion::Pan([x, y]) => {
+            let [_, right, up] = camera.film(1, 1).axes().map(Vec3::from);
+            let shift = 2.0 * way.length() * (y * up - x * right);
+            (position + shift, target + shift)
+        }
+        Motion::Dolly(factor) => {
+            let usual = Vec3::from(home.position).distance(Vec3::from(home.target));
+            let length = (way.length() * factor).clamp(usual / REACH, usual * REACH);
+            (target + way.normalize_or(Vec3::Z) * length, target)
+        }
+    };
+    let moved = Camera { position: position.to_array(), target: target.to_array(), ..camera };
+    if position.is_finite() && target.is_finite() && moved.position != moved.target { moved } else { camera }
+}
+
+/// The way from the target to the camera, turned by a drag.
+fn turned(way: Vec3, [x, y]: [f32; 2]) -> Vec3 {
+    let [across, down] = [x, y].map(|share| (share * ORBIT_DEG).to_radians());
+    let level = Vec3::new(way.x, 0.0, way.z);
+    let elevation = way.y.atan2(level.length());
+    let steepest = STEEPEST_DEG.to_radians();
+    // From straight above, the film's top points to -Z: the camera comes down on the side of +Z.
+    let level = Quat::from_rotation_y(-across) * level.normalize_or(Vec3::Z);
+    // A view that is steeper already may stay so, but not become more so.
+    let new = (elevation + down).clamp(elevation.min(-steepest), elevation.max(steepest));
+    way.length() * (new.cos() * level + new.sin() * Vec3::Y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOME: Camera = Camera { position: [1.0, 2.0, 6.0], target: [0.5, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 1.5 };
+
+    /// Where a point appears: as shares of the picture's height, x to the right and y down, from its middle.
+    fn seen(camera: &Camera, point: Vec3) -> [f32; 2] {
+        let [forward, right, up] = camera.film(1, 1).axes().map(Vec3::from);
+        let way = point - Vec3::from(camera.position);
+        [0.5, -0.5]
+            .map(|s| s / way.dot(forward))
+            .into_iter()
+            .zip([right, up])
+            .map(|(s, axis)| s * way.dot(axis) / axis.length_squared())
+            .collect::<Vec<_>>()
+            .try_into()
+            .unwrap()
+    }
+
+    fn distance(camera: &Camera) -> f32 {
+        Vec3::from(camera.position).distance(Vec3::from(camera.target))
+    }
+
+    #[test]
+    fn an_orbit_keeps_distance_and_target_and_the_front_follows_the_hand() {
+        let front = Vec3::from(HOME.target) + 0.01 * (Vec3::from(HOME.position) - Vec3::from(HOME.target));
+        for drag in [[0.05, 0.0], [-0.05, 0.0], [0.0, 0.03], [0.0, -0.03], [0.02, 0.02]] {
+            let camera = moved(HOME, Motion::Orbit(drag), HOME);
+            assert!((distance(&camera) - distance(&HOME)).abs() < 1e-5);
+            assert_eq!(camera.target, HOME.target);
+            let to = seen(&camera, front);
+            assert!(drag.iter().zip(to).all(|(drag, to)| *drag == 0.0 || drag * to > 0.0), "{drag:?} leads to {to:?}");
+        }
+        // Half a turn, and once round.
+        let across = moved(HOME, Motion::Orbit([1.0, 0.0]), HOME).position;
+        assert!(Vec3::from(across).distance(Vec3::new(0.0, 2.0, -6.0)) < 1e-5, "{across:?}");
+        let round = (0..8).fold(HOME, |camera, _| moved(camera, Motion::Orbit([0.25, 0.0]), HOME));
+        assert!(Vec3::from(round.position).distance(Vec3::from(HOME.position)) < 1e-4);
+    }
+
+    #[test]
+    fn it_never_turns_over() {
+        for down in [9.0, -9.0] {
+            let camera = moved(HOME, Motion::Orbit([0.3, down]), HOME);
+            let way = (Vec3::from(camera.position) - Vec3::from(camera.target)).normalize();
+            assert!((way.y.abs() - STEEPEST_DEG.to_radians().sin()).abs() < 1e-5 && way.y * down > 0.0);
+        }
+        let above = Camera { position: [0.5, 9.0, 0.0], ..HOME };
+        let still = moved(above, Motion::Orbit([0.0, 0.0]), HOME);
+        assert!(Vec3::from(still.position).distance(Vec3::from(above.position)) < 1e-5);
+        let down = moved(above, Motion::Orbit([0.0, -0.25]), HOME);
+        assert!(down.position[2] > 1.0 && (distance(&down) - 8.0).abs() < 1e-5, "{down:?}");
+    }
+
+    #[test]
+    fn a_pan_takes_the_target_along() {
+        for drag in [[0.25, 0.0], [0.0, 0.25], [-0.1, 0.2]] {
+            let camera = moved(HOME, Motion::Pan(drag), HOME);
+            let old = seen(&camera, Vec3::from(HOME.target));
+            assert!(drag.iter().zip(old).all(|(drag, old)| (drag - old).abs() < 1e-5), "{drag:?} leads to {old:?}");
+            assert!((distance(&camera) - distance(&HOME)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_dolly_ends_before_the_target_and_before_infinity() {
+        assert!((distance(&moved(HOME, Motion::Dolly(0.5), HOME)) - 0.5 * distance(&HOME)).abs() < 1e-5);
+        for (factor, end) in [(0.5, 1e-3), (2.0, 1e3)] {
+            let camera = (0..40).fold(HOME, |camera, _| moved(camera, Motion::Dolly(factor), HOME));
+            assert!((distance(&camera) / distance(&HOME) / end - 1.0).abs() < 1e-2, "{factor}");
+            camera.validate(&relume_formats::Place::file("test")).unwrap();
+        }
+        for motion in [Motion::Dolly(f32::NAN), Motion::Orbit([f32::NAN, 0.0]), Motion::Pan([f32::INFINITY, 1.0])] {
+            assert_eq!(moved(HOME, motion, HOME), HOME);
+        }
+    }
+}

@@ -1,12 +1,16 @@
 //! The player's shaders against `evaluate`, on a real bake.
 
-use crate::support::{job, library_scene};
+use crate::support::{job, library_scene, scene};
 use relume_bake::bundle::{self, Leftover};
+use relume_bake::methods::sparse_transfer;
 use relume_bake::methods::transfer_images::{Bases, Wanted, held_out};
 use relume_formats::container::Stored;
+use relume_formats::evaluate::sparse_transfer::{light, radiance};
 use relume_formats::evaluate::transfer_images::evaluate;
-use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{MaterialState, State};
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, TransferImages};
+use relume_formats::state::{EnvironmentState, MaterialState, State};
+use relume_scenes::Scene;
 
 #[test]
 fn shaders_equal_evaluate() {
@@ -36,3 +40,69 @@ fn shaders_equal_evaluate() {
         assert!(difference <= 1e-5 * largest, "state {number}: {difference} of {largest}");
     }
 }
+
+/// The radiance of every vertex, light resampled and transformed on the GPU, in a bake of direct light and in one with a bounce.
+#[test]
+fn relit_vertices_equal_evaluate() {
+    for reflections in [1, 2] {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = Scene { reflections, ..scene(RELIT) };
+        let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(90) };
+        let wanted = sparse_transfer::Wanted { settings };
+        bundle::run(&scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, &job()).unwrap();
+        let transfer = SparseTransfer::read_file(&folder.path().join("sparse-transfer.relume")).unwrap();
+        for (number, map, gain, rotation_deg) in
+            [(0, "clear-sky", [1.0; 3], 0.0), (1, "lamps", [0.5, 2.0, 1e4], 123.4), (0, "clear-sky", [0.0; 3], -45.0)]
+        {
+            let change = EnvironmentState { map: Some(map.to_owned()), rotation_deg: Some(rotation_deg), gain: Some(gain) };
+            let state = State { environment: Some(change), ..State::default() };
+            let gpu = match relume_player::render_vertices(folder.path(), "sparse-transfer", &state, None) {
+                Ok(radiance) => radiance,
+                Err(error) if std::env::var_os("RELUME_REQUIRE_GPU").is_none() && error.to_string().contains("no GPU adapter") => {
+                    println!("skipped: {error}; set RELUME_REQUIRE_GPU=1 to make this a failure");
+                    return;
+                }
+                Err(error) => panic!("{error}"),
+            };
+            let map = Environment::read_file(&folder.path().join(format!("environment-{number}.relume"))).unwrap().map;
+            let look = EnvironmentLook { map: String::new(), gain, rotation_deg };
+            let cpu = radiance(&transfer, &light(&map, &look, transfer.meta.face_size as usize));
+            for channel in 0..3 {
+                let largest = cpu.iter().fold(0.0f32, |m, v| m.max(v[channel].abs()));
+                let difference = cpu.iter().zip(&gpu).fold(0.0f32, |m, (a, b)| m.max((a[channel] - b[channel]).abs()));
+                assert!(difference <= 1e-4 * largest, "{reflections} reflections, {rotation_deg}°: {difference} of {largest}");
+            }
+        }
+    }
+}
+
+/// A ball on a plane under two skies.
+const RELIT: &str = "
+    [vary]
+    light = true
+    view = true
+    [render]
+    size = [32, 24]
+    [camera]
+    position = [0.0, 2.0, 5.0]
+    target = [0.0, 0.5, 0.0]
+    fov_deg = 40.0
+    [materials.white]
+    brdf = 'blinn-phong'
+    kd = [0.7, 0.6, 0.5]
+    [[object]]
+    name = 'plane'
+    shape = 'quad'
+    segments = 12
+    material = 'white'
+    transform = { scale = 4.0 }
+    [[object]]
+    name = 'ball'
+    shape = 'sphere'
+    subdivisions = 2
+    material = 'white'
+    transform = { translation = [0.0, 0.5, 0.0], scale = 0.4 }
+    [environment]
+    file = 'clear-sky'
+    others = ['lamps']
+";

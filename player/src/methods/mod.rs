@@ -1,5 +1,4 @@
 //! The methods that this player knows, one folder each: the GPU twin of the method's file in `relume_formats::evaluate`.
-
 //!
 //! A method is a [`Playback`] and a line in [`METHODS`]; nothing else in the player knows one from another.
 

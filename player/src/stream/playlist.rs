@@ -6,10 +6,8 @@
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
-use relume_formats::container::{Kind, Reader, Stored, open};
+use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
-use relume_formats::state::Animation;
 use relume_formats::{Error as FormatError, Place};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -118,7 +116,7 @@ impl Item {
             return Err(FormatError::invalid(&place, reason));
         }
         let reader = Reader::new(Throttle { input: file, pace }, length, place.clone())?;
-        reader.header().expect_kind(self.kind, version_of(self.kind), &place)?;
+        reader.header().expect_kind(self.kind, self.kind.current_version(), &place)?;
         if reader.header().sections.is_empty() {
             return Err(FormatError::invalid(&place, "holds no sections; bake it again"));
         }
@@ -132,19 +130,5 @@ impl Item {
         let reader = open(&self.path)?;
         let last_needed = reader.header().sections.get(method.first_piece);
         Ok(last_needed.map_or(self.bytes, |info| info.offset + info.stored_bytes))
-    }
-}
-
-/// The version of each kind that this player reads.
-fn version_of(kind: Kind) -> u32 {
-    match kind {
-        Kind::Scene => StoredScene::VERSION,
-        Kind::Animation => Animation::VERSION,
-        Kind::BrdfBasis => BrdfBasis::VERSION,
-        Kind::TransferImages => TransferImages::VERSION,
-        Kind::HaarTable => HaarTable::VERSION,
-        Kind::Environment => Environment::VERSION,
-        Kind::Textures => Textures::VERSION,
-        Kind::SparseTransfer => SparseTransfer::VERSION,
     }
 }

@@ -81,7 +81,8 @@ fn animation(ui: &mut Ui, editor: &mut Editor) {
             editor.play_or_pause();
         }
         let mut time_s = editor.time_s();
-        let slider = Slider::new(&mut time_s, 0.0..=duration_s).fixed_decimals(2).suffix(" s");
+        // Unless only edits are clamped, the slider rounds what it is shown, and takes that for an edit.
+        let slider = Slider::new(&mut time_s, 0.0..=duration_s).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" s");
         let response = ui.add(slider).on_hover_text(HOLD_RULE);
         if response.changed() {
             editor.scrub(time_s);

@@ -238,6 +238,16 @@ fn animation_controls() {
 }
 
 #[test]
+fn an_animation_that_is_shown_plays_on() {
+    let mut user = User::new(editor(true));
+    for _ in 0..20 {
+        user.editor.advance(0.012_345);
+        user.frame(Vec::new());
+    }
+    assert!(user.editor.is_playing() && (user.editor.time_s() - 20.0 * 0.012_345).abs() < 1e-9, "{}", user.editor.time_s());
+}
+
+#[test]
 fn keys_and_buttons_ask_for_the_same() {
     let mut user = User::new(editor(false));
     for (key_of, button, what) in [(Key::S, "PNG", Save::Png), (Key::E, "EXR", Save::Exr), (Key::T, "State", Save::State)] {

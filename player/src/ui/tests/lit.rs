@@ -97,6 +97,12 @@ fn merely_showing_the_light_changes_nothing() {
     assert_eq!(user.editor.look(), Look::default_of(user.editor.scene()));
     (0..60).for_each(|_| user.frame(Vec::new()));
     assert!(!user.mirror.restless);
+    let mut user = User::before(lit(true), None);
+    for _ in 0..20 {
+        user.editor.advance(0.012_345);
+        user.frame(Vec::new());
+    }
+    assert!(user.editor.is_playing());
 }
 
 #[test]

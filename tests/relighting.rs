@@ -113,7 +113,7 @@ fn a_ball_hides_its_form_factor() {
 /// Vertices against the path tracer, which knows nothing of cubes or bases.
 #[test]
 fn vertices_show_what_the_path_tracer_sees() {
-    for (reflections, seed) in [(1, 1), (2, 2), (3, 3)] {
+    for reflections in 1..=3 {
         let mut scene = scene(&format!("{BALL} file = 'lamps'\n rotation_deg = 25.0\n"));
         scene.reflections = reflections;
         let baked = bake(&scene, wanted(16, 1024));

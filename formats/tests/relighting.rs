@@ -4,9 +4,11 @@
 
 mod support {
     pub mod playing;
+    #[allow(dead_code, reason = "shared with other tests")]
     pub mod raw_file;
     pub mod reading;
     pub mod relighting;
+    #[allow(dead_code, reason = "shared with other tests")]
     pub mod samples;
 }
 

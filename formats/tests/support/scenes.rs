@@ -37,8 +37,8 @@ pub fn scene(seed: u64) -> StoredScene {
             name: "päper room".to_owned(),
             camera: Camera { position: point(random), target: [20.0, 0.0, 0.0], fov_deg: 40.0, exposure_ev: random.signed() },
             size: [1 + random.below(500) as u32, 16_384],
-            varies_light: seed % 2 == 0,
-            varies_view: seed % 3 == 0,
+            varies_light: seed.is_multiple_of(2),
+            varies_view: seed.is_multiple_of(3),
             environment: (seed % 5 > 1).then(|| EnvironmentLook {
                 map: "sky.exr".to_owned(),
                 gain: [1.0, random.unit(), 1e9],

@@ -101,7 +101,7 @@ fn weightings() -> [(&'static str, Vec<f32>); 3] {
 fn accuracy_table() {
     let load = |name: &str| relume_scenes::load(&relume_scenes::resolve(name).unwrap()).unwrap();
     let scene = load("spheres-24");
-    let on_grid = |i: &usize| i % 115 % 6 == 0 && i / 115 % 6 == 0;
+    let on_grid = |i: &usize| (i % 115).is_multiple_of(6) && (i / 115).is_multiple_of(6);
     let ground: Vec<Receiver> =
         receivers(&scene).into_iter().take(115 * 115).enumerate().filter(|(i, _)| on_grid(i)).map(|(_, r)| r).collect();
     assert_eq!(ground.len(), 400);

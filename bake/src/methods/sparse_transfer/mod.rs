@@ -185,12 +185,12 @@ pub fn bake(scene: &Scene, settings: &Settings, log: &WorkLog, job: &Job) -> Res
         blocks: Vec::new(),
         rays_per_texel: settings.rays_per_texel,
     };
-    let (transfer, errors) = pack(&rows, &lights, settings.terms, meta, job)?;
+    let (transfer, errors) = pack(&rows, &lights, settings.terms, &meta, job)?;
     Ok(Baked { transfer, environments, errors, traced })
 }
 
 /// Rounds as many terms as are wanted and measures what that leaves.
-fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: Meta, job: &Job) -> Result<(SparseTransfer, [Errors; 2])> {
+fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: &Meta, job: &Job) -> Result<(SparseTransfer, [Errors; 2])> {
     let stage = job.stage("packing", 2);
     let by_terms = errors::by_terms(rows, lights);
     stage.advance(1);
@@ -200,7 +200,7 @@ fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: Meta, job: &Job
         Terms::Error(max) => 1 + by_terms[..rows.terms - 1].iter().take_while(|e| worst(e) * ROUNDING > max).count(),
     };
     let blocks = quantise::shapes(terms);
-    let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta } };
+    let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta.clone() } };
     let stored = errors::of_stored(&transfer, rows, lights);
     stage.advance(1);
     Ok((transfer, [stored, by_terms[terms - 1]]))

@@ -125,7 +125,8 @@ fn rows_that_are_none_are_refused() {
         change(&mut rows);
         rows
     };
-    let cases: [(&dyn Fn(&mut SparseTransfer), &str); 8] = [
+    type Case<'a> = (&'a dyn Fn(&mut SparseTransfer), &'a str);
+    let cases: [Case<'_>; 8] = [
         (&|r| r.meta.face_size = 3, "section `meta`: a light of 3 texels"),
         (&|r| r.meta.face_size = 128, "a light of 128 texels"),
         (&|r| r.meta.bounces = 3, "and 3 bounces are out of range"),

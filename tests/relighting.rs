@@ -325,3 +325,55 @@ fn scenes_that_do_not_fit_get_one_clear_line() {
         assert!(!bundle.join("manifest.json").exists());
     }
 }
+
+#[test]
+fn exports_and_verdicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write_scene(folder.path(), &format!("{BALL} file = 'lamps'\n").replace("segments = 12", "segments = 3"));
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let bundle = text("bundle");
+    expect_exit("bake", &["run", path.to_str().unwrap(), "-o", &bundle, "--terms", "24", "--quality", "draft", "--progress", "none"], 0);
+    let (rows, stored) = (
+        SparseTransfer::read_file(Path::new(&text("bundle/sparse-transfer.relume"))).unwrap(),
+        StoredScene::read_file(Path::new(&text("bundle/scene.relume"))).unwrap(),
+    );
+
+    expect_exit("bake", &["export", &bundle, "-o", &text("out")], 0);
+    let vertices = stored.positions.len();
+    let array = |name: &str, shape: String| {
+        let bytes = std::fs::read(text(&format!("out/sparse-transfer/{name}"))).unwrap();
+        let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        let described = String::from_utf8_lossy(&bytes[..header]).into_owned();
+        assert!(described.contains(&format!("'shape': ({shape})")), "{name}: {described}");
+        bytes[header..].to_vec()
+    };
+    let index = array("index.npy", format!("24, {vertices}"));
+    let value = array("value.npy", format!("24, {vertices}"));
+    array("positions.npy", format!("{vertices}, 3"));
+    array("normals.npy", format!("{vertices}, 3"));
+    // The third block of 8 columns begins with column 8: its second column is the ninth.
+    for vertex in [0, vertices / 2, vertices - 1] {
+        let at = 9 * vertices + vertex;
+        assert_eq!(u16::from_le_bytes([index[2 * at], index[2 * at + 1]]), rows.blocks[2].indices[vertices + vertex]);
+        let exported = f32::from_le_bytes(value[4 * at..4 * at + 4].try_into().unwrap());
+        assert_eq!(exported, rows.blocks[2].value(&rows.meta, 1, vertex)[0]);
+    }
+    let info = run("bake", &["info", &bundle, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    let of_rows = info["files"].as_array().unwrap().iter().find(|f| f["kind"] == "sparse-transfer").unwrap();
+    assert_eq!((of_rows["details"]["terms"].as_u64(), of_rows["details"]["rows"].as_u64()), (Some(24), Some(vertices as u64)));
+
+    let sound = Manifest::read(Path::new(&bundle)).unwrap();
+    let verdict = |change: &dyn Fn(&mut Manifest)| {
+        let mut broken = sound.clone();
+        change(&mut broken);
+        broken.write(Path::new(&bundle)).unwrap();
+        expect_exit("bake", &["verify", &bundle], 2)
+    };
+    let no_map = verdict(&|m| drop(m.methods[0].files.remove(0)));
+    assert!(no_map.contains("its files are not environments"), "{no_map}");
+    let twice = verdict(&|m| m.methods[0].files.insert(0, sound.methods[0].files[0].clone()));
+    assert!(twice.contains("two environment maps are called `lamps`"), "{twice}");
+    let other = verdict(&|m| m.methods[0].name = "photon-volume".to_owned());
+    assert!(other.contains("unknown to this program"), "{other}");
+}

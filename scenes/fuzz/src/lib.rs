@@ -66,9 +66,10 @@ fn check(scene: &Scene) {
         assert_eq!(texture.texels.len() as u64, u64::from(texture.size[0]) * u64::from(texture.size[1]));
     }
     if let Some(environment) = &scene.environment {
-        let map = &environment.map;
-        assert_eq!(map.texels.len() as u64, u64::from(map.width) * u64::from(map.height));
-        assert!(map.texels.as_flattened().iter().all(|x| x.is_finite() && *x >= 0.0));
+        for map in [&environment.map].into_iter().chain(&environment.others).map(|named| &named.map) {
+            assert_eq!(map.texels.len() as u64, u64::from(map.width) * u64::from(map.height));
+            assert!(map.texels.as_flattened().iter().all(|x| x.is_finite() && *x >= 0.0));
+        }
     }
     assert!(scene.warnings.iter().all(|w| !w.contains('\n')), "{:?}", scene.warnings);
 }

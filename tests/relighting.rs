@@ -344,7 +344,7 @@ fn exports_and_verdicts() {
         let bytes = std::fs::read(text(&format!("out/sparse-transfer/{name}"))).unwrap();
         let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
         let described = String::from_utf8_lossy(&bytes[..header]).into_owned();
-        assert!(described.contains(&format!("'shape': ({shape})")), "{name}: {described}");
+        assert!(described.contains(&format!("'shape': ({shape}, ")), "{name}: {described}");
         bytes[header..].to_vec()
     };
     let index = array("index.npy", format!("24, {vertices}"));

@@ -163,6 +163,21 @@ fn an_environment_without_a_file_is_white() {
 }
 
 #[test]
+fn states_choose_among_the_maps_of_a_scene() {
+    let text = format!("{TEXT}\n[environment]\nfile = 'lamps'\nothers = ['clear-sky']\nrotation_deg = 30");
+    let scene = Scratch::scene(&text).load().unwrap();
+    let place = Place::file("s.toml");
+    let shown = |text: &str| scene.with_state(&state(text), &place).map(|s| s.environment.unwrap());
+    let sky = shown("environment = { map = 'clear-sky', rotation_deg = -90 }").unwrap();
+    let own = scene.environment.as_ref().unwrap();
+    assert_eq!((sky.map.name.as_str(), sky.rotation_deg, sky.map.map == own.others[0].map), ("clear-sky", -90.0, true));
+    assert_eq!(shown("environment.gain = [2, 2, 2]").unwrap().map.name, "lamps");
+    assert_eq!(shown("environment.map = 'white'").unwrap().map.name, "white", "procedural maps need not be listed");
+    let message = shown("environment.map = 'clear-skies'").unwrap_err().to_string();
+    assert!(message.contains("did you mean `clear-sky`"), "{message}");
+}
+
+#[test]
 fn animations_are_read_in_name_order_and_checked_at_every_key() {
     let scratch = Scratch::scene(TEXT);
     let animation = |kd: &str| format!("duration_s = 1\n[[key]]\nt_s = 0\n[[key]]\nt_s = 0.5\nmaterials.clay.kd = {kd}");

@@ -91,6 +91,20 @@ fn the_quad_faces_up_and_has_unit_area() {
 }
 
 #[test]
+fn a_quad_in_segments_is_the_same_square() {
+    let mesh = mesh("shape = 'quad'\nsegments = 7");
+    assert_eq!((mesh.positions.len(), mesh.triangles.len()), (8 * 8, 2 * 7 * 7));
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| Vec3::from(mesh.positions[i as usize]));
+        (b - a).cross(c - a).y / 2.0
+    };
+    // Every triangle faces up and is as large as the next.
+    assert!(mesh.triangles.iter().all(|t| (area(t) - 0.5 / 49.0).abs() < 1e-6));
+    let corners = [[-0.5, 0.0, -0.5], [0.5, 0.0, 0.5]];
+    assert!(corners.iter().all(|corner| mesh.positions.contains(corner)));
+}
+
+#[test]
 fn wrong_parameters_are_refused() {
     for (text, part) in [
         ("shape = 'box'\ntube = 0.1", "scene.toml: object `it`: `tube` is no parameter of this shape; it has none"),

@@ -1,7 +1,7 @@
 # `make demo` and `make test` are all that a fresh machine with cargo needs; each does its own set-up.
 .DEFAULT_GOAL := help
 SCENE ?= cornell-knot
-ANIMATION ?= polish
+ANIMATION ?=
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
@@ -20,10 +20,11 @@ bake: build  ## bake SCENE=<name> into baked/<name>
 	$(BAKE) run $(SCENE)
 play: build  ## play SCENE=<name> [ANIMATION=<name>] in a window, or without a display to frames and a contact sheet in baked/
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-	    $(PLAYER) baked/$(SCENE) $(if $(filter file,$(origin ANIMATION)),,--animation $(ANIMATION)); \
+	    $(PLAYER) baked/$(SCENE) $(if $(ANIMATION),--animation $(ANIMATION)); \
 	else \
-	    $(PLAYER) baked/$(SCENE) --headless --animation $(ANIMATION) --fps 12 --frames 'baked/frames/$(SCENE)-$(ANIMATION)/%04d.png' --contact-sheet baked/frames/$(SCENE)-$(ANIMATION).png && \
-	    echo "look at baked/frames/$(SCENE)-$(ANIMATION).png; single frames are in baked/frames/$(SCENE)-$(ANIMATION)"; \
+	    animation=$(or $(ANIMATION),$$(ls baked/$(SCENE) | sed -n 's/^animation-\(.*\)\.relume$$/\1/p' | head -n 1)); \
+	    $(PLAYER) baked/$(SCENE) --headless --animation $$animation --fps 12 --frames "baked/frames/$(SCENE)-$$animation/%04d.png" --contact-sheet baked/frames/$(SCENE)-$$animation.png && \
+	    echo "look at baked/frames/$(SCENE)-$$animation.png; single frames are in baked/frames/$(SCENE)-$$animation"; \
 	fi
 demo: build  ## bake a small scene and play its animations in a window, or without a display to pictures in demo/
 	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot

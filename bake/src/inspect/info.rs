@@ -4,9 +4,9 @@ mod details;
 
 use super::{codec_name, info_text};
 use relume_formats::container::{CONTAINER_VERSION, SectionInfo, open};
+use relume_formats::kinds::Manifest;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::kinds::Manifest;
 use relume_formats::state::{Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;

@@ -1,5 +1,6 @@
 //! The player's shaders against `evaluate`, on a real bake.
 
+use crate::relighting::BALL;
 use crate::support::{job, library_scene, scene};
 use relume_bake::bundle::{self, Leftover};
 use relume_bake::methods::sparse_transfer;
@@ -46,7 +47,7 @@ fn shaders_equal_evaluate() {
 fn relit_vertices_equal_evaluate() {
     for reflections in [1, 2] {
         let folder = tempfile::tempdir().unwrap();
-        let scene = Scene { reflections, ..scene(RELIT) };
+        let scene = Scene { reflections, ..scene(&format!("{BALL} file = 'clear-sky'\n others = ['lamps']\n")) };
         let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(90) };
         let wanted = sparse_transfer::Wanted { settings };
         bundle::run(&scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, &job()).unwrap();
@@ -75,34 +76,3 @@ fn relit_vertices_equal_evaluate() {
         }
     }
 }
-
-/// A ball on a plane under two skies.
-const RELIT: &str = "
-    [vary]
-    light = true
-    view = true
-    [render]
-    size = [32, 24]
-    [camera]
-    position = [0.0, 2.0, 5.0]
-    target = [0.0, 0.5, 0.0]
-    fov_deg = 40.0
-    [materials.white]
-    brdf = 'blinn-phong'
-    kd = [0.7, 0.6, 0.5]
-    [[object]]
-    name = 'plane'
-    shape = 'quad'
-    segments = 12
-    material = 'white'
-    transform = { scale = 4.0 }
-    [[object]]
-    name = 'ball'
-    shape = 'sphere'
-    subdivisions = 2
-    material = 'white'
-    transform = { translation = [0.0, 0.5, 0.0], scale = 0.4 }
-    [environment]
-    file = 'clear-sky'
-    others = ['lamps']
-";

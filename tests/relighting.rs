@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// A ball 1 m above the middle of a plane; more keys may follow those of the environment.
-const BALL: &str = "
+pub const BALL: &str = "
     [vary]
     light = true
     view = true
@@ -263,6 +263,13 @@ fn bytes_repeat_at_any_thread_count_and_after_a_kill() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
+    // Another method would take the unfinished work of this one away.
+    let other = arguments("killed", &["--method", "transfer-images"]);
+    let other: Vec<&str> = other.iter().map(String::as_str).filter(|a| !["--terms", "40"].contains(a)).collect();
+    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("view = true", "view = true\n materials = ['ball']")).unwrap();
+    let stderr = expect_exit("bake", &other, 2);
+    assert!(stderr.contains("--resume") && log.exists(), "{stderr}");
+    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("\n materials = ['ball']", "")).unwrap();
     let refused = arguments("killed", &[]);
     let stderr = expect_exit("bake", &refused.iter().map(String::as_str).collect::<Vec<_>>(), 2);
     assert!(stderr.contains("--resume") && stderr.contains("--force"), "{stderr}");

@@ -90,6 +90,11 @@ fn log_name(method: &str) -> String {
     format!("{method}.log")
 }
 
+/// Whether there is a log worth going on with at `path`.
+fn is_log(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "log") && WorkLog::exists(path)
+}
+
 /// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`.
 ///
 /// New files are made in a folder of their own and moved when all are whole, so an older bundle stays playable until then.
@@ -100,7 +105,8 @@ pub fn run(scene: &Scene, methods: &[Box<dyn Method>], size: [u32; 2], folder: &
     methods.iter().try_for_each(|method| method.expect_fit(scene))?;
     let start = Instant::now();
     let unfinished = folder.join(UNFINISHED);
-    let has_log = methods.iter().any(|method| WorkLog::exists(&unfinished.join(log_name(method.name()))));
+    // Of any method: publishing takes all that is unfinished away.
+    let has_log = std::fs::read_dir(&unfinished).is_ok_and(|files| files.flatten().any(|file| is_log(&file.path())));
     if has_log && leftover == Leftover::Refuse {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));

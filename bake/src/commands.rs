@@ -52,8 +52,8 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
     let default = if relights { MethodName::SparseTransfer } else { MethodName::TransferImages };
     let names = if args.method.is_empty() { vec![default] } else { args.method.clone() };
     let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
-    if let Some(twice) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
-        return refuse("--method", format!("{:?} is given twice; once is enough", twice.1));
+    if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
+        return refuse("--method", "the same one is given twice; once is enough".to_owned());
     }
     for (flag, given, owner) in
         [("--bases", args.bases.is_some(), MethodName::TransferImages), ("--terms", args.terms.is_some(), MethodName::SparseTransfer)]

@@ -1,14 +1,15 @@
 //! Sampling of an environment map in proportion to what it sends.
 
 use glam::Vec3A;
-use relume_scenes::Environment;
+use relume_scenes::{Environment, EquirectMap};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// An environment light prepared for look-ups and importance sampling.
 pub struct EnvironmentLight {
     width: usize,
     height: usize,
-    texels: Vec<Vec3A>,
+    /// The map with its gain.
+    map: EquirectMap,
     /// Cosine and sine of the map's rotation about +Y.
     rotation: [f32; 2],
     /// Running sums over rows, and over the texels of each row, of the chance to be chosen; each ends in 1.
@@ -22,10 +23,11 @@ impl EnvironmentLight {
         let map = &environment.map.map;
         let (width, height) = (map.width as usize, map.height as usize);
         let gain = Vec3A::from(environment.gain);
-        let texels: Vec<Vec3A> = map.texels.iter().map(|t| Vec3A::from(*t) * gain).collect();
-        let brightness: Vec<f64> = texels.iter().map(|t| f64::from(t.element_sum())).collect();
+        let texels: Vec<[f32; 3]> = map.texels.iter().map(|t| (Vec3A::from(*t) * gain).to_array()).collect();
+        let brightness: Vec<f64> = texels.iter().map(|t| f64::from(Vec3A::from(*t).element_sum())).collect();
+        let map = EquirectMap { texels, ..**map };
         let mut row_sums = Vec::with_capacity(height);
-        let mut texel_cdf = Vec::with_capacity(texels.len());
+        let mut texel_cdf = Vec::with_capacity(brightness.len());
         for y in 0..height {
             // Look-ups interpolate, so a dark texel beside a bright one shines too and must stand a chance.
             let blurred = |x: usize| -> f64 {
@@ -39,19 +41,12 @@ impl EnvironmentLight {
         }
         let lit = row_sums.iter().sum::<f64>() > 0.0;
         let (sin, cos) = environment.rotation_deg.to_radians().sin_cos();
-        lit.then(|| Self { width, height, texels, rotation: [cos, sin], row_cdf: running_share(&row_sums), texel_cdf })
+        lit.then(|| Self { width, height, map, rotation: [cos, sin], row_cdf: running_share(&row_sums), texel_cdf })
     }
 
     /// Radiance from the unit direction `direction`, bilinear between texel centres, W/(sr·m²).
     pub fn radiance(&self, direction: Vec3A) -> Vec3A {
-        let [u, v] = self.uv(direction);
-        let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let column = |offset: i64| (x0 as i64 + offset).rem_euclid(self.width as i64) as usize;
-        let row = |offset: i64| (y0 as i64 + offset).clamp(0, self.height as i64 - 1) as usize;
-        let texel = |dx, dy| self.texels[row(dy) * self.width + column(dx)];
-        texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
+        self.map.sample(self.uv(direction)).into()
     }
 
     /// A direction chosen in proportion to brightness, with its density per steradian.
@@ -79,7 +74,7 @@ impl EnvironmentLight {
     /// Irradiance on an absorbing sphere per cross section, Σ L·dω of the largest channel: what power is compared by.
     pub fn total(&self) -> f32 {
         let solid_angle = |i: usize| band_of_row(i / self.width, self.height) * std::f64::consts::TAU / self.width as f64;
-        self.texels.iter().enumerate().map(|(i, t)| f64::from(t.max_element()) * solid_angle(i)).sum::<f64>() as f32
+        self.map.texels.iter().enumerate().map(|(i, t)| f64::from(Vec3A::from(*t).max_element()) * solid_angle(i)).sum::<f64>() as f32
     }
 
     fn texel_density(&self, x: usize, y: usize) -> f32 {
@@ -136,7 +131,7 @@ fn pick(cdf: &[f32], u: f32) -> (usize, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relume_scenes::{EquirectMap, NamedMap};
+    use relume_scenes::NamedMap;
     use std::sync::Arc;
 
     fn light(width: u32, height: u32, texels: Vec<[f32; 3]>, rotation_deg: f32) -> EnvironmentLight {

@@ -147,7 +147,8 @@ pub fn predicted_bytes(scene: &Scene) -> u64 {
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let coefficients = FACES as u64 * size * size;
     let selected = vertices * (MAX_TERMS as u64 * (2 + 4 * channels) + 4 * RADIANCES as u64);
-    let dense = if bounces(scene) > 0 { vertices * coefficients * 4 * (1 + 2 * 3) } else { 0 };
+    // Direct rows, then in colour their sum, what arrives, and what arrives next.
+    let dense = if bounces(scene) > 0 { vertices * coefficients * 4 * (1 + 3 * 3) } else { 0 };
     let lights = coefficients * RADIANCES as u64 * 4 * 5;
     2 * selected + dense + triangles * 600 + lights + (64 << 20)
 }
@@ -171,9 +172,10 @@ pub fn bake(scene: &Scene, settings: &Settings, log: &WorkLog, job: &Job) -> Res
     let start = Instant::now();
     let rays = AtomicU64::new(0);
     let gather = Gather { world: &world, receivers: &receivers, lights: &lights, log, job, rays: &rays };
+    let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
     let rows = match bounces(scene) {
-        0 => gather.direct(&Texels::new(settings.rays_per_texel.isqrt() as usize))?,
-        bounces => gather.bounced(scene, bounces, &Texels::new(settings.rays_per_texel.isqrt() as usize))?,
+        0 => gather.direct(&texels)?,
+        bounces => gather.bounced(scene, bounces, &texels)?,
     };
     let traced = Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() };
     let meta = Meta {

@@ -12,6 +12,7 @@ mod support {
     pub mod relighting;
     pub mod samples;
     pub mod scenes;
+    pub mod spheres;
 }
 
 use half::f16;
@@ -24,12 +25,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
-use support::{relighting, samples, scenes};
+use support::{relighting, samples, scenes, spheres};
 
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 25] = [
+const CASES: [Case; 28] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -149,6 +150,21 @@ const CASES: [Case; 25] = [
         let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
         rows.blocks[0].indices[4] = 24;
         written(&rows)
+    }),
+    ("sphere-of-no-size.relume", Kind::SphereSet, "sphere 1 has a radius that is not above 0", || {
+        let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
+        set.spheres[1][3] = 0.0;
+        written(&set)
+    }),
+    ("point-of-no-sphere.relume", Kind::SphereSet, "point 4 belongs to a sphere that is not there", || {
+        let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
+        set.clusters[4] = 2;
+        written(&set)
+    }),
+    ("fit-that-got-worse.relume", Kind::SphereSet, "rises from element 0 to the next", || {
+        let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
+        set.history = vec![0.25, 0.5];
+        written(&set)
     }),
     ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
         let mut scene: StoredScene = scenes::scene(3);

@@ -10,6 +10,7 @@ mod support {
     pub mod reading;
     pub mod samples;
     pub mod scenes;
+    pub mod spheres;
 }
 
 use proptest::prelude::*;
@@ -21,6 +22,7 @@ use support::raw_file::{RawFile, RawSection};
 use support::reading::{read_and_use, refusal};
 use support::samples::{self, Random};
 use support::scenes;
+use support::spheres::sphere_set;
 use xxhash_rust::xxh3::xxh3_64;
 
 fn written(value: &impl Stored) -> Vec<u8> {
@@ -28,10 +30,10 @@ fn written(value: &impl Stored) -> Vec<u8> {
     value.write_file(&folder.path().join("a.relume")).unwrap()
 }
 
-/// A small sound file of every kind, of both models where that matters.
-fn sound_files() -> [(Kind, Vec<u8>); 6] {
+/// Small sound files, of both models where that matters.
+fn sound_files() -> [(Kind, Vec<u8>); 7] {
     // Made once: compressing the table takes long.
-    static FILES: LazyLock<[(Kind, Vec<u8>); 6]> = LazyLock::new(|| {
+    static FILES: LazyLock<[(Kind, Vec<u8>); 7]> = LazyLock::new(|| {
         [
             (Kind::Scene, written(&scenes::scene(3))),
             (Kind::Animation, written(&scenes::animation(3))),
@@ -39,6 +41,7 @@ fn sound_files() -> [(Kind, Vec<u8>); 6] {
             (Kind::BrdfBasis, written(&samples::ggx_basis(3, 3, 2))),
             (Kind::TransferImages, written(&samples::images(3, 1, 2, true, [3, 2]))),
             (Kind::HaarTable, written(&HaarTable::bake())),
+            (Kind::SphereSet, written(&sphere_set(3, 5, 9, 3, 0.5))),
         ]
     });
     FILES.clone()
@@ -236,7 +239,7 @@ proptest! {
 
     /// Bytes of the table changed, its checksum mended.
     #[test]
-    fn forged_tables_never_panic(seed: u64, file in 0usize..6, changes in 1usize..6) {
+    fn forged_tables_never_panic(seed: u64, file in 0usize..7, changes in 1usize..6) {
         let (_, mut file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let payload = 32 + u32::from_le_bytes(file[20..24].try_into().unwrap()) as usize;
@@ -251,7 +254,7 @@ proptest! {
 
     /// The content of a section changed, all checksums mended: this reaches the checks of every kind.
     #[test]
-    fn forged_contents_never_panic(seed: u64, file in 0usize..6, changes in 1usize..4) {
+    fn forged_contents_never_panic(seed: u64, file in 0usize..7, changes in 1usize..4) {
         let (_, file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let mut file = RawFile::parse(&file);

@@ -15,6 +15,9 @@ mod samples;
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/scenes.rs"]
 mod scenes;
+#[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/spheres.rs"]
+mod spheres;
 
 const STATE: &str = r#"
 environment = { map = "sky.exr", rotation_deg = 30.0, gain = [1.0, 1.0, 1.0] }
@@ -79,6 +82,7 @@ fn main() -> std::io::Result<()> {
         seed_kind("environment", number, &relighting::environment(number, number % 2 == 0))?;
         seed_kind("textures", number, &relighting::textures(number))?;
         seed_kind("sparse_transfer", number, &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]))?;
+        seed_kind("sphere_set", number, &spheres::sphere_set(number, 4, 4 + number as usize, 1 + number as usize, 0.5))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
     // Its table repeats a few bytes, so the recipe may as well be short.

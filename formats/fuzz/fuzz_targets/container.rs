@@ -65,7 +65,7 @@ impl Input<'_> {
                 [&MAGIC, fields.as_flattened(), &sum, table, payload].concat()
             }
             Self::Sections { kind, sections, count_error, tail, length_error } => {
-                let mut file = RawFile::new(1 + u32::from(*kind % 6), sections.iter().map(Section::raw).collect());
+                let mut file = RawFile::new(1 + u32::from(*kind % 9), sections.iter().map(Section::raw).collect());
                 file.section_count = file.section_count.wrapping_add(*count_error);
                 (file.table_tail, file.table_bytes_error) = (tail.to_vec(), *length_error);
                 file.bytes()

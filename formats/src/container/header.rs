@@ -28,11 +28,13 @@ pub enum Kind {
     Textures = 7,
     /// The rows of the method `sparse-transfer`: `kinds::sparse_transfer`.
     SparseTransfer = 8,
+    /// Spheres that cover a solid: `kinds::sphere_set`.
+    SphereSet = 9,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 8] = [
+    pub const ALL: [Kind; 9] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -41,6 +43,7 @@ impl Kind {
         Kind::Environment,
         Kind::Textures,
         Kind::SparseTransfer,
+        Kind::SphereSet,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
@@ -50,6 +53,7 @@ impl Kind {
             Kind::Scene => 4,
             Kind::BrdfBasis => 5,
             Kind::Environment => 2,
+            Kind::SphereSet => 7,
             Kind::Textures => 18,
             Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
         }
@@ -66,6 +70,7 @@ impl Kind {
             Kind::Environment => kinds::Environment::VERSION,
             Kind::Textures => kinds::Textures::VERSION,
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
+            Kind::SphereSet => kinds::SphereSet::VERSION,
         }
     }
 
@@ -80,6 +85,7 @@ impl Kind {
             Kind::Environment => "environment",
             Kind::Textures => "textures",
             Kind::SparseTransfer => "sparse-transfer",
+            Kind::SphereSet => "sphere-set",
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod haar_table;
 pub mod manifest;
 pub mod scene;
 pub mod sparse_transfer;
+pub mod sphere_set;
 pub mod textures;
 pub mod transfer_images;
 
@@ -16,5 +17,6 @@ pub use haar_table::HaarTable;
 pub use manifest::Manifest;
 pub use scene::StoredScene;
 pub use sparse_transfer::SparseTransfer;
+pub use sphere_set::SphereSet;
 pub use textures::Textures;
 pub use transfer_images::TransferImages;

@@ -3,8 +3,9 @@
 use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
+use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::scene::EnvironmentLook;
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -66,4 +67,14 @@ pub fn play_textures(textures: &Textures) {
 pub fn play_rows(transfer: &SparseTransfer) {
     let light = [(); 3].map(|()| vec![1e-3; transfer.meta.coefficients()]);
     assert_eq!(sparse_transfer::radiance(transfer, &light).len(), transfer.meta.vertices as usize);
+}
+
+pub fn play_spheres(set: &SphereSet) {
+    // A sphere without points looks for the nearest that has some: too many of them are too much for a test.
+    if set.spheres.len() < 1 << 12 {
+        let mut spheres = vec![[f32::NAN; 4]; 3];
+        let rest = &set.points[..set.meta.vertices as usize];
+        Follower::new(set).follow(rest, &mut spheres).unwrap();
+        assert_eq!(spheres.len(), set.spheres.len());
+    }
 }

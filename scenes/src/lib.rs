@@ -18,6 +18,7 @@ pub use library::resolve;
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Texture, Wrap};
 pub use scene::{Cone, Emitter, Environment, Light, Material, Mesh, NamedMap, Object, Scene, Vary};
+pub use shapes::icosphere;
 
 #[cfg(test)]
 mod library_tests;

@@ -2,6 +2,7 @@
 
 mod details;
 
+use super::sphere_metrics::SphereMetrics;
 use super::{codec_name, info_text};
 use relume_formats::container::{CONTAINER_VERSION, SectionInfo, open};
 use relume_formats::kinds::Manifest;
@@ -117,6 +118,13 @@ pub(super) enum Details {
         rays_per_texel: u32,
         /// What the rows would take as f32 with every coefficient.
         bytes_of_dense_matrix: u64,
+    },
+    SphereSet {
+        #[serde(flatten)]
+        metrics: SphereMetrics,
+        points: usize,
+        /// How many the history has.
+        iterations_done: usize,
     },
 }
 

@@ -1,7 +1,9 @@
 //! The text form of [`super::info`]: facts in two columns, sections as a table.
 
 use super::info::{BundleInfo, ClassInfo, Details, FileInfo, SectionRow, Totals, ratio};
+use super::sphere_metrics::SphereMetrics;
 use relume_formats::kinds::brdf_basis::BasisError;
+use relume_formats::kinds::sphere_set::Solid;
 use relume_formats::state::Model;
 
 /// Longer tables show this many rows and the sum of the others.
@@ -95,7 +97,42 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ),
             ("dense", format!("{} bytes with every coefficient as f32", grouped(*bytes_of_dense_matrix))),
         ],
+        Details::SphereSet { metrics, points, iterations_done } => spheres(metrics, *points, *iterations_done),
     }
+}
+
+/// Lengths in parts of the diagonal, for nobody knows what a mesh's units are.
+fn spheres(m: &SphereMetrics, points: usize, iterations_done: usize) -> Vec<(&'static str, String)> {
+    let percent = |length: f64| format!("{:.4} %", length / f64::from(m.diagonal) * 100.0);
+    let solid = match m.solid {
+        Solid::Closed => "closed, so its volumes are exact".to_owned(),
+        Solid::WindingNumber { cells } => {
+            format!("open or meets itself: inside is where it winds around, on a grid of {cells} cells along")
+        }
+    };
+    let coverage =
+        if m.tight > 0.0 { format!("up to {} % of the diagonal uncovered", m.tight * 100.0) } else { "complete coverage".to_owned() };
+    let [mean, p95, max] = [m.protrusion.mean, m.protrusion.p95, m.protrusion.max].map(percent);
+    vec![
+        (
+            "mesh",
+            format!(
+                "{}, {} vertices, {} triangles, diagonal {}",
+                m.mesh,
+                grouped(m.vertices.into()),
+                grouped(m.triangles.into()),
+                m.diagonal
+            ),
+        ),
+        ("solid", solid),
+        ("spheres", format!("{}, which follow {} points", grouped(m.n as u64), grouped(points as u64))),
+        ("fit", format!("seed {}, {iterations_done} of at most {} iterations, {coverage}", m.seed, m.iterations)),
+        ("E/V(T)", format!("{:.6}, of the volume {}", m.relative_outside_volume, m.volume)),
+        ("coverage", format!("{:.4} % of the surface, {:.4} % of the volume", m.coverage_surface * 100.0, m.coverage_volume * 100.0)),
+        ("gap", format!("{} of the diagonal at most", percent(m.largest_uncovered_gap))),
+        ("protrusion", format!("{mean} of the diagonal in the mean, {p95} at 95 %, {max} at most")),
+        ("overlap", format!("{:.4}", m.overlap)),
+    ]
 }
 
 /// What the sharpness of a lobe is called.

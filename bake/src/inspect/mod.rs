@@ -3,8 +3,11 @@
 mod export;
 mod info;
 mod info_text;
+mod sphere_metrics;
 #[cfg(test)]
 mod test_bundle;
+#[cfg(test)]
+mod test_spheres;
 mod verify;
 
 pub use export::{export_file, export_scene};

@@ -1,10 +1,11 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
 mod sparse_transfer;
+mod sphere_set;
 
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
 use relume_formats::state::{Animation, State};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
@@ -28,6 +29,7 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::Environment => drop(Environment::read_file(path)?),
         Kind::Textures => drop(Textures::read_file(path)?),
         Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
+        Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
     }
     sound(path)
 }

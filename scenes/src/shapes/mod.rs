@@ -9,6 +9,8 @@ mod sphere;
 mod sphere_uvs;
 mod torus;
 
+pub use sphere::icosphere;
+
 use crate::description::{ObjectFile, ShapeName};
 use crate::geometry::Part;
 use relume_formats::{Error, Place, Result};
@@ -88,7 +90,7 @@ impl Shape {
         match self {
             Self::Quad { segments } => simple::quad(*segments),
             Self::Box => simple::cube(),
-            Self::Sphere { subdivisions } => sphere::icosphere(*subdivisions),
+            Self::Sphere { subdivisions } => sphere::part(*subdivisions),
             Self::Torus { major_radius, minor_radius, segments, sides } => torus::torus(*major_radius, *minor_radius, *segments, *sides),
             Self::TorusKnot(knot) => knot.part(),
             Self::Ring(ring) => ring.part(),

@@ -5,12 +5,19 @@ use crate::geometry::Part;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// The unit sphere: an icosahedron whose triangles are split in four `subdivisions` times.
-pub(super) fn icosphere(subdivisions: u32) -> Part {
+/// Points on the unit sphere and triangles between them, counter-clockwise seen from outside: an icosahedron whose 20 triangles are split in four
+/// `subdivisions` times.
+pub fn icosphere(subdivisions: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let (mut points, mut triangles) = icosahedron();
     for _ in 0..subdivisions {
         triangles = split(&mut points, &triangles);
     }
+    (points, triangles)
+}
+
+/// The unit sphere as a shape, with texture coordinates.
+pub(super) fn part(subdivisions: u32) -> Part {
+    let (points, triangles) = icosphere(subdivisions);
     let positions: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
     let mut part = Part { normals: positions.clone(), positions, uvs: Vec::new(), triangles };
     wrap_map_around(&mut part);

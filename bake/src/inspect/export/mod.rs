@@ -6,6 +6,8 @@ mod out;
 mod ply;
 mod scene;
 mod sparse_transfer;
+mod sphere_mesh;
+mod sphere_set;
 mod stored;
 mod table;
 #[cfg(test)]
@@ -16,7 +18,9 @@ pub use scene::export_scene;
 use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{
+    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages,
+};
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -58,6 +62,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
             let scene = Manifest::read(bundle).ok().map(|m| StoredScene::read_file(&bundle.join(m.scene_file.file))).transpose()?;
             sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
         }
+        Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -1,7 +1,7 @@
 //! A scene as it was loaded.
 
 use super::out::{Out, file_name_part};
-use super::ply::PlyMesh;
+use super::ply::{PlyMesh, WORLD_SPACE};
 use super::stored::{self, MaterialFile};
 use relume_formats::Result;
 use relume_formats::state::{Camera, Rgb};
@@ -102,7 +102,14 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
     for (index, object) in scene.objects.iter().enumerate() {
         let mesh = &object.mesh;
         let file = format!("object_{index:03}_{}.ply", file_name_part(&object.name));
-        let ply = PlyMesh { positions: &mesh.positions, normals: &mesh.normals, triangles: &mesh.triangles, labels: None };
+        let ply = PlyMesh {
+            comment: WORLD_SPACE,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            colours: None,
+            triangles: &mesh.triangles,
+            labels: None,
+        };
         out.bytes(&file, &ply.encode())?;
         let material = scene.materials.get(object.material).map(|m| m.name.as_str());
         objects.push(ObjectFile { name: &object.name, file, material, vertices: mesh.positions.len(), triangles: mesh.triangles.len() });

@@ -1,7 +1,7 @@
 //! Stored scenes, animations, environments and textures.
 
 use super::out::{Out, file_name_part};
-use super::ply::PlyMesh;
+use super::ply::{PlyMesh, WORLD_SPACE};
 use relume_formats::Result;
 use relume_formats::kinds::scene::Meta;
 use relume_formats::kinds::{Environment, StoredScene, Textures};
@@ -15,8 +15,10 @@ pub(super) fn scene(scene: &StoredScene, out: &mut Out) -> Result<()> {
     let labels: Vec<[u32; 2]> =
         (0..).zip(&meta.objects).flat_map(|(index, o)| std::iter::repeat_n([index, o.material], o.triangles as usize)).collect();
     let mesh = PlyMesh {
+        comment: WORLD_SPACE,
         positions: &scene.positions,
         normals: &scene.normals,
+        colours: None,
         triangles: &scene.triangles,
         labels: Some((["object", "material"], &labels)),
     };

@@ -1,5 +1,7 @@
 //! Exported files read back by small parsers of their own, and put together again to what the bundle means.
 
+mod spheres;
+
 use super::super::test_bundle::TestBundle;
 use super::*;
 use crate::exr_file::read_exr;

@@ -1,10 +1,11 @@
 //! What is particular to a file of each kind, from its small sections.
 
+use super::super::sphere_metrics::SphereMetrics;
 use super::{ClassInfo, Details, TrackInfo};
 use relume_formats::Result;
 use relume_formats::container::{Kind, Reader, Sections, Stored};
 use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, StoredScene, Textures, sparse_transfer};
+use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, StoredScene, Textures, sparse_transfer};
 use relume_formats::state::Animation;
 use std::io::Read;
 use std::path::Path;
@@ -32,6 +33,10 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             let place = reader.place().clone();
             let mut next = || reader.next_section();
             rows_details(&sparse_transfer::Meta::decode(&mut Sections { place, next: &mut next })?)
+        }
+        Kind::SphereSet => {
+            let set = SphereSet::read_file(path)?;
+            Details::SphereSet { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() }
         }
     })
 }

@@ -32,8 +32,10 @@ pub struct DeformingMesh {
     pub clips: Vec<Clip>,
 }
 
-/// Largest number of vertices, of triangles elsewhere, and of positions in all morph targets together.
+/// Largest number of vertices.
 pub const MAX_VERTICES: usize = 1 << 26;
+/// Largest number of positions in all morph targets together.
+pub const MAX_MORPHED: usize = 1 << 24;
 /// Largest number of nodes, of joints, and of morph targets.
 pub const MAX_JOINTS: usize = 1 << 16;
 /// Largest number of clips.

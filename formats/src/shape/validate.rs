@@ -1,7 +1,7 @@
 //! What a deforming mesh must hold before it is used.
 
 use super::{
-    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_VERTICES, MorphTarget, Node, Property, Track,
+    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget, Node, Property, Track,
     Transform,
 };
 use crate::error::{Error, Place, Result};
@@ -32,7 +32,7 @@ impl DeformingMesh {
             (self.nodes.len(), MAX_JOINTS, "nodes"),
             (self.joints.len(), MAX_JOINTS, "joints"),
             (self.morph_targets.len(), MAX_JOINTS, "morph targets"),
-            (morphed, MAX_VERTICES, "positions in morph targets"),
+            (morphed, MAX_MORPHED, "positions in morph targets"),
             (self.clips.len(), MAX_CLIPS, "clips"),
             (keys, MAX_CLIP_KEYS, "keys"),
         ];

@@ -53,9 +53,14 @@ impl Buffers {
         self.numbers(accessor, &SHARES, Dimensions::Vec4, place)
     }
 
-    /// A number per element, such as a time or a morph weight; integers are shares of the largest.
-    pub fn scalars(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<f32>> {
+    /// A morph weight per element; integers are shares of the largest.
+    pub fn morph_weights(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<f32>> {
         Ok(self.numbers::<1>(accessor, &SHARES, Dimensions::Scalar, place)?.into_flattened())
+    }
+
+    /// A f32 per element.
+    pub fn times(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<f32>> {
+        Ok(self.numbers::<1>(accessor, &[], Dimensions::Scalar, place)?.into_flattened())
     }
 
     /// Matrices by columns.

@@ -66,7 +66,8 @@ impl Reader<'_> {
     /// Appends a track for each of `properties`, which share the keys of `sampler`.
     fn append(&mut self, properties: &[Property], sampler: &Sampler<'_>, tracks: &mut Vec<Track>, place: &Place) -> Result<()> {
         let (input, output) = (sampler.input(), sampler.output());
-        self.keys = self.keys.saturating_add(input.count().saturating_mul(properties.len()));
+        // A track without keys is refused later, but takes memory now.
+        self.keys = self.keys.saturating_add(input.count().max(1).saturating_mul(properties.len()));
         if self.keys > MAX_CLIP_KEYS {
             return Err(Error::invalid(place, format!("more than {MAX_CLIP_KEYS} keys in all animations; simplify them")));
         }
@@ -82,7 +83,7 @@ impl Reader<'_> {
             let reason = format!("{} values where its {} keys need {expected}; export the file again", output.count(), input.count());
             return Err(Error::invalid(place, reason));
         }
-        let times_s = self.file.buffers.scalars(&input, place)?;
+        let times_s = self.file.buffers.times(&input, place)?;
         let values = values(properties, &output, &self.file.buffers, place)?;
         for (k, property) in properties.iter().enumerate() {
             let of_property = values.chunks(property.components()).skip(k).step_by(properties.len());
@@ -96,7 +97,7 @@ impl Reader<'_> {
 fn values(properties: &[Property], output: &gltf::Accessor<'_>, buffers: &Buffers, place: &Place) -> Result<Vec<f32>> {
     match properties.first() {
         Some(Property::Rotation(_)) => Ok(buffers.quaternions(output, place)?.into_flattened()),
-        Some(Property::MorphWeight(_)) => buffers.scalars(output, place),
+        Some(Property::MorphWeight(_)) => buffers.morph_weights(output, place),
         _ => Ok(buffers.vectors(output, place)?.into_flattened()),
     }
 }

@@ -12,7 +12,7 @@ use super::{MeshBuilder, is_gltf};
 use crate::scene::Mesh;
 use glam::DAffine3;
 use gltf::Semantic;
-use relume_formats::shape::{DeformingMesh, Influences, Joint, MAX_VERTICES, MorphTarget};
+use relume_formats::shape::{DeformingMesh, Influences, Joint, MAX_MORPHED, MorphTarget};
 use relume_formats::{Error, Place, Result};
 use std::collections::HashMap;
 use std::path::Path;
@@ -129,8 +129,8 @@ impl<'a> Bindings<'a> {
                 morph.deltas.push(delta);
             }
             self.morphed += morph.vertices.len() - before;
-            if self.morphed > MAX_VERTICES {
-                let reason = format!("morph targets of more than {MAX_VERTICES} positions in one object; split or simplify it");
+            if self.morphed > MAX_MORPHED {
+                let reason = format!("morph targets of more than {MAX_MORPHED} positions in one object; split or simplify it");
                 return Err(Error::invalid(&source.place, reason));
             }
         }

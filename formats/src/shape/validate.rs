@@ -1,8 +1,8 @@
 //! What a deforming mesh must hold before it is used.
 
 use super::{
-    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget, Node, Property, Track,
-    Transform,
+    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget, Node,
+    Property, Track, Transform,
 };
 use crate::error::{Error, Place, Result};
 use std::collections::HashSet;

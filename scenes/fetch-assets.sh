@@ -55,12 +55,14 @@ npm_file() {
     tar -xzOf "$scratch/npm/$1@$2"/*.tgz "package/$3" >"$scratch/source" || fail "$1@$2 holds no file $3"
 }
 
-# cargo_file PACKAGE VERSION PATH: writes that file of the crate to $scratch/source. Nothing of it is built or run.
+# cargo_file PACKAGE VERSION PATH: writes that file of the crate to $scratch/source. What the crate depends on comes along, nothing is built or run.
 cargo_file() {
     command -v cargo >/dev/null || fail "cargo is missing; install Rust"
-    rm -rf "$scratch/cargo" && mkdir -p "$scratch/cargo/src" && : >"$scratch/cargo/src/lib.rs"
-    printf '[package]\nname = "fetch"\nversion = "0.0.0"\nedition = "2021"\n[dependencies]\n"%s" = "=%s"\n[workspace]\n' "$1" "$2" >"$scratch/cargo/Cargo.toml"
-    (cd "$scratch/cargo" && cargo vendor --quiet --versioned-dirs >/dev/null </dev/null) || fail "cargo could not fetch $1@$2; see above, or try again"
+    if [ ! -d "$scratch/cargo/vendor/$1-$2" ]; then
+        rm -rf "$scratch/cargo" && mkdir -p "$scratch/cargo/src" && : >"$scratch/cargo/src/lib.rs"
+        printf '[package]\nname = "fetch"\nversion = "0.0.0"\nedition = "2021"\n[dependencies]\n"%s" = "=%s"\n[workspace]\n' "$1" "$2" >"$scratch/cargo/Cargo.toml"
+        (cd "$scratch/cargo" && cargo vendor --quiet --versioned-dirs >/dev/null </dev/null) || fail "cargo could not fetch $1@$2; see above, or try again"
+    fi
     cp "$scratch/cargo/vendor/$1-$2/$3" "$scratch/source" || fail "$1@$2 holds no file $3"
 }
 

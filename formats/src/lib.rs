@@ -5,6 +5,7 @@
 //! * [`container`]: the `.relume` file: magic, versions, section table, checksums, limits;
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
+//! * [`shape`]: shapes that deform, and where a clip moves them;
 //! * [`state`]: what may change at playback: materials, camera, animation;
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it.
 //!
@@ -15,6 +16,7 @@ pub mod container;
 pub mod error;
 pub mod evaluate;
 pub mod kinds;
+pub mod shape;
 pub mod state;
 
 pub use error::{Error, Place, Result};

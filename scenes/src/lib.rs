@@ -1,7 +1,7 @@
 //! What Relume lights: scene files, geometry loading, procedural shapes, environment maps, and their validation.
 //!
 //! [`Scene`] is the one product of this crate; tracing and baking read nothing else. [`resolve`] finds a scene file,
-//! [`load`] reads it, [`Scene::with_state`] changes what may change.
+//! [`load`] reads it, [`Scene::with_state`] changes what may change. [`load_mesh`] and [`load_deforming`] read single geometry files.
 
 mod description;
 mod geometry;
@@ -14,6 +14,7 @@ mod skies;
 mod suggest;
 mod transform;
 
+pub use geometry::{Deforming, load_deforming, load_mesh};
 pub use library::resolve;
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Texture, Wrap};

@@ -35,6 +35,28 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
 "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24},{"buffer":0,"byteOffset":72,"byteLength":32}],
 "buffers":[{BUFFER"byteLength":104}]}"#;
 
+/// A skin of two joints, a morph target in a sparse accessor, and two clips; BUFFER as above.
+const DEFORMING: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,2,3]}],
+"nodes":[{"children":[1]},{"translation":[0,1,0],"rotation":[0,0,0.7071068,0.7071068]},{"mesh":0,"skin":0},{"mesh":1,"weights":[0.5]}],
+"skins":[{"joints":[0,1],"inverseBindMatrices":4}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"indices":1}]},
+{"primitives":[{"attributes":{"POSITION":0},"indices":1,"targets":[{"POSITION":5}]}]}],
+"animations":[{"name":"Bend","samplers":[{"input":6,"output":7},{"input":6,"output":8,"interpolation":"CUBICSPLINE"}],
+"channels":[{"sampler":0,"target":{"node":1,"path":"rotation"}},{"sampler":1,"target":{"node":0,"path":"translation"}}]},
+{"name":"Breathe","samplers":[{"input":6,"output":9,"interpolation":"STEP"}],"channels":[{"sampler":0,"target":{"node":3,"path":"weights"}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
+{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"},
+{"bufferView":2,"componentType":5121,"count":4,"type":"VEC4"},
+{"bufferView":3,"componentType":5121,"normalized":true,"count":4,"type":"VEC4"},
+{"bufferView":4,"componentType":5126,"count":2,"type":"MAT4"},
+{"componentType":5126,"count":4,"type":"VEC3","sparse":{"count":2,"indices":{"bufferView":5,"componentType":5121},"values":{"bufferView":0}}},
+{"bufferView":6,"componentType":5126,"count":2,"type":"SCALAR"},{"bufferView":7,"componentType":5126,"count":2,"type":"VEC4"},
+{"bufferView":8,"componentType":5126,"count":6,"type":"VEC3"},{"bufferView":6,"componentType":5126,"count":2,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24},{"buffer":0,"byteOffset":72,"byteLength":16},
+{"buffer":0,"byteOffset":88,"byteLength":16},{"buffer":0,"byteOffset":104,"byteLength":128},{"buffer":0,"byteOffset":232,"byteLength":4},
+{"buffer":0,"byteOffset":236,"byteLength":8},{"buffer":0,"byteOffset":244,"byteLength":32},{"buffer":0,"byteOffset":276,"byteLength":72}],
+"buffers":[{BUFFER"byteLength":348}]}"#;
+
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn seed(target: &str, name: &str, content: impl AsRef<[u8]>) -> Outcome {
@@ -49,25 +71,48 @@ fn picture(format: ImageFormat) -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(bytes.into_inner())
 }
 
-/// Positions, indices and texture coordinates.
-fn buffer() -> Vec<u8> {
+/// Positions and indices.
+fn tetrahedron() -> Vec<u8> {
     let floats = POSITIONS.as_flattened().iter().flat_map(|x| x.to_le_bytes());
-    let indices = FACES.as_flattened().iter().flat_map(|i| i.to_le_bytes());
-    floats.chain(indices).chain([0.5f32; 8].into_iter().flat_map(f32::to_le_bytes)).collect()
+    floats.chain(FACES.as_flattened().iter().flat_map(|i| i.to_le_bytes())).collect()
+}
+
+/// The tetrahedron, then texture coordinates.
+fn textured() -> Vec<u8> {
+    tetrahedron().into_iter().chain([0.5f32; 8].into_iter().flat_map(f32::to_le_bytes)).collect()
+}
+
+/// The tetrahedron; joints, weights and inverse bind matrices; sparse indices; times, rotations, and a spline of translations.
+fn deforming() -> Vec<u8> {
+    let identity = [1.0f32, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let joints = [0, 1, 0, 0].repeat(4).into_iter().chain([128, 127, 0, 0].repeat(4));
+    let keys = [0.0f32, 1.0].into_iter().chain([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).chain([0.25; 18]);
+    let matrices = identity.repeat(2).into_iter().flat_map(f32::to_le_bytes);
+    tetrahedron().into_iter().chain(joints).chain(matrices).chain([1, 3, 0, 0]).chain(keys.flat_map(f32::to_le_bytes)).collect()
+}
+
+/// `json`, whose BUFFER stands for the place of `buffer`, as text and as binary.
+fn text_and_binary(json: &str, buffer: &[u8]) -> (Vec<u8>, Vec<u8>) {
+    let uri = format!("\"uri\":\"data:application/octet-stream;base64,{}\",", base64(buffer));
+    let text = json.replace("BUFFER", &uri).into_bytes();
+    let mut json = json.replace("BUFFER", "").into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let chunk = |kind: &[u8; 4], bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes(), kind, bytes].concat();
+    let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", buffer)].concat();
+    (text, [b"glTF", &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes(), &chunks[..]].concat())
+}
+
+fn base64(bytes: &[u8]) -> String {
+    base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
 fn gltf() -> Outcome {
-    let base64 = |bytes: &[u8]| base64::engine::general_purpose::STANDARD.encode(bytes);
     let image = format!("\"uri\":\"data:image/png;base64,{}\"", base64(&picture(ImageFormat::Png)?));
-    let uri = format!("\"uri\":\"data:application/octet-stream;base64,{}\",", base64(&buffer()));
-    let text = GLTF.replace("IMAGE", &image).replace("BUFFER", &uri);
-    let mut json = GLTF.replace("IMAGE", &image).replace("BUFFER", "").into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let chunk = |kind: &[u8; 4], bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes(), kind, bytes].concat();
-    let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", &buffer())].concat();
-    let glb = [b"glTF", &2u32.to_le_bytes(), &(12 + chunks.len() as u32).to_le_bytes(), &chunks[..]].concat();
-    for (mode, file) in [(0, text.as_bytes()), (1, &glb), (2, text.as_bytes()), (3, &glb)] {
-        seed("gltf", &format!("mode-{mode}"), [&[mode], file].concat())?;
+    for (name, json, buffer) in [("mode", GLTF.replace("IMAGE", &image), textured()), ("deforming", DEFORMING.to_owned(), deforming())] {
+        let (text, glb) = text_and_binary(&json, &buffer);
+        for (mode, file) in [(0, &text), (1, &glb), (2, &text), (3, &glb)] {
+            seed("gltf", &format!("{name}-{mode}"), [&[mode], &file[..]].concat())?;
+        }
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use libfuzzer_sys::fuzz_target;
 use relume_scenes_fuzz::Stage;
 use std::sync::LazyLock;
 
-/// Of the file's geometry alone, then of all that it brings; as text, then as binary.
+/// Of the file's geometry alone, at rest and as a shape that deforms, then of all that it brings; as text, then as binary.
 static STAGES: LazyLock<[(Stage, &str); 4]> = LazyLock::new(|| {
     let whole = |file| format!("[[object]]\nname = \"a\"\nfile = \"{file}\"\nlights = true\n");
     [
@@ -22,4 +22,7 @@ fuzz_target!(|data: &[u8]| {
     let (stage, file) = &STAGES[usize::from(mode % 4)];
     stage.write(file, data);
     stage.load();
+    if mode % 4 < 2 {
+        stage.load_deforming(file);
+    }
 });

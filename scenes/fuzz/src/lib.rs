@@ -1,6 +1,6 @@
 //! What the fuzz targets share: a scene in a temporary folder that names the fuzzed file, and what must hold of it once it is loaded.
 
-use relume_scenes::{Mesh, Scene, load};
+use relume_scenes::{Mesh, Scene, load, load_deforming};
 use std::path::{Path, PathBuf};
 
 /// Camera and film of every scene.
@@ -54,6 +54,28 @@ impl Stage {
                 Some(error.to_string())
             }
         }
+    }
+
+    /// Loads `name`, a file beside the scene, as a shape that deforms: a sound one, or an error of one line. Returns the error, if any.
+    pub fn load_deforming(&self, name: &str) -> Option<String> {
+        let deforming = match load_deforming(&self.0.join(name), &mut Vec::new()) {
+            Ok(deforming) => deforming,
+            Err(error) => {
+                assert!(!error.to_string().contains('\n'), "`{error}`");
+                return Some(error.to_string());
+            }
+        };
+        check_mesh(&deforming.rest);
+        let (shape, mut positions) = (&deforming.shape, Vec::new());
+        shape.positions(&shape.rest_pose(), &mut positions);
+        assert_eq!(positions, deforming.rest.positions);
+        for clip in &shape.clips {
+            for time_s in [-1.0, 0.0, 0.5 * clip.duration_s, clip.duration_s, f32::MAX] {
+                shape.positions_at(clip, time_s, &mut positions);
+                assert_eq!(positions.len(), deforming.rest.positions.len());
+            }
+        }
+        None
     }
 }
 

@@ -90,7 +90,12 @@ impl MeshBuilder {
     }
 
     /// The clean mesh. Adds what was mended to `warnings`.
-    pub fn finish(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
+    pub fn finish(self, place: &Place, warnings: &mut Vec<String>) -> Result<Mesh> {
+        Ok(self.finish_and_tell(place, warnings)?.0)
+    }
+
+    /// The clean mesh, and for every vertex appended whether it is still there. Adds what was mended to `warnings`.
+    pub fn finish_and_tell(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<bool>)> {
         self.note_mended_uvs();
         let Self { mut mesh, notes, .. } = self;
         warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
@@ -103,13 +108,13 @@ impl MeshBuilder {
         if dropped > 0 {
             warnings.push(format!("{place}: dropped {dropped} of {given} triangles, which are degenerate (zero area)"));
         }
-        drop_unused_vertices(&mut mesh);
+        let used = drop_unused_vertices(&mut mesh);
         let smoothed = normals::fill_missing(&mut mesh);
         if smoothed > 0 {
             let vertices = mesh.positions.len();
             warnings.push(format!("{place}: gave {smoothed} of {vertices} vertices smooth normals, theirs are missing or zero"));
         }
-        Ok(mesh)
+        Ok((mesh, used))
     }
 
     fn note_mended_uvs(&mut self) {
@@ -143,7 +148,8 @@ fn is_degenerate(corners: [[f32; 3]; 3]) -> bool {
     area_vector(corners).length() <= (1e-7 * longest_squared).max(1e-18)
 }
 
-fn drop_unused_vertices(mesh: &mut Mesh) {
+/// Returns for every vertex whether it was used.
+fn drop_unused_vertices(mesh: &mut Mesh) -> Vec<bool> {
     let mut used = vec![false; mesh.positions.len()];
     mesh.triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
     let kept_before = used.iter().scan(0, |kept, used| Some(std::mem::replace(kept, *kept + u32::from(*used))));
@@ -152,9 +158,10 @@ fn drop_unused_vertices(mesh: &mut Mesh) {
     keep_used(&mut mesh.normals, &used);
     keep_used(&mut mesh.uvs, &used);
     mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
+    used
 }
 
-fn keep_used<T>(values: &mut Vec<T>, used: &[bool]) {
+pub(super) fn keep_used<T>(values: &mut Vec<T>, used: &[bool]) {
     let mut used = used.iter();
     values.retain(|_| used.next().copied().unwrap_or(false));
 }

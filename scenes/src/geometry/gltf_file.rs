@@ -1,13 +1,14 @@
-//! glTF 2.0, text and binary: nodes give the placement, primitives the geometry. Cameras, skins, morph targets and animations are ignored.
+//! glTF 2.0, text and binary: nodes give the placement, primitives the geometry, skins and morph targets the rest pose. Cameras are ignored.
 
 use super::MeshBuilder;
 use super::gltf_buffers::{Buffers, read_uri};
+use super::gltf_nodes::Placement;
 use super::gltf_primitives::{Tally, UvSource, part};
+use super::gltf_skins::{RestPose, Skins};
 use crate::library::read_bytes;
-use crate::suggest::unknown_name;
-use glam::{DAffine3, DMat4, Mat4};
+use glam::DAffine3;
 use gltf::json::validation::Checked;
-use gltf::{Document, Gltf, Node, Semantic};
+use gltf::{Document, Gltf, Node, Primitive, Semantic};
 use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
 
@@ -17,11 +18,17 @@ pub(crate) struct GltfFile {
     pub path: PathBuf,
     /// Its structure, checked by the parser.
     pub document: Document,
-    buffers: Buffers,
+    pub(super) buffers: Buffers,
 }
 
-/// A node and the map from its space to the world.
-pub(crate) type PlacedNode<'a> = (Node<'a>, DAffine3);
+/// A primitive, and what the node that carries it makes of it.
+pub(super) struct Source<'a> {
+    pub node: &'a Node<'a>,
+    pub primitive: Primitive<'a>,
+    pub rest_pose: &'a RestPose,
+    /// Where to look for it in messages.
+    pub place: Place,
+}
 
 impl GltfFile {
     /// Opens the file at `path`.
@@ -33,16 +40,23 @@ impl GltfFile {
     }
 
     /// The nodes of the default scene, or of the subtree of the node called `node`.
-    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3) -> Result<Vec<PlacedNode<'_>>> {
-        placed_nodes(&self.document, node, world_from_file, &Place::file(&self.path))
+    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3) -> Result<Placement<'_>> {
+        Placement::new(&self.document, node, world_from_file, &Place::file(&self.path))
     }
 
-    /// Appends the geometry of `nodes`, whatever its materials; it takes the first set of texture coordinates along.
-    pub fn append(&self, nodes: &[PlacedNode<'_>], builder: &mut MeshBuilder) -> Result<()> {
+    /// Appends the geometry of `nodes` at rest, whatever its materials; it takes the first set of texture coordinates along. Shows `watch` where each
+    /// part comes from: its place in the file, and which vertex of the primitive each of its own is, where they differ.
+    pub(super) fn append(
+        &self,
+        nodes: &Placement<'_>,
+        builder: &mut MeshBuilder,
+        mut watch: impl FnMut(&Source<'_>, Option<&[u32]>) -> Result<()>,
+    ) -> Result<()> {
         let mut tally = Tally::default();
-        self.each_primitive(nodes, &mut tally, |primitive, world_from_node, tally, place| {
-            if let Some(part) = part(primitive, &UvSource::default(), &self.buffers, builder, tally, place)? {
-                builder.append(&part, world_from_node, place)?;
+        self.each_primitive(nodes, &mut tally, |source, tally| {
+            if let Some(read) = part(source, &UvSource::default(), &self.buffers, builder, tally)? {
+                builder.append(&read.part, &read.world_from_part, &source.place)?;
+                watch(source, read.corners.as_deref())?;
             }
             Ok(())
         })?;
@@ -52,18 +66,18 @@ impl GltfFile {
 
     /// The geometry of `nodes` by material name, in order of first use, with the texture coordinates that each material's base colour asks for.
     /// Adds what was ignored to `warnings`.
-    pub fn meshes_by_material(&self, nodes: &[PlacedNode<'_>], warnings: &mut Vec<String>) -> Result<Vec<(String, MeshBuilder)>> {
+    pub fn meshes_by_material(&self, nodes: &Placement<'_>, warnings: &mut Vec<String>) -> Result<Vec<(String, MeshBuilder)>> {
         let (mut tally, mut meshes) = (Tally::default(), Vec::<(String, MeshBuilder)>::new());
-        self.each_primitive(nodes, &mut tally, |primitive, world_from_node, tally, place| {
-            let material = primitive.material();
+        self.each_primitive(nodes, &mut tally, |source, tally| {
+            let material = source.primitive.material();
             let texture = material.pbr_metallic_roughness().base_color_texture();
             let uv_source = texture.map(|info| UvSource::of(&info)).unwrap_or_default();
             let name = super::gltf_materials::name_of(&material);
             let index = meshes.iter().position(|(known, _)| *known == name).unwrap_or(meshes.len());
             let mut fresh = MeshBuilder::default();
             let builder = meshes.get_mut(index).map_or(&mut fresh, |(_, builder)| builder);
-            if let Some(part) = part(primitive, &uv_source, &self.buffers, builder, tally, place)? {
-                builder.append(&part, world_from_node, place)?;
+            if let Some(read) = part(source, &uv_source, &self.buffers, builder, tally)? {
+                builder.append(&read.part, &read.world_from_part, &source.place)?;
                 if index == meshes.len() {
                     meshes.push((name, fresh));
                 }
@@ -75,18 +89,20 @@ impl GltfFile {
         Ok(meshes)
     }
 
-    fn each_primitive<'a>(
+    fn each_primitive(
         &self,
-        nodes: &[PlacedNode<'a>],
+        nodes: &Placement<'_>,
         tally: &mut Tally,
-        mut visit: impl FnMut(&gltf::Primitive<'a>, &DAffine3, &mut Tally, &Place) -> Result<()>,
+        mut visit: impl FnMut(&Source<'_>, &mut Tally) -> Result<()>,
     ) -> Result<()> {
-        for (node, world_from_node) in nodes {
+        let place = Place::file(&self.path);
+        let mut skins = Skins::new(nodes, &self.buffers);
+        for (node, world_from_node) in &nodes.wanted {
             let Some(mesh) = node.mesh() else { continue };
-            tally.posed += usize::from(node.skin().is_some() || mesh.primitives().any(|p| p.morph_targets().len() > 0));
+            let rest_pose = skins.rest_pose(node, world_from_node, &place)?;
             for primitive in mesh.primitives() {
-                let place = Place::file(&self.path).part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
-                visit(&primitive, world_from_node, tally, &place)?;
+                let place = place.part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
+                visit(&Source { node, primitive, rest_pose: &rest_pose, place }, tally)?;
             }
         }
         Ok(())
@@ -140,42 +156,4 @@ fn parse_error(error: &gltf::Error, place: &Place) -> Error {
         }
         _ => Error::invalid(&place, format!("not valid glTF ({fault}); export it again")),
     }
-}
-
-/// Every node of the scene, or of the named node's subtree, with its placement in the world, parents first.
-fn placed_nodes<'a>(
-    document: &'a Document,
-    wanted: Option<&str>,
-    world_from_file: &DAffine3,
-    place: &Place,
-) -> Result<Vec<PlacedNode<'a>>> {
-    let scene = document.default_scene().or_else(|| document.scenes().next());
-    let scene = scene.ok_or_else(|| Error::invalid(place, "the file has no scene; export it with one"))?;
-    let mut stack: Vec<_> = scene.nodes().map(|node| (node, *world_from_file, wanted.is_none())).collect();
-    stack.reverse();
-    let mut seen = vec![false; document.nodes().len()];
-    let (mut placed, mut names) = (Vec::new(), Vec::new());
-    while let Some((node, world_from_parent, parent_inside)) = stack.pop() {
-        // A node with two parents could be its own ancestor; glTF forbids both.
-        if seen.get_mut(node.index()).is_none_or(|seen| std::mem::replace(seen, true)) {
-            return Err(Error::invalid(place, format!("node {} has two parents; export the file again", node.index())));
-        }
-        names.extend(node.name());
-        let inside = parent_inside || (wanted.is_some() && node.name() == wanted);
-        let world_from_node = world_from_parent * parent_from_node(&node);
-        let children: Vec<_> = node.children().map(|child| (child, world_from_node, inside)).collect();
-        stack.extend(children.into_iter().rev());
-        if inside {
-            placed.push((node, world_from_node));
-        }
-    }
-    match wanted {
-        Some(name) if placed.is_empty() => Err(Error::invalid(place, unknown_name("node", name, names))),
-        _ => Ok(placed),
-    }
-}
-
-fn parent_from_node(node: &Node<'_>) -> DAffine3 {
-    let matrix: DMat4 = Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
-    DAffine3::from_mat4(matrix)
 }

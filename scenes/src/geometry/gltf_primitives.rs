@@ -2,7 +2,9 @@
 
 use super::builder::{area_vector, unit_or_zero};
 use super::gltf_buffers::Buffers;
+use super::gltf_file::Source;
 use super::{MAX_ELEMENTS, MeshBuilder, Part};
+use glam::DAffine3;
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic, texture};
 use relume_formats::{Error, Place, Result};
@@ -14,8 +16,8 @@ pub(super) struct Tally {
     pub flat: usize,
     pub not_triangles: usize,
     pub coloured: usize,
-    /// Nodes, not primitives.
-    pub posed: usize,
+    /// With more than four joints per vertex.
+    pub many_joints: usize,
 }
 
 impl Tally {
@@ -27,7 +29,10 @@ impl Tally {
             (self.flat, format!("{} of {of} primitives have no normals; made flat ones", self.flat)),
             (self.not_triangles, format!("ignored {} of {of} primitives, which are points or lines", self.not_triangles)),
             (coloured, format!("{coloured} of {of} primitives have vertex colours, which are ignored")),
-            (self.posed, format!("{} nodes have a skin or morph targets, which are ignored: their meshes are as stored", self.posed)),
+            (
+                self.many_joints,
+                format!("{} of {of} primitives have more than four joints per vertex; kept the first four", self.many_joints),
+            ),
         ]
         .into_iter()
         .filter_map(|(count, note)| (count > 0).then_some(note))
@@ -60,21 +65,44 @@ impl UvSource {
     }
 }
 
-/// The geometry of a primitive in its node's space; none if it is not made of triangles.
+/// The geometry of a primitive.
+pub(super) struct PrimitivePart {
+    /// At rest.
+    pub part: Part,
+    /// The map from the part's space to the world.
+    pub world_from_part: DAffine3,
+    /// Which vertex of the primitive each of the part's is; none if they are the same.
+    pub corners: Option<Vec<u32>>,
+}
+
+/// The geometry of a primitive; none if it is not made of triangles.
 pub(super) fn part(
-    primitive: &Primitive<'_>,
+    source: &Source<'_>,
     uv_source: &UvSource,
     buffers: &Buffers,
     builder: &MeshBuilder,
     tally: &mut Tally,
-    place: &Place,
-) -> Result<Option<Part>> {
+) -> Result<Option<PrimitivePart>> {
+    let (primitive, place) = (&source.primitive, &source.place);
     tally.primitives += 1;
     if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
         tally.not_triangles += 1;
         return Ok(None);
     }
     tally.coloured += usize::from(primitive.get(&Semantic::Colors(0)).is_some());
+    tally.many_joints += usize::from(source.rest_pose.skin.is_some() && primitive.get(&Semantic::Joints(1)).is_some());
+    let mut part = stored(primitive, uv_source, buffers, builder, place)?;
+    let world_from_part = source.rest_pose.apply(&mut part, primitive, buffers, place)?;
+    if !part.normals.is_empty() {
+        return Ok(Some(PrimitivePart { part, world_from_part, corners: None }));
+    }
+    tally.flat += 1;
+    builder.expect_room(3 * part.triangles.len(), part.triangles.len(), place)?;
+    Ok(Some(PrimitivePart { part: flat(&part, place)?, world_from_part, corners: Some(part.triangles.into_flattened()) }))
+}
+
+/// A primitive as the file holds it.
+fn stored(primitive: &Primitive<'_>, uv_source: &UvSource, buffers: &Buffers, builder: &MeshBuilder, place: &Place) -> Result<Part> {
     let accessor = primitive.get(&Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
     builder.expect_room(accessor.count(), 0, place)?;
     let positions = buffers.vectors(&accessor, place)?;
@@ -87,18 +115,15 @@ pub(super) fn part(
         part.uvs = buffers.texture_coordinates(&uvs, place)?.into_iter().map(|uv| uv_source.moved(uv)).collect();
         expect_count(part.uvs.len(), positions.len(), "texture coordinates", place)?;
     }
+    if let Some(normals) = primitive.get(&Semantic::Normals) {
+        part.normals = buffers.vectors(&normals, place)?;
+        expect_count(part.normals.len(), positions.len(), "normals", place)?;
+    }
     part.positions = positions;
-    let Some(normals) = primitive.get(&Semantic::Normals) else {
-        tally.flat += 1;
-        builder.expect_room(3 * part.triangles.len(), part.triangles.len(), place)?;
-        return flat(&part, place).map(Some);
-    };
-    part.normals = buffers.vectors(&normals, place)?;
-    expect_count(part.normals.len(), part.positions.len(), "normals", place)?;
-    Ok(Some(part))
+    Ok(part)
 }
 
-fn expect_count(count: usize, positions: usize, what: &str, place: &Place) -> Result<()> {
+pub(super) fn expect_count(count: usize, positions: usize, what: &str, place: &Place) -> Result<()> {
     if count == positions {
         return Ok(());
     }

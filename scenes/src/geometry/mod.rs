@@ -2,9 +2,13 @@
 
 mod builder;
 mod gltf_buffers;
+mod gltf_clips;
+mod gltf_deforming;
 mod gltf_file;
 mod gltf_materials;
+mod gltf_nodes;
 mod gltf_primitives;
+mod gltf_skins;
 mod normals;
 mod obj_file;
 mod off_file;
@@ -12,8 +16,10 @@ mod ply_file;
 mod polygons;
 
 pub(crate) use builder::{MeshBuilder, Part};
-pub(crate) use gltf_file::{GltfFile, PlacedNode};
+pub use gltf_deforming::{Deforming, load_deforming};
+pub(crate) use gltf_file::GltfFile;
 pub(crate) use gltf_materials::{GltfMaterial, read_materials, tidy_name};
+pub(crate) use gltf_nodes::PlacedNode;
 
 use crate::library::has_extension;
 use crate::scene::Mesh;
@@ -30,7 +36,7 @@ pub(crate) fn load_file(path: &Path, node: Option<&str>, world_from_file: &DAffi
     let mut builder = MeshBuilder::default();
     if is_gltf(path) {
         let file = GltfFile::open(path)?;
-        file.append(&file.nodes(node, world_from_file)?, &mut builder)?;
+        file.append(&file.nodes(node, world_from_file)?, &mut builder, |_, _| Ok(()))?;
         return builder.finish(&place, warnings);
     }
     let append = match extension_of(path).as_str() {
@@ -48,6 +54,14 @@ pub(crate) fn load_file(path: &Path, node: Option<&str>, world_from_file: &DAffi
     builder.finish(&place, warnings)
 }
 
+/// Reads any geometry file that a scene may name: glTF, OBJ, PLY or OFF, where it lies and as it rests. Adds what was mended to `warnings`.
+///
+/// # Errors
+/// `Io` if the file cannot be read, `Unsupported` if it is of another kind, `Invalid` if it breaks the rules of its own.
+pub fn load_mesh(path: &Path, warnings: &mut Vec<String>) -> Result<Mesh> {
+    load_file(path, None, &DAffine3::IDENTITY, warnings)
+}
+
 /// True if `path` is called as a glTF file.
 pub(crate) fn is_gltf(path: &Path) -> bool {
     has_extension(path, "gltf") || has_extension(path, "glb")
@@ -62,3 +76,6 @@ mod tests;
 
 #[cfg(test)]
 mod polygon_file_tests;
+
+#[cfg(test)]
+mod deforming_tests;

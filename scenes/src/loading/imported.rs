@@ -68,7 +68,7 @@ impl Import<'_> {
         }
         let before = self.imported.lights.len();
         if object.lights != Some(false) {
-            self.imported.lights.extend(punctual_lights(&file, &nodes, &mut context.warnings)?);
+            self.imported.lights.extend(punctual_lights(&file, &nodes.wanted, &mut context.warnings)?);
         }
         let mut objects = Vec::new();
         for (material, builder) in meshes {

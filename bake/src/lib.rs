@@ -18,5 +18,6 @@ pub mod inspect;
 pub mod job;
 pub mod methods;
 pub mod scene_hash;
+pub mod spheres;
 pub mod trace;
 pub mod work_log;

@@ -4,17 +4,20 @@
 pub mod ball;
 pub mod coverage;
 pub mod enclosing;
+pub mod fit;
 pub mod growth;
+pub mod members;
 pub mod nearest;
 pub mod pieces;
+pub mod random;
 pub mod refit;
 pub mod search;
-pub mod choose;
 pub mod cluster;
 pub mod moves;
 pub mod start;
 pub mod tighten;
 pub mod triangle_tree;
+pub mod voids;
 pub mod winding;
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::cluster::{Problem, Sphere, total_outside};
 use super::ball::Ball;
+use super::start::clusters;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -36,8 +37,8 @@ pub fn neighbours(spheres: &[Sphere], i: usize, most: usize) -> Vec<usize> {
     near.into_iter().map(|(_, j)| j).collect()
 }
 
-/// The spheres that polishing sphere `i` changes.
-pub fn polished_with(spheres: &[Sphere], i: usize) -> Vec<usize> {
+/// A sphere and the neighbours that moves change with it.
+pub fn group(spheres: &[Sphere], i: usize) -> Vec<usize> {
     let mut indices = neighbours(spheres, i, NEIGHBOURS);
     indices.insert(0, i);
     indices
@@ -46,7 +47,7 @@ pub fn polished_with(spheres: &[Sphere], i: usize) -> Vec<usize> {
 impl Problem<'_> {
     /// Lets a sphere and its neighbours settle.
     pub fn polish(&self, set: &[Sphere], i: usize) -> Move {
-        self.settled(set, polished_with(set, i), |spheres| spheres, 0)
+        self.settled(set, group(set, i), |spheres| spheres, 0)
     }
 
     /// Lets a sphere grow by a share of its radius and its neighbours shrink to what it leaves them, then settles all.
@@ -56,12 +57,12 @@ impl Problem<'_> {
             spheres[0] = Sphere::new(self.solid, Ball::new(centre, radius * (1.0 + share)), spheres[0].cluster.clone());
             spheres
         };
-        self.settled(set, polished_with(set, i), change, 1)
+        self.settled(set, group(set, i), change, 1)
     }
 
     /// Throws a sphere and its nearest neighbours, `count` in all, away and starts them anew from random clusters of their pieces.
     pub fn shake(&self, set: &[Sphere], i: usize, count: usize, seed: u64) -> Option<Move> {
-        let mut indices = polished_with(set, i);
+        let mut indices = group(set, i);
         let count = count.min(indices.len());
         for j in indices[1..count].to_vec() {
             for k in neighbours(set, j, 4) {
@@ -74,7 +75,7 @@ impl Problem<'_> {
         if loose.len() < count {
             return None;
         }
-        let clusters = super::start::clusters(self, &loose, count, seed);
+        let clusters = clusters(self, &loose, count, seed);
         let replace = |mut spheres: Vec<Sphere>| {
             spheres.splice(..count, clusters.into_iter().map(|(centre, cluster)| self.fit(centre, cluster, REFIT_STEPS)));
             spheres
@@ -90,11 +91,11 @@ impl Problem<'_> {
                 indices.push(j);
             }
         }
-        let mut group: Vec<Sphere> = indices.iter().map(|j| set[*j].clone()).collect();
-        self.shed(&mut group, 0);
-        let halves = self.halves(&group[0])?;
+        let mut parts: Vec<Sphere> = indices.iter().map(|j| set[*j].clone()).collect();
+        self.shed(&mut parts, 0);
+        let halves = self.halves(&parts[0])?;
         let replace = |_| {
-            let mut spheres = group;
+            let mut spheres = parts;
             let loose = spheres[1].cluster.clone();
             spheres.splice(..2, halves);
             self.refitted(&spheres, self.deal(&spheres, &loose))
@@ -104,9 +105,9 @@ impl Problem<'_> {
 
     /// What splitting a sphere gains.
     pub fn split_gain(&self, set: &[Sphere], i: usize) -> f64 {
-        let mut group: Vec<Sphere> = polished_with(set, i).into_iter().map(|j| set[j].clone()).collect();
-        self.shed(&mut group, 0);
-        self.halves(&group[0]).map_or(f64::NEG_INFINITY, |halves| set[i].outside.volume - total_outside(&halves))
+        let mut parts: Vec<Sphere> = group(set, i).into_iter().map(|j| set[j].clone()).collect();
+        self.shed(&mut parts, 0);
+        self.halves(&parts[0]).map_or(f64::NEG_INFINITY, |halves| set[i].outside.volume - total_outside(&halves))
     }
 
     /// Gives the pieces of one sphere that others hold too to those.

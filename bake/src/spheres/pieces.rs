@@ -6,6 +6,7 @@
 
 use super::triangle_tree::TriangleTree;
 use glam::DVec3;
+use std::collections::BTreeSet;
 
 /// Corners and pieces; both only ever grow.
 #[derive(Debug)]
@@ -14,9 +15,8 @@ pub struct Pieces<'a> {
     points: Vec<DVec3>,
     anchors: Vec<Option<Anchor>>,
     corners: Vec<u32>,
-    /// Where each of `corners` is, moved inwards by `inset`.
+    /// Where each of `corners` is.
     places: Vec<DVec3>,
-    inset: f64,
     pieces: Vec<Piece>,
 }
 
@@ -33,6 +33,10 @@ pub struct Anchor {
 struct Piece {
     first: u32,
     count: u32,
+    /// What it is a part of, and how many such parts there are.
+    whole: Option<(u32, u32)>,
+    /// The first of its parts and how many they are, once it has been split.
+    parts: Option<(u32, u32)>,
     source: Source,
 }
 
@@ -48,11 +52,11 @@ enum Source {
 
 impl<'a> Pieces<'a> {
     /// The surface in pieces of at most `size` across.
-    pub fn new(surface: &'a TriangleTree, size: f64, inset: f64) -> Self {
+    pub fn new(surface: &'a TriangleTree, size: f64) -> Self {
         let points = surface.vertices.clone();
         let vertex = |v: u32| Some(Anchor { vertices: [v; 3], weights: [1.0, 0.0, 0.0] });
         let anchors = (0..points.len() as u32).map(vertex).collect();
-        let mut pieces = Self { surface, points, anchors, corners: Vec::new(), places: Vec::new(), inset, pieces: Vec::new() };
+        let mut pieces = Self { surface, points, anchors, corners: Vec::new(), places: Vec::new(), pieces: Vec::new() };
         if !surface.nodes.is_empty() {
             pieces.add_branch(0);
         }
@@ -96,21 +100,10 @@ impl<'a> Pieces<'a> {
         self.anchors[corner as usize]
     }
 
-    /// Where the corners of a piece are, moved inwards.
+    /// Where the corners of a piece are.
     pub fn places(&self, piece: u32) -> &[DVec3] {
         let Piece { first, count, .. } = self.pieces[piece as usize];
         &self.places[first as usize..(first + count) as usize]
-    }
-
-    /// Sets how far corners are moved towards the middle of their piece, 0 to 1.
-    pub fn set_inset(&mut self, inset: f64) {
-        self.inset = inset;
-        self.places.clear();
-        for piece in &self.pieces {
-            let corners = &self.corners[piece.first as usize..(piece.first + piece.count) as usize];
-            // Pieces stand in the order of their corners.
-            self.places.extend(places(&self.points, corners, inset));
-        }
     }
 
     /// Squared distance of the farthest corner of a piece.
@@ -127,9 +120,6 @@ impl<'a> Pieces<'a> {
 
     /// All corners of some pieces.
     pub fn positions(&self, cluster: &[u32]) -> Vec<DVec3> {
-        if self.inset > 0.0 {
-            return cluster.iter().flat_map(|p| self.places(*p)).copied().collect();
-        }
         let mut corners: Vec<u32> = cluster.iter().flat_map(|p| self.corners(*p)).copied().collect();
         corners.sort_unstable();
         corners.dedup();
@@ -147,6 +137,45 @@ impl<'a> Pieces<'a> {
 
     /// The parts of a piece, which together are the piece; none if it cannot be split.
     pub fn split(&mut self, piece: u32) -> Vec<u32> {
+        if let Some((first, count)) = self.pieces[piece as usize].parts {
+            return (first..first + count).collect();
+        }
+        let parts = self.parts(piece);
+        for part in &parts {
+            self.pieces[*part as usize].whole = Some((piece, parts.len() as u32));
+        }
+        self.pieces[piece as usize].parts = parts.first().map(|first| (*first, parts.len() as u32));
+        parts
+    }
+
+    /// A cluster, which is ascending, with parts put together where it has all parts of a piece that `may` be whole.
+    pub fn merged(&self, cluster: &[u32], may: impl Fn(&Self, u32) -> bool) -> Vec<u32> {
+        let mut left: BTreeSet<u32> = cluster.iter().copied().collect();
+        let mut merged = Vec::new();
+        // Wholes come before their parts, so that what is put together is met again.
+        while let Some(piece) = left.pop_last() {
+            let Some((whole, count)) = self.pieces[piece as usize].whole else {
+                merged.push(piece);
+                continue;
+            };
+            // Parts of one piece follow each other.
+            let parts: Vec<u32> = left.range(piece.saturating_sub(count)..piece).copied().filter(|p| self.is_part(*p, whole)).collect();
+            if parts.len() + 1 == count as usize && may(self, whole) {
+                parts.iter().for_each(|p| _ = left.remove(p));
+                left.insert(whole);
+            } else {
+                merged.push(piece);
+            }
+        }
+        merged.reverse();
+        merged
+    }
+
+    fn is_part(&self, piece: u32, whole: u32) -> bool {
+        self.pieces[piece as usize].whole.is_some_and(|(of, _)| of == whole)
+    }
+
+    fn parts(&mut self, piece: u32) -> Vec<u32> {
         let Piece { first, source, .. } = self.pieces[piece as usize];
         match source {
             Source::Inside => Vec::new(),
@@ -172,9 +201,8 @@ impl<'a> Pieces<'a> {
     fn add(&mut self, corners: &[u32], source: Source) -> u32 {
         let first = self.corners.len() as u32;
         self.corners.extend(corners);
-        let inset = if let Source::Inside = source { 0.0 } else { self.inset };
-        self.places.extend(places(&self.points, corners, inset));
-        self.pieces.push(Piece { first, count: corners.len() as u32, source });
+        self.places.extend(corners.iter().map(|c| self.points[*c as usize]));
+        self.pieces.push(Piece { first, count: corners.len() as u32, whole: None, parts: None, source });
         self.pieces.len() as u32 - 1
     }
 
@@ -198,13 +226,6 @@ impl<'a> Pieces<'a> {
         self.anchors.push(Some(Anchor { vertices, weights: weights.to_array() }));
         self.points.len() as u32 - 1
     }
-}
-
-/// Corners moved towards their mean.
-fn places(points: &[DVec3], corners: &[u32], inset: f64) -> impl Iterator<Item = DVec3> {
-    let at = |c: &u32| points[*c as usize];
-    let middle = corners.iter().map(at).sum::<DVec3>() / corners.len() as f64;
-    corners.iter().map(move |c| at(c).lerp(middle, inset))
 }
 
 /// Which edge is longest: from corner i to the next.

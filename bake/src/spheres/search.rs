@@ -1,283 +1,226 @@
-//! The search for a set with little outside: polishing until nothing falls, then teleports. The total never rises.
+//! The search for a set of spheres with little outside the solid.
+//!
+//! Each round changes several small groups of spheres that do not meet, side by side; what is kept of the changes depends on their gain alone. At first,
+//! changes that lose a little are kept too, so that the search leaves poor valleys (threshold accepting, Dueck and Scheuer 1990); what counts is the best complete
+//! set that it has seen, and that never gets worse.
 
 use super::cluster::{Problem, Sphere, total_outside};
-use super::moves::{Move, neighbours, polished_with};
+use super::moves::{Move, group, neighbours};
+use super::random::hash;
+use super::voids;
 use rayon::prelude::*;
-use std::collections::HashSet;
 
 /// Teleports tried side by side; a constant, so that the result does not depend on the number of threads.
 const BATCH: usize = 8;
+/// What a round of small changes must gain to be worth a follow-up, in parts of the mean volume outside of a sphere.
+const LEAST_GAIN: f64 = 0.02;
+/// Pieces as far as this from the centre, in radii, are reached out for.
+const BINDS: f64 = 0.99;
 /// By what shares of their radii spheres are grown, to see whether their neighbours gain more.
 const GROWTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
-/// Teleports in a row that fail before the search is over, in spheres.
-const PATIENCE: usize = 6;
 
 /// A set under way.
 pub struct Search<'a> {
+    /// What it works on.
     pub problem: Problem<'a>,
     /// The spheres; their clusters hold every piece once.
-    pub spheres: Vec<Sphere>,
+    spheres: Vec<Sphere>,
+    /// The best complete set so far, and its volume outside.
+    best: (Vec<Sphere>, f64),
     /// Spheres around which something has changed since they were polished.
     dirty: Vec<bool>,
     /// What splitting and what deleting each sphere would bring, where known.
     split_gains: Vec<Option<f64>>,
     deletion_costs: Vec<Option<f64>>,
-    /// Teleports that failed since either sphere's neighbourhood changed.
-    failed: HashSet<(usize, usize)>,
-    failures: usize,
-    /// Spheres that have been grown in vain since something changed around them, by how many of [`GROWTHS`].
-    grown: Vec<usize>,
-    shakes: u64,
-    pub threshold: f64,
-    pub stats: [(f64, f64, usize); 5],
+    seed: u64,
+    rounds: u64,
 }
 
 impl<'a> Search<'a> {
     /// Starts from `spheres`.
-    pub fn new(problem: Problem<'a>, spheres: Vec<Sphere>) -> Self {
+    pub fn new(problem: Problem<'a>, spheres: Vec<Sphere>, seed: u64) -> Self {
         let n = spheres.len();
-        Self {
-            problem,
-            spheres,
-            dirty: vec![true; n],
-            split_gains: vec![None; n],
-            deletion_costs: vec![None; n],
-            failed: HashSet::new(),
-            failures: 0,
-            grown: vec![0; n],
-            shakes: 0,
-            threshold: 0.0,
-            stats: [(0.0, 0.0, 0); 5],
+        let best = (spheres.clone(), f64::INFINITY);
+        let unknown = vec![None; n];
+        let mut search =
+            Self { problem, spheres, best, dirty: vec![true; n], split_gains: unknown.clone(), deletion_costs: unknown, seed, rounds: 0 };
+        search.polish();
+        search.keep_best();
+        search
+    }
+
+    /// The best complete set.
+    pub fn best(&self) -> &[Sphere] {
+        &self.best.0
+    }
+
+    /// Its volume outside.
+    pub fn lowest(&self) -> f64 {
+        self.best.1
+    }
+
+    /// One round: keeps changes that lose less than `loss`, in parts of the mean volume outside of a sphere.
+    pub fn round(&mut self, loss: f64) {
+        if self.spheres.len() < 2 {
+            return;
         }
-    }
-
-    /// Volume outside.
-    pub fn outside(&self) -> f64 {
-        total_outside(&self.spheres)
-    }
-
-    /// One round; false if nothing is left to try.
-    pub fn round(&mut self) -> bool {
-        {
-            let t = std::time::Instant::now();
-            let before = self.outside();
-            let kind = if self.polish_round() { 0 } else if self.teleport(1e-3 * before) { 1 } else if self.growth_round() { 2 } else if self.shake_round() { 3 } else { 4 };
-            self.stats[kind].0 += before - self.outside();
-            self.stats[kind].1 += t.elapsed().as_secs_f64();
-            self.stats[kind].2 += 1;
-            kind < 4
+        let mean = total_outside(&self.spheres) / self.spheres.len() as f64;
+        let moves = match self.rounds % 4 {
+            0 => self.teleports(loss),
+            1 => self.growths(),
+            _ => self.shakes(),
+        };
+        self.rounds += 1;
+        self.apply(moves, if loss > 0.0 { -loss * mean } else { 1e-3 * mean });
+        if loss == 0.0 {
+            self.polish();
         }
+        self.keep_best();
     }
 
-    /// Polishes some dirty spheres; false if there are none.
-    pub fn polish_round(&mut self) -> bool {
-        let mut dirty: Vec<usize> = (0..self.spheres.len()).filter(|i| self.dirty[*i]).collect();
-        if dirty.is_empty() {
-            return false;
-        }
-        dirty.sort_by(|a, b| self.spheres[*b].outside.volume.total_cmp(&self.spheres[*a].outside.volume));
-        let independent = self.independent(dirty);
-        independent.iter().for_each(|i| self.dirty[*i] = false);
-        let moves = independent.into_par_iter().map(|i| self.problem.polish(&self.spheres, i)).collect();
-        self.apply(moves);
-        true
-    }
-
-    /// Grows some spheres; false if all have been tried.
-    fn growth_round(&mut self) -> bool {
-        let mut untried: Vec<usize> = (0..self.spheres.len()).filter(|i| self.grown[*i] < GROWTHS.len()).collect();
-        if untried.is_empty() {
-            return false;
-        }
-        untried.sort_by_key(|i| self.grown[*i]);
-        let independent = self.independent(untried);
-        let moves = independent.par_iter().map(|i| self.problem.grow(&self.spheres, *i, GROWTHS[self.grown[*i]])).collect();
-        independent.iter().for_each(|i| self.grown[*i] += 1);
-        self.apply(moves);
-        true
-    }
-
-    fn shake_round(&mut self) -> bool {
-        let n = self.spheres.len();
-        let mut order: Vec<usize> = (0..n).collect();
-        let key = |i: &usize| super::start::hash(self.shakes * 1_000_003 + *i as u64);
-        order.sort_by_key(key);
-        order.truncate(BATCH);
-        let count = 2 + (self.shakes % 4) as usize;
-        let moves: Vec<Move> = order.par_iter().filter_map(|i| self.problem.shake(&self.spheres, *i, count, super::start::hash(self.shakes * 64 + *i as u64))).collect();
-        self.shakes += 1;
-        self.failures = if self.apply(moves) { 0 } else { self.failures + BATCH };
-        self.failures < PATIENCE * n
-    }
-
-    pub fn show(&mut self) {
-        self.split_gains.fill(None); self.deletion_costs.fill(None);
-        self.promising(f64::NEG_INFINITY);
-        let v = self.problem.solid.nodes[0].moment / 3.0;
-        let mut a: Vec<f64> = self.split_gains.iter().map(|x| x.unwrap() / v).collect();
-        let mut b: Vec<f64> = self.deletion_costs.iter().map(|x| x.unwrap() / v).collect();
-        a.sort_by(|a, b| b.total_cmp(a)); b.sort_by(f64::total_cmp);
-        println!("gains {:.4?}\ncosts {:.4?}", &a[..8], &b[..8]);
-        let mut seen = vec![0; self.problem.pieces.len()];
-        for s in &self.spheres { for p in s.cluster.iter() { seen[*p as usize] += 1; let d = self.problem.pieces.farthest_squared(*p, s.ball.centre).sqrt(); if d > s.ball.radius * (1.0 + 1e-9) { println!("outside {d} {}", s.ball.radius); } } }
-    }
-
-    /// Anneal
-    pub fn anneal(&mut self, rounds: u64, heat: f64) {
-        let n = self.spheres.len();
-        let mut best = self.spheres.clone();
-        let mut lowest = self.outside();
-        for round in 0..rounds {
-            let t = 1.0 - round as f64 / rounds as f64;
-            self.threshold = -heat * t * t * lowest / n as f64;
-            let hash = |k: u64| super::start::hash(round * 1_000_003 + k);
-            let moves: Vec<Move> = if round % 4 == 0 {
-                self.promising(f64::NEG_INFINITY);
-                let gains: Vec<f64> = self.split_gains.iter().map(|g| g.unwrap_or(0.0)).collect();
-                let costs: Vec<f64> = self.deletion_costs.iter().map(|g| g.unwrap_or(0.0)).collect();
-                let noise = |k: u64| (hash(k) >> 11) as f64 / (1_u64 << 53) as f64 * 0.5 * lowest / n as f64;
-                let mut s: Vec<usize> = (0..n).collect();
-                let mut d: Vec<usize> = (0..n).collect();
-                s.sort_by(|a, b| (gains[*b] + noise(*b as u64)).total_cmp(&(gains[*a] + noise(*a as u64))));
-                d.sort_by(|a, b| (costs[*a] + noise(1000 + *a as u64)).total_cmp(&(costs[*b] + noise(1000 + *b as u64))));
-                let pairs: Vec<(usize, usize)> = s.into_iter().zip(d).filter(|(a, b)| a != b).take(BATCH).collect();
-                pairs.par_iter().filter_map(|(s, d)| self.problem.teleport(&self.spheres, *s, *d)).collect()
-            } else {
-                let mut order: Vec<usize> = (0..n).collect();
-                order.sort_by_key(|i| hash(*i as u64));
-                let chosen = self.independent(order);
-                let count = 2 + (round % 3) as usize;
-                if round % 4 == 1 {
-                    chosen.par_iter().map(|i| self.problem.grow(&self.spheres, *i, GROWTHS[(hash(7 + *i as u64) % 4) as usize])).collect()
-                } else {
-                    chosen.par_iter().filter_map(|i| self.problem.shake(&self.spheres, *i, count, hash(64 + *i as u64))).collect()
-                }
-            };
-            self.apply(moves);
-            if self.outside() < lowest {
-                lowest = self.outside();
-                best = self.spheres.clone();
+    /// Goes back to the best set and splits the pieces there that spheres must reach out for, if they are larger than `size`; others are put together
+    /// again.
+    pub fn refine(&mut self, size: f64) {
+        self.spheres.clone_from(&self.best.0);
+        for sphere in &mut self.spheres {
+            let pieces = &mut self.problem.pieces;
+            let limit = (BINDS * (sphere.ball.radius + self.problem.slack)).powi(2);
+            let mut cluster = Vec::new();
+            for piece in pieces.merged(&sphere.cluster, |pieces, p| pieces.farthest_squared(p, sphere.ball.centre) <= limit) {
+                let binds = pieces.extent(piece) > size && pieces.farthest_squared(piece, sphere.ball.centre) > limit;
+                let parts = if binds { pieces.split(piece) } else { Vec::new() };
+                if parts.is_empty() { cluster.push(piece) } else { cluster.extend(parts) }
+            }
+            cluster.sort_unstable();
+            if *sphere.cluster != cluster {
+                *sphere = sphere.with_cluster(cluster);
             }
         }
-        self.threshold = 0.0;
-        self.spheres = best;
-        self.dirty.fill(true);
-        self.split_gains.fill(None);
-        self.deletion_costs.fill(None);
-        self.failed.clear();
-        self.grown.fill(0);
-        self.failures = 0;
+        self.best.0.clone_from(&self.spheres);
+        (0..self.spheres.len()).for_each(|i| self.touch(i));
+        self.polish();
+        self.keep_best();
     }
 
-    /// Those of `wanted`, in their order, whose neighbourhoods do not meet those of earlier ones.
+    /// Lets all spheres around which something has changed settle with their neighbours.
+    fn polish(&mut self) {
+        for _ in 0..POLISHES {
+            let mut dirty: Vec<usize> = (0..self.spheres.len()).filter(|i| self.dirty[*i]).collect();
+            if dirty.is_empty() {
+                break;
+            }
+            dirty.sort_by(|a, b| self.spheres[*b].outside.volume.total_cmp(&self.spheres[*a].outside.volume));
+            let independent = self.independent(dirty);
+            independent.iter().for_each(|i| self.dirty[*i] = false);
+            let moves = independent.into_par_iter().map(|i| self.problem.polish(&self.spheres, i)).collect();
+            self.apply(moves, LEAST_GAIN * total_outside(&self.spheres) / self.spheres.len() as f64);
+        }
+    }
+
+    /// Teleports that promise most, with a little chance.
+    fn teleports(&mut self, loss: f64) -> Vec<Move> {
+        let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
+        let (problem, spheres) = (&*problem, &*spheres);
+        split_gains.par_iter_mut().enumerate().for_each(|(i, gain)| *gain = gain.or_else(|| Some(problem.split_gain(spheres, i))));
+        deletion_costs.par_iter_mut().enumerate().for_each(|(i, cost)| *cost = cost.or_else(|| Some(problem.deletion_cost(spheres, i))));
+        let (problem, spheres) = (&self.problem, &self.spheres);
+        let mean = total_outside(spheres) / spheres.len() as f64;
+        let chance = |i: usize, salt: u64| (0.5 * loss + 0.1) * mean * self.chance(2 * i as u64 + salt);
+        let ranked = |values: &[Option<f64>], sign: f64, salt: u64| {
+            let value = |i: usize| sign * values[i].unwrap_or(0.0) + chance(i, salt);
+            let mut order: Vec<(f64, usize)> = (0..values.len()).map(|i| (value(i), i)).collect();
+            order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            order.into_iter().map(|(_, i)| i).take(BATCH).collect::<Vec<usize>>()
+        };
+        let (splits, deletions) = (ranked(&self.split_gains, 1.0, 0), ranked(&self.deletion_costs, -1.0, 1));
+        let pairs: Vec<(usize, usize)> = splits.into_iter().zip(deletions).filter(|(s, d)| s != d).collect();
+        pairs.par_iter().filter_map(|(s, d)| problem.teleport(spheres, *s, *d)).collect()
+    }
+
+    fn growths(&self) -> Vec<Move> {
+        let share = |i: usize| GROWTHS[(hash(self.key(i as u64)) % GROWTHS.len() as u64) as usize];
+        self.shuffled().par_iter().map(|i| self.problem.grow(&self.spheres, *i, share(*i))).collect()
+    }
+
+    fn shakes(&self) -> Vec<Move> {
+        let count = 2 + (self.rounds % 3) as usize;
+        self.shuffled().par_iter().filter_map(|i| self.problem.shake(&self.spheres, *i, count, self.key(*i as u64))).collect()
+    }
+
+    /// Spheres whose groups do not meet, by chance.
+    fn shuffled(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.spheres.len()).collect();
+        order.sort_by_key(|i| hash(self.key(*i as u64 + (1 << 32))));
+        self.independent(order)
+    }
+
+    /// A number for each use of chance.
+    fn key(&self, salt: u64) -> u64 {
+        hash(self.seed ^ hash(self.rounds)).wrapping_add(salt)
+    }
+
+    /// From 0 to below 1.
+    fn chance(&self, salt: u64) -> f64 {
+        (hash(self.key(salt)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Those of `wanted`, in their order, whose groups do not meet those of earlier ones.
     fn independent(&self, wanted: Vec<usize>) -> Vec<usize> {
         let mut taken = vec![false; self.spheres.len()];
-        let mut free = |i: &usize| {
-            let group = polished_with(&self.spheres, *i);
+        let mut is_free = |i: &usize| {
+            let group = group(&self.spheres, *i);
             let free = group.iter().all(|j| !taken[*j]);
             if free {
                 group.into_iter().for_each(|j| taken[j] = true);
             }
             free
         };
-        wanted.into_iter().filter(|i| free(i)).collect()
+        wanted.into_iter().filter(|i| is_free(i)).collect()
     }
 
-    fn teleport(&mut self, least: f64) -> bool {
-        let pairs = self.promising(least);
-        if pairs.is_empty() || self.failures > PATIENCE * self.spheres.len() {
-            return false;
-        }
-        let moves = pairs.par_iter().filter_map(|(s, d)| self.problem.teleport(&self.spheres, *s, *d)).collect();
-        self.failed.extend(&pairs);
-        self.failures = if self.apply(moves) { 0 } else { self.failures + pairs.len() };
-        true
-    }
-
-    /// The teleports that promise most, of those that have not failed yet.
-    fn promising(&mut self, least: f64) -> Vec<(usize, usize)> {
-        let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
-        let problem = &*problem;
-        split_gains.par_iter_mut().enumerate().for_each(|(i, gain)| *gain = gain.or_else(|| Some(problem.split_gain(spheres, i))));
-        deletion_costs.par_iter_mut().enumerate().for_each(|(i, cost)| *cost = cost.or_else(|| Some(problem.deletion_cost(spheres, i))));
-        let n = self.spheres.len();
-        let promise = |(s, d): &(usize, usize)| self.split_gains[*s].unwrap_or(0.0) - self.deletion_costs[*d].unwrap_or(0.0);
-        let pairs = (0..n * n).map(|k| (k / n, k % n)).filter(|(s, d)| s != d && !self.failed.contains(&(*s, *d)));
-        let mut pairs: Vec<(f64, (usize, usize))> = pairs.map(|pair| (promise(&pair), pair)).collect();
-        pairs.retain(|p| p.0 > least);
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        pairs.truncate(BATCH);
-        pairs.into_iter().map(|(_, pair)| pair).collect()
-    }
-
-    /// Carries out the moves that gain, the best first, each unless a better one has changed its spheres. True if there was one.
-    fn apply(&mut self, mut moves: Vec<Move>) -> bool {
-        let least = 0.02 * self.outside() / self.spheres.len() as f64;
-        moves.retain(|m| m.gain > if self.threshold < 0.0 { self.threshold } else { least });
+    /// Carries out the moves that gain more than `least`, the best first, each unless a better one has changed its spheres.
+    fn apply(&mut self, mut moves: Vec<Move>, least: f64) {
+        moves.retain(|m| m.gain > least);
         moves.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut changed = vec![false; self.spheres.len()];
+        let mut taken = vec![false; self.spheres.len()];
+        let mut changed = Vec::new();
         for Move { indices, spheres, .. } in moves {
-            if indices.iter().any(|i| changed[*i]) {
+            if indices.iter().any(|i| taken[*i]) {
                 continue;
             }
             for (i, sphere) in indices.into_iter().zip(spheres) {
-                changed[i] = self.spheres[i].ball != sphere.ball;
+                taken[i] = true;
+                if self.spheres[i].ball != sphere.ball {
+                    changed.push(i);
+                }
                 self.spheres[i] = sphere;
             }
         }
-        for i in (0..changed.len()).filter(|i| changed[*i]) {
+        for i in changed {
             self.touch(i);
             neighbours(&self.spheres, i, usize::MAX).into_iter().for_each(|j| self.touch(j));
         }
-        changed.contains(&true)
     }
 
     fn touch(&mut self, i: usize) {
         self.dirty[i] = true;
         self.split_gains[i] = None;
         self.deletion_costs[i] = None;
-        self.grown[i] = 0;
-        self.failed.retain(|(s, d)| *s != i && *d != i);
     }
 
-    /// Splits the pieces that spheres must reach out for, if they are larger than `size`. Nothing else changes; true if there were any.
-    pub fn refine(&mut self, size: f64) -> bool {
-        let mut any = false;
-        for (i, sphere) in self.spheres.iter_mut().enumerate() {
-            let pieces = &mut self.problem.pieces;
-            let mut cluster = Vec::new();
-            for piece in sphere.cluster.iter() {
-                let extent = pieces.extent(*piece);
-                let reach = pieces.farthest_squared(*piece, sphere.ball.centre).sqrt() - self.problem.slack;
-                let parts = if extent > size && reach > 0.99 * sphere.ball.radius { pieces.split(*piece) } else { Vec::new() };
-                if parts.is_empty() { cluster.push(*piece) } else { cluster.extend(parts) }
-            }
-            if cluster.len() != sphere.cluster.len() {
-                cluster.sort_unstable();
-                *sphere = sphere.with_cluster(cluster);
-                any = true;
-                self.dirty[i] = true;
-                self.split_gains[i] = None;
-                self.deletion_costs[i] = None;
-            }
+    /// Remembers the set if it is the best so far, with what it takes to leave no void within the solid.
+    fn keep_best(&mut self) {
+        if total_outside(&self.spheres) >= self.best.1 {
+            return;
         }
-        self.failed.clear();
-        self.failures = 0;
-        self.grown.fill(0);
-        any
-    }
-
-    /// From now on with other insets: spheres grow or shrink to what their pieces need.
-    pub fn set_inset(&mut self, inset: f64) {
-        self.problem.pieces.set_inset(inset);
-        let problem = &self.problem;
-        let again = |s: &Sphere| problem.fit(s.ball.centre, s.cluster.to_vec(), 8);
-        self.spheres = self.spheres.par_iter().map(again).collect();
-        self.dirty.fill(true);
-        self.split_gains.fill(None);
-        self.deletion_costs.fill(None);
-        self.failed.clear();
-        self.failures = 0;
-        self.grown.fill(0);
+        let filled = voids::fill(&mut self.problem, &mut self.spheres);
+        filled.into_iter().for_each(|i| self.touch(i));
+        let outside = total_outside(&self.spheres);
+        if outside < self.best.1 {
+            self.best = (self.spheres.clone(), outside);
+        }
     }
 }
+
+/// Most rounds of polishing in a row.
+const POLISHES: usize = 200;

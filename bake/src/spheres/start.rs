@@ -1,6 +1,7 @@
 //! Where the search starts: clusters of pieces by k-means from seeds that keep their distance (Arthur and Vassilvitskii 2007).
 
 use super::cluster::{Problem, Sphere};
+use super::random::unit;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -31,11 +32,10 @@ pub fn clusters(problem: &Problem<'_>, pieces: &[u32], n: usize, seed: u64) -> V
 }
 
 fn seeds(points: &[DVec3], n: usize, seed: u64) -> Vec<DVec3> {
-    let mut random = Random(seed);
     let mut centres = Vec::with_capacity(n);
     let mut distances = vec![1.0; points.len()];
     while centres.len() < n {
-        let mut left = random.unit() * distances.iter().sum::<f64>();
+        let mut left = unit(seed.wrapping_add(centres.len() as u64)) * distances.iter().sum::<f64>();
         let chosen = distances.iter().position(|d| {
             left -= d;
             left < 0.0
@@ -53,28 +53,8 @@ fn seeds(points: &[DVec3], n: usize, seed: u64) -> Vec<DVec3> {
 
 fn nearest_clusters(points: &[DVec3], centres: &[DVec3]) -> Vec<Vec<u32>> {
     let nearest = |p: &DVec3| (0..centres.len()).min_by(|a, b| centres[*a].distance_squared(*p).total_cmp(&centres[*b].distance_squared(*p)));
-    let owners: Vec<usize> = points.iter().map(|p| nearest(p).unwrap_or(0)).collect();
+    let owners: Vec<usize> = points.par_iter().map(|p| nearest(p).unwrap_or(0)).collect();
     let mut clusters = vec![Vec::new(); centres.len()];
     owners.into_iter().enumerate().for_each(|(p, owner)| clusters[owner].push(p as u32));
     clusters
-}
-
-/// Steele et al. 2014's SplitMix64.
-struct Random(u64);
-
-impl Random {
-    /// From 0 to below 1.
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
-pub fn hash(x: u64) -> u64 {
-    let z = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }

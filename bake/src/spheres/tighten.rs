@@ -94,7 +94,7 @@ impl<'a> Group<'a> {
             let holders = (0..limits.len()).filter(|i| self.reaches[*i][index] <= limits[*i]);
             if let Some(owner) = holders.min_by(|a, b| depth(a).total_cmp(&depth(b))) {
                 clusters[owner].push(*piece);
-            } else { panic!("lost"); }
+            }
         }
         for (sphere, mut cluster) in self.spheres.iter_mut().zip(clusters) {
             cluster.sort_unstable();

@@ -5,6 +5,7 @@ pub mod ball;
 pub mod coverage;
 pub mod enclosing;
 pub mod growth;
+pub mod measure;
 pub mod nearest;
 pub mod pieces;
 pub mod refit;
@@ -12,6 +13,7 @@ pub mod search;
 pub mod choose;
 pub mod cluster;
 pub mod moves;
+pub mod solid;
 pub mod start;
 pub mod tighten;
 pub mod triangle_tree;
@@ -21,3 +23,11 @@ pub mod winding;
 mod test_meshes;
 #[cfg(test)]
 mod ball_tests;
+#[cfg(test)]
+mod coverage_tests;
+#[cfg(test)]
+mod enclosing_tests;
+#[cfg(test)]
+mod measure_tests;
+#[cfg(test)]
+mod winding_tests;

@@ -5,6 +5,7 @@
 use super::ball::Ball;
 use super::coverage::{uncovered_corners, uncovered_on_surface};
 use super::solid::Solid;
+use super::surface_points::{random, stratified};
 use super::triangle_tree::TriangleTree;
 use glam::{DVec2, DVec3, UVec3};
 use rayon::prelude::*;
@@ -50,29 +51,12 @@ fn is_covered(balls: &[Ball], point: DVec3) -> bool {
     balls.iter().any(|b| b.contains(point))
 }
 
-/// Share of the area in the balls: one random point in each of as many equal shares of the area.
+/// Share of the area in the balls.
 fn surface_share(surface: &TriangleTree, balls: &[Ball]) -> f64 {
-    let ends: Vec<f64> = surface
-        .planes
-        .iter()
-        .scan(0.0, |sum, (_, area)| {
-            *sum += area;
-            Some(*sum)
-        })
-        .collect();
-    let total = ends.last().copied().unwrap_or(0.0);
-    let hit = |i: &u32| {
-        let at = (f64::from(*i) + random(*i, 0)) / f64::from(SURFACE_POINTS) * total;
-        let triangle = ends.partition_point(|end| *end <= at).min(ends.len().saturating_sub(1));
-        is_covered(balls, on_triangle(surface.corners(triangle), random(*i, 1), random(*i, 2)))
-    };
-    let hits = (0..SURFACE_POINTS).into_par_iter().filter(hit).count();
-    below_one(hits as f64 / f64::from(SURFACE_POINTS), f64::from(SURFACE_POINTS))
-}
-
-fn on_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
-    let root = u.sqrt();
-    a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)
+    let at = |(triangle, weights): &(usize, [f64; 3])| surface.corners(*triangle).into_iter().zip(weights).map(|(v, w)| v * *w).sum();
+    let points = stratified(surface, SURFACE_POINTS);
+    let hits = points.par_iter().filter(|p| is_covered(balls, at(p))).count();
+    below_one(hits as f64 / points.len().max(1) as f64, f64::from(SURFACE_POINTS))
 }
 
 /// Share of the volume in the balls: one random point in each of the cubes that fill the box; only those in no ball are looked at.
@@ -98,14 +82,6 @@ fn below_one(share: f64, points: f64) -> f64 {
     share.min(1.0 - 0.5 / points)
 }
 
-/// A random number in [0, 1) for each pair (splitmix64).
-fn random(point: u32, dimension: u32) -> f64 {
-    let mut x = (u64::from(dimension) << 32 | u64::from(point)).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-}
-
 /// The least growth of all radii that covers the solid, which `tolerance` does not: doubled until it does, then halved.
 fn largest_gap(solid: &Solid, balls: &[Ball], tolerance: f64) -> f64 {
     if balls.is_empty() {
@@ -129,7 +105,7 @@ fn protrusion(solid: &Solid, balls: &[Ball]) -> Protrusion {
     let area = |b: &Ball| 4.0 * PI * b.radius * b.radius;
     let total: f64 = balls.iter().map(area).sum();
     let of_ball = |i: usize| {
-        let (ball, area) = (balls[i], area(&balls[i]));
+        let area = area(&balls[i]);
         let points = (SPHERE_POINTS * area / total).max(LEAST_SPHERE_POINTS).ceil();
         exposed(solid, balls, i, points as u32).into_iter().map(|p| (solid.surface.distance(p), area / points)).collect::<Vec<_>>()
     };

@@ -15,6 +15,7 @@ pub mod cluster;
 pub mod moves;
 pub mod solid;
 pub mod start;
+mod surface_points;
 pub mod tighten;
 pub mod triangle_tree;
 pub mod winding;

@@ -1,19 +1,27 @@
-//! Sphere sets.
-#![allow(missing_docs)]
+//! Sphere sets: covers a solid with spheres that have as little volume as possible outside it (sphere shadows §3.2; Wang et al. 2006).
+//!
+//! * [`solid`]: what a mesh bounds; [`triangle_tree`], [`winding`], [`nearest`], [`ball`]: questions to it, answered exactly;
+//! * [`pieces`]: what must be covered, in pieces that each go to one sphere whole;
+//! * [`cluster`], [`growth`], [`refit`], [`enclosing`], [`tighten`]: spheres and the pieces that they cover;
+//! * [`start`], [`moves`], [`search`], [`voids`]: the search for a set with little outside;
+//! * [`fit`]: from a mesh to a stored set; [`members`]: which points each sphere follows;
+//! * [`coverage`], [`measure`]: whether all is covered, exactly, and how good a set is.
 
 pub mod ball;
+pub mod cluster;
 pub mod coverage;
 pub mod enclosing;
 pub mod fit;
 pub mod growth;
+pub mod measure;
 pub mod members;
+pub mod moves;
 pub mod nearest;
 pub mod pieces;
 pub mod random;
 pub mod refit;
 pub mod search;
-pub mod cluster;
-pub mod moves;
+pub mod solid;
 pub mod start;
 pub mod tighten;
 pub mod triangle_tree;
@@ -21,6 +29,12 @@ pub mod voids;
 pub mod winding;
 
 #[cfg(test)]
-mod test_meshes;
-#[cfg(test)]
 mod ball_tests;
+#[cfg(test)]
+mod coverage_tests;
+#[cfg(test)]
+mod enclosing_tests;
+#[cfg(test)]
+mod measure_tests;
+#[cfg(test)]
+mod test_meshes;

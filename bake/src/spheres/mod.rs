@@ -2,22 +2,25 @@
 #![allow(missing_docs)]
 
 pub mod ball;
+pub mod choose;
+pub mod cluster;
 pub mod coverage;
 pub mod enclosing;
+pub mod fit;
 pub mod growth;
+pub mod moves;
 pub mod nearest;
 pub mod pieces;
 pub mod refit;
 pub mod search;
-pub mod choose;
-pub mod cluster;
-pub mod moves;
 pub mod start;
 pub mod tighten;
 pub mod triangle_tree;
 pub mod winding;
 
-#[cfg(test)]
-mod test_meshes;
+pub use fit::relative_outside;
+
 #[cfg(test)]
 mod ball_tests;
+#[cfg(test)]
+mod test_meshes;

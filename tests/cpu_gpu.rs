@@ -18,7 +18,7 @@ fn shaders_equal_evaluate() {
     let folder = tempfile::tempdir().unwrap();
     let wanted = Wanted { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
     let scene = library_scene("cornell-knot");
-    bundle::run(&scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, &job()).unwrap();
+    bundle::run(&scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
     let basis = BrdfBasis::read_file(&folder.path().join("brdf-basis.relume")).unwrap();
     for number in 0..8 {
@@ -50,7 +50,7 @@ fn relit_vertices_equal_evaluate() {
         let scene = Scene { reflections, ..scene(&format!("{BALL} file = 'clear-sky'\n others = ['lamps']\n")) };
         let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(90) };
         let wanted = sparse_transfer::Wanted { settings };
-        bundle::run(&scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, &job()).unwrap();
+        bundle::run(&scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
         let transfer = SparseTransfer::read_file(&folder.path().join("sparse-transfer.relume")).unwrap();
         for (number, map, gain, rotation_deg) in
             [(0, "clear-sky", [1.0; 3], 0.0), (1, "lamps", [0.5, 2.0, 1e4], 123.4), (0, "clear-sky", [0.0; 3], -45.0)]

@@ -5,7 +5,9 @@
 //! * [`accuracy`]: baked images against the reference, with stated bounds;
 //! * [`cpu_gpu`]: the player's shaders against `evaluate`;
 //! * [`relighting`]: sparse-transfer from bake to radiance;
-//! * [`cli`]: the binaries as a user runs them.
+//! * [`cli`]: the binaries as a user runs them;
+//! * [`spheres`]: sphere sets as a user makes them;
+//! * [`sphere_motion`]: fitted spheres on meshes that deform.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
@@ -13,6 +15,8 @@ mod accuracy;
 mod cli;
 mod cpu_gpu;
 mod relighting;
+mod sphere_motion;
+mod spheres;
 mod stability;
 mod support;
 mod truth;

@@ -59,7 +59,7 @@ struct Baked {
 
 fn bake(scene: &Scene, wanted: Wanted) -> Baked {
     let folder = tempfile::tempdir().unwrap();
-    bundle::run(scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, &job()).unwrap();
+    bundle::run(scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let manifest = Manifest::read(folder.path()).unwrap();
     let path = |file: &str| folder.path().join(file);
     let maps = manifest.methods[0].files.iter().filter(|(kind, _)| kind == "environment");

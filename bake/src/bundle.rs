@@ -1,11 +1,16 @@
 //! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
 
+mod sphere_sets;
+
+pub use sphere_sets::{Fitted, SphereSetSummary};
+
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::methods::{Method, Traced};
+use crate::report;
 use crate::scene_hash::scene_hash;
 use crate::work_log::WorkLog;
-use relume_formats::container::{self, Header, Stored, replace_file};
+use relume_formats::container::{self, Header, Stored};
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
@@ -18,8 +23,6 @@ use std::time::Instant;
 
 /// Folder within a bundle that holds unfinished work.
 const UNFINISHED: &str = "unfinished";
-/// Where timings and the machine are told.
-const REPORT: &str = "report.json";
 
 /// What to do about work that an interrupted bake left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +38,8 @@ pub enum Leftover {
 /// What a bake came to, for the user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
+    /// The sphere sets, in the order of the objects.
+    pub sphere_sets: Vec<SphereSetSummary>,
     /// The methods, in the order asked for.
     pub methods: Vec<MethodSummary>,
     /// Bytes of all files.
@@ -95,13 +100,22 @@ fn is_log(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "log") && WorkLog::exists(path)
 }
 
-/// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`.
+/// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`. `seed` is that of the sphere sets: methods have
+/// their own.
 ///
 /// New files are made in a folder of their own and moved when all are whole, so an older bundle stays playable until then.
 ///
 /// # Errors
 /// See [`BakeError`]; whatever happens, no file under its final name is half-written, and finished pieces stay in the folder.
-pub fn run(scene: &Scene, methods: &[Box<dyn Method>], size: [u32; 2], folder: &Path, leftover: Leftover, job: &Job) -> Result<Summary> {
+pub fn run(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    size: [u32; 2],
+    folder: &Path,
+    leftover: Leftover,
+    seed: u64,
+    job: &Job,
+) -> Result<Summary> {
     methods.iter().try_for_each(|method| method.expect_fit(scene))?;
     let start = Instant::now();
     let unfinished = folder.join(UNFINISHED);
@@ -116,6 +130,7 @@ pub fn run(scene: &Scene, methods: &[Box<dyn Method>], size: [u32; 2], folder: &
     let old = Manifest::read(folder).or_else(|_| Manifest::read(&unfinished)).ok();
     create_folder(&unfinished)?;
     let work = Work { unfinished: &unfinished, leftover, hash, job };
+    let sphere_sets = sphere_sets::fit_all(scene, seed, old.as_ref(), folder, &work)?;
     let mut summaries = Vec::new();
     for method in methods {
         let may_reuse = leftover != Leftover::Discard && !WorkLog::exists(&unfinished.join(log_name(method.name())));
@@ -139,16 +154,17 @@ pub fn run(scene: &Scene, methods: &[Box<dyn Method>], size: [u32; 2], folder: &
         scene_hash: format!("{hash:032x}"),
         scene_file: write_entry(&stored_scene(scene, size), &unfinished, "scene.relume")?,
         animations,
+        sphere_sets: sphere_sets.iter().map(|set| (set.object.clone(), set.entry.clone())).collect(),
         methods: summaries.iter().map(|summary| summary.entry.clone()).collect(),
     };
     publish(&manifest, old.as_ref(), &unfinished, folder)?;
-    if summaries.iter().any(|summary| summary.traced.is_some()) {
-        write_report(folder, &summaries, start)?;
+    if summaries.iter().any(|summary| summary.traced.is_some()) || sphere_sets.iter().any(|set| set.fitted.is_some()) {
+        write_report(folder, &summaries, &sphere_sets, start)?;
     }
     // The manifest stands; what is left of the work is only in the way.
     remove_folder(&unfinished)?;
     let bytes = manifest.entries().map(|e| e.bytes).sum();
-    Ok(Summary { methods: summaries, bytes })
+    Ok(Summary { sphere_sets, methods: summaries, bytes })
 }
 
 /// The method's entry of a finished bundle if it came from the same scene and settings, and its files are whole and of today's versions.
@@ -159,13 +175,15 @@ fn reusable_entry(old: &Manifest, folder: &Path, hash: u128, method: &dyn Method
         // Chosen by error then, and so it would be again.
         asked.entry(method.chosen().to_owned()).or_insert_with(|| chosen.clone());
     }
-    let whole = |file: &FileEntry| std::fs::read(folder.join(&file.file)).is_ok_and(|bytes| content_hash(&bytes) == file.hash);
-    let readable = |(_, file): &(String, FileEntry)| {
-        let current = |header: &Header| header.kind_version == header.kind.current_version();
-        container::open(&folder.join(&file.file)).is_ok_and(|reader| current(reader.header())) && whole(file)
-    };
     let same = old.scene_hash == format!("{hash:032x}") && entry.settings == asked;
-    (same && entry.files.iter().all(readable)).then(|| entry.clone())
+    (same && entry.files.iter().all(|(_, file)| is_readable(file, folder))).then(|| entry.clone())
+}
+
+/// Whether the file is whole and of today's version.
+fn is_readable(file: &FileEntry, folder: &Path) -> bool {
+    let whole = || std::fs::read(folder.join(&file.file)).is_ok_and(|bytes| content_hash(&bytes) == file.hash);
+    let current = |header: &Header| header.kind_version == header.kind.current_version();
+    container::open(&folder.join(&file.file)).is_ok_and(|reader| current(reader.header())) && whole()
 }
 
 /// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so nobody takes a mixture of old and new files
@@ -240,7 +258,7 @@ fn write_entry(content: &impl Stored, folder: &Path, file: &str) -> Result<FileE
     Ok(FileEntry::of(file, &content.write_file(&folder.join(file))?))
 }
 
-fn write_report(folder: &Path, methods: &[MethodSummary], start: Instant) -> Result<()> {
+fn write_report(folder: &Path, methods: &[MethodSummary], sphere_sets: &[SphereSetSummary], start: Instant) -> Result<()> {
     let of_method = |summary: &MethodSummary| {
         let traced = summary.traced?;
         let report = json!({
@@ -250,14 +268,11 @@ fn write_report(folder: &Path, methods: &[MethodSummary], start: Instant) -> Res
         });
         Some((summary.entry.name.clone(), report))
     };
-    let report = json!({
-        "seconds": start.elapsed().as_secs_f64(),
-        "methods": methods.iter().filter_map(of_method).collect::<BTreeMap<_, _>>(),
-        "threads": rayon::current_num_threads(),
-        "machine": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        "program": concat!("bake ", env!("CARGO_PKG_VERSION")),
-    });
-    Ok(replace_file(&folder.join(REPORT), format!("{report:#}\n").as_bytes())?)
+    let mut report = report::facts(start.elapsed().as_secs_f64());
+    report.insert("methods".to_owned(), methods.iter().filter_map(of_method).collect());
+    let of_set = |set: &SphereSetSummary| Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })));
+    report.insert(report::SPHERES.to_owned(), sphere_sets.iter().filter_map(of_set).collect());
+    Ok(report::merge(folder, report)?)
 }
 
 fn create_folder(folder: &Path) -> Result<()> {

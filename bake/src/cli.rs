@@ -1,6 +1,7 @@
 //! The command line: what can be asked for, and nothing of how it is done.
 
 use crate::job::ProgressMode;
+use crate::spheres::fit::{DEFAULT_ITERATIONS, MAX_SPHERES};
 use crate::trace::reference::Paths;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -33,6 +34,11 @@ pub enum Command {
     Export(ExportArgs),
     /// Write the tables that depend on no scene
     Tables(TablesArgs),
+    /// Fit a set of spheres to a mesh
+    #[command(long_about = "\
+Fit a set of spheres to a mesh: N spheres that cover the solid that the mesh bounds and stand out of it as little as they can. They follow the mesh when it deforms. What they are for: \
+blockers that cast the soft shadows of shapes that move, collision tests, level of detail. `bake info` tells how good the fit is, `bake export` writes the spheres as .npy, .ply and .json.")]
+    Spheres(SpheresArgs),
     /// Path trace reference images of a scene in any state
     Reference(ReferenceArgs),
 }
@@ -158,6 +164,34 @@ pub struct TablesArgs {
     pub output: PathBuf,
 }
 
+/// Arguments of `bake spheres`.
+#[derive(Debug, Args)]
+pub struct SpheresArgs {
+    /// The mesh: a .gltf, .glb, .obj, .ply or .off file
+    pub mesh: PathBuf,
+    /// Number of spheres, 1 to 4096: more fit closer
+    #[arg(short = 'n', value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SPHERES as i64))]
+    pub count: u32,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Most iterations; a fit that nothing betters ends sooner
+    #[arg(long, value_name = "I", default_value_t = DEFAULT_ITERATIONS, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub iterations: u32,
+    /// How far outside every sphere a point of the solid may lie, in parts of the bounding box's diagonal, at most 0.1; 0: everything is covered
+    #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = parse_tight)]
+    pub tight: f64,
+    /// Where the set goes, a .relume file [default: <mesh>-spheres-<N>.relume]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
 /// Arguments of `bake reference`.
 #[derive(Debug, Args)]
 pub struct ReferenceArgs {
@@ -190,6 +224,11 @@ pub struct ReferenceArgs {
     /// How progress is told
     #[arg(long, default_value = "auto")]
     pub progress: ProgressMode,
+}
+
+fn parse_tight(text: &str) -> Result<f64, String> {
+    let tight = text.parse().ok().filter(|tight| (0.0..=0.1).contains(tight));
+    tight.ok_or_else(|| "expected a number from 0 to 0.1, a part of the bounding box's diagonal".to_owned())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

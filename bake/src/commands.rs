@@ -1,5 +1,9 @@
 //! Carries out each command of the command line; returns what to print.
 
+mod spheres;
+
+pub use spheres::spheres;
+
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Leftover, MethodSummary};
 use crate::cli::{ExportArgs, MethodName, ReferenceArgs, RunArgs, TablesArgs};
@@ -40,8 +44,9 @@ pub fn run(args: &RunArgs) -> Result<String> {
         _ => Leftover::Refuse,
     };
     let size = args.size.unwrap_or(scene.size);
-    let summary = bundle::run(&scene, &methods, size, &folder, leftover, &Job::new(args.progress))?;
-    let mut text: String = summary.methods.iter().map(|method| describe(&scene, method, max_error)).collect();
+    let summary = bundle::run(&scene, &methods, size, &folder, leftover, args.seed, &Job::new(args.progress))?;
+    let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
+    summary.methods.iter().for_each(|method| text += &describe(&scene, method, max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
     Ok(text)
 }

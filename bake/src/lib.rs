@@ -17,6 +17,7 @@ pub mod exr_file;
 pub mod inspect;
 pub mod job;
 pub mod methods;
+pub mod report;
 pub mod scene_hash;
 pub mod spheres;
 pub mod trace;

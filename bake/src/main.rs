@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),
         Command::Export(args) => commands::export(args),
         Command::Tables(args) => commands::tables(args),
+        Command::Spheres(args) => commands::spheres(args),
         Command::Reference(args) => commands::reference(args),
     };
     match result {

@@ -174,6 +174,7 @@ fn a_manifest_with_an_error_that_is_no_number_is_not_written() {
         scene_hash: String::new(),
         scene_file: entry,
         animations: BTreeMap::new(),
+        sphere_sets: BTreeMap::new(),
         methods: vec![method],
     };
     // JSON has no NaN: it would be written as null, which nothing could read back.

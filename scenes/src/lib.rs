@@ -18,7 +18,7 @@ pub use geometry::{Deforming, load_deforming, load_mesh};
 pub use library::resolve;
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Texture, Wrap};
-pub use scene::{Cone, Emitter, Environment, Light, Material, Mesh, NamedMap, Object, Scene, Vary};
+pub use scene::{Cone, Emitter, Environment, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary};
 pub use shapes::icosphere;
 
 #[cfg(test)]

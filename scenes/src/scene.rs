@@ -62,6 +62,9 @@ pub struct Material {
     pub alpha_cutoff: Option<f32>,
 }
 
+/// Most spheres that an object may ask for.
+pub const MAX_SPHERES: u32 = 4096;
+
 /// A mesh wearing a material.
 #[derive(Debug, Clone)]
 pub struct Object {
@@ -71,6 +74,8 @@ pub struct Object {
     pub material: usize,
     /// The mesh in world space.
     pub mesh: Arc<Mesh>,
+    /// How many spheres are to be fitted to it, at most [`MAX_SPHERES`].
+    pub spheres: Option<u32>,
 }
 
 /// A triangle mesh: finite, without degenerate triangles, one unit normal per vertex.

@@ -37,6 +37,10 @@ pub(super) fn bundle(info: &BundleInfo) -> String {
     if !manifest.animations.is_empty() {
         facts.push(("animations", list(manifest.animations.keys().cloned())));
     }
+    for (object, set) in &manifest.sphere_sets {
+        facts.push(("spheres", object.clone()));
+        facts.push(("  settings", list(set.settings.iter().map(|(name, value)| format!("{name} {value}")))));
+    }
     let files: Vec<String> = info.files.iter().map(file).collect();
     format!("{}\n{}\n{}", info.folder, lines(&facts), files.join("\n"))
 }

@@ -39,6 +39,7 @@ impl TestBundle {
             scene_hash: "0123456789abcdef".to_owned(),
             scene_file: entry("scene.relume", self.scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([("glow".to_owned(), animation)]),
+            sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
                 name: "transfer-images".to_owned(),
                 files: vec![("brdf-basis".to_owned(), basis), ("transfer-images".to_owned(), images)],

@@ -58,6 +58,11 @@ fn verify_bundle(folder: &Path) -> Result<String> {
         checked += &sound(&path)?;
         animations.push((Place::file(path), animation));
     }
+    for (object, entry) in &manifest.sphere_sets {
+        let path = folder.join(&entry.file.file);
+        sphere_set::verify_object(&SphereSet::read_file(&path)?, object, &scene, &Place::file(&path))?;
+        checked += &sound(&path)?;
+    }
     let mut played: Vec<Played> = Vec::new();
     for method in &manifest.methods {
         let (lines, method) = verify_method(method, &scene, folder)?;

@@ -23,10 +23,13 @@ pub mod refit;
 pub mod search;
 pub mod solid;
 pub mod start;
+mod surface_points;
 pub mod tighten;
 pub mod triangle_tree;
 pub mod voids;
 pub mod winding;
+
+pub use fit::relative_outside;
 
 #[cfg(test)]
 mod ball_tests;
@@ -38,3 +41,5 @@ mod enclosing_tests;
 mod measure_tests;
 #[cfg(test)]
 mod test_meshes;
+#[cfg(test)]
+mod winding_tests;

@@ -28,6 +28,9 @@ pub struct Manifest {
     pub scene_file: FileEntry,
     /// The files of kind `animation`, by name of the animation.
     pub animations: BTreeMap<String, FileEntry>,
+    /// The files of kind `sphere-set`, by name of the object; none unless the scene asks for some.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sphere_sets: BTreeMap<String, SphereSetEntry>,
     /// The methods that can play this bundle, the preferred one first.
     pub methods: Vec<MethodEntry>,
 }
@@ -42,6 +45,16 @@ pub struct FileEntry {
     pub bytes: u64,
     /// xxh3-128 of the file, hexadecimal.
     pub hash: String,
+}
+
+/// The spheres of one object, in world space.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereSetEntry {
+    /// The file of kind `sphere-set`.
+    pub file: FileEntry,
+    /// The settings that change results.
+    pub settings: BTreeMap<String, serde_json::Value>,
 }
 
 /// One method's share of a bundle.
@@ -68,6 +81,11 @@ impl FileEntry {
 /// xxh3-128 in hexadecimal.
 pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
+}
+
+/// What a bundle calls the sphere set of `object`; a [plain name](is_plain_name) or not.
+pub fn sphere_set_file(object: &str) -> String {
+    format!("spheres-{object}.relume")
 }
 
 /// Whether a file may be called so: nothing that leads out of the folder, on any system.
@@ -138,7 +156,8 @@ impl Manifest {
     /// Every file of the bundle.
     pub fn entries(&self) -> impl Iterator<Item = &FileEntry> {
         let methods = self.methods.iter().flat_map(|m| m.files.iter().map(|(_, entry)| entry));
-        [&self.scene_file].into_iter().chain(self.animations.values()).chain(methods)
+        let sphere_sets = self.sphere_sets.values().map(|set| &set.file);
+        [&self.scene_file].into_iter().chain(self.animations.values()).chain(sphere_sets).chain(methods)
     }
 
     /// The entry of `method`, or the preferred one.

@@ -214,6 +214,7 @@ impl Bundle {
             scene_hash: String::new(),
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([("glow".to_owned(), entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()))]),
+            sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
                 name: "transfer-images".to_owned(),
                 files: vec![

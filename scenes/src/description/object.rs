@@ -15,6 +15,7 @@ pub(crate) struct ObjectFile {
     pub file: Option<String>,
     pub node: Option<String>,
     pub lights: Option<bool>,
+    pub spheres: Option<u32>,
     pub shape: Option<ShapeName>,
     pub subdivisions: Option<u32>,
     pub segments: Option<u32>,

@@ -5,8 +5,9 @@ use super::{Context, expect_unique, index_of};
 use crate::description::ObjectFile;
 use crate::geometry::{self, MeshBuilder};
 use crate::library::{expect_file, locate};
-use crate::scene::{Material, Mesh, Object};
+use crate::scene::{MAX_SPHERES, Material, Mesh, Object};
 use crate::shapes::Shape;
+use relume_formats::kinds::manifest::{is_plain_name, sphere_set_file};
 use relume_formats::{Error, Place, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,10 +30,12 @@ pub(super) fn build(
     for (position, (file, material)) in files.iter().zip(indices).enumerate() {
         let place = place_of(file, context);
         if let Some(material) = material {
-            objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(mesh(file, &place, context)?) });
+            let mesh = Arc::new(mesh(file, &place, context)?);
+            objects.push(Object { name: file.name.clone(), material, mesh, spheres: file.spheres });
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
-            objects.push(Object { material: index_of(&part.material, "material", &names, &place)?, name: part.name, mesh: part.mesh });
+            let material = index_of(&part.material, "material", &names, &place)?;
+            objects.push(Object { material, name: part.name, mesh: part.mesh, spheres: None });
         }
     }
     expect_unique(objects.iter().map(|o| o.name.as_str()), "object", &context.place)?;
@@ -60,8 +63,25 @@ pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
         if file.lights.is_some() && file.material.is_some() {
             return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
         }
+        check_spheres(file, &place)?;
     }
     Ok(())
+}
+
+/// A file is made of the set, and of the object one mesh.
+fn check_spheres(file: &ObjectFile, place: &Place) -> Result<()> {
+    let refuse = |reason: String| Err(Error::invalid(place, reason));
+    match file.spheres {
+        None => Ok(()),
+        Some(n) if !(1..=MAX_SPHERES).contains(&n) => refuse(format!("spheres {n} is outside 1..{MAX_SPHERES}")),
+        Some(_) if !is_plain_name(&sphere_set_file(&file.name)) => {
+            refuse("the name of an object with `spheres` has only a-z A-Z 0-9 . _ - and blanks, and is short; rename it".to_owned())
+        }
+        Some(_) if file.material.is_none() => {
+            refuse("`spheres` needs the object to be of one material; give it a `material`, or fit its file with `bake spheres`".to_owned())
+        }
+        Some(_) => Ok(()),
+    }
 }
 
 pub(super) fn place_of(file: &ObjectFile, context: &Context<'_>) -> Place {

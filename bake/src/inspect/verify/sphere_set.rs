@@ -1,6 +1,6 @@
 //! What a sphere set promises besides being well-formed.
 
-use relume_formats::kinds::SphereSet;
+use relume_formats::kinds::{SphereSet, StoredScene};
 use relume_formats::{Error, Place, Result};
 
 /// How far outside its sphere a point may lie for roundings, in parts of the diagonal.
@@ -24,6 +24,30 @@ pub(super) fn verify(set: &SphereSet, place: &Place) -> Result<()> {
         return Ok(());
     }
     Err(Error::invalid(&place.part("section `history`"), format!("ends with E/V(T) = {last}, but the set has {has}; fit the mesh again")))
+}
+
+/// What [`verify`] does, and that the set is of the object that the manifest says, as it stands in the scene.
+pub(super) fn verify_object(set: &SphereSet, object: &str, scene: &StoredScene, place: &Place) -> Result<()> {
+    verify(set, place)?;
+    let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake it again")));
+    if set.meta.mesh != object {
+        return refuse(format!("holds the spheres of `{}`, the manifest lists `{object}`", set.meta.mesh));
+    }
+    let vertices = set.points.get(..set.meta.vertices as usize).unwrap_or_default();
+    match vertices_of(scene, object) {
+        Some(positions) if positions == vertices => Ok(()),
+        Some(_) => refuse(format!("its vertices are not those of object `{object}` in the scene")),
+        None => refuse(format!("object `{object}` is not in the scene")),
+    }
+}
+
+/// The positions of an object's vertices. Objects follow each other in the scene, and use all of their vertices.
+fn vertices_of<'a>(scene: &'a StoredScene, object: &str) -> Option<&'a [[f32; 3]]> {
+    let index = scene.meta.objects.iter().position(|o| o.name == object)?;
+    let (before, here) = scene.meta.objects.split_at(index);
+    let first: usize = before.iter().map(|o| o.triangles as usize).sum();
+    let indices = scene.triangles.get(first..first + here.first()?.triangles as usize)?.as_flattened();
+    scene.positions.get(*indices.iter().min()? as usize..=*indices.iter().max()? as usize)
 }
 
 /// How far `point` lies outside the sphere; negative inside.

@@ -1,0 +1,123 @@
+//! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a solid is found before hours of tracing.
+
+use super::{Leftover, Work, is_readable, log_name};
+use crate::error::Result;
+use crate::job::say;
+use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};
+use crate::work_log::WorkLog;
+use relume_formats::Place;
+use relume_formats::container::{Stored, replace_file};
+use relume_formats::kinds::SphereSet;
+use relume_formats::kinds::manifest::{FileEntry, Manifest, SphereSetEntry, sphere_set_file};
+use relume_scenes::{Mesh, Object, Scene};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+use xxhash_rust::xxh3::Xxh3;
+
+/// Raised whenever the same mesh and settings come to other spheres.
+const REVISION: u32 = 0;
+/// The one piece of a set's log: its file.
+const WHOLE: u32 = 0;
+
+// What a scene may ask for can be fitted.
+const _: () = assert!(relume_scenes::MAX_SPHERES as usize <= fit::MAX_SPHERES);
+
+/// What an object's spheres came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SphereSetSummary {
+    /// Name of the object.
+    pub object: String,
+    /// What the manifest says of it.
+    pub entry: SphereSetEntry,
+    /// `None` if an earlier bake had fitted them.
+    pub fitted: Option<Fitted>,
+}
+
+/// Spheres of this bake.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// The set.
+    pub set: SphereSet,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// The sets of all objects that want one, in their order; those of `old`, a bundle in `folder`, are reused if mesh and settings are the same.
+///
+/// # Errors
+/// If an object encloses nothing, a file cannot be written, or the user asks to stop; finished sets stay in their logs.
+pub(super) fn fit_all(scene: &Scene, seed: u64, old: Option<&Manifest>, folder: &Path, work: &Work<'_>) -> Result<Vec<SphereSetSummary>> {
+    let wanted = scene.objects.iter().filter_map(|object| Some((object, object.spheres?)));
+    let one = |(object, spheres): (&Object, u32)| {
+        let settings = Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
+        let asked = asked_for(&settings, &object.mesh);
+        let may_reuse = work.leftover != Leftover::Discard && !WorkLog::exists(&work.unfinished.join(log_name(&log_of(object))));
+        let reusable = old.filter(|_| may_reuse).and_then(|old| reusable_entry(old, folder, object, &asked));
+        let (entry, fitted) = match reusable {
+            Some(entry) => (entry, None),
+            None => {
+                let (file, fitted) = fit_one(scene, object, &settings, &asked, work)?;
+                (SphereSetEntry { file, settings: asked }, fitted)
+            }
+        };
+        Ok(SphereSetSummary { object: object.name.clone(), entry, fitted })
+    };
+    wanted.map(one).collect()
+}
+
+/// Everything that decides what the spheres are.
+fn asked_for(settings: &Settings, mesh: &Mesh) -> BTreeMap<String, Value> {
+    let asked = [
+        ("revision", json!(REVISION)),
+        ("spheres", json!(settings.spheres)),
+        ("seed", json!(settings.seed)),
+        ("iterations", json!(settings.iterations)),
+        ("mesh_hash", json!(mesh_hash(mesh))),
+    ];
+    asked.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// xxh3-128 of positions and triangles, hexadecimal.
+fn mesh_hash(mesh: &Mesh) -> String {
+    let mut hash = Xxh3::new();
+    hash.update(&(mesh.positions.len() as u64).to_le_bytes());
+    hash.update(bytemuck::cast_slice(&mesh.positions));
+    hash.update(bytemuck::cast_slice(&mesh.triangles));
+    format!("{:032x}", hash.digest128())
+}
+
+fn log_of(object: &Object) -> String {
+    format!("spheres-{}", object.name)
+}
+
+fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeMap<String, Value>) -> Option<SphereSetEntry> {
+    let entry = old.sphere_sets.get(&object.name)?;
+    (entry.settings == *asked && is_readable(&entry.file, folder)).then(|| entry.clone())
+}
+
+/// The set's file, from the log of an interrupted bake or fitted anew.
+fn fit_one(
+    scene: &Scene,
+    object: &Object,
+    settings: &Settings,
+    asked: &BTreeMap<String, Value>,
+    work: &Work<'_>,
+) -> Result<(FileEntry, Option<Fitted>)> {
+    let file = sphere_set_file(&object.name);
+    let path = work.unfinished.join(&file);
+    let log = work.open_log(&log_of(object), &json!(asked).to_string())?;
+    if log.finished().contains(&WHOLE) {
+        let bytes = log.read(WHOLE)?;
+        replace_file(&path, &bytes)?;
+        return Ok((FileEntry::of(&file, &bytes), None));
+    }
+    let start = Instant::now();
+    let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
+    let fitted = fit::fit(&object.mesh, &object.name, &place, settings, work.job)?;
+    fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
+    let bytes = fitted.set.write_file(&path)?;
+    log.append(WHOLE, &bytes)?;
+    Ok((FileEntry::of(&file, &bytes), Some(Fitted { set: fitted.set, seconds: start.elapsed().as_secs_f64() })))
+}

@@ -1,0 +1,82 @@
+//! `bake spheres`, and what is said of sphere sets.
+
+use super::start_threads;
+use crate::bundle::SphereSetSummary;
+use crate::cli::SpheresArgs;
+use crate::error::{BakeError, Result};
+use crate::job::{Job, say, watch_signals};
+use crate::report;
+use crate::spheres::fit::{Settings, fit};
+use relume_formats::container::Stored;
+use relume_formats::kinds::SphereSet;
+use relume_formats::{Error, Place};
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// `bake spheres`.
+pub fn spheres(args: &SpheresArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let output = output_file(args)?;
+    let mut warnings = Vec::new();
+    let mesh = relume_scenes::load_mesh(&args.mesh, &mut warnings)?;
+    warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
+    // A fit may take long; that its file has nowhere to go had better be known before.
+    let folder = output.parent().unwrap_or(Path::new(""));
+    if !folder.as_os_str().is_empty() {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
+    }
+    let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
+    let settings = Settings { spheres: args.count as usize, seed: args.seed, iterations: args.iterations, tight: args.tight };
+    let start = Instant::now();
+    let fitted = fit(&mesh, &name, &Place::file(&args.mesh), &settings, &Job::new(args.progress))?;
+    fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
+    let bytes = fitted.set.write_file(&output)?.len();
+    write_report(&output, start.elapsed().as_secs_f64())?;
+    Ok(format!("{name}: {}{}, {bytes} bytes\n", describe(&fitted.set), output.display()))
+}
+
+/// Where the set goes. Other commands know it by the end of its name.
+fn output_file(args: &SpheresArgs) -> Result<PathBuf> {
+    let stem = args.mesh.file_stem().unwrap_or_default().to_string_lossy();
+    let output = args.output.clone().unwrap_or_else(|| format!("{stem}-spheres-{}.relume", args.count).into());
+    if output.extension().is_none_or(|e| e != "relume") {
+        return Err(BakeError::invalid(&Place::file(&output), "sphere sets are written as .relume; end the name so"));
+    }
+    Ok(output)
+}
+
+fn write_report(output: &Path, seconds: f64) -> Result<()> {
+    let file = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let sets = Map::from_iter([(file, Value::Object(report::facts(seconds)))]);
+    let folder = output.parent().unwrap_or(Path::new(""));
+    Ok(report::merge(folder, Map::from_iter([(report::SPHERES.to_owned(), Value::Object(sets))]))?)
+}
+
+/// What `bake run` says of an object's spheres.
+pub(super) fn describe_stage(scene: &str, summary: &SphereSetSummary) -> String {
+    let SphereSetSummary { object, fitted, .. } = summary;
+    match fitted {
+        Some(fitted) => format!("{scene}: object `{object}`: {}", describe(&fitted.set)),
+        None => format!("{scene}: object `{object}`: spheres up to date, reused\n"),
+    }
+}
+
+/// How good a fit is; lengths in mesh units.
+fn describe(set: &SphereSet) -> String {
+    let quality = &set.meta.quality;
+    let (surface, volume) = (100.0 * quality.coverage_surface, 100.0 * quality.coverage_volume);
+    let protrusion = &quality.protrusion;
+    format!(
+        "{} spheres, E/V(T) {:.4}\n\
+         coverage: {surface:.3} % of the surface, {volume:.3} % of the volume, largest gap {:.4}\n\
+         protrusion: mean {:.4}, 95 % below {:.4}, largest {:.4}\n",
+        set.spheres.len(),
+        set.meta.relative_outside_volume(),
+        quality.largest_gap,
+        protrusion.mean,
+        protrusion.p95,
+        protrusion.max
+    )
+}

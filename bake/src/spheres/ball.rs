@@ -142,7 +142,8 @@ impl Ball {
         let (a, half_b, c) = (edge.length_squared(), edge.dot(start), start.length_squared() - self.radius * self.radius);
         let root = (half_b * half_b - a * c).max(0.0).sqrt();
         // Without cancellation.
-        let (low, high) = if half_b > 0.0 { ((-half_b - root) / a, c / (-half_b - root)) } else { (c / (root - half_b), (root - half_b) / a) };
+        let (low, high) =
+            if half_b > 0.0 { ((-half_b - root) / a, c / (-half_b - root)) } else { (c / (root - half_b), (root - half_b) / a) };
         let (low, high) = if i < j { (low, high) } else { (1.0 - high, 1.0 - low) };
         let low = if p_inside { 0.0 } else { low.clamp(0.0, 1.0) };
         let high = if q_inside { 1.0 } else { high.clamp(0.0, 1.0) };

@@ -188,7 +188,11 @@ fn spare_balls(spheres: &[Sphere], solid: &Solid) -> Vec<Ball> {
     let mesh = &solid.boundary;
     let beneath = |t: usize| beneath(mesh, t, solid.diagonal);
     let step = mesh.triangles.len().div_ceil(256).max(1);
-    let centres = spheres.iter().map(|s| s.ball.centre).filter(|c| mesh.encloses(*c)).chain((0..mesh.triangles.len()).step_by(step).filter_map(beneath));
+    let centres = spheres
+        .iter()
+        .map(|s| s.ball.centre)
+        .filter(|c| mesh.encloses(*c))
+        .chain((0..mesh.triangles.len()).step_by(step).filter_map(beneath));
     let ball = |c: DVec3| {
         let centre = c.as_vec3().as_dvec3();
         Ball::new(centre, f64::from((0.999 * mesh.distance(centre)) as f32))

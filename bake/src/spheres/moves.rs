@@ -1,7 +1,7 @@
 //! The moves of the search: each takes a few spheres of a set and gives back as many, covering the same pieces.
 
-use super::cluster::{Problem, Sphere, total_outside};
 use super::ball::Ball;
+use super::cluster::{Problem, Sphere, total_outside};
 use super::start::clusters;
 use glam::DVec3;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ const REFIT_STEPS: usize = 8;
 const NEIGHBOURS: usize = 7;
 
 /// How far from a sphere's centre the planes lie that split it, in radii.
-const OFFSETS: [f64; 4] = [0.0, 0.3, 0.55, 0.8];
+const OFFSETS: [f64; 3] = [0.0, 0.4, 0.75];
 /// Most directions in which a sphere is split.
-const MOST_EXTREMES: usize = 6;
+const MOST_EXTREMES: usize = 4;
 
 /// New spheres in place of some.
 pub struct Move {
@@ -112,7 +112,8 @@ impl Problem<'_> {
 
     /// Gives the pieces of one sphere that others hold too to those.
     fn shed(&self, spheres: &mut [Sphere], i: usize) {
-        let limits: Vec<f64> = spheres.iter().map(|s| if s.cluster.is_empty() { -1.0 } else { (s.ball.radius + self.slack).powi(2) }).collect();
+        let limits: Vec<f64> =
+            spheres.iter().map(|s| if s.cluster.is_empty() { -1.0 } else { (s.ball.radius + self.slack).powi(2) }).collect();
         let mut clusters: Vec<Vec<u32>> = vec![Vec::new(); spheres.len()];
         for piece in spheres[i].cluster.iter() {
             let holds = |j: &usize| *j != i && self.pieces.farthest_squared(*piece, spheres[*j].ball.centre) <= limits[*j];

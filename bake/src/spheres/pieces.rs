@@ -66,7 +66,8 @@ impl<'a> Pieces<'a> {
         while let Some(piece) = whole.pop() {
             if pieces.extent(piece) > size { whole.extend(pieces.split(piece)) } else { small.push(piece) }
         }
-        let kept: Vec<(Vec<u32>, Source)> = small.iter().map(|p| (pieces.corners(*p).to_vec(), pieces.pieces[*p as usize].source)).collect();
+        let kept: Vec<(Vec<u32>, Source)> =
+            small.iter().map(|p| (pieces.corners(*p).to_vec(), pieces.pieces[*p as usize].source)).collect();
         (pieces.pieces, pieces.corners, pieces.places) = (Vec::new(), Vec::new(), Vec::new());
         for (corners, source) in kept {
             pieces.add(&corners, source);
@@ -192,7 +193,10 @@ impl<'a> Pieces<'a> {
                 let [p, q, r] = [longest, (longest + 1) % 3, (longest + 2) % 3];
                 let middle = (weights[p] + weights[q]) / 2.0;
                 let m = self.add_point(triangle, middle);
-                let halves = [([corners[p], m, corners[r]], [weights[p], middle, weights[r]]), ([m, corners[q], corners[r]], [middle, weights[q], weights[r]])];
+                let halves = [
+                    ([corners[p], m, corners[r]], [weights[p], middle, weights[r]]),
+                    ([m, corners[q], corners[r]], [middle, weights[q], weights[r]]),
+                ];
                 halves.map(|(corners, weights)| self.add(&corners, Source::Triangle { triangle, weights })).to_vec()
             }
         }

@@ -12,6 +12,8 @@ use rayon::prelude::*;
 
 /// Teleports tried side by side; a constant, so that the result does not depend on the number of threads.
 const BATCH: usize = 8;
+/// Spheres of which it is found out what splitting or deleting them would bring, each time.
+const CANDIDATES: usize = 2 * BATCH;
 /// What a round of small changes must gain to be worth a follow-up, in parts of the mean volume outside of a sphere.
 const LEAST_GAIN: f64 = 0.02;
 /// Pieces as far as this from the centre, in radii, are reached out for.
@@ -119,22 +121,32 @@ impl<'a> Search<'a> {
 
     /// Teleports that promise most, with a little chance.
     fn teleports(&mut self, loss: f64) -> Vec<Move> {
+        let mean = total_outside(&self.spheres) / self.spheres.len() as f64;
+        // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen from outside.
+        let volume = |i: usize| self.spheres[i].outside.volume + mean * self.chance(4 * i as u64);
+        let splits = self.most((0..self.spheres.len()).collect(), CANDIDATES, volume);
+        let deletions = self.most((0..self.spheres.len()).collect(), CANDIDATES, |i| self.chance(4 * i as u64 + 1));
         let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
         let (problem, spheres) = (&*problem, &*spheres);
-        split_gains.par_iter_mut().enumerate().for_each(|(i, gain)| *gain = gain.or_else(|| Some(problem.split_gain(spheres, i))));
-        deletion_costs.par_iter_mut().enumerate().for_each(|(i, cost)| *cost = cost.or_else(|| Some(problem.deletion_cost(spheres, i))));
-        let (problem, spheres) = (&self.problem, &self.spheres);
-        let mean = total_outside(spheres) / spheres.len() as f64;
-        let chance = |i: usize, salt: u64| (0.5 * loss + 0.1) * mean * self.chance(2 * i as u64 + salt);
-        let ranked = |values: &[Option<f64>], sign: f64, salt: u64| {
-            let value = |i: usize| sign * values[i].unwrap_or(0.0) + chance(i, salt);
-            let mut order: Vec<(f64, usize)> = (0..values.len()).map(|i| (value(i), i)).collect();
-            order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            order.into_iter().map(|(_, i)| i).take(BATCH).collect::<Vec<usize>>()
+        let fill = |known: &mut Vec<Option<f64>>, wanted: &[usize], value: &(dyn Fn(usize) -> f64 + Sync)| {
+            let values: Vec<f64> = wanted.par_iter().map(|i| known[*i].unwrap_or_else(|| value(*i))).collect();
+            wanted.iter().zip(values).for_each(|(i, value)| known[*i] = Some(value));
         };
-        let (splits, deletions) = (ranked(&self.split_gains, 1.0, 0), ranked(&self.deletion_costs, -1.0, 1));
+        fill(split_gains, &splits, &|i| problem.split_gain(spheres, i));
+        fill(deletion_costs, &deletions, &|i| problem.deletion_cost(spheres, i));
+        let chance = |i: usize, salt: u64| (0.5 * loss + 0.1) * mean * self.chance(4 * i as u64 + salt);
+        let splits = self.most(splits, BATCH, |i| self.split_gains[i].unwrap_or(0.0) + chance(i, 2));
+        let deletions = self.most(deletions, BATCH, |i| chance(i, 3) - self.deletion_costs[i].unwrap_or(0.0));
         let pairs: Vec<(usize, usize)> = splits.into_iter().zip(deletions).filter(|(s, d)| s != d).collect();
+        let (problem, spheres) = (&self.problem, &self.spheres);
         pairs.par_iter().filter_map(|(s, d)| problem.teleport(spheres, *s, *d)).collect()
+    }
+
+    /// The `count` of some spheres with the highest value, in falling order.
+    fn most(&self, mut spheres: Vec<usize>, count: usize, value: impl Fn(usize) -> f64) -> Vec<usize> {
+        spheres.sort_by(|a, b| value(*b).total_cmp(&value(*a)).then(a.cmp(b)));
+        spheres.truncate(count);
+        spheres
     }
 
     fn growths(&self) -> Vec<Move> {

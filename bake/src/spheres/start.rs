@@ -52,7 +52,8 @@ fn seeds(points: &[DVec3], n: usize, seed: u64) -> Vec<DVec3> {
 }
 
 fn nearest_clusters(points: &[DVec3], centres: &[DVec3]) -> Vec<Vec<u32>> {
-    let nearest = |p: &DVec3| (0..centres.len()).min_by(|a, b| centres[*a].distance_squared(*p).total_cmp(&centres[*b].distance_squared(*p)));
+    let nearest =
+        |p: &DVec3| (0..centres.len()).min_by(|a, b| centres[*a].distance_squared(*p).total_cmp(&centres[*b].distance_squared(*p)));
     let owners: Vec<usize> = points.par_iter().map(|p| nearest(p).unwrap_or(0)).collect();
     let mut clusters = vec![Vec::new(); centres.len()];
     owners.into_iter().enumerate().for_each(|(p, owner)| clusters[owner].push(p as u32));

@@ -71,11 +71,16 @@ impl<'a> Group<'a> {
         }
         let limit = self.limit(i);
         let held = self.reaches[i].iter().zip(&self.holders);
-        let alone: Vec<u32> = held.zip(&self.pieces).filter(|((reach, holders), _)| **reach <= limit && **holders == 1).map(|(_, p)| *p).collect();
+        let alone: Vec<u32> =
+            held.zip(&self.pieces).filter(|((reach, holders), _)| **reach <= limit && **holders == 1).map(|(_, p)| *p).collect();
         if sphere.bound.is_some_and(|bound| bound > 0 && bound == self.problem.bound(&sphere.ball, alone.iter().copied())) {
             return;
         }
-        let new = if alone.is_empty() { Sphere::new(self.problem.solid, sphere.ball, Arc::new(alone)) } else { self.problem.fit(sphere.ball.centre, alone, STEPS) };
+        let new = if alone.is_empty() {
+            Sphere::new(self.problem.solid, sphere.ball, Arc::new(alone))
+        } else {
+            self.problem.fit(sphere.ball.centre, alone, STEPS)
+        };
         if new.cluster.is_empty() || new.outside.volume < sphere.outside.volume {
             self.leave(i);
             self.spheres[i] = new;

@@ -63,7 +63,16 @@ impl Solid {
             Ok(note) => {
                 notes.extend(note);
                 let volume = volume(&tree);
-                Self { boundary: tree.clone(), surface: tree, kind: Kind::Closed, volume, diagonal, notes, welded: welded.index, mesh_vertex: welded.first }
+                Self {
+                    boundary: tree.clone(),
+                    surface: tree,
+                    kind: Kind::Closed,
+                    volume,
+                    diagonal,
+                    notes,
+                    welded: welded.index,
+                    mesh_vertex: welded.first,
+                }
             }
             Err(reason) => Self::by_winding_number(&tree, diagonal, welded, &reason, notes),
         };

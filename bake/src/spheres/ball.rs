@@ -235,7 +235,7 @@ impl Circle {
         for i in 0..part.count {
             let ((from, leaves), (to, _)) = (part.events[i], part.events[(i + 1) % part.count]);
             if leaves {
-                let angle = self.angle(corners, from, to);
+                let angle = self.angle(corners, from, to, part.count == 2);
                 part.angle += angle;
                 self.add_arc(from, to, angle, part);
             }
@@ -243,11 +243,13 @@ impl Circle {
         part.area += part.angle * self.radius * self.radius / 2.0;
     }
 
-    /// Counter-clockwise angle between two points of the circle, 0 to 2π.
-    fn angle(&self, corners: &[DVec3; 3], from: DVec2, to: DVec2) -> f64 {
+    /// Counter-clockwise angle between two points of the circle, 0 to 2π. `alone`: no other arc of it lies in the triangle.
+    fn angle(&self, corners: &[DVec3; 3], from: DVec2, to: DVec2, alone: bool) -> f64 {
         let angle = from.perp_dot(to).atan2(from.dot(to));
-        // Rounding cannot tell no arc from a whole circle, but the triangle can.
-        let whole = if angle.abs() < 1e-7 { self.lies_within(corners, 0.9) } else { angle < 0.0 };
+        // Rounding cannot tell no arc from a whole circle, but the triangle can. Where the sphere touches an edge the points are only good to the square
+        // root of rounding, in parts of what may be a small circle; of a lone arc the triangle tells surely up to half a radian.
+        let doubtful = if alone { 0.1 } else { 1e-7 };
+        let whole = if angle.abs() < doubtful { self.lies_within(corners, 0.9) } else { angle < 0.0 };
         if whole { angle + TAU } else { angle }
     }
 

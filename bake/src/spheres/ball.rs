@@ -126,7 +126,8 @@ impl Ball {
         circle.add_arcs(&corners, &mut part);
         sums.area_vector += part.area * normal;
         sums.moment += part.area * distance;
-        sums.linear += (1.0 - circle.height) * part.angle / 2.0;
+        // About the nearer pole of the circle, so that small circles stay small; the other differs by whole spheres.
+        sums.linear += circle.height.signum() * (1.0 - circle.height.abs()) * part.angle / 2.0;
         sums.z = times(sums.z, part.z);
         sums.crossings += part.crossings;
     }
@@ -142,7 +143,8 @@ impl Ball {
         let (a, half_b, c) = (edge.length_squared(), edge.dot(start), start.length_squared() - self.radius * self.radius);
         let root = (half_b * half_b - a * c).max(0.0).sqrt();
         // Without cancellation.
-        let (low, high) = if half_b > 0.0 { ((-half_b - root) / a, c / (-half_b - root)) } else { (c / (root - half_b), (root - half_b) / a) };
+        let (low, high) =
+            if half_b > 0.0 { ((-half_b - root) / a, c / (-half_b - root)) } else { (c / (root - half_b), (root - half_b) / a) };
         let (low, high) = if i < j { (low, high) } else { (1.0 - high, 1.0 - low) };
         let low = if p_inside { 0.0 } else { low.clamp(0.0, 1.0) };
         let high = if q_inside { 1.0 } else { high.clamp(0.0, 1.0) };
@@ -268,7 +270,7 @@ impl Circle {
         let (sum, difference) = (from + to, to - from);
         let triple = h * s * (difference.x * pv - difference.y * pu) + s * s * sin * pn;
         let of_pole = DVec2::new(1.0 + across + 2.0 * h * pn + s * (sum.x * pu + sum.y * pv), triple);
-        let of_normal = DVec2::new(1.0 + across + 2.0 * h, -s * s * sin);
+        let of_normal = DVec2::new(1.0 + across + 2.0 * h.abs(), -h.signum() * s * s * sin);
         part.z = times(part.z, times(of_pole, of_normal));
     }
 

@@ -103,7 +103,8 @@ fn the_growth_that_just_covers_is_the_distance_of_the_farthest_point() {
     let mesh = tree(torus(1.0, 0.35, 16, 8));
     let (surface, volume) = dense(&mesh, &mut random);
     for _ in 0..6 {
-        let balls: Vec<Ball> = (0..12).map(|_| Ball::new(volume[(random() * volume.len() as f64) as usize], 0.1 + 0.2 * random())).collect();
+        let balls: Vec<Ball> =
+            (0..12).map(|_| Ball::new(volume[(random() * volume.len() as f64) as usize], 0.1 + 0.2 * random())).collect();
         let grown = |t: f64| balls.iter().map(|b| Ball::new(b.centre, b.radius + t)).collect::<Vec<_>>();
         let (mut low, mut high) = (0.0, 4.0);
         for _ in 0..40 {

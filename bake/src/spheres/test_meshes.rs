@@ -5,7 +5,8 @@ use glam::DVec3;
 
 /// A box from `min` to `max`.
 pub fn cuboid(min: DVec3, max: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let corner = |i: u32| DVec3::new([min.x, max.x][(i & 1) as usize], [min.y, max.y][(i >> 1 & 1) as usize], [min.z, max.z][(i >> 2) as usize]);
+    let corner =
+        |i: u32| DVec3::new([min.x, max.x][(i & 1) as usize], [min.y, max.y][(i >> 1 & 1) as usize], [min.z, max.z][(i >> 2) as usize]);
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     ((0..8).map(corner).collect(), triangles)
@@ -16,7 +17,8 @@ pub fn torus(major: f64, minor: f64, around: u32, along: u32) -> (Vec<DVec3>, Ve
     let mut vertices = Vec::new();
     for i in 0..around {
         for j in 0..along {
-            let (a, b) = (std::f64::consts::TAU * f64::from(i) / f64::from(around), std::f64::consts::TAU * f64::from(j) / f64::from(along));
+            let (a, b) =
+                (std::f64::consts::TAU * f64::from(i) / f64::from(around), std::f64::consts::TAU * f64::from(j) / f64::from(along));
             let r = major + minor * b.cos();
             vertices.push(DVec3::new(r * a.cos(), minor * b.sin(), -r * a.sin()));
         }

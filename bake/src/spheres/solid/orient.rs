@@ -43,7 +43,11 @@ pub fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]], notes: &mut Vec<St
         inverted.push(open);
     }
     if !inverted.is_empty() {
-        notes.push(format!("{} parts of {} triangles faced inwards; they were turned", inverted.len(), inverted.iter().map(Vec::len).sum::<usize>()));
+        notes.push(format!(
+            "{} parts of {} triangles faced inwards; they were turned",
+            inverted.len(),
+            inverted.iter().map(Vec::len).sum::<usize>()
+        ));
     }
     inverted.concat().into_iter().for_each(|t| triangles[t as usize].swap(1, 2));
 }

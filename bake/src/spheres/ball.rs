@@ -126,7 +126,8 @@ impl Ball {
         circle.add_arcs(&corners, &mut part);
         sums.area_vector += part.area * normal;
         sums.moment += part.area * distance;
-        sums.linear += (1.0 - circle.height) * part.angle / 2.0;
+        // About the nearer pole of the circle, so that small circles stay small; the other differs by whole spheres.
+        sums.linear += circle.height.signum() * (1.0 - circle.height.abs()) * part.angle / 2.0;
         sums.z = times(sums.z, part.z);
         sums.crossings += part.crossings;
     }
@@ -236,7 +237,7 @@ impl Circle {
         for i in 0..part.count {
             let ((from, leaves), (to, _)) = (part.events[i], part.events[(i + 1) % part.count]);
             if leaves {
-                let angle = self.angle(corners, from, to);
+                let angle = self.angle(corners, from, to, part.count == 2);
                 part.angle += angle;
                 self.add_arc(from, to, angle, part);
             }
@@ -244,11 +245,13 @@ impl Circle {
         part.area += part.angle * self.radius * self.radius / 2.0;
     }
 
-    /// Counter-clockwise angle between two points of the circle, 0 to 2π.
-    fn angle(&self, corners: &[DVec3; 3], from: DVec2, to: DVec2) -> f64 {
+    /// Counter-clockwise angle between two points of the circle, 0 to 2π. `alone`: no other arc of it lies in the triangle.
+    fn angle(&self, corners: &[DVec3; 3], from: DVec2, to: DVec2, alone: bool) -> f64 {
         let angle = from.perp_dot(to).atan2(from.dot(to));
-        // Rounding cannot tell no arc from a whole circle, but the triangle can.
-        let whole = if angle.abs() < 1e-7 { self.lies_within(corners, 0.9) } else { angle < 0.0 };
+        // Rounding cannot tell no arc from a whole circle, but the triangle can. Where the sphere touches an edge the points are only good to the square
+        // root of rounding, in parts of what may be a small circle; of a lone arc the triangle tells surely up to half a radian.
+        let doubtful = if alone { 0.1 } else { 1e-7 };
+        let whole = if angle.abs() < doubtful { self.lies_within(corners, 0.9) } else { angle < 0.0 };
         if whole { angle + TAU } else { angle }
     }
 
@@ -267,7 +270,7 @@ impl Circle {
         let (sum, difference) = (from + to, to - from);
         let triple = h * s * (difference.x * pv - difference.y * pu) + s * s * sin * pn;
         let of_pole = DVec2::new(1.0 + across + 2.0 * h * pn + s * (sum.x * pu + sum.y * pv), triple);
-        let of_normal = DVec2::new(1.0 + across + 2.0 * h, -s * s * sin);
+        let of_normal = DVec2::new(1.0 + across + 2.0 * h.abs(), -h.signum() * s * s * sin);
         part.z = times(part.z, times(of_pole, of_normal));
     }
 

@@ -69,7 +69,8 @@ fn assert_steady(mesh: &TriangleTree, ball: Ball, what: &str) {
     let hair = 1e-7 * ball.radius.max(1e-3);
     let at = |radius: f64| Ball::new(ball.centre, radius).outside(mesh);
     let (less, got, more) = (at(ball.radius - hair), ball.outside(mesh), at(ball.radius + hair));
-    let slack = 1e-11 * ball.volume().max(1.0);
+    // Where a sphere touches, the points of its arcs are good to the square root of rounding.
+    let slack = 1e-11 + 1e-8 * ball.volume();
     assert!(
         got.volume >= less.volume - slack && got.volume <= more.volume + slack,
         "{what}: {ball:?}: {} {} {}",
@@ -79,7 +80,8 @@ fn assert_steady(mesh: &TriangleTree, ball: Ball, what: &str) {
     );
     let slope = (more.volume - less.volume) / (2.0 * hair);
     let area = 4.0 * PI * ball.radius * ball.radius;
-    assert!(slope <= area * (1.0 + 1e-5) + 1e-4 && slope >= -1e-4, "{what}: {ball:?}: slope {slope} of {area}");
+    let noise = slack / hair;
+    assert!(slope <= area * (1.0 + 1e-5) + noise && slope >= -noise, "{what}: {ball:?}: slope {slope} of {area}");
     // The area outside is steady too, up to a sphere that slides along a face.
     let (low, high) = (less.area.min(more.area), less.area.max(more.area));
     let wide = 1e-3 * area;

@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Most spheres of a fit.
 pub const MAX_SPHERES: usize = 4096;
 /// Iterations unless told otherwise.
-pub const DEFAULT_ITERATIONS: u32 = 300;
+pub const DEFAULT_ITERATIONS: u32 = 400;
 /// Changes when the same settings give another set.
 pub const REVISION: u32 = 0;
 

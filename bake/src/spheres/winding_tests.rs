@@ -60,7 +60,8 @@ fn an_open_mesh_winds_by_the_solid_angle_that_it_fills() {
     assert!((open.winding_number(DVec3::ZERO) - 5.0 / 6.0).abs() < 1e-12);
     assert!((open.winding_number(-DVec3::X) - 0.5).abs() < 1e-12);
     let dome = tree(open_hemisphere(48, 16));
-    assert!((dome.winding_number(DVec3::ZERO) - 0.5).abs() < 1e-9);
+    // Its branches are seen as dipoles.
+    assert!((dome.winding_number(DVec3::ZERO) - 0.5).abs() < 0.01);
 }
 
 #[test]

@@ -11,7 +11,7 @@ mod support {
 use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
-use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
+use relume_formats::kinds::manifest::{FileEntry, MethodEntry, SphereSetEntry};
 use relume_formats::kinds::{HaarTable, Manifest, TransferImages};
 use relume_formats::{Error, Place};
 use std::collections::BTreeMap;
@@ -154,11 +154,21 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let files = prop::collection::vec((".{0,12}", entry.clone()), 0..3);
     let settings = prop::collection::btree_map(".{0,12}", value, 0..4);
     let errors = prop::collection::btree_map(".{0,12}", finite, 0..4);
+    let set = (entry.clone(), settings.clone()).prop_map(|(file, settings)| SphereSetEntry { file, settings });
+    let sphere_sets = prop::collection::btree_map(".{0,12}", set, 0..3);
     let method =
         (".{0,12}", files, settings, errors).prop_map(|(name, files, settings, errors)| MethodEntry { name, files, settings, errors });
     let animations = prop::collection::btree_map(".{0,12}", entry.clone(), 0..3);
-    (".{0,12}", "[0-9a-f]{32}", entry, animations, prop::collection::vec(method, 1..3)).prop_map(
-        |(scene, scene_hash, scene_file, animations, methods)| Manifest { version: 0, scene, scene_hash, scene_file, animations, methods },
+    (".{0,12}", "[0-9a-f]{32}", entry, animations, sphere_sets, prop::collection::vec(method, 1..3)).prop_map(
+        |(scene, scene_hash, scene_file, animations, sphere_sets, methods)| Manifest {
+            version: 0,
+            scene,
+            scene_hash,
+            scene_file,
+            animations,
+            sphere_sets,
+            methods,
+        },
     )
 }
 

@@ -63,20 +63,21 @@ pub(super) fn describe_stage(scene: &str, summary: &SphereSetSummary) -> String 
     }
 }
 
-/// How good a fit is; lengths in mesh units.
+/// How good a fit is; lengths in parts of the diagonal, as meshes are of any size.
 fn describe(set: &SphereSet) -> String {
     let quality = &set.meta.quality;
     let (surface, volume) = (100.0 * quality.coverage_surface, 100.0 * quality.coverage_volume);
     let protrusion = &quality.protrusion;
+    let share = |length: f64| 100.0 * length / f64::from(set.meta.diagonal);
     format!(
         "{} spheres, E/V(T) {:.4}\n\
-         coverage: {surface:.3} % of the surface, {volume:.3} % of the volume, largest gap {:.4}\n\
-         protrusion: mean {:.4}, 95 % below {:.4}, largest {:.4}\n",
+         coverage: {surface:.3} % of the surface, {volume:.3} % of the volume, largest gap {:.3} % of the diagonal\n\
+         protrusion: mean {:.3} %, 95th percentile {:.3} %, largest {:.3} % of the diagonal\n",
         set.spheres.len(),
         set.meta.relative_outside_volume(),
-        quality.largest_gap,
-        protrusion.mean,
-        protrusion.p95,
-        protrusion.max
+        share(quality.largest_gap),
+        share(protrusion.mean),
+        share(protrusion.p95),
+        share(protrusion.max)
     )
 }

@@ -38,6 +38,8 @@ mod coverage_tests;
 #[cfg(test)]
 mod enclosing_tests;
 #[cfg(test)]
+mod fit_tests;
+#[cfg(test)]
 mod measure_tests;
 #[cfg(test)]
 mod test_meshes;

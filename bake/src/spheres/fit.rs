@@ -23,8 +23,6 @@ use std::sync::Arc;
 pub const MAX_SPHERES: usize = 4096;
 /// Iterations unless told otherwise.
 pub const DEFAULT_ITERATIONS: u32 = 400;
-/// Changes when the same settings give another set.
-pub const REVISION: u32 = 0;
 
 /// Searches side by side, of which the best one's set is kept. A constant, so that the result does not depend on the number of threads.
 const SEARCHES: u64 = 2;

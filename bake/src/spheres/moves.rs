@@ -132,6 +132,9 @@ impl Problem<'_> {
 
     /// What deleting a sphere costs.
     pub fn deletion_cost(&self, set: &[Sphere], i: usize) -> f64 {
+        if set[i].cluster.is_empty() {
+            return 0.0;
+        }
         let near = neighbours(set, i, NEIGHBOURS);
         if near.is_empty() {
             return f64::INFINITY;

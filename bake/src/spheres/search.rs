@@ -21,6 +21,9 @@ const BINDS: f64 = 0.99;
 /// By what shares of their radii spheres are grown, to see whether their neighbours gain more.
 const GROWTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
+/// Most rounds of polishing in a row.
+const POLISHES: usize = 200;
+
 /// A set under way.
 pub struct Search<'a> {
     /// What it works on.
@@ -122,10 +125,12 @@ impl<'a> Search<'a> {
     /// Teleports that promise most, with a little chance.
     fn teleports(&mut self, loss: f64) -> Vec<Move> {
         let mean = total_outside(&self.spheres) / self.spheres.len() as f64;
-        // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen from outside.
+        // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen
+        // from outside, unless it covers nothing.
         let volume = |i: usize| self.spheres[i].outside.volume + mean * self.chance(4 * i as u64);
         let splits = self.most((0..self.spheres.len()).collect(), CANDIDATES, volume);
-        let deletions = self.most((0..self.spheres.len()).collect(), CANDIDATES, |i| self.chance(4 * i as u64 + 1));
+        let idle = |i: usize| f64::from(u8::from(self.spheres[i].cluster.is_empty()));
+        let deletions = self.most((0..self.spheres.len()).collect(), CANDIDATES, |i| idle(i) + self.chance(4 * i as u64 + 1));
         let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
         let (problem, spheres) = (&*problem, &*spheres);
         let fill = |known: &mut Vec<Option<f64>>, wanted: &[usize], value: &(dyn Fn(usize) -> f64 + Sync)| {
@@ -233,6 +238,3 @@ impl<'a> Search<'a> {
         }
     }
 }
-
-/// Most rounds of polishing in a row.
-const POLISHES: usize = 200;

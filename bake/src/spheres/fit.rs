@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Most spheres of a fit.
 pub const MAX_SPHERES: usize = 4096;
 /// Iterations unless told otherwise.
-pub const DEFAULT_ITERATIONS: u32 = 400;
+pub const DEFAULT_ITERATIONS: u32 = 200;
 
 /// Searches side by side, of which the best one's set is kept. A constant, so that the result does not depend on the number of threads.
 const SEARCHES: u64 = 2;

@@ -21,6 +21,8 @@ const BINDS: f64 = 0.99;
 /// By what shares of their radii spheres are grown, to see whether their neighbours gain more.
 const GROWTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
+/// No more pieces are split when there are so many, and so many a sphere: where a surface hugs its spheres, as a ball's does, all of it binds.
+const MOST_PIECES: (usize, usize) = (20_000, 200);
 /// Most rounds of polishing in a row.
 const POLISHES: usize = 200;
 
@@ -87,13 +89,16 @@ impl<'a> Search<'a> {
     /// again.
     pub fn refine(&mut self, size: f64) {
         self.spheres.clone_from(&self.best.0);
+        let most = MOST_PIECES.0 + MOST_PIECES.1 * self.spheres.len();
+        let mut room = most.saturating_sub(self.spheres.iter().map(|s| s.cluster.len()).sum());
         for sphere in &mut self.spheres {
             let pieces = &mut self.problem.pieces;
             let limit = (BINDS * (sphere.ball.radius + self.problem.slack)).powi(2);
             let mut cluster = Vec::new();
             for piece in pieces.merged(&sphere.cluster, |pieces, p| pieces.farthest_squared(p, sphere.ball.centre) <= limit) {
                 let binds = pieces.extent(piece) > size && pieces.farthest_squared(piece, sphere.ball.centre) > limit;
-                let parts = if binds { pieces.split(piece) } else { Vec::new() };
+                let parts = if binds && room > 0 { pieces.split(piece) } else { Vec::new() };
+                room = room.saturating_sub(parts.len());
                 if parts.is_empty() { cluster.push(piece) } else { cluster.extend(parts) }
             }
             cluster.sort_unstable();

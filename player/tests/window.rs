@@ -255,8 +255,7 @@ fn light_and_view_are_changed_by_hand() {
     let moved = state(&window.save("t", "lit-0002.toml"));
     let (camera, light) = (moved.camera.clone().unwrap(), moved.environment.clone().unwrap());
     let [x, y, z] = camera.position.unwrap();
-    // How far depends on how many of the hand's moves the display passes on before the button is up again.
-    assert!(x < -1.0 && y > 0.3 && z > 0.5 && camera.target.unwrap()[0] < -0.01, "{camera:?}");
+    assert!(x < -1.0 && y > 0.3 && z > 0.5 && camera.target.unwrap()[0] < -0.05, "{camera:?}");
     assert_eq!((light.rotation_deg, light.map, light.gain), (Some(180.0), None, None));
     let png = window.save("s", "lit-0001.png");
     // The player without a window, asked for the same.

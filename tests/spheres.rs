@@ -169,7 +169,7 @@ fn an_interrupted_fit_leaves_no_file() {
     assert_eq!(w.files(), before);
 }
 
-/// A box on a floor under a lamp; the box asks for spheres.
+/// A ball over a floor under a lamp; the ball asks for spheres.
 const SCENE: &str = "
     [vary]
     materials = ['clay']

@@ -44,6 +44,15 @@ pub fn group(spheres: &[Sphere], i: usize) -> Vec<usize> {
     indices
 }
 
+/// Adds those of `more` that are not there yet.
+fn join(indices: &mut Vec<usize>, more: Vec<usize>) {
+    for i in more {
+        if !indices.contains(&i) {
+            indices.push(i);
+        }
+    }
+}
+
 impl Problem<'_> {
     /// Lets a sphere and its neighbours settle.
     pub fn polish(&self, set: &[Sphere], i: usize) -> Move {
@@ -64,13 +73,8 @@ impl Problem<'_> {
     pub fn shake(&self, set: &[Sphere], i: usize, count: usize, seed: u64) -> Option<Move> {
         let mut indices = group(set, i);
         let count = count.min(indices.len());
-        for j in indices[1..count].to_vec() {
-            for k in neighbours(set, j, 4) {
-                if !indices.contains(&k) {
-                    indices.push(k);
-                }
-            }
-        }
+        let around: Vec<usize> = indices[1..count].iter().flat_map(|j| neighbours(set, *j, 4)).collect();
+        join(&mut indices, around);
         let loose: Vec<u32> = indices[..count].iter().flat_map(|j| set[*j].cluster.iter()).copied().collect();
         if loose.len() < count {
             return None;
@@ -86,11 +90,8 @@ impl Problem<'_> {
     /// Splits one sphere and deletes another, whose neighbours take over its pieces.
     pub fn teleport(&self, set: &[Sphere], split: usize, delete: usize) -> Option<Move> {
         let mut indices = vec![split, delete];
-        for j in neighbours(set, delete, NEIGHBOURS).into_iter().chain(neighbours(set, split, NEIGHBOURS)) {
-            if !indices.contains(&j) {
-                indices.push(j);
-            }
-        }
+        join(&mut indices, neighbours(set, delete, NEIGHBOURS));
+        join(&mut indices, neighbours(set, split, NEIGHBOURS));
         let mut parts: Vec<Sphere> = indices.iter().map(|j| set[*j].clone()).collect();
         self.shed(&mut parts, 0);
         let halves = self.halves(&parts[0])?;

@@ -6,7 +6,7 @@
 
 use super::cluster::{Problem, Sphere, total_outside};
 use super::moves::{Move, group, neighbours};
-use super::random::hash;
+use super::random::{hash, unit};
 use super::voids;
 use rayon::prelude::*;
 
@@ -133,9 +133,9 @@ impl<'a> Search<'a> {
         // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen
         // from outside, unless it covers nothing.
         let volume = |i: usize| self.spheres[i].outside.volume + mean * self.chance(4 * i as u64);
-        let splits = self.most((0..self.spheres.len()).collect(), CANDIDATES, volume);
+        let splits = most((0..self.spheres.len()).collect(), CANDIDATES, volume);
         let idle = |i: usize| f64::from(u8::from(self.spheres[i].cluster.is_empty()));
-        let deletions = self.most((0..self.spheres.len()).collect(), CANDIDATES, |i| idle(i) + self.chance(4 * i as u64 + 1));
+        let deletions = most((0..self.spheres.len()).collect(), CANDIDATES, |i| idle(i) + self.chance(4 * i as u64 + 1));
         let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
         let (problem, spheres) = (&*problem, &*spheres);
         let fill = |known: &mut Vec<Option<f64>>, wanted: &[usize], value: &(dyn Fn(usize) -> f64 + Sync)| {
@@ -145,18 +145,11 @@ impl<'a> Search<'a> {
         fill(split_gains, &splits, &|i| problem.split_gain(spheres, i));
         fill(deletion_costs, &deletions, &|i| problem.deletion_cost(spheres, i));
         let chance = |i: usize, salt: u64| (0.5 * loss + 0.1) * mean * self.chance(4 * i as u64 + salt);
-        let splits = self.most(splits, BATCH, |i| self.split_gains[i].unwrap_or(0.0) + chance(i, 2));
-        let deletions = self.most(deletions, BATCH, |i| chance(i, 3) - self.deletion_costs[i].unwrap_or(0.0));
+        let splits = most(splits, BATCH, |i| self.split_gains[i].unwrap_or(0.0) + chance(i, 2));
+        let deletions = most(deletions, BATCH, |i| chance(i, 3) - self.deletion_costs[i].unwrap_or(0.0));
         let pairs: Vec<(usize, usize)> = splits.into_iter().zip(deletions).filter(|(s, d)| s != d).collect();
         let (problem, spheres) = (&self.problem, &self.spheres);
         pairs.par_iter().filter_map(|(s, d)| problem.teleport(spheres, *s, *d)).collect()
-    }
-
-    /// The `count` of some spheres with the highest value, in falling order.
-    fn most(&self, mut spheres: Vec<usize>, count: usize, value: impl Fn(usize) -> f64) -> Vec<usize> {
-        spheres.sort_by(|a, b| value(*b).total_cmp(&value(*a)).then(a.cmp(b)));
-        spheres.truncate(count);
-        spheres
     }
 
     fn growths(&self) -> Vec<Move> {
@@ -183,7 +176,7 @@ impl<'a> Search<'a> {
 
     /// From 0 to below 1.
     fn chance(&self, salt: u64) -> f64 {
-        (hash(self.key(salt)) >> 11) as f64 / (1_u64 << 53) as f64
+        unit(self.key(salt))
     }
 
     /// Those of `wanted`, in their order, whose groups do not meet those of earlier ones.
@@ -242,4 +235,11 @@ impl<'a> Search<'a> {
             self.best = (self.spheres.clone(), outside);
         }
     }
+}
+
+/// The `count` of some spheres with the highest value, in falling order.
+fn most(mut spheres: Vec<usize>, count: usize, value: impl Fn(usize) -> f64) -> Vec<usize> {
+    spheres.sort_by(|a, b| value(*b).total_cmp(&value(*a)).then(a.cmp(b)));
+    spheres.truncate(count);
+    spheres
 }

@@ -12,8 +12,8 @@ fn a_solid_angle_has_its_closed_forms() {
     assert!((solid_angle([DVec3::Y, DVec3::X, DVec3::Z]) + PI / 2.0).abs() < 1e-14);
     // A right-angled triangle at distance d over its corner of angle 45°: half a rectangle's eighth. A rectangle of sides 2a, 2b at distance d has
     // 4 asin(ab/√((a²+d²)(b²+d²))), and a square is eight such triangles.
-    let (a, d) = (0.7, 0.4);
-    let square = 4.0 * (a * a / (a * a + d * d) as f64).asin();
+    let (a, d) = (0.7_f64, 0.4);
+    let square = 4.0 * (a * a / (a * a + d * d)).asin();
     let got = solid_angle([DVec3::new(0.0, 0.0, d), DVec3::new(a, 0.0, d), DVec3::new(a, a, d)]);
     assert!((got - square / 8.0).abs() < 1e-14, "{got} {}", square / 8.0);
 }

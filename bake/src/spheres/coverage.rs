@@ -2,12 +2,15 @@
 //!
 //! What balls leave uncovered of a solid is bounded by flat triangles and by spheres that bulge into it. The extreme points of such a region are therefore
 //! corners: a vertex of the mesh, a point where a sphere crosses an edge, where two spheres cross on a triangle, or where three spheres cross within the
-//! solid. So if every such corner lies in another ball, nothing is uncovered.
+//! solid. So if every such corner lies within another ball, nothing is uncovered.
 
 use super::ball::Ball;
 use super::triangle_tree::TriangleTree;
 use glam::DVec3;
 use rayon::prelude::*;
+
+/// How far within a ball a point must lie, in radii: more than rounding, less than any tolerance.
+const WITHIN: f64 = 1e-13;
 
 /// The corners of what `balls` leave uncovered of the triangles of `surface`, and of the solid within `solid`, which only matters where the surface is
 /// covered. None if all is covered.
@@ -54,7 +57,7 @@ fn uncovered_of_triangle(triangle: [DVec3; 3], balls: &[Ball], found: &mut Vec<D
     if balls.iter().any(|b| triangle.iter().all(|v| b.contains(*v))) {
         return;
     }
-    let open = |point: DVec3, of: &[usize]| !balls.iter().enumerate().any(|(i, b)| !of.contains(&i) && b.contains(point));
+    let open = |point: DVec3, of: &[usize]| !balls.iter().enumerate().any(|(i, b)| !of.contains(&i) && holds(b, point));
     found.extend(triangle.iter().filter(|v| open(**v, &[])));
     for (i, ball) in balls.iter().enumerate() {
         for edge in 0..3 {
@@ -65,6 +68,13 @@ fn uncovered_of_triangle(triangle: [DVec3; 3], balls: &[Ball], found: &mut Vec<D
             found.extend(crossings_on_triangle(ball, other, triangle).into_iter().flatten().filter(|p| open(*p, &[i, j])));
         }
     }
+}
+
+/// Whether a point lies within a ball, not just on it: where four spheres meet in one point, as they do around symmetric solids, none of them closes the void
+/// that may begin there. Whoever asks grows the balls by a tolerance, so that points which the balls themselves cover lie well within.
+fn holds(ball: &Ball, point: DVec3) -> bool {
+    let limit = ball.radius * (1.0 - WITHIN);
+    point.distance_squared(ball.centre) < limit * limit
 }
 
 /// Where a sphere crosses an edge.
@@ -129,7 +139,7 @@ pub fn uncovered_within(solid: &TriangleTree, balls: &[Ball]) -> Vec<DVec3> {
             for l in later[k + 1..].iter().filter(|l| crossing(*j, **l)) {
                 let Some(plane) = radical_plane(&balls[i], &balls[*l]) else { continue };
                 for point in on_plane_and_spheres(&balls[i], &balls[*j], plane).into_iter().flatten() {
-                    let covered = near.iter().any(|m| m != j && m != l && balls[*m].contains(point));
+                    let covered = near.iter().any(|m| m != j && m != l && holds(&balls[*m], point));
                     if !covered && solid.encloses(point) {
                         found.push(point);
                     }

@@ -42,6 +42,8 @@ mod fit_tests;
 #[cfg(test)]
 mod measure_tests;
 #[cfg(test)]
+mod search_tests;
+#[cfg(test)]
 mod test_meshes;
 #[cfg(test)]
 mod winding_tests;

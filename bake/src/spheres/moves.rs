@@ -8,6 +8,10 @@ use std::sync::Arc;
 
 /// Steps that refit a sphere after its pieces have changed.
 const REFIT_STEPS: usize = 8;
+/// Most rounds in which spheres settle.
+const SETTLING: usize = 6;
+/// The same for halves that are only compared.
+const TRIAL_STEPS: usize = 3;
 /// Most neighbours that a move may change with a sphere.
 const NEIGHBOURS: usize = 7;
 
@@ -153,7 +157,7 @@ impl Problem<'_> {
         let mut order: Vec<usize> = (0..spheres.len()).collect();
         order.sort_by(|a, b| spheres[*b].outside.volume.total_cmp(&spheres[*a].outside.volume));
         order.sort_by_key(|i| *i < last);
-        let spheres = self.tighten(spheres, &order, 6);
+        let spheres = self.tighten(spheres, &order, SETTLING);
         let gain = before - total_outside(&spheres);
         Move { indices, spheres, gain }
     }
@@ -176,7 +180,7 @@ impl Problem<'_> {
                 let chosen = sphere.cluster.iter().zip(&middles).filter(|(_, middle)| beyond(middle) == wanted);
                 let (cluster, middles): (Vec<u32>, Vec<DVec3>) = chosen.map(|(p, m)| (*p, *m)).unzip();
                 let start = if wanted { middles.iter().sum::<DVec3>() / middles.len().max(1) as f64 } else { centre };
-                (!cluster.is_empty()).then(|| self.fit(start, cluster, 3))
+                (!cluster.is_empty()).then(|| self.fit(start, cluster, TRIAL_STEPS))
             };
             Some([half(false)?, half(true)?])
         };

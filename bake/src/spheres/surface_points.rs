@@ -1,5 +1,6 @@
 //! Points spread over a surface by area, the same each time.
 
+use super::random::unit;
 use super::triangle_tree::TriangleTree;
 
 /// `count` random points, each in one of as many equal shares of the area: triangle and barycentric coordinates. None if there is no area.
@@ -19,10 +20,7 @@ pub fn stratified(surface: &TriangleTree, count: u32) -> Vec<(usize, [f64; 3])> 
     (0..count).map(point).collect()
 }
 
-/// A random number in [0, 1) for each pair (splitmix64).
+/// A random number in [0, 1) for each pair.
 pub fn random(point: u32, dimension: u32) -> f64 {
-    let mut x = (u64::from(dimension) << 32 | u64::from(point)).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    unit(u64::from(dimension) << 32 | u64::from(point))
 }

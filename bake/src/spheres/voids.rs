@@ -7,6 +7,8 @@ use glam::DVec3;
 
 /// Growths in a row until no void is left; the second finds none, rounding aside.
 const ATTEMPTS: usize = 8;
+/// Voids that vanish when radii grow by this share are none.
+const TOLERANCE: f64 = 1e-9;
 /// How near to a sphere a corner lies on it, in parts of the radius.
 const ON: f64 = 1e-6;
 
@@ -14,7 +16,8 @@ const ON: f64 = 1e-6;
 pub fn fill(problem: &mut Problem<'_>, spheres: &mut Vec<Sphere>) -> Vec<usize> {
     let mut grown = Vec::new();
     for _ in 0..ATTEMPTS {
-        let balls: Vec<Ball> = spheres.iter().map(|s| Ball::new(s.ball.centre, s.ball.radius + problem.slack)).collect();
+        let balls: Vec<Ball> =
+            spheres.iter().map(|s| Ball::new(s.ball.centre, (s.ball.radius + problem.slack) * (1.0 + TOLERANCE))).collect();
         let corners = uncovered_within(problem.solid, &balls);
         if corners.is_empty() {
             break;

@@ -30,7 +30,7 @@ use support::{relighting, samples, scenes, spheres};
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 28] = [
+const CASES: [Case; 29] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -119,6 +119,9 @@ const CASES: [Case; 28] = [
     }),
     ("table-of-one-bitmap.relume", Kind::HaarTable, "has shape [16, 1], expected [16, 65536]", || {
         RawFile::new(5, vec![RawSection::new("coefficients", 3, &[16, 1], 1, &[0; 32])]).bytes()
+    }),
+    ("visibility-of-one-direction.relume", Kind::VisibilityTable, "has shape [1, 6144], expected [136, 6144]", || {
+        RawFile::new(10, vec![RawSection::new("rings", 0, &[1, 6144], 0, &[32; 6144])]).bytes()
     }),
     ("parameters-fall.relume", Kind::BrdfBasis, "needs 2 to 65536 increasing parameters", || {
         let mut basis = samples::ggx_basis(1, 2, 1);

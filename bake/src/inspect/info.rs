@@ -126,6 +126,15 @@ pub(super) enum Details {
         /// How many the history has.
         iterations_done: usize,
     },
+    VisibilityTable {
+        directions: usize,
+        stored_directions: usize,
+        radii: usize,
+        /// Of a bitmap.
+        texels: usize,
+        /// Of the whole table as bitmaps.
+        bytes_of_bitmaps: usize,
+    },
 }
 
 /// One animated leaf.

@@ -101,6 +101,18 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ),
             ("dense", format!("{} bytes with every coefficient as f32", grouped(*bytes_of_dense_matrix))),
         ],
+        Details::VisibilityTable { directions, stored_directions, radii, texels, bytes_of_bitmaps } => vec![
+            (
+                "table",
+                format!(
+                    "a bitmap of {} texels for each of {} directions and {radii} radii",
+                    grouped(*texels as u64),
+                    grouped(*directions as u64)
+                ),
+            ),
+            ("stored", format!("{stored_directions} directions, which the symmetries of the cube make all of")),
+            ("expanded", format!("{} bytes", grouped(*bytes_of_bitmaps as u64))),
+        ],
         Details::SphereSet { metrics, points, iterations_done } => spheres(metrics, *points, *iterations_done),
     }
 }

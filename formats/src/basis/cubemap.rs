@@ -23,7 +23,7 @@ pub fn direction(face: usize, n: usize, x: f64, y: f64) -> DVec3 {
 }
 
 /// The point of the cube [−1, 1]³ at (`s`, `t`) on `face`; faces beyond the last are taken for −Z.
-fn on_face<T: Copy + std::ops::Neg<Output = T> + From<f32>>(face: usize, s: T, t: T) -> [T; 3] {
+pub(crate) fn on_face<T: Copy + std::ops::Neg<Output = T> + From<f32>>(face: usize, s: T, t: T) -> [T; 3] {
     let one = T::from(1.0);
     match face {
         0 => [one, -t, -s],

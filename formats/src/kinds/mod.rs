@@ -10,6 +10,7 @@ pub mod sparse_transfer;
 pub mod sphere_set;
 pub mod textures;
 pub mod transfer_images;
+pub mod visibility_table;
 
 pub use brdf_basis::BrdfBasis;
 pub use environment::Environment;
@@ -20,3 +21,4 @@ pub use sparse_transfer::SparseTransfer;
 pub use sphere_set::SphereSet;
 pub use textures::Textures;
 pub use transfer_images::TransferImages;
+pub use visibility_table::VisibilityTable;

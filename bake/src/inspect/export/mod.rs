@@ -12,6 +12,7 @@ mod stored;
 mod table;
 #[cfg(test)]
 mod tests;
+mod visibility_table;
 
 pub use scene::export_scene;
 
@@ -19,7 +20,7 @@ use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages,
+    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages, VisibilityTable,
 };
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
@@ -63,6 +64,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
             sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
         }
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
+        Kind::VisibilityTable => visibility_table::export(&VisibilityTable::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -3,8 +3,10 @@
 use super::super::sphere_metrics::SphereMetrics;
 use super::{ClassInfo, Details, TrackInfo};
 use relume_formats::Result;
+use relume_formats::basis::two_level::BYTES;
 use relume_formats::container::{Kind, Reader, Sections, Stored};
 use relume_formats::kinds::transfer_images::Head;
+use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIONS};
 use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, StoredScene, Textures, sparse_transfer};
 use relume_formats::state::Animation;
 use std::io::Read;
@@ -38,6 +40,13 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             let set = SphereSet::read_file(path)?;
             Details::SphereSet { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() }
         }
+        Kind::VisibilityTable => Details::VisibilityTable {
+            directions: DIRECTIONS,
+            stored_directions: STORED_DIRECTIONS,
+            radii: RADII,
+            texels: DIRECTIONS,
+            bytes_of_bitmaps: DIRECTIONS * RADII * BYTES,
+        },
     })
 }
 

@@ -3,6 +3,7 @@
 mod angles;
 pub mod approximate;
 pub mod brdf_grid;
+pub mod cap;
 pub mod cubemap;
 mod equirect;
 pub mod haar;

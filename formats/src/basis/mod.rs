@@ -5,6 +5,7 @@ pub mod approximate;
 pub mod brdf_grid;
 pub mod cap;
 pub mod cubemap;
+pub mod diffuse;
 mod equirect;
 pub mod haar;
 pub mod lobe_table;

@@ -32,11 +32,13 @@ pub enum Kind {
     SphereSet = 9,
     /// The texels that one sphere blocks, for every direction and size: `kinds::visibility_table`.
     VisibilityTable = 10,
+    /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
+    SphereShadows = 12,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 10] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -47,6 +49,7 @@ impl Kind {
         Kind::SparseTransfer,
         Kind::SphereSet,
         Kind::VisibilityTable,
+        Kind::SphereShadows,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
@@ -54,7 +57,7 @@ impl Kind {
         match self {
             Kind::Animation | Kind::HaarTable | Kind::VisibilityTable => 1,
             Kind::Scene => 4,
-            Kind::BrdfBasis => 5,
+            Kind::BrdfBasis | Kind::SphereShadows => 5,
             Kind::Environment => 2,
             Kind::SphereSet => 7,
             Kind::Textures => 18,
@@ -75,6 +78,7 @@ impl Kind {
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
             Kind::SphereSet => kinds::SphereSet::VERSION,
             Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
+            Kind::SphereShadows => kinds::SphereShadows::VERSION,
         }
     }
 
@@ -91,6 +95,7 @@ impl Kind {
             Kind::SparseTransfer => "sparse-transfer",
             Kind::SphereSet => "sphere-set",
             Kind::VisibilityTable => "visibility-table",
+            Kind::SphereShadows => "sphere-shadows",
         }
     }
 }

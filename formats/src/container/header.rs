@@ -30,11 +30,15 @@ pub enum Kind {
     SparseTransfer = 8,
     /// Spheres that cover a solid: `kinds::sphere_set`.
     SphereSet = 9,
+    /// The texels that one sphere blocks, for every direction and size: `kinds::visibility_table`.
+    VisibilityTable = 10,
+    /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
+    SphereShadows = 12,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -44,14 +48,16 @@ impl Kind {
         Kind::Textures,
         Kind::SparseTransfer,
         Kind::SphereSet,
+        Kind::VisibilityTable,
+        Kind::SphereShadows,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
         match self {
-            Kind::Animation | Kind::HaarTable => 1,
+            Kind::Animation | Kind::HaarTable | Kind::VisibilityTable => 1,
             Kind::Scene => 4,
-            Kind::BrdfBasis => 5,
+            Kind::BrdfBasis | Kind::SphereShadows => 5,
             Kind::Environment => 2,
             Kind::SphereSet => 7,
             Kind::Textures => 18,
@@ -71,6 +77,8 @@ impl Kind {
             Kind::Textures => kinds::Textures::VERSION,
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
             Kind::SphereSet => kinds::SphereSet::VERSION,
+            Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
+            Kind::SphereShadows => kinds::SphereShadows::VERSION,
         }
     }
 
@@ -86,6 +94,8 @@ impl Kind {
             Kind::Textures => "textures",
             Kind::SparseTransfer => "sparse-transfer",
             Kind::SphereSet => "sphere-set",
+            Kind::VisibilityTable => "visibility-table",
+            Kind::SphereShadows => "sphere-shadows",
         }
     }
 }

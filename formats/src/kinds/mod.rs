@@ -8,8 +8,10 @@ pub mod manifest;
 pub mod scene;
 pub mod sparse_transfer;
 pub mod sphere_set;
+pub mod sphere_shadows;
 pub mod textures;
 pub mod transfer_images;
+pub mod visibility_table;
 
 pub use brdf_basis::BrdfBasis;
 pub use environment::Environment;
@@ -18,5 +20,7 @@ pub use manifest::Manifest;
 pub use scene::StoredScene;
 pub use sparse_transfer::SparseTransfer;
 pub use sphere_set::SphereSet;
+pub use sphere_shadows::SphereShadows;
 pub use textures::Textures;
 pub use transfer_images::TransferImages;
+pub use visibility_table::VisibilityTable;

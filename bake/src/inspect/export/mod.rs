@@ -8,10 +8,12 @@ mod scene;
 mod sparse_transfer;
 mod sphere_mesh;
 mod sphere_set;
+mod sphere_shadows;
 mod stored;
 mod table;
 #[cfg(test)]
 mod tests;
+mod visibility_table;
 
 pub use scene::export_scene;
 
@@ -19,7 +21,8 @@ use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages,
+    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages,
+    VisibilityTable,
 };
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
@@ -63,6 +66,8 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
             sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
         }
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
+        Kind::SphereShadows => sphere_shadows::export(&SphereShadows::read_file(path)?, &mut out)?,
+        Kind::VisibilityTable => visibility_table::export(&VisibilityTable::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -6,6 +6,7 @@ mod sphere_set;
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, State};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
@@ -30,6 +31,7 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::Textures => drop(Textures::read_file(path)?),
         Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
         Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
+        Kind::Shape => drop(DeformingMesh::read_file(path)?),
     }
     sound(path)
 }

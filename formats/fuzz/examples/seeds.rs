@@ -16,6 +16,9 @@ mod samples;
 #[path = "../../tests/support/scenes.rs"]
 mod scenes;
 #[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/shapes.rs"]
+mod shapes;
+#[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/spheres.rs"]
 mod spheres;
 
@@ -83,6 +86,7 @@ fn main() -> std::io::Result<()> {
         seed_kind("textures", number, &relighting::textures(number))?;
         seed_kind("sparse_transfer", number, &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]))?;
         seed_kind("sphere_set", number, &spheres::sphere_set(number, 4, 4 + number as usize, 1 + number as usize, 0.5))?;
+        seed_kind("shape", number, &shapes::shape(number, number as usize))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
     // Its table repeats a few bytes, so the recipe may as well be short.

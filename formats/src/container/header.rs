@@ -4,6 +4,7 @@ use super::Stored as _;
 use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
 use crate::error::{Error, Place, Result};
 use crate::kinds;
+use crate::shape::DeformingMesh;
 use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
@@ -30,11 +31,13 @@ pub enum Kind {
     SparseTransfer = 8,
     /// Spheres that cover a solid: `kinds::sphere_set`.
     SphereSet = 9,
+    /// A mesh that deforms, and its clips: `kinds::shape`.
+    Shape = 11,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -44,6 +47,7 @@ impl Kind {
         Kind::Textures,
         Kind::SparseTransfer,
         Kind::SphereSet,
+        Kind::Shape,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
@@ -54,6 +58,7 @@ impl Kind {
             Kind::BrdfBasis => 5,
             Kind::Environment => 2,
             Kind::SphereSet => 7,
+            Kind::Shape => 12,
             Kind::Textures => 18,
             Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
         }
@@ -71,6 +76,7 @@ impl Kind {
             Kind::Textures => kinds::Textures::VERSION,
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
             Kind::SphereSet => kinds::SphereSet::VERSION,
+            Kind::Shape => DeformingMesh::VERSION,
         }
     }
 
@@ -86,6 +92,7 @@ impl Kind {
             Kind::Textures => "textures",
             Kind::SparseTransfer => "sparse-transfer",
             Kind::SphereSet => "sphere-set",
+            Kind::Shape => "shape",
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::node::normalized;
 use glam::DQuat;
+use serde::{Deserialize, Serialize};
 
 /// A named movement.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +30,7 @@ pub struct Track {
 }
 
 /// What a track sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Property {
     /// Of the node of this index.
     Translation(u32),
@@ -53,7 +54,7 @@ impl Property {
 }
 
 /// How a track gets from key to key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interpolation {
     /// Holds each key until the next.
     Step,
@@ -61,6 +62,13 @@ pub enum Interpolation {
     Linear,
     /// Cubic Hermite splines.
     CubicSpline,
+}
+
+impl Interpolation {
+    /// How many values of the property stand with each key.
+    pub fn values_per_key(self) -> usize {
+        if self == Self::CubicSpline { 3 } else { 1 }
+    }
 }
 
 /// Two neighbouring keys and a time between them.

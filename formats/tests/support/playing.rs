@@ -6,6 +6,7 @@ use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -76,5 +77,16 @@ pub fn play_spheres(set: &SphereSet) {
         let rest = &set.points[..set.meta.vertices as usize];
         Follower::new(set).follow(rest, &mut spheres).unwrap();
         assert_eq!(spheres.len(), set.spheres.len());
+    }
+}
+
+pub fn play_shape(shape: &DeformingMesh) {
+    let mut positions = Vec::new();
+    shape.positions(&shape.rest_pose(), &mut positions);
+    for clip in shape.clips.iter().take(100) {
+        for time_s in [-1.0, 0.3, clip.duration_s] {
+            shape.positions_at(clip, time_s, &mut positions);
+            assert_eq!(positions.len(), shape.positions.len());
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
 use super::playing::{
-    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_spheres, play_table, play_textures,
+    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shape, play_spheres, play_table, play_textures,
 };
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use relume_formats::{Error, Result};
 use std::path::Path;
@@ -22,6 +23,7 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Textures => Textures::read_file(path).map(|textures| play_textures(&textures)),
         Kind::SparseTransfer => SparseTransfer::read_file(path).map(|transfer| play_rows(&transfer)),
         Kind::SphereSet => SphereSet::read_file(path).map(|set| play_spheres(&set)),
+        Kind::Shape => DeformingMesh::read_file(path).map(|shape| play_shape(&shape)),
     }
 }
 

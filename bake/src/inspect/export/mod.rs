@@ -5,6 +5,7 @@ mod images;
 mod out;
 mod ply;
 mod scene;
+mod shape;
 mod sparse_transfer;
 mod sphere_mesh;
 mod sphere_set;
@@ -21,6 +22,7 @@ use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages,
 };
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -63,6 +65,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
             sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
         }
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
+        Kind::Shape => shape::export(&DeformingMesh::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -1,5 +1,6 @@
 //! Exported files read back by small parsers of their own, and put together again to what the bundle means.
 
+mod shapes;
 mod spheres;
 
 use super::super::test_bundle::TestBundle;

@@ -1,11 +1,12 @@
 //! What is particular to a file of each kind, from its small sections.
 
 use super::super::sphere_metrics::SphereMetrics;
-use super::{ClassInfo, Details, TrackInfo};
+use super::{ClassInfo, ClipInfo, Details, TrackInfo};
 use relume_formats::Result;
 use relume_formats::container::{Kind, Reader, Sections, Stored};
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, StoredScene, Textures, sparse_transfer};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use std::io::Read;
 use std::path::Path;
@@ -38,7 +39,18 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             let set = SphereSet::read_file(path)?;
             Details::SphereSet { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() }
         }
+        Kind::Shape => shape_details(&DeformingMesh::read_file(path)?),
     })
+}
+
+fn shape_details(shape: &DeformingMesh) -> Details {
+    Details::Shape {
+        vertices: shape.positions.len(),
+        nodes: shape.nodes.len(),
+        joints: shape.joints.len(),
+        morph_targets: shape.morph_targets.len(),
+        clips: shape.clips.iter().map(ClipInfo::of).collect(),
+    }
 }
 
 fn environment_details(environment: Environment) -> Details {

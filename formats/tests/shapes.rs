@@ -15,6 +15,7 @@ mod support {
 use proptest::prelude::*;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::shape::{DeformingMesh, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES};
+use relume_formats::state::Posed;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
 use support::shapes::shape;
@@ -38,6 +39,21 @@ proptest! {
         prop_assert_eq!(&read.write_file(&path).unwrap(), &bytes, "reading and writing again changes nothing");
         prop_assert_eq!(RawFile::parse(&bytes).bytes(), bytes);
     }
+}
+
+#[test]
+fn a_state_chooses_a_moment_of_a_clip_that_repeats() {
+    let shape = shape(4, 5);
+    let at = |clip: &str, time_s| shape.pose_of(Some(&Posed { clip: clip.to_owned(), time_s }));
+    assert_eq!(shape.pose_of(None), shape.rest_pose());
+    assert_eq!(at("Flieger", 1.0), shape.rest_pose());
+    assert_eq!(at("Läufer", 0.75), shape.pose_at(&shape.clips[0], 0.75));
+    // 2.5 s long; all these times are exact in binary.
+    for time_s in [3.25, 5.75, -1.75] {
+        assert_eq!(at("Läufer", time_s), at("Läufer", 0.75), "{time_s} s");
+    }
+    assert_eq!(at("Läufer", 2.5), at("Läufer", 0.0), "the end is the beginning again");
+    assert_eq!(at("", 7.0), shape.rest_pose(), "no time is within a clip of no duration");
 }
 
 #[test]

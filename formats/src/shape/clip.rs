@@ -15,6 +15,14 @@ pub struct Clip {
     pub tracks: Vec<Track>,
 }
 
+impl Clip {
+    /// `time_s` within 0..duration, as a clip that repeats has it; 0 for a clip of one pose.
+    pub fn looped(&self, time_s: f32) -> f32 {
+        let within = f64::from(time_s).rem_euclid(f64::from(self.duration_s)) as f32;
+        if within.is_finite() { within } else { 0.0 }
+    }
+}
+
 /// The keys of one property. Before the first key and after the last its value is held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {

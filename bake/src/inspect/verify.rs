@@ -194,6 +194,11 @@ fn verify_state(state: &State, method: &Played, scene: &StoredScene, place: &Pla
             ));
         }
     }
+    for shape in &scene.meta.shapes {
+        if let Some(change) = state.shapes.get(&shape.object) {
+            shape.with(None, change, place)?;
+        }
+    }
     for material in &scene.meta.materials {
         if let Some(change) = state.materials.get(&material.name) {
             material.with(&material.brdf, change, place)?;

@@ -13,9 +13,10 @@ use crate::work_log::WorkLog;
 use relume_formats::container::{self, Header, Stored};
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
-use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
+use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
+use relume_formats::shape::Clip;
 use relume_formats::{Error, Place};
-use relume_scenes::{Environment, Scene};
+use relume_scenes::{Environment, Object, Scene};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -222,9 +223,11 @@ fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
             size,
             varies_light: scene.vary.light,
             varies_view: scene.vary.view,
+            varies_shape: scene.vary.shape,
             environment: scene.environment.as_ref().map(environment_look),
             materials: Vec::new(),
             objects: Vec::new(),
+            shapes: scene.objects.iter().filter_map(stored_shape).collect(),
         },
         positions: Vec::new(),
         normals: Vec::new(),
@@ -248,6 +251,12 @@ fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
         stored.meta.objects.push(StoredObject { name: object.name.clone(), material: object.material as u32, triangles });
     }
     stored
+}
+
+fn stored_shape(object: &Object) -> Option<StoredShape> {
+    let clip = |clip: &Clip| StoredClip { name: clip.name.clone(), duration_s: clip.duration_s };
+    let shape = object.shape.as_ref()?;
+    Some(StoredShape { object: object.name.clone(), clips: shape.clips.iter().map(clip).collect() })
 }
 
 fn environment_look(environment: &Environment) -> EnvironmentLook {

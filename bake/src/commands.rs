@@ -152,10 +152,10 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     for folder in files.iter().filter_map(|f| f.parent()).filter(|f| !f.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
     }
-    // States of the same light and view share one set of gather paths; the others need their own, and the sooner each is written the better.
+    // States of the same light, view and shape share one set of gather paths; the others need their own, and the sooner each is written the better.
     let mut from = 0;
     while from < states.len() {
-        let alike = |s: &&Scene| args.paths == Paths::Gather && same_light_and_view(s, &states[from]);
+        let alike = |s: &&Scene| args.paths == Paths::Gather && differ_in_materials_only(s, &states[from]);
         let to = from + states[from..].iter().take_while(alike).count().max(1);
         // Directions follow the base's materials, whatever the states say.
         let base = Scene { materials: base.materials.clone(), ..states[from].clone() };
@@ -206,10 +206,11 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
     }
 }
 
-fn same_light_and_view(a: &Scene, b: &Scene) -> bool {
+fn differ_in_materials_only(a: &Scene, b: &Scene) -> bool {
     let environment = |s: &Scene| s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map.map)));
     let camera = |s: &Scene| (s.camera.position, s.camera.target, s.camera.fov_deg);
-    camera(a) == camera(b) && a.lights == b.lights && environment(a) == environment(b)
+    let meshes = |s: &Scene| s.objects.iter().map(|object| std::sync::Arc::as_ptr(&object.mesh)).collect::<Vec<_>>();
+    meshes(a) == meshes(b) && camera(a) == camera(b) && a.lights == b.lights && environment(a) == environment(b)
 }
 
 /// The file for each of `count` images: the name itself for one, else the pattern with its number filled in.

@@ -1,7 +1,8 @@
 //! A hash of everything of a scene that baked results depend on.
 //!
-//! Left out on purpose: parameters of materials that vary, animations, exposure, and names of objects and lights. Changing these re-traces nothing.
+//! Clips of shapes that deform are in it. Left out on purpose: parameters of materials that vary, animations, exposure, and names of objects and lights. Changing these re-traces nothing.
 
+use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
 use relume_scenes::{Cone, Emitter, NamedMap, Scene};
 use xxhash_rust::xxh3::Xxh3;
@@ -35,6 +36,7 @@ pub fn scene_hash(scene: &Scene) -> u128 {
         hash.floats(object.mesh.normals.as_flattened());
         hash.floats(object.mesh.uvs.as_flattened());
         hash.bytes(bytemuck::cast_slice(&object.mesh.triangles));
+        hash.shape(object.shape.as_deref());
     }
     hash.number(scene.lights.len() as u64);
     scene.lights.iter().for_each(|light| hash.emitter(&light.emitter));
@@ -70,6 +72,31 @@ impl Hasher {
         self.bytes(bytemuck::cast_slice(values));
     }
 
+    /// Nothing for an object that does not deform.
+    fn shape(&mut self, shape: Option<&DeformingMesh>) {
+        let Some(shape) = shape else { return };
+        self.text(&format!("{:?} {:?}", shape.nodes, shape.joints));
+        self.floats(shape.positions.as_flattened());
+        for Influences { joints, weights } in &shape.influences {
+            self.bytes(bytemuck::cast_slice(joints));
+            self.floats(weights);
+        }
+        for MorphTarget { rest_weight, vertices, deltas } in &shape.morph_targets {
+            self.vectors(&[&[*rest_weight], deltas.as_flattened()]);
+            self.bytes(bytemuck::cast_slice(vertices));
+        }
+        for clip in &shape.clips {
+            self.text(&clip.name);
+            self.floats(&[clip.duration_s]);
+            for Track { property, interpolation, times_s, values } in &clip.tracks {
+                self.text(&format!("{property:?} {interpolation:?}"));
+                self.vectors(&[times_s, values]);
+            }
+        }
+        // What came before has no fixed length.
+        self.text("shape");
+    }
+
     fn brdf(&mut self, brdf: &Brdf) {
         match brdf {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => self.vectors(&[kd, ks, &[*shininess]]),
@@ -103,5 +130,46 @@ impl Hasher {
 
     fn vectors(&mut self, vectors: &[&[f32]]) {
         vectors.iter().for_each(|v| self.floats(v));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn everything_that_moves_a_shape_counts() {
+        let scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
+        let hash_after = |change: &dyn Fn(&mut DeformingMesh)| {
+            let mut scene = scene.clone();
+            change(Arc::make_mut(scene.objects[0].shape.as_mut().unwrap()));
+            scene_hash(&scene)
+        };
+        let target = || MorphTarget { rest_weight: 0.5, vertices: vec![0, 1], deltas: vec![[1.0; 3]; 2] };
+        let mut hashes = vec![
+            scene_hash(&scene),
+            hash_after(&|s| s.positions[7][0] += 0.1),
+            hash_after(&|s| s.influences[7].joints[0] += 1),
+            hash_after(&|s| s.influences[7].weights[0] += 0.1),
+            hash_after(&|s| s.nodes[3].parent = None),
+            hash_after(&|s| s.joints[3].node_from_mesh.translation.x = 1e-12),
+            hash_after(&|s| s.clips[0].name = "Turn".to_owned()),
+            hash_after(&|s| s.clips[0].duration_s = 5.0),
+            hash_after(&|s| s.clips[0].tracks[3].times_s[2] += 0.001),
+            hash_after(&|s| s.clips[0].tracks[3].values[2] += 0.001),
+            hash_after(&|s| s.clips[0].tracks.truncate(32)),
+            hash_after(&|s| s.clips.clear()),
+            hash_after(&|s| s.morph_targets.push(target())),
+            hash_after(&|s| s.morph_targets.push(MorphTarget { vertices: vec![0, 2], ..target() })),
+        ];
+        let mut still = scene.clone();
+        still.objects[0].shape = None;
+        hashes.push(scene_hash(&still));
+        let count = hashes.len();
+        hashes.sort_unstable();
+        hashes.dedup();
+        assert_eq!(hashes.len(), count);
+        assert_eq!(hash_after(&|_| ()), scene_hash(&scene));
     }
 }

@@ -10,6 +10,7 @@ mod support {
     pub mod reading;
     pub mod samples;
     pub mod scenes;
+    pub mod shapes;
     pub mod spheres;
 }
 
@@ -22,6 +23,7 @@ use support::raw_file::{RawFile, RawSection};
 use support::reading::{read_and_use, refusal};
 use support::samples::{self, Random};
 use support::scenes;
+use support::shapes::shape;
 use support::spheres::sphere_set;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -31,9 +33,9 @@ fn written(value: &impl Stored) -> Vec<u8> {
 }
 
 /// Small sound files, of both models where that matters.
-fn sound_files() -> [(Kind, Vec<u8>); 7] {
+fn sound_files() -> [(Kind, Vec<u8>); 8] {
     // Made once: compressing the table takes long.
-    static FILES: LazyLock<[(Kind, Vec<u8>); 7]> = LazyLock::new(|| {
+    static FILES: LazyLock<[(Kind, Vec<u8>); 8]> = LazyLock::new(|| {
         [
             (Kind::Scene, written(&scenes::scene(3))),
             (Kind::Animation, written(&scenes::animation(3))),
@@ -42,6 +44,7 @@ fn sound_files() -> [(Kind, Vec<u8>); 7] {
             (Kind::TransferImages, written(&samples::images(3, 1, 2, true, [3, 2]))),
             (Kind::HaarTable, written(&HaarTable::bake())),
             (Kind::SphereSet, written(&sphere_set(3, 5, 9, 3, 0.5))),
+            (Kind::Shape, written(&shape(3, 5))),
         ]
     });
     FILES.clone()
@@ -239,7 +242,7 @@ proptest! {
 
     /// Bytes of the table changed, its checksum mended.
     #[test]
-    fn forged_tables_never_panic(seed: u64, file in 0usize..7, changes in 1usize..6) {
+    fn forged_tables_never_panic(seed: u64, file in 0usize..8, changes in 1usize..6) {
         let (_, mut file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let payload = 32 + u32::from_le_bytes(file[20..24].try_into().unwrap()) as usize;
@@ -254,7 +257,7 @@ proptest! {
 
     /// The content of a section changed, all checksums mended: this reaches the checks of every kind.
     #[test]
-    fn forged_contents_never_panic(seed: u64, file in 0usize..7, changes in 1usize..4) {
+    fn forged_contents_never_panic(seed: u64, file in 0usize..8, changes in 1usize..4) {
         let (_, file) = sound_files()[file].clone();
         let random = &mut Random(seed);
         let mut file = RawFile::parse(&file);

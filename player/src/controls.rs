@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use glam::Vec3;
 use relume_formats::container::Kind;
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
-use relume_formats::state::{Animation, Brdf, Camera, State, Varies};
+use relume_formats::state::{Animation, Brdf, Camera, Posed, State, Varies};
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
 
@@ -46,6 +46,8 @@ pub struct Look {
     pub camera: Camera,
     /// The environment, if the scene has one.
     pub environment: Option<EnvironmentLook>,
+    /// What objects that deform show, by name; those that rest are not there.
+    pub shapes: BTreeMap<String, Posed>,
 }
 
 /// Turns a time into a look. All it is given is checked when it is made, so playing cannot fail half-way.
@@ -159,7 +161,7 @@ impl Look {
     /// How the scene file has it.
     pub fn default_of(scene: &scene::Meta) -> Self {
         let materials = scene.materials.iter().map(|material| (material.name.clone(), material.brdf)).collect();
-        Self { materials, camera: scene.camera, environment: scene.environment.clone() }
+        Self { materials, camera: scene.camera, environment: scene.environment.clone(), shapes: BTreeMap::new() }
     }
 
     /// The look at another exposure.
@@ -172,6 +174,12 @@ impl Look {
         for material in &scope.scene.materials {
             if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
                 *brdf = material.with(brdf, change, place)?;
+            }
+        }
+        for shape in &scope.scene.shapes {
+            let Some(change) = state.shapes.get(&shape.object) else { continue };
+            if let Some(posed) = shape.with(self.shapes.get(&shape.object), change, place)? {
+                look.shapes.insert(shape.object.clone(), posed);
             }
         }
         if let Some(change) = &state.camera {

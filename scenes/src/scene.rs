@@ -1,6 +1,7 @@
 //! A loaded scene: everything in world space, validated, ready for tracing.
 
 use relume_formats::basis::{EquirectMap, Texture};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, Brdf, Camera, Rgb};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -72,8 +73,10 @@ pub struct Object {
     pub name: String,
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// The mesh in world space.
+    /// The mesh in world space, at rest unless a state poses it.
     pub mesh: Arc<Mesh>,
+    /// What moves the mesh, if shapes vary and the object has clips: vertex i of one is vertex i of the other, at the same place at rest.
+    pub shape: Option<Arc<DeformingMesh>>,
     /// How many spheres are to be fitted to it, at most [`MAX_SPHERES`].
     pub spheres: Option<u32>,
 }

@@ -4,6 +4,7 @@ use super::{Leftover, Work, is_readable, log_name};
 use crate::error::Result;
 use crate::job::say;
 use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};
+use crate::spheres::motion::poses;
 use crate::work_log::WorkLog;
 use relume_formats::Place;
 use relume_formats::container::{Stored, replace_file};
@@ -44,47 +45,60 @@ pub struct Fitted {
     pub seconds: f64,
 }
 
+/// A set that an object asks for.
+struct Wanted<'a> {
+    object: &'a Object,
+    /// Where its vertices are in the poses that the fit looks at.
+    poses: &'a [Vec<[f32; 3]>],
+    settings: &'a Settings,
+    /// Everything that decides what the spheres are.
+    asked: &'a BTreeMap<String, Value>,
+}
+
 /// The sets of all objects that want one, in their order; those of `old`, a bundle in `folder`, are reused if mesh and settings are the same.
 ///
 /// # Errors
 /// If an object encloses nothing, a file cannot be written, or the user asks to stop; finished sets stay in their logs.
 pub(super) fn fit_all(scene: &Scene, seed: u64, old: Option<&Manifest>, folder: &Path, work: &Work<'_>) -> Result<Vec<SphereSetSummary>> {
-    let wanted = scene.objects.iter().filter_map(|object| Some((object, object.spheres?)));
+    let with_spheres = scene.objects.iter().filter_map(|object| Some((object, object.spheres?)));
     let one = |(object, spheres): (&Object, u32)| {
         let settings = Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
-        let asked = asked_for(&settings, &object.mesh);
+        let poses = object.shape.as_deref().map(poses).unwrap_or_default();
+        let asked = asked_for(&settings, &object.mesh, &poses);
+        let wanted = Wanted { object, poses: &poses, settings: &settings, asked: &asked };
         let may_reuse = work.leftover != Leftover::Discard && !WorkLog::exists(&work.unfinished.join(log_name(&log_of(object))));
         let reusable = old.filter(|_| may_reuse).and_then(|old| reusable_entry(old, folder, object, &asked));
         let (entry, fitted) = match reusable {
             Some(entry) => (entry, None),
             None => {
-                let (file, fitted) = fit_one(scene, object, &settings, &asked, work)?;
+                let (file, fitted) = fit_one(scene, &wanted, work)?;
                 (SphereSetEntry { file, settings: asked }, fitted)
             }
         };
         Ok(SphereSetSummary { object: object.name.clone(), entry, fitted })
     };
-    wanted.map(one).collect()
+    with_spheres.map(one).collect()
 }
 
 /// Everything that decides what the spheres are.
-fn asked_for(settings: &Settings, mesh: &Mesh) -> BTreeMap<String, Value> {
+fn asked_for(settings: &Settings, mesh: &Mesh, poses: &[Vec<[f32; 3]>]) -> BTreeMap<String, Value> {
     let asked = [
         ("revision", json!(REVISION)),
         ("spheres", json!(settings.spheres)),
         ("seed", json!(settings.seed)),
         ("iterations", json!(settings.iterations)),
-        ("mesh_hash", json!(mesh_hash(mesh))),
+        ("mesh_hash", json!(mesh_hash(mesh, poses))),
     ];
     asked.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// xxh3-128 of positions and triangles, hexadecimal.
-fn mesh_hash(mesh: &Mesh) -> String {
+/// xxh3-128 of triangles and positions, at rest and in the poses that are looked at, hexadecimal.
+fn mesh_hash(mesh: &Mesh, poses: &[Vec<[f32; 3]>]) -> String {
     let mut hash = Xxh3::new();
     hash.update(&(mesh.positions.len() as u64).to_le_bytes());
     hash.update(bytemuck::cast_slice(&mesh.positions));
     hash.update(bytemuck::cast_slice(&mesh.triangles));
+    poses.iter().for_each(|pose| hash.update(bytemuck::cast_slice(pose)));
     format!("{:032x}", hash.digest128())
 }
 
@@ -98,13 +112,8 @@ fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeM
 }
 
 /// The set's file, from the log of an interrupted bake or fitted anew.
-fn fit_one(
-    scene: &Scene,
-    object: &Object,
-    settings: &Settings,
-    asked: &BTreeMap<String, Value>,
-    work: &Work<'_>,
-) -> Result<(FileEntry, Option<Fitted>)> {
+fn fit_one(scene: &Scene, wanted: &Wanted<'_>, work: &Work<'_>) -> Result<(FileEntry, Option<Fitted>)> {
+    let Wanted { object, poses, settings, asked } = *wanted;
     let file = sphere_set_file(&object.name);
     let path = work.unfinished.join(&file);
     let log = work.open_log(&log_of(object), &json!(asked).to_string())?;
@@ -115,7 +124,7 @@ fn fit_one(
     }
     let start = Instant::now();
     let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
-    let fitted = fit::fit(&object.mesh, &[], &object.name, &place, settings, work.job)?;
+    let fitted = fit::fit(&object.mesh, poses, &object.name, &place, settings, work.job)?;
     fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
     let bytes = fitted.set.write_file(&path)?;
     log.append(WHOLE, &bytes)?;

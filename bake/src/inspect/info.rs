@@ -9,6 +9,7 @@ use relume_formats::kinds::Manifest;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::sphere_shadows::ShadowObject;
+use relume_formats::shape::Clip;
 use relume_formats::state::{Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
@@ -145,6 +146,13 @@ pub(super) enum Details {
         /// Of the whole table as bitmaps.
         bytes_of_bitmaps: usize,
     },
+    Shape {
+        vertices: usize,
+        nodes: usize,
+        joints: usize,
+        morph_targets: usize,
+        clips: Vec<ClipInfo>,
+    },
 }
 
 /// One animated leaf.
@@ -152,6 +160,22 @@ pub(super) enum Details {
 pub(super) struct TrackInfo {
     pub leaf: String,
     pub keys: usize,
+}
+
+/// A clip of a shape.
+#[derive(Debug, Serialize)]
+pub(super) struct ClipInfo {
+    pub name: String,
+    pub duration_s: f32,
+    pub tracks: usize,
+    pub keys: usize,
+}
+
+impl ClipInfo {
+    pub fn of(clip: &Clip) -> Self {
+        let keys = clip.tracks.iter().map(|track| track.times_s.len()).sum();
+        Self { name: clip.name.clone(), duration_s: clip.duration_s, tracks: clip.tracks.len(), keys }
+    }
 }
 
 /// The fragments of one class.

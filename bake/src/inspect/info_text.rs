@@ -1,6 +1,6 @@
 //! The text form of [`super::info`]: facts in two columns, sections as a table.
 
-use super::info::{BundleInfo, ClassInfo, Details, FileInfo, SectionRow, Totals, ratio};
+use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileInfo, SectionRow, Totals, ratio};
 use super::sphere_metrics::SphereMetrics;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::sphere_set::Solid;
@@ -123,6 +123,13 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ("expanded", format!("{} bytes", grouped(*bytes_of_bitmaps as u64))),
         ],
         Details::SphereSet { metrics, points, iterations_done } => spheres(metrics, *points, *iterations_done),
+        Details::Shape { vertices, nodes, joints, morph_targets, clips } => vec![
+            (
+                "vertices",
+                format!("{}, moved by {joints} joints of {nodes} nodes and {morph_targets} morph targets", grouped(*vertices as u64)),
+            ),
+            ("clips", list(clips.iter().map(clip))),
+        ],
     }
 }
 
@@ -172,6 +179,10 @@ fn shadow_object(object: &ShadowObject) -> String {
     let (casts, moves) =
         (if object.sphere_set { " casts shadows" } else { " only receives" }, if object.deforms { " and deforms" } else { "" });
     format!("{} ({} vertices,{casts}{moves})", object.name, grouped(object.vertices.into()))
+}
+
+fn clip(clip: &ClipInfo) -> String {
+    format!("{} ({} s, {} tracks, {} keys)", clip.name, clip.duration_s, clip.tracks, grouped(clip.keys as u64))
 }
 
 fn class(class: &ClassInfo) -> String {

@@ -61,6 +61,8 @@ fn scene() -> StoredScene {
     let object = |name: &str, material, triangles| StoredObject { name: name.to_owned(), material, triangles };
     StoredScene {
         meta: SceneMeta {
+            varies_shape: false,
+            shapes: Vec::new(),
             name: "test room".to_owned(),
             camera: Camera { position: [0.0, 1.0, 4.0], target: [0.0, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 0.0 },
             size: [3, 2],

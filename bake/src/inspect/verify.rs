@@ -8,6 +8,7 @@ use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, co
 use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
 };
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, State};
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
@@ -34,6 +35,7 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
         Kind::SphereShadows => drop(SphereShadows::read_file(path)?),
         Kind::VisibilityTable => drop(VisibilityTable::read_file(path)?),
+        Kind::Shape => drop(DeformingMesh::read_file(path)?),
     }
     sound(path)
 }
@@ -194,6 +196,11 @@ fn verify_state(state: &State, method: &Played, scene: &StoredScene, place: &Pla
                 place,
                 format!("environment map `{}` is not in the bundle, which has {there}; bake it again", look.map),
             ));
+        }
+    }
+    for shape in &scene.meta.shapes {
+        if let Some(change) = state.shapes.get(&shape.object) {
+            shape.with(None, change, place)?;
         }
     }
     for material in &scene.meta.materials {

@@ -19,6 +19,9 @@ mod scenes;
 #[path = "../../tests/support/shadows.rs"]
 mod shadows;
 #[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/shapes.rs"]
+mod shapes;
+#[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/spheres.rs"]
 mod spheres;
 
@@ -86,6 +89,7 @@ fn main() -> std::io::Result<()> {
         seed_kind("textures", number, &relighting::textures(number))?;
         seed_kind("sparse_transfer", number, &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]))?;
         seed_kind("sphere_set", number, &spheres::sphere_set(number, 4, 4 + number as usize, 1 + number as usize, 0.5))?;
+        seed_kind("shape", number, &shapes::shape(number, number as usize))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
     // Its lobes are longer than what a recipe makes.

@@ -4,6 +4,7 @@ use super::Stored as _;
 use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
 use crate::error::{Error, Place, Result};
 use crate::kinds;
+use crate::shape::DeformingMesh;
 use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
@@ -34,11 +35,13 @@ pub enum Kind {
     VisibilityTable = 10,
     /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
     SphereShadows = 12,
+    /// A mesh that deforms, and its clips: `kinds::shape`.
+    Shape = 11,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 11] = [
+    pub const ALL: [Kind; 12] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -50,6 +53,7 @@ impl Kind {
         Kind::SphereSet,
         Kind::VisibilityTable,
         Kind::SphereShadows,
+        Kind::Shape,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
@@ -60,6 +64,7 @@ impl Kind {
             Kind::BrdfBasis | Kind::SphereShadows => 5,
             Kind::Environment => 2,
             Kind::SphereSet => 7,
+            Kind::Shape => 12,
             Kind::Textures => 18,
             Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
         }
@@ -79,6 +84,7 @@ impl Kind {
             Kind::SphereSet => kinds::SphereSet::VERSION,
             Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
             Kind::SphereShadows => kinds::SphereShadows::VERSION,
+            Kind::Shape => DeformingMesh::VERSION,
         }
     }
 
@@ -96,6 +102,7 @@ impl Kind {
             Kind::SphereSet => "sphere-set",
             Kind::VisibilityTable => "visibility-table",
             Kind::SphereShadows => "sphere-shadows",
+            Kind::Shape => "shape",
         }
     }
 }

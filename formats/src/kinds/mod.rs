@@ -6,6 +6,7 @@ pub mod environment;
 pub mod haar_table;
 pub mod manifest;
 pub mod scene;
+pub mod shape;
 pub mod sparse_transfer;
 pub mod sphere_set;
 pub mod sphere_shadows;

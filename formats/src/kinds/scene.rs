@@ -11,7 +11,7 @@
 
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
 use crate::error::{Error, Place, Result};
-use crate::state::{Brdf, Camera, EnvironmentState, MaterialState, Rgb, Varies};
+use crate::state::{Brdf, Camera, EnvironmentState, MaterialState, Posed, Rgb, ShapeState, Varies};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -28,12 +28,16 @@ pub struct Meta {
     pub varies_light: bool,
     /// Whether the camera may.
     pub varies_view: bool,
+    /// Whether objects may deform.
+    pub varies_shape: bool,
     /// The environment, if there is one.
     pub environment: Option<EnvironmentLook>,
     /// Every material.
     pub materials: Vec<StoredMaterial>,
     /// Every object, in the order of its triangles.
     pub objects: Vec<StoredObject>,
+    /// The objects that deform, in the same order.
+    pub shapes: Vec<StoredShape>,
 }
 
 /// Which environment map shines, and how.
@@ -127,6 +131,46 @@ impl StoredMaterial {
     }
 }
 
+/// An object that deforms, and its clips; the rest is in a file of kind `shape`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredShape {
+    /// Name of the object.
+    pub object: String,
+    /// The clips, each with a name of its own.
+    pub clips: Vec<StoredClip>,
+}
+
+/// A clip, as far as one can choose it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredClip {
+    /// Name.
+    pub name: String,
+    /// Seconds, at least 0.
+    pub duration_s: f32,
+}
+
+impl StoredShape {
+    /// What the shape, which shows `now`, shows after `change`; `None` at rest.
+    ///
+    /// # Errors
+    /// Those of [`ShapeState::posed`].
+    pub fn with(&self, now: Option<&Posed>, change: &ShapeState, place: &Place) -> Result<Option<Posed>> {
+        let clips: Vec<&str> = self.clips.iter().map(|clip| clip.name.as_str()).collect();
+        change.posed(&self.object, now, &clips, place)
+    }
+
+    fn fault(&self, objects: &[StoredObject]) -> Option<String> {
+        if !objects.iter().any(|object| object.name == self.object) {
+            return Some(format!("shape `{}` is no object", self.object));
+        }
+        let names: BTreeSet<&String> = self.clips.iter().map(|clip| &clip.name).collect();
+        if names.len() != self.clips.len() || !self.clips.iter().all(|clip| clip.duration_s.is_finite() && clip.duration_s >= 0.0) {
+            return Some(format!("the clips of shape `{}` have a name twice, or a duration that is no number of at least 0", self.object));
+        }
+        None
+    }
+}
+
 /// An object: a range of triangles and its material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredObject {
@@ -189,6 +233,12 @@ impl Stored for StoredScene {
         let distinct = |names: Vec<&String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
         if !distinct(meta.materials.iter().map(|m| &m.name).collect()) || !distinct(meta.objects.iter().map(|o| &o.name).collect()) {
             return Err(section.invalid("two materials or two objects have the same name"));
+        }
+        if let Some(fault) = meta.shapes.iter().find_map(|shape| shape.fault(&meta.objects)) {
+            return Err(section.invalid(fault));
+        }
+        if !distinct(meta.shapes.iter().map(|s| &s.object).collect()) {
+            return Err(section.invalid("an object has two shapes"));
         }
         if meta.objects.iter().any(|o| o.material as usize >= meta.materials.len()) {
             return Err(section.invalid("an object names a material that is not there"));

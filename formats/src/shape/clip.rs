@@ -2,6 +2,7 @@
 
 use super::node::normalized;
 use glam::DQuat;
+use serde::{Deserialize, Serialize};
 
 /// A named movement.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +13,14 @@ pub struct Clip {
     pub duration_s: f32,
     /// At most one for each property of a node and each morph target. What has none rests.
     pub tracks: Vec<Track>,
+}
+
+impl Clip {
+    /// `time_s` within 0..duration, as a clip that repeats has it; 0 for a clip of one pose.
+    pub fn looped(&self, time_s: f32) -> f32 {
+        let within = f64::from(time_s).rem_euclid(f64::from(self.duration_s)) as f32;
+        if within.is_finite() { within } else { 0.0 }
+    }
 }
 
 /// The keys of one property. Before the first key and after the last its value is held.
@@ -29,7 +38,7 @@ pub struct Track {
 }
 
 /// What a track sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Property {
     /// Of the node of this index.
     Translation(u32),
@@ -53,7 +62,7 @@ impl Property {
 }
 
 /// How a track gets from key to key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interpolation {
     /// Holds each key until the next.
     Step,
@@ -61,6 +70,13 @@ pub enum Interpolation {
     Linear,
     /// Cubic Hermite splines.
     CubicSpline,
+}
+
+impl Interpolation {
+    /// How many values of the property stand with each key.
+    pub fn values_per_key(self) -> usize {
+        if self == Self::CubicSpline { 3 } else { 1 }
+    }
 }
 
 /// Two neighbouring keys and a time between them.

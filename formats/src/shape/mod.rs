@@ -6,12 +6,14 @@
 
 mod clip;
 mod node;
+mod normals;
 mod pose;
 mod skin;
 mod validate;
 
 pub use clip::{Clip, Interpolation, Property, Track};
 pub use node::{Node, Transform};
+pub use normals::ShadingNormals;
 pub use pose::Pose;
 pub use skin::{Influences, Joint, MorphTarget, morphed};
 
@@ -45,6 +47,9 @@ pub const MAX_CLIP_KEYS: usize = 1 << 22;
 
 #[cfg(test)]
 mod clip_tests;
+
+#[cfg(test)]
+mod normals_tests;
 
 #[cfg(test)]
 mod pose_tests;

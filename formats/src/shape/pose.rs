@@ -2,6 +2,7 @@
 
 use super::node::{Parts, normalized, world_from_nodes};
 use super::{Clip, DeformingMesh, Node, Property, Transform};
+use crate::state::Posed;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// What decides where all vertices are.
@@ -36,6 +37,12 @@ impl DeformingMesh {
         }
         let locals = self.nodes.iter().zip(&parts);
         self.pose(locals.map(|(node, parts)| parts.map_or_else(|| node.rest.parent_from_node(), |p| p.parent_from_node())), weights)
+    }
+
+    /// The pose that a state asks for, its clip repeated; at rest if it asks for none, or for a clip that is not there.
+    pub fn pose_of(&self, posed: Option<&Posed>) -> Pose {
+        let clip = posed.and_then(|posed| Some((self.clips.iter().find(|clip| clip.name == posed.clip)?, posed.time_s)));
+        clip.map_or_else(|| self.rest_pose(), |(clip, time_s)| self.pose_at(clip, clip.looped(time_s)))
     }
 
     /// Writes the position of every vertex in `pose`, in world space, over `out`.

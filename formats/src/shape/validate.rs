@@ -149,7 +149,7 @@ impl Track {
         if self.times_s.windows(2).any(|pair| pair[0] >= pair[1]) {
             return Err("key times must increase".to_owned());
         }
-        let per_key = self.property.components() * if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let per_key = self.property.components() * self.interpolation.values_per_key();
         if self.values.len() != per_key * self.times_s.len() {
             return Err(format!("{} keys need {per_key} numbers each, there are {}", self.times_s.len(), self.values.len()));
         }

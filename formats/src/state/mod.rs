@@ -5,6 +5,7 @@
 mod animation;
 mod camera;
 mod material;
+mod shape;
 mod strict_toml;
 
 pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
@@ -12,6 +13,7 @@ pub use camera::{Camera, Film};
 pub use material::{
     BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
 };
+pub use shape::Posed;
 pub use strict_toml::{parse as parse_toml, read_text};
 
 use crate::error::{Error, Place, Result};
@@ -129,10 +131,10 @@ impl MaterialState {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeState {
-    /// Name of an animation clip.
+    /// Name of a clip of the shape. Without a time it begins at 0 s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip: Option<String>,
-    /// Time within the clip, seconds.
+    /// Time within the clip, seconds, which repeats. A clip need not be named where the shape has only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f32>,
 }
@@ -146,6 +148,8 @@ pub struct Varies<'a> {
     pub camera: bool,
     /// The materials that vary.
     pub materials: Vec<&'a str>,
+    /// The objects that deform.
+    pub shapes: Vec<&'a str>,
 }
 
 impl Varies<'_> {
@@ -153,7 +157,8 @@ impl Varies<'_> {
     fn list(&self) -> String {
         let parts = [(self.environment, "the environment"), (self.camera, "the camera")];
         let parts = parts.into_iter().filter(|(varies, _)| *varies).map(|(_, name)| name.to_owned());
-        let list: Vec<String> = parts.chain(self.materials.iter().map(|m| format!("material `{m}`"))).collect();
+        let named = |what: &'static str, names: &[&str]| names.iter().map(|name| format!("{what} `{name}`")).collect::<Vec<_>>();
+        let list: Vec<String> = parts.chain(named("material", &self.materials)).chain(named("shape", &self.shapes)).collect();
         match &list[..] {
             [] => "nothing varies".to_owned(),
             [one] => format!("only {one} varies"),
@@ -192,7 +197,7 @@ impl State {
         if let Some(name) = self.lights.keys().next() {
             return refuse(&format!("light `{name}`"));
         }
-        if let Some(name) = self.shapes.keys().next() {
+        if let Some(name) = self.shapes.keys().find(|name| !varies.shapes.contains(&name.as_str())) {
             return refuse(&format!("shape `{name}`"));
         }
         match self.materials.keys().find(|name| !varies.materials.contains(&name.as_str())) {

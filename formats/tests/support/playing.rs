@@ -9,6 +9,7 @@ use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
 };
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
@@ -95,5 +96,16 @@ pub fn play_shadows(shadows: &SphereShadows) {
     for object in &shadows.meta.objects {
         let rows = &shadows.rows[object.first_vertex as usize..][..object.vertices as usize];
         assert!(rows.iter().all(|row| *row == NO_ROW || !object.deforms && shadows.lobe(*row as usize).len() == 6144));
+    }
+}
+
+pub fn play_shape(shape: &DeformingMesh) {
+    let mut positions = Vec::new();
+    shape.positions(&shape.rest_pose(), &mut positions);
+    for clip in shape.clips.iter().take(100) {
+        for time_s in [-1.0, 0.3, clip.duration_s] {
+            shape.positions_at(clip, time_s, &mut positions);
+            assert_eq!(positions.len(), shape.positions.len());
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::samples::Random;
 use relume_formats::kinds::StoredScene;
-use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredMaterial, StoredObject};
+use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
 use relume_formats::state::{Animation, Brdf, Camera, Track, TrackValues};
 
 fn point(random: &mut Random) -> [f32; 3] {
@@ -24,6 +24,11 @@ fn material(random: &mut Random, index: usize) -> StoredMaterial {
     StoredMaterial { name: format!("m{index}"), brdf, varies, textured }
 }
 
+fn shape(object: &StoredObject) -> StoredShape {
+    let clip = |(name, duration_s): (&str, f32)| StoredClip { name: name.to_owned(), duration_s };
+    StoredShape { object: object.name.clone(), clips: [("", 0.0), ("Läufer", 1.5)].map(clip).to_vec() }
+}
+
 pub fn scene(seed: u64) -> StoredScene {
     let random = &mut Random(seed);
     let materials = 1 + random.below(3);
@@ -39,12 +44,14 @@ pub fn scene(seed: u64) -> StoredScene {
             size: [1 + random.below(500) as u32, 16_384],
             varies_light: seed.is_multiple_of(2),
             varies_view: seed.is_multiple_of(3),
+            varies_shape: seed.is_multiple_of(2),
             environment: (seed % 5 > 1).then(|| EnvironmentLook {
                 map: "sky.exr".to_owned(),
                 gain: [1.0, random.unit(), 1e9],
                 rotation_deg: random.signed() * 720.0,
             }),
             materials: (0..materials).map(|i| material(random, i)).collect(),
+            shapes: objects.iter().filter(|_| seed.is_multiple_of(2)).map(shape).collect(),
             objects,
         },
         positions: (0..vertices).map(|_| point(random)).collect(),

@@ -112,6 +112,12 @@ impl Editor {
                 *brdf = legal::apply(material, *brdf, change);
             }
         }
+        for shape in &self.scene().shapes {
+            let Some(change) = state.shapes.get(&shape.object) else { continue };
+            if let Some(posed) = legal::shape(shape, look.shapes.get(&shape.object), change) {
+                look.shapes.insert(shape.object.clone(), posed);
+            }
+        }
         look.camera = legal::camera(look.camera, &self.unheld_camera(&state.camera.unwrap_or_default()));
         look.environment =
             look.environment.map(|light| legal::environment(light, &self.unheld_light(state.environment.unwrap_or_default())));

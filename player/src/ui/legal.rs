@@ -2,8 +2,10 @@
 //! the other one gives way.
 
 use relume_formats::Place;
-use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial};
-use relume_formats::state::{Brdf, Camera, CameraState, EnvironmentState, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
+use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
+use relume_formats::state::{
+    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState,
+};
 
 /// `brdf` with the leaves of `change` that belong to its model; always legal if `brdf` is.
 ///
@@ -39,6 +41,11 @@ pub fn camera(camera: Camera, change: &CameraState) -> Camera {
 /// `look` with the leaves of `change`, or as it was if that would be no environment.
 pub fn environment(look: EnvironmentLook, change: &EnvironmentState) -> EnvironmentLook {
     look.with(change, &Place::file("edit")).unwrap_or(look)
+}
+
+/// What `shape`, which shows `now`, shows after `change`, or `now` if that would be nothing it has.
+pub fn shape(shape: &StoredShape, now: Option<&Posed>, change: &ShapeState) -> Option<Posed> {
+    shape.with(now, change, &Place::file("edit")).unwrap_or_else(|_| now.cloned())
 }
 
 fn set(value: &mut f32, wanted: Option<f32>, least: f32, most: f32) {

@@ -74,9 +74,11 @@ pub fn scene_meta() -> scene::Meta {
         size: SIZE,
         varies_light: false,
         varies_view: false,
+        varies_shape: false,
         environment: None,
         materials: vec![material("fixed", false, 0.5), material("b", true, 0.2), material("a", true, 0.4)],
         objects: vec![StoredObject { name: "thing".to_owned(), material: 0, triangles: 1 }],
+        shapes: Vec::new(),
     }
 }
 

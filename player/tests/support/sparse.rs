@@ -111,6 +111,8 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
         size: SIZE,
         varies_light: true,
         varies_view: true,
+        varies_shape: false,
+        shapes: Vec::new(),
         environment: Some(EnvironmentLook { map: "noise".to_owned(), gain: [1.0; 3], rotation_deg: 0.0 }),
         materials: vec![StoredMaterial { name: "grid".to_owned(), brdf, varies: false, textured: false }],
         objects: vec![StoredObject { name: "grid".to_owned(), material: 0, triangles: triangles.len() as u32 }],

@@ -17,6 +17,8 @@ pub(crate) struct ObjectFile {
     pub lights: Option<bool>,
     pub spheres: Option<u32>,
     pub shape: Option<ShapeName>,
+    pub twist_deg: Option<f64>,
+    pub twist_s: Option<f64>,
     pub subdivisions: Option<u32>,
     pub segments: Option<u32>,
     pub sides: Option<u32>,

@@ -36,7 +36,7 @@ pub fn load_deforming(path: &Path, warnings: &mut Vec<String>) -> Result<Deformi
 }
 
 /// [`load_deforming`] of the subtree of the node called `node`, if given, in the place where a scene has it.
-pub(super) fn load_placed(path: &Path, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Deforming> {
+pub(crate) fn load_placed(path: &Path, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Deforming> {
     let place = Place::file(path);
     if !is_gltf(path) {
         return Err(Error::unsupported(&place, "only .gltf and .glb files hold shapes that deform; export it as one of them"));

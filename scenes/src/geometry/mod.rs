@@ -16,6 +16,7 @@ mod ply_file;
 mod polygons;
 
 pub(crate) use builder::{MeshBuilder, Part};
+pub(crate) use gltf_deforming::load_placed;
 pub use gltf_deforming::{Deforming, load_deforming};
 pub(crate) use gltf_file::GltfFile;
 pub(crate) use gltf_materials::{GltfMaterial, read_materials, tidy_name};

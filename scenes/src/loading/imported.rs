@@ -60,6 +60,9 @@ impl Import<'_> {
             return Err(needs_material());
         }
         let file = GltfFile::open(&path)?;
+        if context.shapes_vary && file.document.animations().len() > 0 {
+            context.warnings.push(format!("{place}: brings its materials, so that it does not deform; give it a `material` to let it"));
+        }
         let nodes = file.nodes(object.node.as_deref(), &object.transform.world_from_local(&place)?)?;
         let meshes = file.meshes_by_material(&nodes, &mut context.warnings)?;
         let names: Vec<String> = meshes.iter().map(|(name, _)| name.clone()).collect();

@@ -8,6 +8,7 @@ mod imported_lights;
 mod lights;
 mod materials;
 mod objects;
+mod posing;
 mod with_state;
 
 use crate::description::{ErrorFile, RenderFile, SceneFile, VaryFile};
@@ -26,6 +27,8 @@ struct Context<'a> {
     place: Place,
     /// Where it lies.
     folder: &'a Path,
+    /// Whether objects may deform.
+    shapes_vary: bool,
     /// Textures read so far.
     textures: Textures,
     /// What was mended or ignored so far.
@@ -43,7 +46,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     check_render(&file.render, &place.part("[render]"))?;
     file.camera.validate(&place)?;
     let max_error = max_error(&file.error, &place.part("[error]"))?;
-    let mut context = Context { place, folder, textures: Textures::default(), warnings: Vec::new() };
+    let mut context = Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new() };
     objects::check(&file.object, &context)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
     let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;

@@ -3,11 +3,13 @@
 use super::imported::ImportedObject;
 use super::{Context, expect_unique, index_of};
 use crate::description::ObjectFile;
-use crate::geometry::{self, MeshBuilder};
+use crate::geometry::{self, Deforming, MeshBuilder, is_gltf};
 use crate::library::{expect_file, locate};
-use crate::scene::{MAX_SPHERES, Material, Mesh, Object};
-use crate::shapes::Shape;
+use crate::scene::{MAX_SPHERES, Material, Object};
+use crate::shapes::{Shape, Twist};
+use glam::DAffine3;
 use relume_formats::kinds::manifest::{is_plain_name, sphere_set_file};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::{Error, Place, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,12 +32,13 @@ pub(super) fn build(
     for (position, (file, material)) in files.iter().zip(indices).enumerate() {
         let place = place_of(file, context);
         if let Some(material) = material {
-            let mesh = Arc::new(mesh(file, &place, context)?);
-            objects.push(Object { name: file.name.clone(), material, mesh, spheres: file.spheres });
+            let Deforming { rest, shape } = geometry_of(file, &place, context)?;
+            let shape = Some(shape).filter(|shape| !shape.clips.is_empty()).map(Arc::new);
+            objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(rest), shape, spheres: file.spheres });
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
             let material = index_of(&part.material, "material", &names, &place)?;
-            objects.push(Object { material, name: part.name, mesh: part.mesh, spheres: None });
+            objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: None });
         }
     }
     expect_unique(objects.iter().map(|o| o.name.as_str()), "object", &context.place)?;
@@ -64,8 +67,22 @@ pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
             return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
         }
         check_spheres(file, &place)?;
+        check_twist(file, &place, context.shapes_vary)?;
     }
     Ok(())
+}
+
+fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()> {
+    let given = [("twist_deg", file.twist_deg), ("twist_s", file.twist_s)].into_iter().find(|(_, value)| value.is_some());
+    match given {
+        Some((name, _)) if file.shape.is_none() => {
+            Err(Error::invalid(place, format!("`{name}` belongs to a shape, but the object is a file; remove it")))
+        }
+        Some(_) if !shapes_vary => {
+            Err(Error::invalid(place, "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s"))
+        }
+        _ => Twist::from_keys(file.twist_deg, file.twist_s, place).map(|_| ()),
+    }
 }
 
 /// A file is made of the set, and of the object one mesh.
@@ -95,16 +112,30 @@ pub(super) fn path_of(name: &str, place: &Place, context: &Context<'_>) -> Resul
     Ok(path)
 }
 
-fn mesh(object: &ObjectFile, place: &Place, context: &mut Context<'_>) -> Result<Mesh> {
+/// The mesh of an object, and what moves it; a shape without clips if nothing does.
+fn geometry_of(object: &ObjectFile, place: &Place, context: &mut Context<'_>) -> Result<Deforming> {
     let world_from_local = object.transform.world_from_local(place)?;
-    if let Some(name) = &object.file {
-        let path = path_of(name, place, context)?;
-        return geometry::load_file(&path, object.node.as_deref(), &world_from_local, &mut context.warnings);
+    let Some(name) = &object.file else { return procedural(object, &world_from_local, place, context) };
+    let (path, node) = (path_of(name, place, context)?, object.node.as_deref());
+    if context.shapes_vary && is_gltf(&path) {
+        return geometry::load_placed(&path, node, &world_from_local, &mut context.warnings);
     }
+    let rest = geometry::load_file(&path, node, &world_from_local, &mut context.warnings)?;
+    Ok(Deforming { rest, shape: DeformingMesh::default() })
+}
+
+fn procedural(object: &ObjectFile, world_from_local: &DAffine3, place: &Place, context: &mut Context<'_>) -> Result<Deforming> {
     let shape = object.shape.ok_or_else(|| Error::invalid(place, "give either `file` or `shape`"))?;
+    let part = Shape::from_object(shape, object, place)?.part();
     let mut builder = MeshBuilder::default();
-    builder.append(&Shape::from_object(shape, object, place)?.part(), &world_from_local, place)?;
-    builder.finish(place, &mut context.warnings)
+    builder.append(&part, world_from_local, place)?;
+    let (rest, used) = builder.finish_and_tell(place, &mut context.warnings)?;
+    let Some(twist) = Twist::from_keys(object.twist_deg, object.twist_s, place)? else {
+        return Ok(Deforming { rest, shape: DeformingMesh::default() });
+    };
+    let kept = part.positions.into_iter().zip(used).filter_map(|(position, used)| used.then_some(position));
+    let shape = twist.apply(kept.collect(), world_from_local, place)?;
+    Ok(Deforming { rest, shape })
 }
 
 /// A texture lies somewhere only where there are texture coordinates.

@@ -241,7 +241,7 @@ fn states_that_do_not_fit_are_refused() {
         ("lights.lump.gain = [1, 1, 1]", "no light `lump`; did you mean `lamp`?"),
         ("lights.lamp.gain = [-1, 1, 1]", "light `lamp`: gain [-1.0, 1.0, 1.0] must be numbers of 0 to 1e12"),
         ("camera.fov_deg = 180", "fov_deg 180 is outside"),
-        ("shapes.fox.time_s = 1", "deformation is not modelled yet"),
+        ("shapes.fox.time_s = 1", "sets shape `fox`, but no object deforms; add shape = true to [vary]"),
         ("environment.rotation_deg = 1", "but the scene has none"),
         ("environment.map = 'gone.exr'", "gone.exr: no such file, but s.toml names it"),
     ] {

@@ -10,16 +10,17 @@ use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// This scene at `state`, whether or not it varies so at playback. Meshes are shared, not copied. `place` is where the state comes
+    /// This scene, which is at rest, at `state`, whether or not it varies so at playback. Meshes are shared, not copied, but for those that it poses:
+    /// clips repeat, and a clip without a time is at its start. `place` is where the state comes
     /// from; maps that it names are sought beside it, then beside the scene.
     ///
     /// # Errors
-    /// `Invalid` for names that the scene lacks and values out of range, `Unsupported` for shapes, `Io` for a map that is not there.
+    /// `Invalid` for names that the scene lacks and values out of range, `Io` for a map that is not there.
     pub fn with_state(&self, state: &State, place: &Place) -> Result<Self> {
-        if let Some(name) = state.shapes.keys().next() {
-            return Err(Error::unsupported(place, format!("sets shape `{name}`, but deformation is not modelled yet; remove it")));
-        }
         let mut scene = self.clone();
+        for (name, change) in &state.shapes {
+            scene.pose(name, change, place)?;
+        }
         if let Some(change) = &state.camera {
             scene.camera = self.camera.with(change, place)?;
         }

@@ -8,8 +8,10 @@ mod simple;
 mod sphere;
 mod sphere_uvs;
 mod torus;
+mod twist;
 
 pub use sphere::icosphere;
+pub(crate) use twist::Twist;
 
 use crate::description::{ObjectFile, ShapeName};
 use crate::geometry::Part;

@@ -5,6 +5,7 @@ mod images;
 mod out;
 mod ply;
 mod scene;
+mod shape;
 mod sparse_transfer;
 mod sphere_mesh;
 mod sphere_set;
@@ -24,6 +25,7 @@ use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages,
     VisibilityTable,
 };
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -68,6 +70,7 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
         Kind::SphereShadows => sphere_shadows::export(&SphereShadows::read_file(path)?, &mut out)?,
         Kind::VisibilityTable => visibility_table::export(&VisibilityTable::read_file(path)?, &mut out)?,
+        Kind::Shape => shape::export(&DeformingMesh::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

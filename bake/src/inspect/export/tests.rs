@@ -1,6 +1,7 @@
 //! Exported files read back by small parsers of their own, and put together again to what the bundle means.
 
 mod shadows;
+mod shapes;
 mod spheres;
 
 use super::super::test_bundle::TestBundle;
@@ -265,7 +266,9 @@ fn a_scene_is_exported_as_loaded() {
             .iter()
             .map(|m| Material { name: m.name.clone(), brdf: m.brdf, texture: None, alpha_cutoff: None })
             .collect(),
-        objects: ["ring", "ring/2"].map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone(), spheres: None }).to_vec(),
+        objects: ["ring", "ring/2"]
+            .map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone(), shape: None, spheres: None })
+            .to_vec(),
         lights: [("lamp", area), ("bulb", point)].map(|(name, emitter)| Light { name: name.to_owned(), emitter }).to_vec(),
         environment: Some(Environment {
             map: NamedMap { name: "map.exr".to_owned(), map: Arc::new(EquirectMap { width: 4, height: 2, texels: texels.clone() }) },

@@ -1,7 +1,7 @@
 //! What is particular to a file of each kind, from its small sections.
 
 use super::super::sphere_metrics::SphereMetrics;
-use super::{ClassInfo, Details, TrackInfo};
+use super::{ClassInfo, ClipInfo, Details, TrackInfo};
 use relume_formats::Result;
 use relume_formats::basis::diffuse::NODES;
 use relume_formats::basis::two_level::BYTES;
@@ -10,6 +10,7 @@ use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIONS};
 use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, sparse_transfer};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use std::io::Read;
 use std::path::Path;
@@ -50,7 +51,18 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             texels: DIRECTIONS,
             bytes_of_bitmaps: DIRECTIONS * RADII * BYTES,
         },
+        Kind::Shape => shape_details(&DeformingMesh::read_file(path)?),
     })
+}
+
+fn shape_details(shape: &DeformingMesh) -> Details {
+    Details::Shape {
+        vertices: shape.positions.len(),
+        nodes: shape.nodes.len(),
+        joints: shape.joints.len(),
+        morph_targets: shape.morph_targets.len(),
+        clips: shape.clips.iter().map(ClipInfo::of).collect(),
+    }
 }
 
 fn environment_details(environment: Environment) -> Details {

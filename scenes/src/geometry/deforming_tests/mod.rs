@@ -3,11 +3,12 @@
 mod asset_tests;
 mod file;
 mod refusal_tests;
+mod scene_tests;
 
 use super::gltf_deforming::load_placed;
 use super::*;
 use crate::test_support::enclosed_volume;
-use file::{NOT_TURNED, TURNED, arm, morphing};
+use file::{File, NOT_TURNED, TURNED, arm, morphing};
 use glam::{DVec3, Vec3};
 use relume_formats::shape::{Interpolation, Property};
 use serde_json::json;

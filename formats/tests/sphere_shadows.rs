@@ -8,6 +8,7 @@ use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::{EquirectMap, cubemap};
 use relume_formats::evaluate::sphere_shadows::{Function, Levels, Own, Receiver, Spheres, blocked, light, lobe, neighbours, radiance};
+use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::HaarTable;
 use std::sync::LazyLock;
 
@@ -258,4 +259,30 @@ fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
     assert!(off < 0.025, "{off}");
     // The light, as wide as two texels of the map and their interpolation, 2.8°, leaves a texel over at least half of its width; texels differ by 1/16.
     assert!(jump < 0.5 / 1.4 / 16.0, "{jump}");
+}
+
+/// The vector code at every setting, on groups that are full and one that is not.
+#[test]
+fn the_fast_path_equals_the_meaning() {
+    let mut random = Random(77);
+    for round in 0..4 {
+        let (sky, sets) = (sky(&mut random), scene(&mut random));
+        let mut receivers = receivers(&mut random, 55);
+        receivers[50].position = Vec3::from_slice(&sets[1].now[2]);
+        (0..20).for_each(|k| receivers[k] = Receiver { own: receivers[k].own, ..up(receivers[k].position) });
+        for terms in [Some(50), Some(200), None] {
+            let (lobes, light) = (lobes(terms), lit(sky.clone(), terms));
+            let open = radiance(&receivers, &[], &lobes, &light, Levels::All, &TABLE);
+            for levels in [Levels::One, Levels::Two, Levels::All] {
+                let truth = radiance(&receivers, &sets, &lobes, &light, levels, &TABLE);
+                let mut ours = vec![[f32::NAN; 3]; receivers.len()];
+                Shading::new(&lobes, &light, levels).radiance(&receivers, &sets, &TABLE, &mut ours);
+                for (k, c) in (0..receivers.len()).flat_map(|k| (0..3).map(move |c| (k, c))) {
+                    // The same sums in another order: a few thousand roundings.
+                    let off = (ours[k][c] - truth[k][c]).abs() / open[k][c];
+                    assert!(off < 1e-5, "{round} {terms:?} {levels:?} receiver {k}: {} {}", ours[k][c], truth[k][c]);
+                }
+            }
+        }
+    }
 }

@@ -17,9 +17,14 @@ struct Group {
 impl Group {
     #[inline(always)]
     fn new(receivers: &[Receiver]) -> Self {
-        let receiver = |lane: usize| &receivers[lane.min(receivers.len() - 1)];
-        let lanes = |of: &dyn Fn(&Receiver) -> f32| std::array::from_fn(|lane| of(receiver(lane)));
-        Self { position: [0, 1, 2].map(|k| lanes(&|r| r.position[k])), normal: [0, 1, 2].map(|k| lanes(&|r| r.normal[k])) }
+        let mut group = Self { position: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3] };
+        for lane in 0..LANES {
+            let receiver = &receivers[lane.min(receivers.len() - 1)];
+            for k in 0..3 {
+                (group.position[k][lane], group.normal[k][lane]) = (receiver.position[k], receiver.normal[k]);
+            }
+        }
+        group
     }
 }
 
@@ -70,32 +75,47 @@ fn add_sphere(rows: &mut Rows, group: &Group, [x, y, z, radius]: &[f32; 4], near
         let o = [x - group.position[0][lane], y - group.position[1][lane], z - group.position[2][lane]];
         let n = [group.normal[0][lane], group.normal[1][lane], group.normal[2][lane]];
         c2[lane] = tangent2(o, *radius);
-        (0..3).for_each(|k| offset[k][lane] = o[k]);
+        (offset[0][lane], offset[1][lane], offset[2][lane]) = (o[0], o[1], o[2]);
         let faces = all_if(n[0] * o[0] + n[1] * o[1] + n[2] * o[2] > -radius);
         let outside = all_if(c2[lane] > 0.0);
-        let [near, own] = [near, own].map(|bits| all_if((bits >> lane) & 1 == 1));
+        let (near, own) = (all_if((near >> lane) & 1 == 1), all_if((own >> lane) & 1 == 1));
         cap[lane] = faces & outside & !near;
         inside[lane] = faces & !outside & !near & !own;
         any_cap |= cap[lane];
         any_inside |= inside[lane];
     }
     if any_inside != 0 {
-        rows.iter_mut().for_each(|row| (0..LANES).for_each(|lane| row[lane] |= inside[lane]));
+        for row in rows.iter_mut() {
+            for lane in 0..LANES {
+                row[lane] |= inside[lane];
+            }
+        }
     }
     if any_cap != 0 {
-        rows.as_chunks_mut::<SIDE>().0.iter_mut().zip(&FRAMES).for_each(|(rows, frame)| {
-            let [a, b, g] = frame.map(|(axis, sign)| offset[axis].map(|x| sign * x));
-            add_to_face(rows, [&a, &b, &g], *radius, &c2, &cap);
-        });
+        for (rows, frame) in rows.as_chunks_mut::<SIDE>().0.iter_mut().zip(&FRAMES) {
+            add_to_face(rows, frame, &offset, *radius, &c2, &cap);
+        }
     }
 }
 
-/// Adds the caps of the lanes that are all ones in `cap` to the rows of one face, in whose frame the sphere is at (`a`, `b`, `g`).
+/// Adds the caps of the lanes that are all ones in `cap` to the rows of one face with the given frame.
 #[inline(always)]
-fn add_to_face(rows: &mut [Lanes<u32>; SIDE], [a, b, g]: [&Lanes<f32>; 3], radius: f32, c2: &Lanes<f32>, cap: &Lanes<u32>) {
+fn add_to_face(
+    rows: &mut [Lanes<u32>; SIDE],
+    frame: &[(usize, f32); 3],
+    offset: &[Lanes<f32>; 3],
+    radius: f32,
+    c2: &Lanes<f32>,
+    cap: &Lanes<u32>,
+) {
+    let (mut a, mut b, mut g) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let mut reached = [0; LANES];
     let mut any = 0;
+    let [s, t, n] = frame;
     for lane in 0..LANES {
+        a[lane] = s.1 * offset[s.0][lane];
+        b[lane] = t.1 * offset[t.0][lane];
+        g[lane] = n.1 * offset[n.0][lane];
         reached[lane] = cap[lane] & all_if(may_reach([a[lane], b[lane], g[lane]], radius));
         any |= reached[lane];
     }

@@ -18,13 +18,17 @@ pub(super) fn radiance(rows: &Rows, receivers: &[Receiver], weights: &Weights, t
             let counts = visible(rows);
             let bits = fine_bits(rows, fine);
             for (lane, (receiver, out)) in receivers.iter().zip(out).enumerate() {
-                *out = by_tiles(&counts[lane], receiver, tiles);
-                add_fine(out, &bits, lane, receiver, fine, table);
+                let (lobes, count) = used(receiver);
+                let used = &lobes[..count];
+                *out = by_tiles(&counts[lane], used, tiles);
+                add_fine(out, &bits, lane, used, fine, table);
             }
         }
         Weights::Texels { texels } => {
             for (lane, (receiver, out)) in receivers.iter().zip(out).enumerate() {
-                *out = by_texels(rows, lane, receiver, texels);
+                let (lobes, count) = used(receiver);
+                let used = &lobes[..count];
+                *out = by_texels(rows, lane, used, texels);
             }
         }
     }
@@ -32,8 +36,15 @@ pub(super) fn radiance(rows: &Rows, receivers: &[Receiver], weights: &Weights, t
 
 /// The lobes that a receiver uses.
 #[inline(always)]
-fn used(receiver: &Receiver) -> impl Iterator<Item = (usize, f32)> {
-    receiver.lobes.iter().filter(|(_, weight)| *weight != 0.0).map(|(lobe, weight)| (*lobe as usize, *weight))
+fn used(receiver: &Receiver) -> ([(usize, f32); 4], usize) {
+    let (mut found, mut count) = ([(0, 0.0); 4], 0);
+    for (lobe, weight) in receiver.lobes {
+        if weight != 0.0 {
+            found[count] = (lobe as usize, weight);
+            count += 1;
+        }
+    }
+    (found, count)
 }
 
 /// Visible texels of each tile, for each receiver.
@@ -62,14 +73,18 @@ fn visible(rows: &Rows) -> Lanes<Counts> {
 }
 
 #[inline(always)]
-fn by_tiles(counts: &Counts, receiver: &Receiver, tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) -> Rgb {
+fn by_tiles(counts: &Counts, used: &[(usize, f32)], tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) -> Rgb {
     let mut visible = [0.0; TILE_ROWS * TILES];
     for (values, word) in visible.as_chunks_mut::<4>().0.iter_mut().zip(counts) {
-        *values = word.to_le_bytes().map(f32::from);
+        for k in 0..4 {
+            values[k] = f32::from((word >> (8 * k)) as u8);
+        }
     }
     let mut sum = [0.0; 3];
-    for (lobe, weight) in used(receiver) {
-        (0..3).for_each(|c| sum[c] += weight * dot(&visible, &tiles[lobe][c]));
+    for &(lobe, weight) in used {
+        for c in 0..3 {
+            sum[c] += weight * dot(&visible, &tiles[lobe][c]);
+        }
     }
     sum
 }
@@ -78,9 +93,20 @@ fn by_tiles(counts: &Counts, receiver: &Receiver, tiles: &[[[f32; TILE_ROWS * TI
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0; 2 * LANES];
     for (a, b) in a.as_chunks::<{ 2 * LANES }>().0.iter().zip(b.as_chunks::<{ 2 * LANES }>().0) {
-        (0..2 * LANES).for_each(|k| sums[k] += a[k] * b[k]);
+        for k in 0..2 * LANES {
+            sums[k] += a[k] * b[k];
+        }
     }
-    sums.iter().sum()
+    total(&sums)
+}
+
+#[inline(always)]
+fn total(sums: &[f32]) -> f32 {
+    let mut total = 0.0;
+    for x in sums {
+        total += x;
+    }
+    total
 }
 
 /// The bitmaps of the fine tiles that some receiver sees a part of: number of the tile, and 16 blocked texels for each receiver.
@@ -90,7 +116,9 @@ fn fine_bits(rows: &Rows, fine: &Fine) -> Vec<(usize, Lanes<u32>)> {
     for (tile, (first, x)) in fine.tiles.iter().enumerate() {
         let (mut bits, mut any) = ([0; LANES], 0);
         for lane in 0..LANES {
-            bits[lane] = (0..4).fold(0, |bits, y| bits | (rows[first + y][lane] >> (4 * x) & 15) << (4 * y));
+            for y in 0..4 {
+                bits[lane] |= (rows[first + y][lane] >> (4 * x) & 15) << (4 * y);
+            }
             any |= if bits[lane] != 0 && bits[lane] != 0xFFFF { 1 } else { 0 };
         }
         if any != 0 {
@@ -102,7 +130,7 @@ fn fine_bits(rows: &Rows, fine: &Fine) -> Vec<(usize, Lanes<u32>)> {
 
 /// Adds what the second level of visibility gives with the light's terms.
 #[inline(always)]
-fn add_fine(out: &mut Rgb, tiles: &[(usize, Lanes<u32>)], lane: usize, receiver: &Receiver, fine: &Fine, table: &HaarTable) {
+fn add_fine(out: &mut Rgb, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &[(usize, f32)], fine: &Fine, table: &HaarTable) {
     let mut sums = [[0.0; 16]; 3];
     for (tile, bits) in tiles {
         let bits = bits[lane] as u16;
@@ -111,29 +139,38 @@ fn add_fine(out: &mut Rgb, tiles: &[(usize, Lanes<u32>)], lane: usize, receiver:
             continue;
         }
         let mut means = [0.0; 16];
-        for (lobe, weight) in used(receiver) {
-            (0..16).for_each(|k| means[k] += weight * fine.means[lobe][*tile][k]);
+        for &(lobe, weight) in used {
+            let known = &fine.means[lobe][*tile];
+            for k in 0..16 {
+                means[k] += weight * known[k];
+            }
         }
         let (visible, light) = (table.tile(!bits), &fine.light[*tile]);
         for k in 0..16 {
             let both = visible[k] * means[k];
-            (0..3).for_each(|c| sums[c][k] += light[c][k] * both);
+            for c in 0..3 {
+                sums[c][k] += light[c][k] * both;
+            }
         }
     }
-    (0..3).for_each(|c| out[c] += sums[c].iter().sum::<f32>());
+    for c in 0..3 {
+        out[c] += total(&sums[c]);
+    }
 }
 
 #[inline(always)]
-fn by_texels(rows: &Rows, lane: usize, receiver: &Receiver, texels: &[[[f32; 6 * SIDE * SIDE]; 3]]) -> Rgb {
+fn by_texels(rows: &Rows, lane: usize, used: &[(usize, f32)], texels: &[[[f32; 6 * SIDE * SIDE]; 3]]) -> Rgb {
     let mut sum = [0.0; 3];
-    for (lobe, weight) in used(receiver) {
+    for &(lobe, weight) in used {
         for (c, weights) in texels[lobe].iter().enumerate() {
             let mut sums = [0.0; SIDE];
             for (row, weights) in rows.iter().zip(weights.as_chunks::<SIDE>().0) {
                 let visible = !row[lane];
-                (0..SIDE).for_each(|x| sums[x] += if (visible >> x) & 1 == 1 { weights[x] } else { 0.0 });
+                for x in 0..SIDE {
+                    sums[x] += if (visible >> x) & 1 == 1 { weights[x] } else { 0.0 };
+                }
             }
-            sum[c] += weight * sums.iter().sum::<f32>();
+            sum[c] += weight * total(&sums);
         }
     }
     sum

@@ -7,14 +7,16 @@
 //! * [`kinds`]: one module per kind of stored thing;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
 //! * [`state`]: what may change at playback: materials, camera, animation;
-//! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it.
+//! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
+//! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
 //!
-//! This crate knows nothing of rays, windows or GPUs, uses no threads, and never panics on data from outside.
+//! This crate knows nothing of rays, windows or GPUs, uses threads only in [`fast`], and never panics on data from outside.
 
 pub mod basis;
 pub mod container;
 pub mod error;
 pub mod evaluate;
+pub mod fast;
 pub mod kinds;
 pub mod shape;
 pub mod state;

@@ -56,7 +56,7 @@ pub(crate) fn tangent2([x, y, z]: [f32; 3], radius: f32) -> f32 {
 fn add_cone(bitmap: &mut Bitmap, axis: Vec3, radius: f32, c2: f32) {
     let (faces, _) = bitmap.as_chunks_mut::<SIDE>();
     for (face, rows) in faces.iter_mut().enumerate() {
-        let local = in_face(face, axis.to_array());
+        let local = FRAMES[face].map(|(k, sign)| sign * axis[k]);
         if may_reach(local, radius) {
             let [first, end] = row_range(local, radius, c2);
             let cone = FaceCone::new(local, c2);
@@ -65,18 +65,15 @@ fn add_cone(bitmap: &mut Bitmap, axis: Vec3, radius: f32, c2: f32) {
     }
 }
 
-/// A vector in the frame (s, t, normal) of a face.
-#[inline(always)]
-pub(crate) fn in_face(face: usize, [x, y, z]: [f32; 3]) -> [f32; 3] {
-    match face {
-        0 => [-z, -y, x],
-        1 => [z, -y, -x],
-        2 => [x, z, y],
-        3 => [x, -z, -y],
-        4 => [x, -y, z],
-        _ => [-x, -y, -z],
-    }
-}
+/// The axis and its sign that are s, t and the normal of each face.
+pub(crate) const FRAMES: [[(usize, f32); 3]; FACES] = [
+    [(2, -1.0), (1, -1.0), (0, 1.0)],
+    [(2, 1.0), (1, -1.0), (0, -1.0)],
+    [(0, 1.0), (2, 1.0), (1, 1.0)],
+    [(0, 1.0), (2, -1.0), (1, -1.0)],
+    [(0, 1.0), (1, -1.0), (2, 1.0)],
+    [(0, -1.0), (1, -1.0), (2, -1.0)],
+];
 
 /// Whether a sphere reaches into the pyramid over a face; sometimes it does and does not reach a texel.
 #[inline(always)]
@@ -90,7 +87,7 @@ pub(crate) fn may_reach([a, b, g]: [f32; 3], radius: f32) -> bool {
 #[inline(always)]
 pub(crate) fn row_range([a, b, g]: [f32; 3], radius: f32, c2: f32) -> [u32; 2] {
     let q = c2 - a * a;
-    let (p, root) = (g * g - radius * radius, radius * q.max(0.0).sqrt());
+    let (p, root) = (g * g - radius * radius, radius * at_least(q, 0.0).sqrt());
     let [low, high] = interval(b, g, root, p, 1.0 / p, q - g * g);
     // If the cone holds the row's direction it reaches every row.
     let [low, high] = [if q > 0.0 { low } else { -FAR }, if q > 0.0 { high } else { FAR }];
@@ -122,13 +119,13 @@ pub(crate) const ROW: [Row; SIDE] = {
 /// A cone as a face sees it: what all rows need.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FaceCone {
-    a: f32,
-    b: f32,
-    g: f32,
-    c: f32,
-    c2: f32,
-    q: f32,
-    one_over_q: f32,
+    pub(crate) a: f32,
+    pub(crate) b: f32,
+    pub(crate) g: f32,
+    pub(crate) c: f32,
+    pub(crate) c2: f32,
+    pub(crate) q: f32,
+    pub(crate) one_over_q: f32,
 }
 
 impl FaceCone {
@@ -145,7 +142,7 @@ impl FaceCone {
         let k = self.b * row.t + self.g;
         let square = k * k;
         let inside = square - self.q * row.e;
-        let [low, high] = interval(self.a, k, self.c * inside.max(0.0).sqrt(), self.q, self.one_over_q, self.c2 * row.e - square);
+        let [low, high] = interval(self.a, k, self.c * at_least(inside, 0.0).sqrt(), self.q, self.one_over_q, self.c2 * row.e - square);
         let mask = from(edge(low)) & !from(edge(high));
         if inside >= 0.0 { mask } else { 0 }
     }
@@ -175,8 +172,15 @@ fn interval(a: f32, k: f32, root: f32, q: f32, one_over_q: f32, conjugate: f32) 
 fn edge(s: f32) -> u32 {
     // The last bits of a float of this size are whole numbers, and adding it rounds to the nearest: a conversion that vector units have.
     const WHOLE: f32 = (1 << 23) as f32;
-    let centres = (16.0 * s + 16.0).max(0.0).min(SIDE as f32);
+    let below = at_least(16.0 * s + 16.0, 0.0);
+    let centres = if below < SIDE as f32 { below } else { SIDE as f32 };
     (centres + WHOLE).to_bits() - WHOLE.to_bits()
+}
+
+/// The larger of both, `least` for no number: one instruction, which `f32::max` is not.
+#[inline(always)]
+fn at_least(x: f32, least: f32) -> f32 {
+    if x > least { x } else { least }
 }
 
 /// All bits from the `first` on, which is at most 32.
@@ -274,7 +278,8 @@ mod tests {
                 let mut bounded = [0; ROWS];
                 add_cap(&mut bounded, v, r);
                 let c2 = (1.0 - r) * (1.0 + r);
-                let all: Bitmap = std::array::from_fn(|row| FaceCone::new(in_face(row / SIDE, v.to_array()), c2).span(&ROW[row % SIDE]));
+                let all: Bitmap =
+                    std::array::from_fn(|row| FaceCone::new(FRAMES[row / SIDE].map(|(k, sign)| sign * v[k]), c2).span(&ROW[row % SIDE]));
                 assert_eq!(bounded, all, "{v} {r}");
             }
         }

@@ -1,0 +1,94 @@
+//! Frames per second of the fast path of sphere-shadows on the source's scene: a plane of 16,384 receivers under the spheres of a torus knot
+//! (sphere shadows §5, table 2). Prints the best of several rounds, with the part of the time that caps take, and that of folding the light.
+
+#![allow(missing_docs, reason = "a program")]
+
+use glam::Vec3;
+use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
+use relume_formats::basis::haar::forward_cube;
+use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, Spheres, light, lobe, neighbours};
+use relume_formats::fast::sphere_shadows::Shading;
+use relume_formats::kinds::HaarTable;
+use std::f32::consts::TAU;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Receivers along a side of the plane.
+const SIDE: usize = 128;
+const ROUNDS: usize = 12;
+
+/// `count` spheres along a (2, 3) torus knot about 2.2 m wide, 1 m above the plane.
+fn knot(count: usize) -> Spheres {
+    let sphere = |k: usize| {
+        let at = TAU * k as f32 / count as f32;
+        let (around, out) = (2.0 * at, 0.75 + 0.3 * (3.0 * at).cos());
+        [out * around.cos(), 1.0 + 0.3 * (3.0 * at).sin(), out * around.sin(), 0.15 + 2.0 / count as f32]
+    };
+    let now: Vec<[f32; 4]> = (0..count).map(sphere).collect();
+    Spheres { neighbours: neighbours(&now), now }
+}
+
+/// A plane of 4 m × 4 m whose receivers use a lobe of their own; or, `blended`, a bowl whose receivers each blend four.
+fn receivers(blended: bool) -> Vec<Receiver> {
+    let at = |k: usize| 4.0 * k as f32 / (SIDE - 1) as f32 - 2.0;
+    let receiver = |i: usize| {
+        let position = Vec3::new(at(i % SIDE), 0.0, at(i / SIDE));
+        let normal = if blended { Vec3::new(-0.2 * position.x, 1.0, -0.2 * position.z).normalize() } else { Vec3::Y };
+        let own = [(NODES as u32, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+        Receiver { position, normal, lobes: if blended { blend(normal) } else { own }, own: None }
+    };
+    (0..SIDE * SIDE).map(receiver).collect()
+}
+
+/// A sky with a sun, a window and a good deal of detail.
+fn sky(terms: usize) -> [Function; 3] {
+    let mut state = 1u64;
+    let texel = |i: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let d = relume_formats::basis::cubemap::direction(i / 1024, 32, (i % 32) as f64 + 0.5, (i / 32 % 32) as f64 + 0.5).as_vec3();
+        let sun = if d.dot(Vec3::new(0.36, 0.8, 0.48)) > 0.995 { 200.0 } else { 0.0 };
+        let window = if d.dot(Vec3::new(-0.6, 0.64, -0.48)) > 0.95 { 10.0 } else { 0.0 };
+        sun + window + 0.5 + 0.4 * d.y + (state >> 40) as f32 / (1 << 24) as f32
+    };
+    let mut texels: Vec<f32> = (0..6 * 1024).map(texel).collect();
+    forward_cube(&mut texels, 32);
+    light([1.0, 0.9, 0.7].map(|gain| texels.iter().map(|t| t * gain).collect()), Some(terms))
+}
+
+/// Least seconds of several rounds.
+fn best(mut work: impl FnMut()) -> f64 {
+    let round = |_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..ROUNDS).map(round).fold(f64::MAX, f64::min)
+}
+
+fn main() {
+    let table = HaarTable::bake();
+    let all: Vec<Vec<f32>> = (0..NODES).map(grid_normal).chain([Vec3::Y]).map(diffuse::lobe).collect();
+    let mut out = vec![[0.0; 3]; SIDE * SIDE];
+    for blended in [false, true] {
+        let receivers = receivers(blended);
+        // Without lobes only caps and counts are left.
+        let unlit: Vec<Receiver> = receivers.iter().map(|r| Receiver { lobes: [(0, 0.0); 4], ..*r }).collect();
+        println!("{} of 16,384 receivers, frames per second (of a frame's time: caps and counts)", if blended { "bowl" } else { "plane" });
+        for terms in [50, 100, 200] {
+            let lobes: Vec<Function> = all.iter().map(|coefficients| lobe(coefficients.clone(), Some(terms))).collect();
+            let light = sky(terms);
+            for levels in [Levels::One, Levels::Two] {
+                let folding = best(|| drop(black_box(Shading::new(&lobes, &light, levels))));
+                let shading = Shading::new(&lobes, &light, levels);
+                print!("{terms:4} terms {levels:?}: ");
+                for count in [32, 64, 96, 128] {
+                    let sets = [knot(count)];
+                    let whole = best(|| shading.radiance(&receivers, &sets, &table, black_box(&mut out)));
+                    let caps = best(|| shading.radiance(&unlit, &sets, &table, black_box(&mut out)));
+                    print!("{:8.1} ({:3.0} %)", 1.0 / whole, 100.0 * caps / whole);
+                }
+                println!("; folding {:.2} ms for {} lobes", 1e3 * folding, lobes.len());
+            }
+        }
+    }
+}

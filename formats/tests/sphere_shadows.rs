@@ -64,7 +64,7 @@ fn receivers(random: &mut Random, count: usize) -> Vec<Receiver> {
     (0..count)
         .map(|k| {
             let normal = random.vector().normalize();
-            let own = (k % 3 == 0).then(|| Own { set: k as u32 / 3 % 2, sphere: k as u32 % 7 });
+            let own = (k % 3 == 0).then_some(Own { set: k as u32 / 3 % 2, sphere: k as u32 % 7 });
             Receiver { position: random.vector() * 2.0, normal, lobes: blend(normal), own }
         })
         .collect()
@@ -172,7 +172,7 @@ fn a_sphere_takes_its_share_of_a_white_sky() {
         assert!(zenith.abs() < std::f32::consts::FRAC_1_SQRT_2 * rim + 1e-5, "sin α = {sine}: {zenith}, rim {rim}");
         // In the mean over many places they cancel.
         let room = (0.5 * std::f32::consts::PI - sine.asin()).min(0.3);
-        let mean = (0..200).map(|_| open(sine, room * random.next(), 6.28 * random.next())).sum::<f32>() / 200.0;
+        let mean = (0..200).map(|_| open(sine, room * random.next(), std::f32::consts::TAU * random.next())).sum::<f32>() / 200.0;
         println!("sin α = {sine}: at the zenith {zenith}, mean {mean}, rim {rim}");
         assert!(mean.abs() < 0.03 * rim + 1e-5, "sin α = {sine}: {mean}, rim {rim}");
     }

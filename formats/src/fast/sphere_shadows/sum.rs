@@ -76,8 +76,8 @@ fn visible(rows: &Rows) -> Lanes<Counts> {
 fn by_tiles(counts: &Counts, used: &[(usize, f32)], tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) -> Rgb {
     let mut visible = [0.0; TILE_ROWS * TILES];
     for (values, word) in visible.as_chunks_mut::<4>().0.iter_mut().zip(counts) {
-        for k in 0..4 {
-            values[k] = f32::from((word >> (8 * k)) as u8);
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = f32::from((word >> (8 * k)) as u8);
         }
     }
     let mut sum = [0.0; 3];

@@ -44,8 +44,9 @@ fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and ca
 	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
 	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
 	    cargo +nightly fuzz run --fuzz-dir $$dir $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
-bench: setup  ## time the Haar transforms and triple products against straightforward versions
+bench: setup  ## time the Haar transforms and triple products against straightforward versions, and frames of sphere-shadows on the CPU
 	cargo bench -p relume-bake --bench haar
+	cargo bench -p relume-formats --bench sphere_shadows
 lint: setup  ## formatting and lints, warnings are errors
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings

@@ -130,7 +130,7 @@ impl Factors {
             let finest = hand_down(means);
             let shift = side.ilog2() - finest.ilog2();
             for (k, weight) in face.iter_mut().enumerate() {
-                let (x, y) = (k % side >> shift, k / side >> shift);
+                let (x, y) = ((k % side) >> shift, (k / side) >> shift);
                 *weight = *weight * scale + means[per_face - finest * finest + y * finest + x];
             }
         }

@@ -11,6 +11,9 @@ use crate::state::Rgb;
 /// Visible texels of all tiles, in the order of counts, four to a word.
 type Counts = [u32; 2 * TILE_ROWS];
 
+/// Partial sums of red, green and blue: many, so that additions need not wait for each other.
+type Sums = [[f32; SIDE]; 3];
+
 #[inline(always)]
 pub(super) fn radiance(rows: &Rows, receivers: &[Receiver], weights: &Weights, table: &HaarTable, out: &mut [Rgb]) {
     match weights {
@@ -19,19 +22,33 @@ pub(super) fn radiance(rows: &Rows, receivers: &[Receiver], weights: &Weights, t
             let bits = fine_bits(rows, fine);
             for (lane, (receiver, out)) in receivers.iter().zip(out).enumerate() {
                 let (lobes, count) = used(receiver);
-                let used = &lobes[..count];
-                *out = by_tiles(&counts[lane], used, tiles);
-                add_fine(out, &bits, lane, used, fine, table);
+                let mut sums = [[0.0; SIDE]; 3];
+                add_tiles(&mut sums, &counts[lane], &lobes[..count], tiles);
+                add_fine(&mut sums, &bits, lane, &lobes[..count], fine, table);
+                *out = totals(&mut sums);
             }
         }
         Weights::Texels { texels } => {
             for (lane, (receiver, out)) in receivers.iter().zip(out).enumerate() {
                 let (lobes, count) = used(receiver);
-                let used = &lobes[..count];
-                *out = by_texels(rows, lane, used, texels);
+                let mut sums = [[0.0; SIDE]; 3];
+                add_texels(&mut sums, rows, lane, &lobes[..count], texels);
+                *out = totals(&mut sums);
             }
         }
     }
+}
+
+#[inline(always)]
+fn totals(sums: &mut Sums) -> Rgb {
+    for half in [16, 8, 4, 2, 1] {
+        for sums in sums.iter_mut() {
+            for k in 0..half {
+                sums[k] += sums[k + half];
+            }
+        }
+    }
+    [sums[0][0], sums[1][0], sums[2][0]]
 }
 
 /// The lobes that a receiver uses.
@@ -73,40 +90,24 @@ fn visible(rows: &Rows) -> Lanes<Counts> {
 }
 
 #[inline(always)]
-fn by_tiles(counts: &Counts, used: &[(usize, f32)], tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) -> Rgb {
+fn add_tiles(sums: &mut Sums, counts: &Counts, used: &[(usize, f32)], tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) {
     let mut visible = [0.0; TILE_ROWS * TILES];
     for (values, word) in visible.as_chunks_mut::<4>().0.iter_mut().zip(counts) {
-        for k in 0..4 {
-            values[k] = f32::from((word >> (8 * k)) as u8);
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = f32::from((word >> (8 * k)) as u8);
         }
     }
-    let mut sum = [0.0; 3];
     for &(lobe, weight) in used {
-        for c in 0..3 {
-            sum[c] += weight * dot(&visible, &tiles[lobe][c]);
+        let [red, green, blue] = &tiles[lobe];
+        for (at, visible) in visible.as_chunks::<SIDE>().0.iter().enumerate() {
+            for k in 0..SIDE {
+                let visible = weight * visible[k];
+                sums[0][k] += visible * red[at * SIDE + k];
+                sums[1][k] += visible * green[at * SIDE + k];
+                sums[2][k] += visible * blue[at * SIDE + k];
+            }
         }
     }
-    sum
-}
-
-#[inline(always)]
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0; 2 * LANES];
-    for (a, b) in a.as_chunks::<{ 2 * LANES }>().0.iter().zip(b.as_chunks::<{ 2 * LANES }>().0) {
-        for k in 0..2 * LANES {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    total(&sums)
-}
-
-#[inline(always)]
-fn total(sums: &[f32]) -> f32 {
-    let mut total = 0.0;
-    for x in sums {
-        total += x;
-    }
-    total
 }
 
 /// The bitmaps of the fine tiles that some receiver sees a part of: number of the tile, and 16 blocked texels for each receiver.
@@ -130,8 +131,7 @@ fn fine_bits(rows: &Rows, fine: &Fine) -> Vec<(usize, Lanes<u32>)> {
 
 /// Adds what the second level of visibility gives with the light's terms.
 #[inline(always)]
-fn add_fine(out: &mut Rgb, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &[(usize, f32)], fine: &Fine, table: &HaarTable) {
-    let mut sums = [[0.0; 16]; 3];
+fn add_fine(sums: &mut Sums, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &[(usize, f32)], fine: &Fine, table: &HaarTable) {
     for (tile, bits) in tiles {
         let bits = bits[lane] as u16;
         // A tile that is all visible or all blocked has no details.
@@ -153,25 +153,18 @@ fn add_fine(out: &mut Rgb, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &[(
             }
         }
     }
-    for c in 0..3 {
-        out[c] += total(&sums[c]);
-    }
 }
 
 #[inline(always)]
-fn by_texels(rows: &Rows, lane: usize, used: &[(usize, f32)], texels: &[[[f32; 6 * SIDE * SIDE]; 3]]) -> Rgb {
-    let mut sum = [0.0; 3];
+fn add_texels(sums: &mut Sums, rows: &Rows, lane: usize, used: &[(usize, f32)], texels: &[[[f32; 6 * SIDE * SIDE]; 3]]) {
     for &(lobe, weight) in used {
-        for (c, weights) in texels[lobe].iter().enumerate() {
-            let mut sums = [0.0; SIDE];
+        for (sums, weights) in sums.iter_mut().zip(&texels[lobe]) {
             for (row, weights) in rows.iter().zip(weights.as_chunks::<SIDE>().0) {
                 let visible = !row[lane];
                 for x in 0..SIDE {
-                    sums[x] += if (visible >> x) & 1 == 1 { weights[x] } else { 0.0 };
+                    sums[x] += if (visible >> x) & 1 == 1 { weight * weights[x] } else { 0.0 };
                 }
             }
-            sum[c] += weight * total(&sums);
         }
     }
-    sum
 }

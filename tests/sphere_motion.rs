@@ -3,6 +3,7 @@
 use crate::support::job;
 use glam::{DAffine3, DVec3, Quat, Vec3};
 use relume_bake::spheres::fit::{DEFAULT_ITERATIONS, Settings, fit};
+use relume_bake::spheres::motion::poses;
 use relume_bake::spheres::relative_outside;
 use relume_formats::Place;
 use relume_formats::evaluate::sphere_set::Follower;
@@ -19,7 +20,7 @@ const FRAMES: u32 = 12;
 fn expect_covered(shape: &Deforming, n: usize) {
     let place = Place::file("a mesh that deforms");
     let settings = Settings { spheres: n, seed: 0, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
-    let set = fit(&shape.rest, "mesh", &place, &settings, &job()).unwrap().set;
+    let set = fit(&shape.rest, &poses(&shape.shape), "mesh", &place, &settings, &job()).unwrap().set;
     let at_rest = relative_outside(&shape.rest, &set.spheres, &place).unwrap();
     let stated = set.meta.relative_outside_volume();
     // The fit's own figure, computed from the same spheres rounded to f32.

@@ -17,7 +17,7 @@ use crate::methods::transfer_images::{self, Bases};
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::container::Stored;
-use relume_formats::kinds::HaarTable;
+use relume_formats::kinds::{HaarTable, VisibilityTable};
 use relume_formats::state::{BlinnPhong, Brdf, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
@@ -127,9 +127,10 @@ pub fn export(args: &ExportArgs) -> Result<String> {
 /// `bake tables`.
 pub fn tables(args: &TablesArgs) -> Result<String> {
     std::fs::create_dir_all(&args.output).map_err(|e| Error::io(&Place::file(&args.output), e))?;
-    let path = args.output.join("haar-table.relume");
-    HaarTable::bake().write_file(&path)?;
-    Ok(format!("{}\n", path.display()))
+    let line = |path: &Path, file: &[u8]| format!("{}: {} bytes\n", path.display(), file.len());
+    let [haar, visibility] = ["haar-table.relume", "visibility-table.relume"].map(|name| args.output.join(name));
+    let text = line(&haar, &HaarTable::bake().write_file(&haar)?);
+    Ok(text + &line(&visibility, &VisibilityTable::bake().write_file(&visibility)?))
 }
 
 /// `bake reference`.

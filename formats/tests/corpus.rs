@@ -12,6 +12,7 @@ mod support {
     pub mod relighting;
     pub mod samples;
     pub mod scenes;
+    pub mod shadows;
     pub mod spheres;
 }
 
@@ -19,18 +20,19 @@ use half::f16;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::kinds::{Manifest, StoredScene};
+use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, ORDERED};
+use relume_formats::kinds::{self, Manifest, StoredScene};
 use relume_formats::state::{Brdf, Ggx};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
-use support::{relighting, samples, scenes, spheres};
+use support::{relighting, samples, scenes, shadows, spheres};
 
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 28] = [
+const CASES: [Case; 32] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -120,6 +122,9 @@ const CASES: [Case; 28] = [
     ("table-of-one-bitmap.relume", Kind::HaarTable, "has shape [16, 1], expected [16, 65536]", || {
         RawFile::new(5, vec![RawSection::new("coefficients", 3, &[16, 1], 1, &[0; 32])]).bytes()
     }),
+    ("visibility-of-one-direction.relume", Kind::VisibilityTable, "has shape [1, 6144], expected [136, 6144]", || {
+        RawFile::new(10, vec![RawSection::new("rings", 0, &[1, 6144], 0, &[32; 6144])]).bytes()
+    }),
     ("parameters-fall.relume", Kind::BrdfBasis, "needs 2 to 65536 increasing parameters", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.parameters.reverse();
@@ -166,6 +171,15 @@ const CASES: [Case; 28] = [
         set.history = vec![0.25, 0.5];
         written(&set)
     }),
+    ("shadows-of-vertices-of-nobody.relume", Kind::SphereShadows, "2 vertices from 3 on, which do not follow", || {
+        first_sections(2, |shadows| shadows.meta.objects[1].first_vertex = 3)
+    }),
+    ("shadows-of-another-cube.relume", Kind::SphereShadows, "faces of 33554432 texels", || {
+        first_sections(2, |shadows| shadows.meta.face_size = 1 << 25)
+    }),
+    ("shadows-without-grid.relume", Kind::SphereShadows, "section `normals`: has shape [2, 3], expected [384 to 4096, 3]", || {
+        first_sections(3, |shadows| shadows.normals.truncate(2))
+    }),
     ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
         let mut scene: StoredScene = scenes::scene(3);
         let brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 });
@@ -188,6 +202,18 @@ const MANIFESTS: [(&str, &str, &str); 3] = [
 fn written(value: &impl Stored) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     value.write_file(&folder.path().join("a.relume")).unwrap()
+}
+
+/// The first sections of shadows, for all of them are large; what is wrong with these is noticed before the end.
+fn first_sections(count: usize, change: fn(&mut kinds::SphereShadows)) -> Vec<u8> {
+    let mut shadows = shadows::sphere_shadows(1, &[2, 2], 0, 0);
+    change(&mut shadows);
+    shadows.lobes.resize(shadows.normals.len() * COEFFICIENTS, 0.0);
+    shadows.order.resize(shadows.normals.len() * ORDERED, 0);
+    let mut file = RawFile::parse(&written(&shadows));
+    file.sections.truncate(count);
+    file.section_count = count as u64;
+    file.bytes()
 }
 
 /// A sound scene of one triangle.

@@ -16,7 +16,7 @@ use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages};
+use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages, VisibilityTable};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
@@ -72,6 +72,7 @@ fn every_kind_needs_its_sections_in_order() {
     assert_order_matters(&samples::ggx_basis(3, 3, 2));
     assert_order_matters(&samples::images(3, 1, 2, true, [3, 2]));
     assert_order_matters(&HaarTable::bake());
+    assert_order_matters(&VisibilityTable::bake());
 }
 
 fn blinn_phong(kd: f32, shininess: f32) -> Brdf {

@@ -12,7 +12,7 @@ use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry, SphereSetEntry};
-use relume_formats::kinds::{HaarTable, Manifest, TransferImages};
+use relume_formats::kinds::{HaarTable, Manifest, TransferImages, VisibilityTable};
 use relume_formats::{Error, Place};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -140,6 +140,15 @@ fn the_haar_table() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = HaarTable::bake().write_file(&folder.path().join("a.relume")).unwrap();
     assert!(bytes.len() < 16 << 10, "{} bytes", bytes.len());
+}
+
+/// One in 48 of its directions, a byte for each texel instead of 32 bits: less than a thousandth of what it is in memory.
+#[test]
+fn the_visibility_table() {
+    assert_round_trip(&VisibilityTable::bake());
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = VisibilityTable::bake().write_file(&folder.path().join("a.relume")).unwrap();
+    assert!(bytes.len() < 144 << 10, "{} bytes", bytes.len());
 }
 
 fn any_manifest() -> impl Strategy<Value = Manifest> {

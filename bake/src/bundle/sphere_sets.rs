@@ -115,7 +115,7 @@ fn fit_one(
     }
     let start = Instant::now();
     let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
-    let fitted = fit::fit(&object.mesh, &object.name, &place, settings, work.job)?;
+    let fitted = fit::fit(&object.mesh, &[], &object.name, &place, settings, work.job)?;
     fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
     let bytes = fitted.set.write_file(&path)?;
     log.append(WHOLE, &bytes)?;

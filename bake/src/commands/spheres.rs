@@ -7,9 +7,11 @@ use crate::error::{BakeError, Result};
 use crate::job::{Job, say, watch_signals};
 use crate::report;
 use crate::spheres::fit::{Settings, fit};
+use crate::spheres::motion::poses;
 use relume_formats::container::Stored;
 use relume_formats::kinds::SphereSet;
 use relume_formats::{Error, Place};
+use relume_scenes::{Deforming, Mesh};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,7 +22,7 @@ pub fn spheres(args: &SpheresArgs) -> Result<String> {
     start_threads(args.threads)?;
     let output = output_file(args)?;
     let mut warnings = Vec::new();
-    let mesh = relume_scenes::load_mesh(&args.mesh, &mut warnings)?;
+    let (mesh, poses) = load(&args.mesh, &mut warnings)?;
     warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     // A fit may take long; that its file has nowhere to go had better be known before.
     let folder = output.parent().unwrap_or(Path::new(""));
@@ -30,11 +32,22 @@ pub fn spheres(args: &SpheresArgs) -> Result<String> {
     let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
     let settings = Settings { spheres: args.count as usize, seed: args.seed, iterations: args.iterations, tight: args.tight };
     let start = Instant::now();
-    let fitted = fit(&mesh, &name, &Place::file(&args.mesh), &settings, &Job::new(args.progress))?;
+    let fitted = fit(&mesh, &poses, &name, &Place::file(&args.mesh), &settings, &Job::new(args.progress))?;
     fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
     let bytes = fitted.set.write_file(&output)?.len();
     write_report(&output, start.elapsed().as_secs_f64())?;
     Ok(format!("{name}: {}{}, {bytes} bytes\n", describe(&fitted.set), output.display()))
+}
+
+/// A mesh, and the poses of its clips where it has some.
+fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<Vec<[f32; 3]>>)> {
+    let gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
+    if !gltf {
+        return Ok((relume_scenes::load_mesh(path, warnings)?, Vec::new()));
+    }
+    let Deforming { rest, shape } = relume_scenes::load_deforming(path, warnings)?;
+    let poses = poses(&shape);
+    Ok((rest, poses))
 }
 
 /// Where the set goes. Other commands know it by the end of its name.

@@ -8,6 +8,7 @@ use relume_formats::container::{CONTAINER_VERSION, SectionInfo, open};
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::scene::StoredMaterial;
+use relume_formats::kinds::sphere_shadows::ShadowObject;
 use relume_formats::shape::Clip;
 use relume_formats::state::{Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
@@ -133,6 +134,24 @@ pub(super) enum Details {
         joints: usize,
         morph_targets: usize,
         clips: Vec<ClipInfo>,
+    },
+    SphereShadows {
+        receivers: usize,
+        /// Of them, those with a lobe of their own normal.
+        exact_receivers: usize,
+        rows: usize,
+        /// Of them, the nodes of the grid of normals.
+        grid_rows: usize,
+        objects: Vec<ShadowObject>,
+    },
+    VisibilityTable {
+        directions: usize,
+        stored_directions: usize,
+        radii: usize,
+        /// Of a bitmap.
+        texels: usize,
+        /// Of the whole table as bitmaps.
+        bytes_of_bitmaps: usize,
     },
 }
 

@@ -4,6 +4,7 @@ use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileInfo, SectionRow
 use super::sphere_metrics::SphereMetrics;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::sphere_set::Solid;
+use relume_formats::kinds::sphere_shadows::ShadowObject;
 use relume_formats::state::Model;
 
 /// Longer tables show this many rows and the sum of the others.
@@ -101,6 +102,26 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ),
             ("dense", format!("{} bytes with every coefficient as f32", grouped(*bytes_of_dense_matrix))),
         ],
+        Details::SphereShadows { receivers, exact_receivers, rows, grid_rows, objects } => vec![
+            (
+                "receivers",
+                format!("{}, {} of them with a lobe of their own normal", grouped(*receivers as u64), grouped(*exact_receivers as u64)),
+            ),
+            ("lobes", format!("{rows}, {grid_rows} of them on the grid of normals")),
+            ("objects", list(objects.iter().map(shadow_object))),
+        ],
+        Details::VisibilityTable { directions, stored_directions, radii, texels, bytes_of_bitmaps } => vec![
+            (
+                "table",
+                format!(
+                    "a bitmap of {} texels for each of {} directions and {radii} radii",
+                    grouped(*texels as u64),
+                    grouped(*directions as u64)
+                ),
+            ),
+            ("stored", format!("{stored_directions} directions, which the symmetries of the cube make all of")),
+            ("expanded", format!("{} bytes", grouped(*bytes_of_bitmaps as u64))),
+        ],
         Details::SphereSet { metrics, points, iterations_done } => spheres(metrics, *points, *iterations_done),
         Details::Shape { vertices, nodes, joints, morph_targets, clips } => vec![
             (
@@ -156,6 +177,12 @@ fn parameter(model: Model) -> &'static str {
 
 fn clip(clip: &ClipInfo) -> String {
     format!("{} ({} s, {} tracks, {} keys)", clip.name, clip.duration_s, clip.tracks, grouped(clip.keys as u64))
+}
+
+fn shadow_object(object: &ShadowObject) -> String {
+    let (casts, moves) =
+        (if object.sphere_set { " casts shadows" } else { " only receives" }, if object.deforms { " and deforms" } else { "" });
+    format!("{} ({} vertices,{casts}{moves})", object.name, grouped(object.vertices.into()))
 }
 
 fn class(class: &ClassInfo) -> String {

@@ -28,6 +28,7 @@ pub(super) struct SphereMetrics {
     pub seed: u64,
     pub iterations: u32,
     pub tight: f32,
+    pub poses: u32,
     pub solid: Solid,
 }
 
@@ -52,6 +53,7 @@ impl SphereMetrics {
             seed: meta.seed,
             iterations: meta.iterations,
             tight: meta.tight,
+            poses: meta.poses,
             solid: meta.solid,
         }
     }

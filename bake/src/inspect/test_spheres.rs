@@ -15,6 +15,7 @@ pub(super) fn octahedron() -> SphereSet {
             seed: 7,
             iterations: 40,
             tight: 0.0,
+            poses: 0,
             solid: Solid::Closed,
             diagonal: 24f32.sqrt(),
             volume,

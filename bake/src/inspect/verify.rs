@@ -5,7 +5,9 @@ mod sphere_set;
 
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{
+    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
+};
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, State};
 use relume_formats::{Error, Place, Result};
@@ -32,6 +34,8 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
         Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
         Kind::Shape => drop(DeformingMesh::read_file(path)?),
+        Kind::SphereShadows => drop(SphereShadows::read_file(path)?),
+        Kind::VisibilityTable => drop(VisibilityTable::read_file(path)?),
     }
     sound(path)
 }

@@ -2,6 +2,7 @@
 
 use super::ball::{Ball, Outside};
 use super::growth::Growth;
+use super::motion::Motion;
 use super::pieces::Pieces;
 use super::triangle_tree::TriangleTree;
 use glam::DVec3;
@@ -15,6 +16,8 @@ pub struct Problem<'a> {
     pub pieces: Pieces<'a>,
     /// How far outside its sphere a piece may reach; 0 for complete coverage.
     pub slack: f64,
+    /// How the solid moves.
+    pub motion: Motion,
 }
 
 /// A sphere and its cluster: the pieces that it must cover.
@@ -29,18 +32,20 @@ pub struct Sphere {
     /// Once refitting has ended: how many of its pieces it just reaches. As long as it must reach all of those, it stays where it is.
     pub bound: Option<usize>,
     growth: OnceLock<Growth>,
+    /// Mean volume outside over rest and poses.
+    mean_outside: OnceLock<f64>,
 }
 
 impl Sphere {
     /// A sphere of this size whatever its pieces.
     pub fn new(solid: &TriangleTree, ball: Ball, cluster: Arc<Vec<u32>>) -> Self {
         let ball = if cluster.is_empty() { Ball::new(ball.centre, 0.0) } else { ball };
-        Self { ball, outside: ball.outside(solid), cluster, bound: None, growth: OnceLock::new() }
+        Self { ball, outside: ball.outside(solid), cluster, bound: None, growth: OnceLock::new(), mean_outside: OnceLock::new() }
     }
 
     /// The same sphere with other names for its pieces, or none for now.
     pub fn with_cluster(&self, cluster: Vec<u32>) -> Self {
-        Self { cluster: Arc::new(cluster), ..self.clone() }
+        Self { cluster: Arc::new(cluster), mean_outside: OnceLock::new(), ..self.clone() }
     }
 
     fn growth(&self, solid: &TriangleTree) -> &Growth {
@@ -83,6 +88,11 @@ impl<'a> Bidder<'a> {
 }
 
 impl Problem<'_> {
+    /// What the search lowers: volume outside, each sphere by itself, in the mean over rest and poses.
+    pub fn cost(&self, spheres: &[Sphere]) -> f64 {
+        spheres.iter().map(|s| *s.mean_outside.get_or_init(|| self.motion.mean_outside(s, &self.pieces))).sum()
+    }
+
     /// The sphere about `centre` that just covers some pieces, whose corners are `positions`.
     pub fn sphere(&self, centre: DVec3, cluster: Arc<Vec<u32>>, positions: &[DVec3]) -> Sphere {
         let farthest = positions.iter().map(|p| p.distance_squared(centre)).fold(0.0, f64::max).sqrt();

@@ -4,6 +4,7 @@ use super::ball::Ball;
 use super::cluster::{Problem, Sphere};
 use super::measure::measure;
 use super::members::members;
+use super::motion::Motion;
 use super::pieces::Pieces;
 use super::search::Search;
 use super::solid::Solid;
@@ -61,11 +62,12 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
-/// Covers the solid that `mesh` bounds with spheres that have as little volume outside it as the search finds. `name` is the mesh's name in the file.
+/// Covers the solid that `mesh` bounds with spheres that have as little volume outside it as the search finds. `name` is the mesh's name in the file. `poses` are
+/// places of the mesh's vertices when it moves: then the mean over these and rest is what is kept small.
 ///
 /// # Errors
 /// If the mesh encloses no volume, the number of spheres is out of range, or the user interrupts.
-pub fn fit(mesh: &Mesh, name: &str, place: &Place, settings: &Settings, job: &Job) -> Result<Fit> {
+pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, settings: &Settings, job: &Job) -> Result<Fit> {
     if !(1..=MAX_SPHERES).contains(&settings.spheres) {
         let reason = format!("{} spheres are asked for; 1 to {MAX_SPHERES} can be fitted", settings.spheres);
         return Err(BakeError::invalid(place, reason));
@@ -73,15 +75,16 @@ pub fn fit(mesh: &Mesh, name: &str, place: &Place, settings: &Settings, job: &Jo
     let solid = Solid::of(mesh, place)?;
     let searches = if settings.spheres > MANY_SPHERES { 1 } else { SEARCHES };
     let stage = job.stage("spheres", u64::from(settings.iterations) * searches);
-    let run = |k: u64| search(&solid, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &stage);
+    let run = |k: u64| search(&solid, poses, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &stage);
     let found = (0..searches).into_par_iter().map(run).collect::<Result<Vec<Found<'_>>>>()?;
     let best = found.into_iter().min_by(|a, b| a.search.lowest().total_cmp(&b.search.lowest()));
     let Some(Found { search, mut history }) = best else { return Err(BakeError::invalid(place, "holds nothing to cover")) };
     let (spheres, balls) = finished(&search, &solid);
     let outside: f64 = balls.iter().map(|b| b.outside(&solid.boundary).volume).sum();
     // Rounding to single precision adds a hair.
-    history.iter_mut().for_each(|e| *e = e.max(outside));
-    history.push(outside);
+    let last = if poses.is_empty() { outside } else { search.lowest() };
+    history.iter_mut().for_each(|e| *e = e.max(last));
+    history.push(last);
     let slack = search.problem.slack;
     let members = members(mesh, &solid, &search.problem.pieces, &spheres, &balls);
     let meta = Meta {
@@ -91,6 +94,7 @@ pub fn fit(mesh: &Mesh, name: &str, place: &Place, settings: &Settings, job: &Jo
         seed: settings.seed,
         iterations: settings.iterations,
         tight: settings.tight as f32,
+        poses: poses.len() as u32,
         solid: solid.kind,
         diagonal: solid.diagonal as f32,
         volume: solid.volume,
@@ -130,12 +134,12 @@ struct Found<'a> {
     history: Vec<f64>,
 }
 
-fn search<'a>(solid: &'a Solid, settings: &Settings, seed: u64, stage: &Stage) -> Result<Found<'a>> {
+fn search<'a>(solid: &'a Solid, poses: &[Vec<[f32; 3]>], settings: &Settings, seed: u64, stage: &Stage) -> Result<Found<'a>> {
     let area: f64 = solid.surface.planes.iter().map(|(_, area)| area).sum();
     let wanted = (PIECES.0 * settings.spheres).max(PIECES.1);
     let size = (4.0 * area / wanted as f64).sqrt();
     let pieces = Pieces::new(&solid.surface, size);
-    let problem = Problem { solid: &solid.boundary, pieces, slack: settings.tight * solid.diagonal };
+    let problem = Problem { solid: &solid.boundary, pieces, slack: settings.tight * solid.diagonal, motion: Motion::new(solid, poses) };
     let spheres = start(&problem, settings.spheres, seed);
     let mut search = Search::new(problem, spheres, seed);
     let mut history = Vec::new();

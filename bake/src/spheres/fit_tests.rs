@@ -14,7 +14,7 @@ use relume_scenes::Mesh;
 const QUICK: Settings = Settings { spheres: 8, seed: 3, iterations: 24, tight: 0.0 };
 
 fn fitted(mesh: &Mesh, settings: Settings) -> Fit {
-    fit(mesh, "test", &Place::file("test.obj"), &settings, &Job::new(ProgressMode::None)).unwrap()
+    fit(mesh, &[], "test", &Place::file("test.obj"), &settings, &Job::new(ProgressMode::None)).unwrap()
 }
 
 fn balls(set: &SphereSet) -> Vec<Ball> {
@@ -105,8 +105,9 @@ fn one_seed_gives_one_set_at_any_number_of_threads() {
 #[test]
 fn what_encloses_nothing_or_too_much_is_asked_for_is_refused() {
     let sheet = mesh((vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]));
-    let refused =
-        |mesh: &Mesh, settings| fit(mesh, "m", &Place::file("m.obj"), &settings, &Job::new(ProgressMode::None)).unwrap_err().to_string();
+    let refused = |mesh: &Mesh, settings| {
+        fit(mesh, &[], "m", &Place::file("m.obj"), &settings, &Job::new(ProgressMode::None)).unwrap_err().to_string()
+    };
     assert!(refused(&sheet, QUICK).contains("volume"), "{}", refused(&sheet, QUICK));
     for spheres in [0, 5000] {
         assert!(refused(&mesh(l_shape()), Settings { spheres, ..QUICK }).contains("1 to 4096"));

@@ -2,7 +2,7 @@
 //!
 //! * [`solid`]: what a mesh bounds; [`triangle_tree`], [`winding`], [`nearest`], [`ball`]: questions to it, answered exactly;
 //! * [`pieces`]: what must be covered, in pieces that each go to one sphere whole;
-//! * [`cluster`], [`growth`], [`refit`], [`enclosing`], [`tighten`]: spheres and the pieces that they cover;
+//! * [`cluster`], [`growth`], [`refit`], [`tighten`]: spheres and the pieces that they cover;
 //! * [`start`], [`moves`], [`search`], [`voids`]: the search for a set with little outside;
 //! * [`fit`]: from a mesh to a stored set; [`members`]: which points each sphere follows;
 //! * [`coverage`], [`measure`]: whether all is covered, exactly, and how good a set is.
@@ -10,12 +10,12 @@
 pub mod ball;
 pub mod cluster;
 pub mod coverage;
-pub mod enclosing;
 pub mod fit;
 pub mod growth;
 pub mod measure;
 pub mod members;
-pub mod moves;
+pub mod motion;
+mod moves;
 pub mod nearest;
 pub mod pieces;
 pub mod random;
@@ -36,11 +36,11 @@ mod ball_tests;
 #[cfg(test)]
 mod coverage_tests;
 #[cfg(test)]
-mod enclosing_tests;
-#[cfg(test)]
 mod fit_tests;
 #[cfg(test)]
 mod measure_tests;
+#[cfg(test)]
+mod motion_tests;
 #[cfg(test)]
 mod search_tests;
 #[cfg(test)]

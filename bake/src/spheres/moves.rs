@@ -152,13 +152,13 @@ impl Problem<'_> {
     /// `change`s some spheres and lets them settle; the first `last` of them come last in every round.
     fn settled(&self, set: &[Sphere], indices: Vec<usize>, change: impl FnOnce(Vec<Sphere>) -> Vec<Sphere>, last: usize) -> Move {
         let old: Vec<Sphere> = indices.iter().map(|i| set[*i].clone()).collect();
-        let before = total_outside(&old);
+        let before = self.cost(&old);
         let spheres = change(old);
         let mut order: Vec<usize> = (0..spheres.len()).collect();
         order.sort_by(|a, b| spheres[*b].outside.volume.total_cmp(&spheres[*a].outside.volume));
         order.sort_by_key(|i| *i < last);
         let spheres = self.tighten(spheres, &order, SETTLING);
-        let gain = before - total_outside(&spheres);
+        let gain = before - self.cost(&spheres);
         Move { indices, spheres, gain }
     }
 

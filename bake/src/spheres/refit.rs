@@ -7,8 +7,8 @@
 
 use super::ball::Ball;
 use super::cluster::{Problem, Sphere};
-use super::enclosing::pulled_centre;
 use glam::DVec3;
+use relume_formats::evaluate::sphere_set::pulled_centre;
 
 /// A step that gains less than this share of the volume is the last.
 const LEAST_GAIN: f64 = 1e-3;

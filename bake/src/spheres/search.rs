@@ -4,7 +4,7 @@
 //! changes that lose a little are kept too, so that the search leaves poor valleys (threshold accepting, Dueck and Scheuer 1990); what counts is the best complete
 //! set that it has seen, and that never gets worse.
 
-use super::cluster::{Problem, Sphere, total_outside};
+use super::cluster::{Problem, Sphere};
 use super::moves::{Move, group, neighbours};
 use super::random::{hash, unit};
 use super::voids;
@@ -71,7 +71,7 @@ impl<'a> Search<'a> {
         if self.spheres.len() < 2 {
             return;
         }
-        let mean = total_outside(&self.spheres) / self.spheres.len() as f64;
+        let mean = self.problem.cost(&self.spheres) / self.spheres.len() as f64;
         let moves = match self.rounds % 4 {
             0 => self.teleports(loss),
             1 => self.growths(),
@@ -123,13 +123,13 @@ impl<'a> Search<'a> {
             let independent = self.independent(dirty);
             independent.iter().for_each(|i| self.dirty[*i] = false);
             let moves = independent.into_par_iter().map(|i| self.problem.polish(&self.spheres, i)).collect();
-            self.apply(moves, LEAST_GAIN * total_outside(&self.spheres) / self.spheres.len() as f64);
+            self.apply(moves, LEAST_GAIN * self.problem.cost(&self.spheres) / self.spheres.len() as f64);
         }
     }
 
     /// Teleports that promise most, with a little chance.
     fn teleports(&mut self, loss: f64) -> Vec<Move> {
-        let mean = total_outside(&self.spheres) / self.spheres.len() as f64;
+        let mean = self.problem.cost(&self.spheres) / self.spheres.len() as f64;
         // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen
         // from outside, unless it covers nothing.
         let volume = |i: usize| self.spheres[i].outside.volume + mean * self.chance(4 * i as u64);
@@ -225,12 +225,12 @@ impl<'a> Search<'a> {
 
     /// Remembers the set if it is the best so far, with what it takes to leave no void within the solid.
     fn keep_best(&mut self) {
-        if total_outside(&self.spheres) >= self.best.1 {
+        if self.problem.cost(&self.spheres) >= self.best.1 {
             return;
         }
         let filled = voids::fill(&mut self.problem, &mut self.spheres);
         filled.into_iter().for_each(|i| self.touch(i));
-        let outside = total_outside(&self.spheres);
+        let outside = self.problem.cost(&self.spheres);
         if outside < self.best.1 {
             self.best = (self.spheres.clone(), outside);
         }

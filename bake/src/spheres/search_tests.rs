@@ -4,6 +4,7 @@ use super::ball::Ball;
 use super::cluster::{Problem, Sphere, total_outside};
 use super::coverage::uncovered_within;
 use super::growth::Growth;
+use super::motion::Motion;
 use super::pieces::Pieces;
 use super::start::start;
 use super::test_meshes::{cuboid, l_shape, random, torus, tree};
@@ -13,7 +14,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 fn problem(solid: &TriangleTree, size: f64) -> Problem<'_> {
-    Problem { solid, pieces: Pieces::new(solid, size), slack: 0.0 }
+    Problem { solid, pieces: Pieces::new(solid, size), slack: 0.0, motion: Motion::default() }
 }
 
 fn all(problem: &Problem<'_>) -> Vec<u32> {

@@ -104,7 +104,7 @@ impl<'a> Group<'a> {
         for (sphere, mut cluster) in self.spheres.iter_mut().zip(clusters) {
             cluster.sort_unstable();
             if *sphere.cluster != cluster {
-                sphere.cluster = Arc::new(cluster);
+                *sphere = sphere.with_cluster(cluster);
             }
         }
         self.spheres

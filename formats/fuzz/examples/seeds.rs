@@ -1,7 +1,7 @@
 //! Writes sound files and texts into the corpus of every target, for the fuzzer to start from.
 
 use relume_formats::container::Stored;
-use relume_formats::kinds::HaarTable;
+use relume_formats::kinds::{HaarTable, VisibilityTable};
 use relume_formats_fuzz::raw_file::RawFile;
 use relume_formats_fuzz::{recipe, write};
 use std::path::Path;
@@ -18,6 +18,9 @@ mod scenes;
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/shapes.rs"]
 mod shapes;
+#[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/shadows.rs"]
+mod shadows;
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/spheres.rs"]
 mod spheres;
@@ -89,6 +92,12 @@ fn main() -> std::io::Result<()> {
         seed_kind("shape", number, &shapes::shape(number, number as usize))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
+    // Its lobes are longer than what a recipe makes.
+    seed("sphere_shadows", "file", &[&[1], &write(&shadows::sphere_shadows(1, &[3, 2, 1], 2, 0))[..]].concat())?;
+    // The whole file is longer than what a fuzzer tries; a byte repeated has the shape at least.
+    let mut visibility = RawFile::parse(&write(&VisibilityTable::bake()));
+    visibility.sections.iter_mut().for_each(|section| section.set_raw(&[32]));
+    seed("visibility_table", "recipe", &[&[0], &recipe::of(&visibility)[..]].concat())?;
     // Its table repeats a few bytes, so the recipe may as well be short.
     let mut smooth = RawFile::parse(&write(&samples::basis(1, 2, true)));
     let lobes = smooth.sections.iter_mut().find(|s| s.name == "lobes");

@@ -23,7 +23,7 @@ pub fn direction(face: usize, n: usize, x: f64, y: f64) -> DVec3 {
 }
 
 /// The point of the cube [−1, 1]³ at (`s`, `t`) on `face`; faces beyond the last are taken for −Z.
-fn on_face<T: Copy + std::ops::Neg<Output = T> + From<f32>>(face: usize, s: T, t: T) -> [T; 3] {
+pub(crate) fn on_face<T: Copy + std::ops::Neg<Output = T> + From<f32>>(face: usize, s: T, t: T) -> [T; 3] {
     let one = T::from(1.0);
     match face {
         0 => [one, -t, -s],
@@ -38,6 +38,15 @@ fn on_face<T: Copy + std::ops::Neg<Output = T> + From<f32>>(face: usize, s: T, t
 /// Index over the whole cube of the texel that `direction`, of any length, points into. On the border of two texels the one to the right or below is
 /// taken, on the border of two faces the one whose axis comes first.
 pub fn texel_of(direction: Vec3, n: usize) -> usize {
+    let (face, [s, t]) = place_of(direction);
+    // A cast takes what lies outside to the nearest number, and NaN, which the null vector gives, to 0.
+    let texel = |c: f32| (((c + 1.0) * 0.5 * n as f32) as usize).min(n.saturating_sub(1));
+    (face * n + texel(t)) * n + texel(s)
+}
+
+/// The face that `direction`, of any length, points into, and where on it, s and t in −1..=1; the face whose axis comes first on the border of two. The
+/// null vector's place is no number.
+pub(crate) fn place_of(direction: Vec3) -> (usize, [f32; 2]) {
     let Vec3 { x, y, z } = direction;
     let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
     let (face, s, t, axis) = if ax >= ay && ax >= az {
@@ -49,9 +58,7 @@ pub fn texel_of(direction: Vec3, n: usize) -> usize {
     } else {
         (5, -x, -y, az)
     };
-    // A cast takes what lies outside to the nearest number, and NaN, which the null vector gives, to 0.
-    let texel = |c: f32| (((c / axis + 1.0) * 0.5 * n as f32) as usize).min(n.saturating_sub(1));
-    (face * n + texel(t)) * n + texel(s)
+    (face, [s / axis, t / axis])
 }
 
 /// Solid angles in steradians of the n × n texels of one face, row-major; all faces are alike.

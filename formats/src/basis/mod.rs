@@ -3,7 +3,9 @@
 mod angles;
 pub mod approximate;
 pub mod brdf_grid;
+pub mod cap;
 pub mod cubemap;
+pub mod diffuse;
 mod equirect;
 pub mod haar;
 pub mod lobe_table;

@@ -93,13 +93,28 @@ fn square_sum<T: Number>([[a1, a2, a3], [b1, b2, b3], [c1, c2, c3]]: [[T; 3]; 3]
 /// # Panics
 /// If a term lies outside the operands, or these are not of one size, whole faces of `n` × `n`.
 pub fn sparse<T: Number>(a: &Sparse<'_, T>, b: &Sparse<'_, T>, c: &Operand<'_, T>, n: usize) -> T {
-    let from_a = a.terms.iter().map(|&(index, value)| value * around(index as usize, &b.dense, c, n));
-    let from_b = b.terms.iter().map(|&(index, value)| {
+    with_terms(a.terms, &b.dense, c, n) + of_equals(b.terms, c.coefficients, a.dense.psums, n)
+}
+
+/// The part of Σ a·b·c in which `a` enters with a coefficient of its own, one of `terms`: all but case 3 with equal wavelets of `b` and `c`.
+///
+/// # Panics
+/// If a term lies outside the operands, or these are not of one size, whole faces of `n` × `n`.
+pub fn with_terms<T: Number>(terms: &[(u32, T)], b: &Operand<'_, T>, c: &Operand<'_, T>, n: usize) -> T {
+    terms.iter().map(|&(index, value)| value * around(index as usize, b, c, n)).fold(T::from(0.0), |sum, x| sum + x)
+}
+
+/// The part of Σ a·b·c in which `b` and `c` have equal wavelets and `a` only its means `psums`: case 3, at the `terms` of `b`.
+///
+/// # Panics
+/// If a term lies outside the operands, or these are not of one size, whole faces of `n` × `n`.
+pub fn of_equals<T: Number>(terms: &[(u32, T)], c: &[T], psums: &[T], n: usize) -> T {
+    let at = |&(index, value): &(u32, T)| {
         let index = index as usize;
-        // The scaling function as one of two equal ones is case 1, done above.
-        covering(index, n).map_or(T::from(0.0), |square| value * c.coefficients[index] * a.dense.psums[square])
-    });
-    from_a.chain(from_b).fold(T::from(0.0), |sum, x| sum + x)
+        // The scaling function as one of two equal ones is case 1, which is not done here.
+        covering(index, n).map_or(T::from(0.0), |square| value * c[index] * psums[square])
+    };
+    terms.iter().map(at).fold(T::from(0.0), |sum, x| sum + x)
 }
 
 /// What the coefficient of the first operand at `index` is multiplied with, but for the case in which the other two are the equal wavelets.
@@ -115,7 +130,7 @@ fn around<T: Number>(index: usize, b: &Operand<'_, T>, c: &Operand<'_, T>, n: us
 }
 
 /// Where the mean over a wavelet's square stands; `None` for a scaling function.
-fn covering(index: usize, n: usize) -> Option<usize> {
+pub(crate) fn covering(index: usize, n: usize) -> Option<usize> {
     match describe(index, n) {
         Wavelet::Scaling => None,
         Wavelet::Detail { level, i, j, .. } => Some(index / (n * n) * squares(n.ilog2()) + square(level, i, j)),

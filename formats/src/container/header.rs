@@ -31,13 +31,17 @@ pub enum Kind {
     SparseTransfer = 8,
     /// Spheres that cover a solid: `kinds::sphere_set`.
     SphereSet = 9,
+    /// The texels that one sphere blocks, for every direction and size: `kinds::visibility_table`.
+    VisibilityTable = 10,
     /// A mesh that deforms, and its clips: `kinds::shape`.
     Shape = 11,
+    /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
+    SphereShadows = 12,
 }
 
 impl Kind {
     /// Every kind this version knows.
-    pub const ALL: [Kind; 10] = [
+    pub const ALL: [Kind; 12] = [
         Kind::Scene,
         Kind::Animation,
         Kind::BrdfBasis,
@@ -48,14 +52,16 @@ impl Kind {
         Kind::SparseTransfer,
         Kind::SphereSet,
         Kind::Shape,
+        Kind::VisibilityTable,
+        Kind::SphereShadows,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
     pub fn max_sections(self) -> usize {
         match self {
-            Kind::Animation | Kind::HaarTable => 1,
+            Kind::Animation | Kind::HaarTable | Kind::VisibilityTable => 1,
             Kind::Scene => 4,
-            Kind::BrdfBasis => 5,
+            Kind::BrdfBasis | Kind::SphereShadows => 5,
             Kind::Environment => 2,
             Kind::SphereSet => 7,
             Kind::Shape => 12,
@@ -77,6 +83,8 @@ impl Kind {
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
             Kind::SphereSet => kinds::SphereSet::VERSION,
             Kind::Shape => DeformingMesh::VERSION,
+            Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
+            Kind::SphereShadows => kinds::SphereShadows::VERSION,
         }
     }
 
@@ -93,6 +101,8 @@ impl Kind {
             Kind::SparseTransfer => "sparse-transfer",
             Kind::SphereSet => "sphere-set",
             Kind::Shape => "shape",
+            Kind::VisibilityTable => "visibility-table",
+            Kind::SphereShadows => "sphere-shadows",
         }
     }
 }

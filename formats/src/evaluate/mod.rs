@@ -2,4 +2,5 @@
 
 pub mod sparse_transfer;
 pub mod sphere_set;
+pub mod sphere_shadows;
 pub mod transfer_images;

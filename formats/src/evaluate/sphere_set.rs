@@ -2,8 +2,8 @@
 //!
 //! A sphere follows the points of its cluster. Their best similarity from rest to now (rotation, translation, uniform scale) takes the centre along;
 //! rigid motion and scaling of the mesh are so followed exactly. If the points then reach farther from the centre than they did at rest, scale
-//! allowed for, the centre steps towards the farthest point a few times (Bădoiu & Clarkson 2003), no farther than it takes to bring that point back to
-//! where the farthest was. The step begins at 0, so centres do not jump when a point starts to reach out.
+//! allowed for, the centre goes towards that of the smallest ball around them, no farther than it takes to bring all points back within that distance.
+//! The way begins at 0, so centres do not jump when a point starts to reach out.
 //!
 //! The radius covers every point of the cluster, in every pose, plus the *slack* that the sphere has at rest beyond its farthest point, scaled: that
 //! keeps covering what lies between points. In a set fitted with [`Meta::tight`](crate::kinds::sphere_set::Meta::tight) above 0, whose spheres may
@@ -12,9 +12,12 @@
 //! A sphere without points goes, and grows, with the similarity of the nearest sphere that has some. Two points, or collinear ones, leave a turn about
 //! their line open, one point leaves all turns open: of those that fit equally well the smallest is taken.
 //!
-//! The cost is linear in the points; sums are in f64.
+//! The cost is linear in the points, but for the few rounds in which a smallest ball is found; sums are in f64.
 
+mod enclosing;
 mod similarity;
+
+pub use enclosing::pulled_centre;
 
 use crate::error::{Error, Place, Result};
 use crate::kinds::SphereSet;
@@ -22,10 +25,8 @@ use glam::{DVec3, Vec3};
 use similarity::Similarity;
 use std::ops::Range;
 
-/// Steps towards the farthest point, at most.
-const STEPS: u32 = 16;
-/// How much farther than at rest points may be before the centre steps: more than f64 sums round.
-const STEP_TOLERANCE: f64 = 1e-9;
+/// How much farther than at rest points may be before the centre moves: more than f64 sums round.
+const TOLERANCE: f64 = 1e-9;
 /// Room for roundings to f32, in parts of 2⁻²⁴ of coordinates and distance: a point's own, those of computing its distance, and the radius', make up
 /// to 2 of the one and 7 of the other.
 const MARGIN: f64 = 8.0 / (1 << 24) as f64;
@@ -188,7 +189,7 @@ impl Cluster {
     fn covering(&self, motion: &Similarity, now: &[DVec3]) -> [f32; 4] {
         let centre = nearer(motion.apply(self.centre), motion.scale * self.farthest, now).as_vec3();
         // To the centre as it is stored.
-        let distance = farthest(centre.as_dvec3(), now).1;
+        let distance = farthest(centre.as_dvec3(), now);
         let margin = MARGIN * (f64::from(centre.abs().max_element()) + distance);
         let slack = (self.radius - self.farthest).max(0.0) * motion.scale;
         centre.extend((distance * self.share + slack.max(margin)) as f32).to_array()
@@ -200,31 +201,30 @@ impl Cluster {
     }
 }
 
-/// A centre near `start` that brings the farthest point within `wanted`, or closer to that.
+/// The first centre on the way from `start` to that of the smallest ball around `points` that has all of them within `wanted`; the latter if none has.
 fn nearer(start: DVec3, wanted: f64, points: &[DVec3]) -> DVec3 {
-    let (mut centre, mut best) = (start, (start, f64::INFINITY));
-    for step in 0..=STEPS {
-        let (point, distance) = farthest(centre, points);
-        if distance < best.1 {
-            best = (centre, distance);
-        }
-        if distance <= wanted * (1.0 + STEP_TOLERANCE) {
-            break;
-        }
-        let part = ((distance - wanted) / distance).min(1.0 / f64::from(step + 2));
-        centre += (point - centre) * part;
+    let wanted = wanted * (1.0 + TOLERANCE);
+    if farthest(start, points) <= wanted {
+        return start;
     }
-    best.0
+    let smallest = pulled_centre(points, DVec3::ZERO, 1.0, start);
+    if farthest(smallest, points) >= wanted {
+        return smallest;
+    }
+    // Each point lies within the distance on a stretch of the way; these stretches all reach the end.
+    let way = smallest - start;
+    let entry = |point: &DVec3| {
+        let offset = start - *point;
+        let (a, b, c) = (way.length_squared(), offset.dot(way), offset.length_squared() - wanted * wanted);
+        if c <= 0.0 { 0.0 } else { (-b - (b * b - a * c).max(0.0).sqrt()) / a }
+    };
+    start + way * points.iter().map(entry).fold(0.0, f64::max).min(1.0)
 }
 
-/// The point farthest from `centre`, and its distance; `centre` itself if there are no points.
-fn farthest(centre: DVec3, points: &[DVec3]) -> (DVec3, f64) {
-    let mut found = (centre, 0.0);
-    for point in points {
-        let squared = point.distance_squared(centre);
-        if squared > found.1 {
-            found = (*point, squared);
-        }
-    }
-    (found.0, found.1.sqrt())
+/// Distance from `centre` of the point farthest from it; 0 if there are no points.
+fn farthest(centre: DVec3, points: &[DVec3]) -> f64 {
+    points.iter().map(|point| point.distance_squared(centre)).fold(0.0, f64::max).sqrt()
 }
+
+#[cfg(test)]
+mod enclosing_tests;

@@ -9,8 +9,10 @@ pub mod scene;
 pub mod shape;
 pub mod sparse_transfer;
 pub mod sphere_set;
+pub mod sphere_shadows;
 pub mod textures;
 pub mod transfer_images;
+pub mod visibility_table;
 
 pub use brdf_basis::BrdfBasis;
 pub use environment::Environment;
@@ -19,5 +21,7 @@ pub use manifest::Manifest;
 pub use scene::StoredScene;
 pub use sparse_transfer::SparseTransfer;
 pub use sphere_set::SphereSet;
+pub use sphere_shadows::SphereShadows;
 pub use textures::Textures;
 pub use transfer_images::TransferImages;
+pub use visibility_table::VisibilityTable;

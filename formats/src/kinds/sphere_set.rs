@@ -8,7 +8,7 @@
 //! | `point-vertices` | u32  | [points, 3] | the vertices of the mesh that a point is made of |
 //! | `point-weights`  | f32  | [points, 3] | and the weights: at least 0, sum 1 |
 //! | `clusters`       | u32  | [points]    | the sphere that a point belongs to |
-//! | `history`        | f32  | [iterations] | E/V(T) after each iteration of the fit, never rising |
+//! | `history`        | f32  | [iterations] | E/V(T) after each iteration of the fit, never rising; the mean over rest and the poses that the fit looked at |
 //!
 //! The mesh itself is not stored. Its vertices are the first points, in their order: vertex v is made of v, v, v with weights 1, 0, 0. Points within
 //! triangles follow. T is the solid, E = Σ V(Sᵢ − T) the volume of the spheres outside it, each sphere counted by itself.
@@ -43,7 +43,8 @@ pub struct SphereSet {
     pub point_weights: Vec<[f32; 3]>,
     /// Which sphere each point belongs to.
     pub clusters: Vec<u32>,
-    /// E/V(T) after each iteration of the fit, never rising; the last is that of the spheres stored.
+    /// What each iteration of the fit left, never rising; the last is that of the spheres stored: E/V(T), or where the fit looked at poses besides
+    /// rest, the mean E over all of them, over V(T) at rest.
     pub history: Vec<f32>,
 }
 
@@ -62,6 +63,8 @@ pub struct Meta {
     pub iterations: u32,
     /// How far outside every sphere a point of the solid may lie, in parts of the diagonal; 0: complete coverage.
     pub tight: f32,
+    /// How many poses of the mesh the fit looked at besides rest.
+    pub poses: u32,
     /// What counts as the inside of the mesh.
     pub solid: Solid,
     /// Of the mesh's bounding box, mesh units.

@@ -1,10 +1,13 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
 use super::playing::{
-    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shape, play_spheres, play_table, play_textures,
+    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shadows, play_shape, play_spheres, play_table,
+    play_textures, play_visibility,
 };
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::{BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages};
+use relume_formats::kinds::{
+    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
+};
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use relume_formats::{Error, Result};
@@ -24,6 +27,8 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::SparseTransfer => SparseTransfer::read_file(path).map(|transfer| play_rows(&transfer)),
         Kind::SphereSet => SphereSet::read_file(path).map(|set| play_spheres(&set)),
         Kind::Shape => DeformingMesh::read_file(path).map(|shape| play_shape(&shape)),
+        Kind::VisibilityTable => VisibilityTable::read_file(path).map(|table| play_visibility(&table)),
+        Kind::SphereShadows => SphereShadows::read_file(path).map(|shadows| play_shadows(&shadows)),
     }
 }
 

@@ -12,6 +12,7 @@ fn meta(vertices: usize, seed: u64) -> Meta {
         seed,
         iterations: 40,
         tight: 0.0,
+        poses: 0,
         solid: if seed.is_multiple_of(2) { Solid::Closed } else { Solid::WindingNumber { cells: 64 } },
         diagonal: 3.5,
         volume: 2.0,

@@ -3,7 +3,9 @@
 
 use relume_formats::Place;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
-use relume_formats::state::{Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState};
+use relume_formats::state::{
+    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState,
+};
 
 /// `brdf` with the leaves of `change` that belong to its model; always legal if `brdf` is.
 ///

@@ -7,9 +7,9 @@ use crate::geometry::{self, Deforming, MeshBuilder, is_gltf};
 use crate::library::{expect_file, locate};
 use crate::scene::{MAX_SPHERES, Material, Object};
 use crate::shapes::{Shape, Twist};
-use relume_formats::shape::DeformingMesh;
 use glam::DAffine3;
 use relume_formats::kinds::manifest::{is_plain_name, sphere_set_file};
+use relume_formats::shape::DeformingMesh;
 use relume_formats::{Error, Place, Result};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -78,7 +78,9 @@ fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()
         Some((name, _)) if file.shape.is_none() => {
             Err(Error::invalid(place, format!("`{name}` belongs to a shape, but the object is a file; remove it")))
         }
-        Some(_) if !shapes_vary => Err(Error::invalid(place, "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s")),
+        Some(_) if !shapes_vary => {
+            Err(Error::invalid(place, "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s"))
+        }
         _ => Twist::from_keys(file.twist_deg, file.twist_s, place).map(|_| ()),
     }
 }

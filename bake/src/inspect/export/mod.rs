@@ -9,10 +9,12 @@ mod shape;
 mod sparse_transfer;
 mod sphere_mesh;
 mod sphere_set;
+mod sphere_shadows;
 mod stored;
 mod table;
 #[cfg(test)]
 mod tests;
+mod visibility_table;
 
 pub use scene::export_scene;
 
@@ -20,7 +22,8 @@ use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, StoredScene, Textures, TransferImages,
+    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages,
+    VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
@@ -66,6 +69,8 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
         }
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
         Kind::Shape => shape::export(&DeformingMesh::read_file(path)?, &mut out)?,
+        Kind::SphereShadows => sphere_shadows::export(&SphereShadows::read_file(path)?, &mut out)?,
+        Kind::VisibilityTable => visibility_table::export(&VisibilityTable::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -1,5 +1,6 @@
 //! Exported files read back by small parsers of their own, and put together again to what the bundle means.
 
+mod shadows;
 mod shapes;
 mod spheres;
 
@@ -265,7 +266,9 @@ fn a_scene_is_exported_as_loaded() {
             .iter()
             .map(|m| Material { name: m.name.clone(), brdf: m.brdf, texture: None, alpha_cutoff: None })
             .collect(),
-        objects: ["ring", "ring/2"].map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone(), shape: None, spheres: None }).to_vec(),
+        objects: ["ring", "ring/2"]
+            .map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone(), shape: None, spheres: None })
+            .to_vec(),
         lights: [("lamp", area), ("bulb", point)].map(|(name, emitter)| Light { name: name.to_owned(), emitter }).to_vec(),
         environment: Some(Environment {
             map: NamedMap { name: "map.exr".to_owned(), map: Arc::new(EquirectMap { width: 4, height: 2, texels: texels.clone() }) },
@@ -300,21 +303,35 @@ fn a_scene_is_exported_as_loaded() {
     assert_eq!(ply.len() - end, 4 * 24 + 3 * 13);
 }
 
+/// Both tables as `bake tables` writes them into a folder of `folder`.
+fn tables(folder: &Path, name: &str) -> [PathBuf; 2] {
+    let output = folder.join(name);
+    let said = crate::commands::tables(&crate::cli::TablesArgs { output: output.clone() }).unwrap();
+    let paths = ["haar-table.relume", "visibility-table.relume"].map(|name| output.join(name));
+    let line = |path: &PathBuf| format!("{}: {} bytes\n", path.display(), std::fs::metadata(path).unwrap().len());
+    assert_eq!(said, paths.iter().map(line).collect::<String>());
+    paths
+}
+
+#[test]
+fn tables_are_sound_and_always_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (tables(folder.path(), "a"), tables(folder.path(), "deeper/b"));
+    let described = ["16 Haar coefficients of each of 65,536 bitmaps", "136 directions, which the symmetries of the cube make all of"];
+    for (table, description) in first.iter().zip(described) {
+        let checked = crate::inspect::verify(table).unwrap();
+        assert!(checked.ends_with("-table, 1 sections, every checksum and value checked\n"), "{checked}");
+        assert!(crate::inspect::info(table, false).unwrap().contains(description));
+    }
+    for (first, second) in first.iter().zip(&second) {
+        assert_eq!(std::fs::read(first).unwrap(), std::fs::read(second).unwrap());
+    }
+}
+
 #[test]
 fn the_haar_table_comes_out_whole() {
     let folder = tempfile::tempdir().unwrap();
-    let tables = |name: &str| {
-        let output = folder.path().join(name);
-        let said = crate::commands::tables(&crate::cli::TablesArgs { output: output.clone() }).unwrap();
-        let path = output.join("haar-table.relume");
-        assert_eq!(said, format!("{}\n", path.display()));
-        path
-    };
-    let (first, second) = (tables("a"), tables("deeper/b"));
-    assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
-    assert!(crate::inspect::verify(&first).unwrap().ends_with("haar-table, 1 sections, every checksum and value checked\n"));
-    assert!(crate::inspect::info(&first, false).unwrap().contains("16 Haar coefficients of each of 65,536 bitmaps"));
-
+    let [first, _] = tables(folder.path(), "a");
     let out = folder.path().join("out");
     let files = export_file(&first, &out).unwrap();
     assert_eq!(names(&files, &out), ["table.npy", "table.json"]);
@@ -324,4 +341,29 @@ fn the_haar_table_comes_out_whole() {
     let expected = |nonzero: &[(usize, f32)]| (0..16).map(|k| nonzero.iter().find(|n| n.0 == k).map_or(0.0, |n| n.1)).collect::<Vec<_>>();
     assert_eq!(values[16..32], expected(&[(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.25), (4, 0.5), (8, 0.5), (12, 0.5)]));
     assert_eq!(values[128 * 16..129 * 16], expected(&[(0, 0.25), (1, -0.25), (2, 0.25), (3, -0.25), (5, -0.5), (9, -0.5), (13, 0.5)]));
+}
+
+#[test]
+fn the_visibility_table_comes_out_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let [_, table] = tables(folder.path(), "a");
+    let out = folder.path().join("out");
+    let files = export_file(&table, &out).unwrap();
+    assert_eq!(names(&files, &out), ["visibility.npy", "directions.npy", "texels.npy", "radii.npy", "visibility.json"]);
+    let [bitmaps, directions, texels, radii] = [0, 1, 2, 3].map(|file| Npy::read(&files[file]));
+    assert_eq!([&bitmaps.shape, &directions.shape, &texels.shape, &radii.shape], [&[136, 32, 768][..], &[136, 3], &[136], &[32]]);
+    assert_eq!([&bitmaps.descr, &directions.descr, &texels.descr, &radii.descr], ["|u1", "<f8", "<u4", "<f8"]);
+    // One row by its definition: the last direction is the middle of +X, the widest cap all but a ring of the half-space x > 0.
+    let f64s = |npy: &Npy| npy.payload.as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect::<Vec<_>>();
+    let (directions, radii) = (f64s(&directions), f64s(&radii));
+    let (v, r) = (&directions[135 * 3..], radii[31]);
+    assert!((r - (90.0f64 * 31.5 / 32.0).to_radians().sin()).abs() < 1e-12);
+    assert!((v[1] - v[2]).abs() < 1e-12 && (v[0] - 32.0 * v[1]).abs() < 1e-12, "{v:?}");
+    assert_eq!(texels.payload[135 * 4..], (15u32 * 32 + 15).to_le_bytes());
+    for texel in 0..6 * 32 * 32 {
+        let centre = relume_formats::basis::cubemap::direction(texel / 1024, 32, (texel % 32) as f64 + 0.5, (texel / 32 % 32) as f64 + 0.5);
+        let blocked = centre.x * v[0] + centre.y * v[1] + centre.z * v[2] >= (1.0 - r * r).sqrt();
+        let bit = bitmaps.payload[(135 * 32 + 31) * 768 + texel / 8] >> (texel % 8) & 1;
+        assert_eq!(bit == 1, blocked, "texel {texel}");
+    }
 }

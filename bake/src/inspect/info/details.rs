@@ -3,9 +3,13 @@
 use super::super::sphere_metrics::SphereMetrics;
 use super::{ClassInfo, ClipInfo, Details, TrackInfo};
 use relume_formats::Result;
+use relume_formats::basis::diffuse::NODES;
+use relume_formats::basis::two_level::BYTES;
 use relume_formats::container::{Kind, Reader, Sections, Stored};
+use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, StoredScene, Textures, sparse_transfer};
+use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIONS};
+use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, sparse_transfer};
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
 use std::io::Read;
@@ -40,6 +44,14 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             Details::SphereSet { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() }
         }
         Kind::Shape => shape_details(&DeformingMesh::read_file(path)?),
+        Kind::SphereShadows => shadows_details(SphereShadows::read_file(path)?),
+        Kind::VisibilityTable => Details::VisibilityTable {
+            directions: DIRECTIONS,
+            stored_directions: STORED_DIRECTIONS,
+            radii: RADII,
+            texels: DIRECTIONS,
+            bytes_of_bitmaps: DIRECTIONS * RADII * BYTES,
+        },
     })
 }
 
@@ -69,6 +81,16 @@ fn rows_details(meta: &sparse_transfer::Meta) -> Details {
         wide_terms: meta.blocks.iter().filter(|b| b.wide).map(|b| b.terms).sum(),
         rays_per_texel: meta.rays_per_texel,
         bytes_of_dense_matrix: u64::from(meta.vertices) * (meta.coefficients() * meta.channels() * 4) as u64,
+    }
+}
+
+fn shadows_details(shadows: SphereShadows) -> Details {
+    Details::SphereShadows {
+        receivers: shadows.rows.len(),
+        exact_receivers: shadows.rows.iter().filter(|row| **row != NO_ROW).count(),
+        rows: shadows.normals.len(),
+        grid_rows: NODES,
+        objects: shadows.meta.objects,
     }
 }
 

@@ -8,7 +8,8 @@ const TOLERANCE: f64 = 1e-5;
 /// How far the end of the history may be from E/V(T): it is rounded to f32.
 const HISTORY_TOLERANCE: f64 = 1e-6;
 
-/// Every point lies in its sphere, as far as the set promises, and the history ends with what the set has.
+/// Every point lies in its sphere, as far as the set promises, and the history ends with what the set has,
+/// unless it is one of poses too.
 pub(super) fn verify(set: &SphereSet, place: &Place) -> Result<()> {
     let meta = &set.meta;
     let allowed = (f64::from(meta.tight) + TOLERANCE) * f64::from(meta.diagonal);
@@ -20,7 +21,7 @@ pub(super) fn verify(set: &SphereSet, place: &Place) -> Result<()> {
         }
     }
     let (last, has) = (set.history.last().map_or(f64::NAN, |e| f64::from(*e)), meta.relative_outside_volume());
-    if (last - has).abs() <= HISTORY_TOLERANCE * (1.0 + has) {
+    if meta.poses > 0 || (last - has).abs() <= HISTORY_TOLERANCE * (1.0 + has) {
         return Ok(());
     }
     Err(Error::invalid(&place.part("section `history`"), format!("ends with E/V(T) = {last}, but the set has {has}; fit the mesh again")))

@@ -51,7 +51,11 @@ fn at(scene: &Scene, state: &str) -> Result<Scene, String> {
 }
 
 fn world_from_file() -> DAffine3 {
-    DAffine3::from_scale_rotation_translation(DVec3::splat(2.0), DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2), DVec3::new(1.0, 2.0, 3.0))
+    DAffine3::from_scale_rotation_translation(
+        DVec3::splat(2.0),
+        DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
+        DVec3::new(1.0, 2.0, 3.0),
+    )
 }
 
 #[test]
@@ -72,7 +76,9 @@ fn a_state_poses_an_object_and_leaves_the_others() {
     let scene = scene_of(&moving(), TEXT);
     let rest = &scene.objects[0].mesh;
     // Half of a slide moves all by 2 along the file's x, and turns no normal; -1.5 s is 0.5 s of 2 s, a quarter.
-    for (state, moved) in [("shapes.arm = { clip = \"Slide\", time_s = 1.0 }", 2.0), ("shapes.arm = { clip = \"Slide\", time_s = -1.5 }", 1.0)] {
+    for (state, moved) in
+        [("shapes.arm = { clip = \"Slide\", time_s = 1.0 }", 2.0), ("shapes.arm = { clip = \"Slide\", time_s = -1.5 }", 1.0)]
+    {
         let posed = at(&scene, state).unwrap();
         let way = world_from_file().transform_vector3(DVec3::X * moved);
         for (now, before) in posed.objects[0].mesh.positions.iter().zip(&rest.positions) {
@@ -108,5 +114,9 @@ fn states_that_no_object_can_take_are_refused() {
 fn who_brings_its_own_materials_is_told_that_it_stands_still() {
     let scene = scene_of(&moving(), &TEXT.replacen("material = \"clay\"\n", "", 1));
     assert!(scene.objects.iter().all(|object| object.shape.is_none()));
-    assert!(scene.warnings.iter().any(|w| w.contains("object `arm`: brings its materials, so that it does not deform")), "{:?}", scene.warnings);
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("object `arm`: brings its materials, so that it does not deform")),
+        "{:?}",
+        scene.warnings
+    );
 }

@@ -34,7 +34,7 @@ fn metrics_have_their_names_and_info_tells_the_same() {
     let expected = serde_json::json!({
         "E/V(T)": 2.5, "coverage": 0.9375, "coverage_surface": 1.0, "coverage_volume": 0.9375,
         "protrusion": { "mean": 0.25, "p95": 0.5, "max": 0.75 }, "largest_uncovered_gap": 0.125, "overlap": 0.375,
-        "n": 2, "volume": 8.0 / 3.0, "outside_volume": 2.5 * (8.0 / 3.0), "diagonal": 4.8989797, "mesh": "octahedron.off", "vertices": 6,
+        "n": 2, "poses": 0, "volume": 8.0 / 3.0, "outside_volume": 2.5 * (8.0 / 3.0), "diagonal": 4.8989797, "mesh": "octahedron.off", "vertices": 6,
         "triangles": 8, "seed": 7, "iterations": 40, "tight": 0.0, "solid": "closed",
     });
     assert_eq!(metrics, expected);

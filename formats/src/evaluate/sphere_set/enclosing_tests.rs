@@ -1,8 +1,29 @@
 //! Smallest balls against all that few points span, and against random centres.
 
 use super::enclosing::pulled_centre;
-use super::test_meshes::random;
 use glam::{DMat3, DVec3};
+
+/// Random numbers in [0, 1) that are the same each time.
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// 1,000 points of the unit sphere in opposite pairs, along a spiral.
+fn on_unit_sphere(k: u32) -> DVec3 {
+    let y = 1.0 - f64::from(k / 2 * 2) / 1000.0;
+    let (sin, cos) = (2.4 * f64::from(k / 2)).sin_cos();
+    let r = (1.0 - y * y).sqrt();
+    DVec3::new(r * cos, y, r * sin) * sign(k)
+}
+
+/// 1 for an even number, else -1.
+fn sign(k: u32) -> f64 {
+    1.0 - 2.0 * f64::from(k % 2)
+}
 
 /// The point equally far from all of up to four points in their affine hull, by the normal equations.
 fn circumcentre(points: &[DVec3]) -> DVec3 {
@@ -56,9 +77,9 @@ fn without_a_pull_it_is_the_smallest_enclosing_ball() {
 
 #[test]
 fn points_of_a_sphere_and_points_that_coincide_are_no_trouble() {
-    let sphere: Vec<DVec3> = super::test_meshes::icosphere(3).0;
+    let sphere: Vec<DVec3> = (0..1000).map(on_unit_sphere).collect();
     assert!(pulled_centre(&sphere, DVec3::ZERO, 1.0, DVec3::splat(0.3)).length() < 1e-6);
-    let cube: Vec<DVec3> = super::test_meshes::cuboid(-DVec3::ONE, DVec3::ONE).0;
+    let cube: Vec<DVec3> = (0..8).map(|k| DVec3::new(sign(k), sign(k / 2), sign(k / 4))).collect();
     assert!(pulled_centre(&cube, DVec3::ZERO, 1.0, DVec3::X).length() < 1e-9);
     let line: Vec<DVec3> = (0..20).map(|i| DVec3::X * f64::from(i / 2)).collect();
     assert!(pulled_centre(&line, DVec3::ZERO, 1.0, DVec3::Y).distance(DVec3::X * 4.5) < 1e-9);

@@ -9,15 +9,20 @@ mod support {
     pub mod reading;
     #[allow(dead_code, reason = "shared with other tests")]
     pub mod samples;
+    #[allow(dead_code, reason = "shared with other tests")]
+    pub mod scenes;
     pub mod shapes;
 }
 
 use proptest::prelude::*;
+use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::scene::{Meta, StoredClip, StoredObject, StoredShape};
 use relume_formats::shape::{DeformingMesh, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES};
-use relume_formats::state::Posed;
+use relume_formats::state::{Posed, State, parse_toml};
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
+use support::scenes;
 use support::shapes::shape;
 
 fn written(shape: &DeformingMesh) -> Vec<u8> {
@@ -54,6 +59,48 @@ fn a_state_chooses_a_moment_of_a_clip_that_repeats() {
     }
     assert_eq!(at("Läufer", 2.5), at("Läufer", 0.0), "the end is the beginning again");
     assert_eq!(at("", 7.0), shape.rest_pose(), "no time is within a clip of no duration");
+}
+
+#[test]
+fn only_shapes_that_a_scene_varies_may_be_set() {
+    let mut meta = scenes::scene(2).meta;
+    meta.objects = ["fox", "plane"].map(|name| StoredObject { name: name.to_owned(), material: 0, triangles: 0 }).to_vec();
+    meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: Vec::new() }];
+    (meta.varies_shape, meta.varies_view, meta.varies_light) = (true, true, false);
+    let refusal = |meta: &Meta, kind: Kind, text: &str| {
+        let place = Place::file("s.toml");
+        let state: State = parse_toml(text, &place).unwrap();
+        state.expect_only(&meta.varies(kind), &place).err().map(|e| e.to_string())
+    };
+    assert_eq!(refusal(&meta, Kind::SphereShadows, "shapes.fox.time_s = 1\ncamera.fov_deg = 30"), None);
+    let message = refusal(&meta, Kind::SphereShadows, "shapes.plane.time_s = 1").unwrap();
+    assert!(message.contains("sets shape `plane`, which this bundle does not vary (only the camera, shape `fox` vary)"), "{message}");
+    assert!(refusal(&meta, Kind::SphereShadows, "environment.rotation_deg = 1").unwrap().contains("[environment]"));
+    assert!(refusal(&meta, Kind::SparseTransfer, "shapes.fox.time_s = 1").unwrap().contains("sets shape `fox`"));
+    meta.varies_shape = false;
+    assert!(refusal(&meta, Kind::SphereShadows, "shapes.fox.time_s = 1").unwrap().contains("only the camera varies"));
+}
+
+#[test]
+fn scenes_whose_shapes_are_none_are_refused() {
+    type Case = (fn(&mut Meta), &'static str);
+    let clip = |name: &str, duration_s| StoredClip { name: name.to_owned(), duration_s };
+    let cases: [Case; 4] = [
+        (|m| m.shapes[0].object = "ghost".to_owned(), "shape `ghost` is no object"),
+        (|m| m.shapes.push(m.shapes[0].clone()), "an object has two shapes"),
+        (|m| m.shapes[0].clips[1].name = "Walk".to_owned(), "the clips of shape `fox` have a name twice"),
+        (|m| m.shapes[0].clips[1].duration_s = f32::NAN, "or a duration that is no number"),
+    ];
+    for (change, expected) in cases {
+        let mut scene = scenes::scene(2);
+        scene.meta.objects = vec![StoredObject { name: "fox".to_owned(), material: 0, triangles: scene.triangles.len() as u32 }];
+        scene.meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk", 1.0), clip("Run", 0.0)] }];
+        change(&mut scene.meta);
+        let folder = tempfile::tempdir().unwrap();
+        let bytes = scene.write_file(&folder.path().join("a.relume")).unwrap();
+        let message = refusal(Kind::Scene, &bytes).to_string();
+        assert!(message.contains(expected), "`{expected}` is not in `{message}`");
+    }
 }
 
 #[test]

@@ -241,6 +241,28 @@ mod tests {
     }
 
     #[test]
+    fn a_shape_shows_what_state_and_animation_say_or_rests() {
+        use relume_formats::kinds::scene::{StoredClip, StoredShape};
+        let clip = |name: &str| StoredClip { name: name.to_owned(), duration_s: 2.0 };
+        let shape = StoredShape { object: "thing".to_owned(), clips: ["Walk", "Run"].map(clip).to_vec() };
+        let scene = scene::Meta { varies_shape: true, shapes: vec![shape], ..support::scene_meta() };
+        let place = Place::file("s.toml");
+        let look = |base: &Look, text: &str| {
+            base.with(&relume_formats::state::parse_toml(text, &place).unwrap(), &support::scope(scene.clone()), &place)
+        };
+        let rest = Look::default_of(&scene);
+        assert!(rest.shapes.is_empty());
+        let walking = look(&rest, "shapes.thing = { clip = 'Walk', time_s = 0.5 }").unwrap();
+        let shows = |clip: &str, time_s| BTreeMap::from([("thing".to_owned(), Posed { clip: clip.to_owned(), time_s })]);
+        assert_eq!(walking.shapes, shows("Walk", 0.5));
+        assert_eq!(look(&walking, "shapes.thing.time_s = 7").unwrap().shapes, shows("Walk", 7.0));
+        assert_eq!(look(&walking, "shapes.thing.clip = 'Run'").unwrap().shapes, shows("Run", 0.5));
+        assert_eq!(look(&walking, "").unwrap().shapes, walking.shapes);
+        let message = look(&rest, "shapes.thing.clip = 'Fly'").unwrap_err().to_string();
+        assert!(message.contains("s.toml: shape `thing`: no clip `Fly`; it has `Walk`, `Run`"), "{message}");
+    }
+
+    #[test]
     fn what_does_not_vary_or_is_out_of_range_is_refused() {
         for (state, animation, part) in [
             ("materials.fixed.kd = [0.1, 0.1, 0.1]", None, "state.toml: sets material `fixed`"),

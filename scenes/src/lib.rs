@@ -22,6 +22,8 @@ pub use scene::{Cone, Emitter, Environment, Light, MAX_SPHERES, Material, Mesh, 
 pub use shapes::icosphere;
 
 #[cfg(test)]
+mod library_shadow_tests;
+#[cfg(test)]
 mod library_tests;
 #[cfg(test)]
 mod test_support;

@@ -7,12 +7,12 @@ use glam::Vec3;
 use relume_formats::state::{Model, TrackValues};
 use std::path::Path;
 
-fn load(name: &str) -> relume_formats::Result<Scene> {
+pub(crate) fn load(name: &str) -> relume_formats::Result<Scene> {
     crate::load(&resolve(name).unwrap())
 }
 
 /// Smallest and largest corner of an object.
-fn bounds(object: &Object) -> (Vec3, Vec3) {
+pub(crate) fn bounds(object: &Object) -> (Vec3, Vec3) {
     let points = || object.mesh.positions.iter().copied().map(Vec3::from);
     (points().reduce(Vec3::min).unwrap(), points().reduce(Vec3::max).unwrap())
 }
@@ -80,7 +80,7 @@ fn cornell_knot_loads() {
 }
 
 /// The scene if its asset is there; else the error is checked to say how to get it.
-fn load_if_fetched(name: &str, asset: &str) -> Option<Scene> {
+pub(crate) fn load_if_fetched(name: &str, asset: &str) -> Option<Scene> {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("assets");
     if assets.join(asset).is_file() {
         return Some(load(name).unwrap());
@@ -115,7 +115,7 @@ fn bunny_room_loads_or_names_the_remedy() {
     check_animations(&scene);
 }
 
-fn names(scene: &Scene) -> Vec<&str> {
+pub(crate) fn names(scene: &Scene) -> Vec<&str> {
     scene.objects.iter().map(|o| o.name.as_str()).collect()
 }
 

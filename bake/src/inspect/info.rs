@@ -128,6 +128,13 @@ pub(super) enum Details {
         /// How many the history has.
         iterations_done: usize,
     },
+    Shape {
+        vertices: usize,
+        nodes: usize,
+        joints: usize,
+        morph_targets: usize,
+        clips: Vec<ClipInfo>,
+    },
     SphereShadows {
         receivers: usize,
         /// Of them, those with a lobe of their own normal.
@@ -145,13 +152,6 @@ pub(super) enum Details {
         texels: usize,
         /// Of the whole table as bitmaps.
         bytes_of_bitmaps: usize,
-    },
-    Shape {
-        vertices: usize,
-        nodes: usize,
-        joints: usize,
-        morph_targets: usize,
-        clips: Vec<ClipInfo>,
     },
 }
 

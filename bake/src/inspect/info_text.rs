@@ -175,14 +175,14 @@ fn parameter(model: Model) -> &'static str {
     }
 }
 
+fn clip(clip: &ClipInfo) -> String {
+    format!("{} ({} s, {} tracks, {} keys)", clip.name, clip.duration_s, clip.tracks, grouped(clip.keys as u64))
+}
+
 fn shadow_object(object: &ShadowObject) -> String {
     let (casts, moves) =
         (if object.sphere_set { " casts shadows" } else { " only receives" }, if object.deforms { " and deforms" } else { "" });
     format!("{} ({} vertices,{casts}{moves})", object.name, grouped(object.vertices.into()))
-}
-
-fn clip(clip: &ClipInfo) -> String {
-    format!("{} ({} s, {} tracks, {} keys)", clip.name, clip.duration_s, clip.tracks, grouped(clip.keys as u64))
 }
 
 fn class(class: &ClassInfo) -> String {

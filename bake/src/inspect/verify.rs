@@ -33,9 +33,9 @@ fn verify_file(path: &Path) -> Result<String> {
         Kind::Textures => drop(Textures::read_file(path)?),
         Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
         Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
+        Kind::Shape => drop(DeformingMesh::read_file(path)?),
         Kind::SphereShadows => drop(SphereShadows::read_file(path)?),
         Kind::VisibilityTable => drop(VisibilityTable::read_file(path)?),
-        Kind::Shape => drop(DeformingMesh::read_file(path)?),
     }
     sound(path)
 }

@@ -33,10 +33,10 @@ pub enum Kind {
     SphereSet = 9,
     /// The texels that one sphere blocks, for every direction and size: `kinds::visibility_table`.
     VisibilityTable = 10,
-    /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
-    SphereShadows = 12,
     /// A mesh that deforms, and its clips: `kinds::shape`.
     Shape = 11,
+    /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
+    SphereShadows = 12,
 }
 
 impl Kind {
@@ -51,9 +51,9 @@ impl Kind {
         Kind::Textures,
         Kind::SparseTransfer,
         Kind::SphereSet,
+        Kind::Shape,
         Kind::VisibilityTable,
         Kind::SphereShadows,
-        Kind::Shape,
     ];
 
     /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
@@ -82,9 +82,9 @@ impl Kind {
             Kind::Textures => kinds::Textures::VERSION,
             Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
             Kind::SphereSet => kinds::SphereSet::VERSION,
+            Kind::Shape => DeformingMesh::VERSION,
             Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
             Kind::SphereShadows => kinds::SphereShadows::VERSION,
-            Kind::Shape => DeformingMesh::VERSION,
         }
     }
 
@@ -100,9 +100,9 @@ impl Kind {
             Kind::Textures => "textures",
             Kind::SparseTransfer => "sparse-transfer",
             Kind::SphereSet => "sphere-set",
+            Kind::Shape => "shape",
             Kind::VisibilityTable => "visibility-table",
             Kind::SphereShadows => "sphere-shadows",
-            Kind::Shape => "shape",
         }
     }
 }

@@ -83,6 +83,17 @@ pub fn play_spheres(set: &SphereSet) {
     }
 }
 
+pub fn play_shape(shape: &DeformingMesh) {
+    let mut positions = Vec::new();
+    shape.positions(&shape.rest_pose(), &mut positions);
+    for clip in shape.clips.iter().take(100) {
+        for time_s in [-1.0, 0.3, clip.duration_s] {
+            shape.positions_at(clip, time_s, &mut positions);
+            assert_eq!(positions.len(), shape.positions.len());
+        }
+    }
+}
+
 pub fn play_visibility(table: &VisibilityTable) {
     for r in [f32::NAN, -1.0, 0.0, 1e-3, 0.5, 1.0, f32::INFINITY] {
         let blocked = table.look_up([0.3, -2.0, 1.0].into(), r).map_or(0, |bits| bits.iter().map(|b| b.count_ones()).sum::<u32>());
@@ -96,16 +107,5 @@ pub fn play_shadows(shadows: &SphereShadows) {
     for object in &shadows.meta.objects {
         let rows = &shadows.rows[object.first_vertex as usize..][..object.vertices as usize];
         assert!(rows.iter().all(|row| *row == NO_ROW || !object.deforms && shadows.lobe(*row as usize).len() == 6144));
-    }
-}
-
-pub fn play_shape(shape: &DeformingMesh) {
-    let mut positions = Vec::new();
-    shape.positions(&shape.rest_pose(), &mut positions);
-    for clip in shape.clips.iter().take(100) {
-        for time_s in [-1.0, 0.3, clip.duration_s] {
-            shape.positions_at(clip, time_s, &mut positions);
-            assert_eq!(positions.len(), shape.positions.len());
-        }
     }
 }

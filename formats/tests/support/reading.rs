@@ -26,9 +26,9 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Textures => Textures::read_file(path).map(|textures| play_textures(&textures)),
         Kind::SparseTransfer => SparseTransfer::read_file(path).map(|transfer| play_rows(&transfer)),
         Kind::SphereSet => SphereSet::read_file(path).map(|set| play_spheres(&set)),
+        Kind::Shape => DeformingMesh::read_file(path).map(|shape| play_shape(&shape)),
         Kind::VisibilityTable => VisibilityTable::read_file(path).map(|table| play_visibility(&table)),
         Kind::SphereShadows => SphereShadows::read_file(path).map(|shadows| play_shadows(&shadows)),
-        Kind::Shape => DeformingMesh::read_file(path).map(|shape| play_shape(&shape)),
     }
 }
 

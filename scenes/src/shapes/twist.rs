@@ -35,7 +35,7 @@ impl Twist {
     pub fn from_keys(twist_deg: Option<f64>, twist_s: Option<f64>, place: &Place) -> Result<Option<Self>> {
         match (twist_deg, twist_s) {
             (None, None) => Ok(None),
-            (Some(degrees), _) if degrees == 0.0 || !(degrees.abs() <= MAX_TWIST_DEG) => {
+            (Some(degrees), _) if degrees == 0.0 || !(-MAX_TWIST_DEG..=MAX_TWIST_DEG).contains(&degrees) => {
                 Err(Error::invalid(place, format!("twist_deg {degrees} must be within {MAX_TWIST_DEG} either way, and not 0")))
             }
             (_, Some(seconds)) if !(seconds > 0.0 && seconds <= MAX_TWIST_S) => {

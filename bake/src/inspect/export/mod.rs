@@ -68,9 +68,9 @@ fn export_one(path: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
             sparse_transfer::export(&SparseTransfer::read_file(path)?, scene.as_ref(), &mut out)?;
         }
         Kind::SphereSet => sphere_set::export(&SphereSet::read_file(path)?, &mut out)?,
+        Kind::Shape => shape::export(&DeformingMesh::read_file(path)?, &mut out)?,
         Kind::SphereShadows => sphere_shadows::export(&SphereShadows::read_file(path)?, &mut out)?,
         Kind::VisibilityTable => visibility_table::export(&VisibilityTable::read_file(path)?, &mut out)?,
-        Kind::Shape => shape::export(&DeformingMesh::read_file(path)?, &mut out)?,
     }
     Ok(out.written())
 }

@@ -43,6 +43,7 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             let set = SphereSet::read_file(path)?;
             Details::SphereSet { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() }
         }
+        Kind::Shape => shape_details(&DeformingMesh::read_file(path)?),
         Kind::SphereShadows => shadows_details(SphereShadows::read_file(path)?),
         Kind::VisibilityTable => Details::VisibilityTable {
             directions: DIRECTIONS,
@@ -51,7 +52,6 @@ pub(super) fn of(kind: Kind, path: &Path, reader: &mut Reader<impl Read>) -> Res
             texels: DIRECTIONS,
             bytes_of_bitmaps: DIRECTIONS * RADII * BYTES,
         },
-        Kind::Shape => shape_details(&DeformingMesh::read_file(path)?),
     })
 }
 

@@ -14,7 +14,7 @@ use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Spheres, light, lobe, receivers};
+use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, Spheres, light, lobe, receivers};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
@@ -57,6 +57,7 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
     let rays = AtomicU64::new(0);
     let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
+    let [kept, whole] = [Some(TERMS), None].map(|terms| lobes(shadows, terms));
     for pose in &poses {
         let truth = traced(pose, &some, &lights, |steps| {
             rays.fetch_add(take_ray_count(), Ordering::Relaxed);
@@ -64,17 +65,21 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
             stage.check().is_ok()
         });
         stage.check()?;
-        for (errors, terms, levels) in [(&mut shown, Some(TERMS), Levels::Two), (&mut all_terms, None, Levels::All)] {
-            let ours = shown_in(pose, &some, shadows, sets)?;
-            let lobes: Vec<Function> = (0..shadows.normals.len()).map(|row| lobe(shadows.lobe(row).to_vec(), terms)).collect();
+        let ours = shown_in(pose, &some, shadows, sets)?;
+        for (errors, lobes, terms, levels) in [(&mut shown, &kept, Some(TERMS), Levels::Two), (&mut all_terms, &whole, None, Levels::All)] {
             for state in 0..STATES {
                 stage.check()?;
-                errors.push(error(&ours.under(&lobes, &light(planes(&lights, state), terms), levels), &truth, state));
+                errors.push(error(&ours.under(lobes, &light(planes(&lights, state), terms), levels), &truth, state));
                 stage.advance(1);
             }
         }
     }
     Ok(Measured { shown, all_terms, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
+}
+
+/// The lobes of all rows with their `terms` of largest size.
+pub(super) fn lobes(shadows: &SphereShadows, terms: Option<usize>) -> Vec<Function> {
+    (0..shadows.normals.len()).map(|row| lobe(shadows.lobe(row).to_vec(), terms)).collect()
 }
 
 /// Bytes that measuring holds at most: the hierarchy, the lights four times over, weights of all texels for each row, and radiances.
@@ -139,9 +144,9 @@ pub(super) fn centre(texel: usize) -> Vec3A {
 
 /// Receivers and spheres in a pose.
 pub(super) struct Posed {
-    receivers: Vec<relume_formats::evaluate::sphere_shadows::Receiver>,
-    spheres: Vec<Spheres>,
-    table: HaarTable,
+    pub(super) receivers: Vec<Receiver>,
+    pub(super) spheres: Vec<Spheres>,
+    pub(super) table: HaarTable,
 }
 
 /// What `shadows` and `sets` make of `pose`, at `some` of the vertices.
@@ -160,7 +165,8 @@ pub(super) fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, se
 }
 
 impl Posed {
-    fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
+    /// Radiance at the receivers; light and lobes carry the terms that are kept.
+    pub(super) fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
         let mut radiance = vec![[0.0; 3]; self.receivers.len()];
         Shading::new(lobes, light, levels).radiance(&self.receivers, &self.spheres, &self.table, &mut radiance);
         radiance

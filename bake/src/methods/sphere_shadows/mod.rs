@@ -8,6 +8,9 @@ mod errors;
 mod method;
 mod rows;
 
+#[cfg(test)]
+mod ladder;
+
 pub use method::Wanted;
 
 use super::environment_lit;

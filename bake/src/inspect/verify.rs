@@ -2,6 +2,7 @@
 
 mod sparse_transfer;
 mod sphere_set;
+mod sphere_shadows;
 
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
@@ -71,7 +72,7 @@ fn verify_bundle(folder: &Path) -> Result<String> {
     }
     let mut played: Vec<Played> = Vec::new();
     for method in &manifest.methods {
-        let (lines, method) = verify_method(method, &scene, folder)?;
+        let (lines, method) = verify_method(method, &manifest, &scene, folder)?;
         checked += &lines;
         played.push(method);
     }
@@ -111,7 +112,7 @@ struct Played {
     maps: Vec<String>,
 }
 
-fn verify_method(method: &MethodEntry, scene: &StoredScene, folder: &Path) -> Result<(String, Played)> {
+fn verify_method(method: &MethodEntry, manifest: &Manifest, scene: &StoredScene, folder: &Path) -> Result<(String, Played)> {
     let place = Place::file(folder.join(manifest::FILE_NAME)).part(format!("method `{}`", method.name));
     match Kind::ALL.into_iter().find(|kind| kind.name() == method.name) {
         Some(kind @ Kind::TransferImages) => {
@@ -121,8 +122,27 @@ fn verify_method(method: &MethodEntry, scene: &StoredScene, folder: &Path) -> Re
             let (lines, maps) = sparse_transfer::verify(method, scene, folder, &place)?;
             Ok((lines, Played { kind, maps }))
         }
+        Some(kind @ Kind::SphereShadows) => {
+            let (lines, maps) = sphere_shadows::verify(method, manifest, scene, folder, &place)?;
+            Ok((lines, Played { kind, maps }))
+        }
         _ => Err(Error::unsupported(&place, "is unknown to this program; use a newer one")),
     }
+}
+
+/// The maps of a method that the environment lights: the scene's own is among them, and none is there twice.
+fn expect_maps(maps: &[String], scene: &StoredScene, place: &Place) -> Result<()> {
+    match &scene.meta.environment {
+        Some(look) if maps.contains(&look.map) => {}
+        Some(look) => {
+            return Err(Error::invalid(place, format!("has no environment map `{}`, which the scene shows; bake it again", look.map)));
+        }
+        None => return Err(Error::invalid(place, "is lit by an environment, but the scene has none; bake it again")),
+    }
+    if let Some(twice) = maps.iter().enumerate().find(|(i, map)| maps[..*i].contains(map)) {
+        return Err(Error::invalid(place, format!("two environment maps are called `{}`; bake it again", twice.1)));
+    }
+    Ok(())
 }
 
 fn verify_transfer_images(method: &MethodEntry, scene: &StoredScene, folder: &Path, place: &Place) -> Result<String> {

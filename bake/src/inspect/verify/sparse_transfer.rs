@@ -27,16 +27,7 @@ pub(super) fn verify(method: &MethodEntry, scene: &StoredScene, folder: &Path, p
         }
         lines += &sound(&place.file)?;
     }
-    match &scene.meta.environment {
-        Some(look) if maps.contains(&look.map) => {}
-        Some(look) => {
-            return Err(Error::invalid(place, format!("has no environment map `{}`, which the scene shows; bake it again", look.map)));
-        }
-        None => return Err(Error::invalid(place, "is lit by an environment, but the scene has none; bake it again")),
-    }
-    if let Some(twice) = maps.iter().enumerate().find(|(i, map)| maps[..*i].contains(map)) {
-        return Err(Error::invalid(place, format!("two environment maps are called `{}`; bake it again", twice.1)));
-    }
+    super::expect_maps(&maps, scene, place)?;
     Ok((lines, maps))
 }
 

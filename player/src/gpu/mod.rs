@@ -2,6 +2,8 @@
 
 mod adapter;
 mod film;
+#[cfg(test)]
+pub(crate) mod layout;
 mod passes;
 mod readback;
 mod tonemap;

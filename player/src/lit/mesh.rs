@@ -46,7 +46,7 @@ impl Mesh {
         let materials = scene.meta.materials.iter().enumerate();
         let materials: Vec<Material> = materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
         Self {
-            positions: upload(gpu, "positions", BufferUsages::VERTEX, &scene.positions),
+            positions: upload(gpu, "positions", BufferUsages::VERTEX | BufferUsages::STORAGE, &scene.positions),
             uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
             triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
             materials: gpu.storage("materials", &materials),

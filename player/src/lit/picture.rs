@@ -169,6 +169,11 @@ impl Picture {
         }
     }
 
+    /// [vertices] three floats: where vertices are drawn, metres, world space.
+    pub(crate) fn positions(&self) -> &wgpu::Buffer {
+        &self.mesh.positions
+    }
+
     /// The film.
     pub(crate) fn film(&self) -> &Film {
         &self.film

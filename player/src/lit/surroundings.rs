@@ -15,6 +15,8 @@ pub(crate) struct Surroundings {
     pub(crate) scene: StoredScene,
     size: [u32; 2],
     maps: Vec<Map>,
+    /// The same for the CPU, if it is to work with them.
+    environments: Vec<Environment>,
     textures: Option<Textures>,
     /// Sections of the file that is arriving.
     pending: Vec<Section>,
@@ -36,7 +38,7 @@ impl Surroundings {
             let ([width, height], most) = (size, scene::MAX_PIXELS);
             return Err(Error::Usage(format!("--size {width}x{height} is too large; at most {most} pixels are drawn")));
         }
-        Ok(Self { scene: setup.scene, size, maps: Vec::new(), textures: None, pending: Vec::new() })
+        Ok(Self { scene: setup.scene, size, maps: Vec::new(), environments: Vec::new(), textures: None, pending: Vec::new() })
     }
 
     /// Takes the next section of a file that [belongs] here.
@@ -48,7 +50,7 @@ impl Surroundings {
         }
         let sections = std::mem::take(&mut self.pending);
         if kind == Kind::Environment {
-            return self.map_arrived(gpu, &decode_all(sections)?, &place);
+            return self.map_arrived(gpu, decode_all(sections)?, &place);
         }
         let textures: Textures = decode_all(sections)?;
         textures.expect_scene(self.scene.positions.len(), self.scene.meta.materials.len(), &place)?;
@@ -56,12 +58,13 @@ impl Surroundings {
         Ok(())
     }
 
-    fn map_arrived(&mut self, gpu: &Gpu, environment: &Environment, place: &Place) -> Result<()> {
+    fn map_arrived(&mut self, gpu: &Gpu, environment: Environment, place: &Place) -> Result<()> {
         if self.maps.iter().any(|map| map.name == environment.name) {
             let reason = format!("is the second environment map called `{}`; bake it again", environment.name);
             return Err(FormatError::invalid(place, reason).into());
         }
-        self.maps.push(Map::new(gpu, environment));
+        self.maps.push(Map::new(gpu, &environment));
+        self.environments.extend(gpu.radiance_on_cpu.then_some(environment));
         gpu.check()
     }
 
@@ -88,6 +91,11 @@ impl Surroundings {
     /// Names of the maps, in the order of their arrival.
     pub(crate) fn map_names(&self) -> Vec<String> {
         self.maps.iter().map(|map| map.name.clone()).collect()
+    }
+
+    /// The maps for the CPU, if it is to work with them; that takes them away.
+    pub(crate) fn take_environments(&mut self) -> Vec<Environment> {
+        std::mem::take(&mut self.environments)
     }
 
     /// The light of the maps on faces of `face_size` texels a side, which takes them away.

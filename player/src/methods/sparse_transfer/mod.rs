@@ -28,6 +28,8 @@ pub const METHOD: Method = Method {
     kind: Kind::SparseTransfer,
     // Behind the meta.
     first_piece: BLOCK_SECTIONS,
+    sphere_sets: false,
+    on_cpu: false,
     start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)),
 };
 

@@ -103,12 +103,6 @@ impl Meta {
             Kind::SparseTransfer => {
                 Varies { environment: self.varies_light && self.environment.is_some(), camera: self.varies_view, ..Varies::default() }
             }
-            Kind::SphereShadows => Varies {
-                environment: self.varies_light && self.environment.is_some(),
-                camera: self.varies_view,
-                shapes: self.shapes.iter().filter(|_| self.varies_shape).map(|shape| shape.object.as_str()).collect(),
-                ..Varies::default()
-            },
             _ => Varies::default(),
         }
     }

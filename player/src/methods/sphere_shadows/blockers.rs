@@ -67,7 +67,8 @@ impl Blockers {
         let batch = |first: u32| Batch { first, count: most.min(count as u32 - first), spheres: spheres as u32 };
         let batches = (0..count as u32).step_by(most as usize).map(batch);
         blockers.batches = batches.map(|batch| blockers.batch(gpu, &batch, &owns, &near)).collect();
-        blockers.upload(gpu, receivers, &[0..receivers.now().len()]);
+        blockers.upload(gpu, receivers, 0..receivers.now().len());
+        blockers.upload_spheres(gpu, receivers);
         Ok(blockers)
     }
 
@@ -80,18 +81,17 @@ impl Blockers {
         Bitmaps { count: batch.count, uniform, rows, bindings, workgroups: gpu.workgroups(batch.count, WORKGROUP) }
     }
 
-    /// Uploads the receivers that have `moved`, and all spheres.
-    pub(super) fn upload(&self, gpu: &Gpu, receivers: &Receivers, moved: &[Range<usize>]) {
-        for range in moved {
-            let (first, of) = (range.start as u64, &receivers.now()[range.clone()]);
-            let positions: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.position.to_array()).collect();
-            let normals: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.normal.to_array()).collect();
-            let lobes = of.iter().map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
-            let lobes: Vec<Lobes> = lobes.collect();
-            gpu.write(&self.positions, first * size_of::<[f32; 3]>() as u64, bytemuck::cast_slice(&positions));
-            gpu.write(&self.normals, first * size_of::<[f32; 3]>() as u64, bytemuck::cast_slice(&normals));
-            gpu.write(&self.lobes, first * size_of::<Lobes>() as u64, bytemuck::cast_slice(&lobes));
-        }
+    /// Uploads the receivers of a range, but for their positions.
+    pub(super) fn upload(&self, gpu: &Gpu, receivers: &Receivers, range: Range<usize>) {
+        let (first, of) = (range.start as u64, &receivers.now()[range]);
+        let normals: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.normal.to_array()).collect();
+        let lobes = of.iter().map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
+        gpu.write(&self.normals, first * size_of::<[f32; 3]>() as u64, bytemuck::cast_slice(&normals));
+        gpu.write(&self.lobes, first * size_of::<Lobes>() as u64, bytemuck::cast_slice(&lobes.collect::<Vec<Lobes>>()));
+    }
+
+    /// Uploads all spheres.
+    pub(super) fn upload_spheres(&self, gpu: &Gpu, receivers: &Receivers) {
         let spheres: Vec<[f32; 4]> = receivers.sets().iter().flat_map(|set| set.now.iter().copied()).collect();
         gpu.write(&self.spheres, 0, bytemuck::cast_slice(&spheres));
     }

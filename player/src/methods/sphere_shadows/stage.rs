@@ -10,6 +10,7 @@ use crate::gpu::{Film, Gpu, Passes, Readback};
 use crate::lit::{Light, Picture};
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::state::Rgb;
+use std::ops::Range;
 
 /// Everything that it takes to draw a frame.
 pub(super) struct Stage {
@@ -51,19 +52,8 @@ impl Stage {
     pub(super) fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {
         self.set_light(gpu, look.environment.as_ref());
         let moved = self.receivers.pose(&look.shapes)?;
-        if !moved.is_empty() {
-            self.changed.shapes = true;
-            match &self.work {
-                Work::Gpu(blockers, _) => blockers.upload(gpu, &self.receivers, &moved),
-                Work::Cpu(_) => {
-                    for range in moved {
-                        let positions: Vec<[f32; 3]> = self.receivers.now()[range.clone()].iter().map(|r| r.position.to_array()).collect();
-                        let offset = (range.start * size_of::<[f32; 3]>()) as u64;
-                        gpu.write(self.picture.positions(), offset, bytemuck::cast_slice(&positions));
-                    }
-                }
-            }
-        }
+        self.changed.shapes |= !moved.is_empty();
+        moved.into_iter().for_each(|range| self.upload(gpu, range));
         self.picture.set(gpu, &look.camera, self.gain());
         self.compute_on_cpu(gpu);
         Ok(())
@@ -77,6 +67,16 @@ impl Stage {
             shading.set_gain(gpu, environment.gain);
         }
         self.environment = Some(environment.clone());
+    }
+
+    /// Uploads the receivers of a range where they are drawn, and where they are computed.
+    fn upload(&self, gpu: &Gpu, range: Range<usize>) {
+        let positions: Vec<[f32; 3]> = self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
+        gpu.write(self.picture.positions(), (range.start * size_of::<[f32; 3]>()) as u64, bytemuck::cast_slice(&positions));
+        if let Work::Gpu(blockers, _) = &self.work {
+            blockers.upload(gpu, &self.receivers, range);
+            blockers.upload_spheres(gpu, &self.receivers);
+        }
     }
 
     fn gain(&self) -> Rgb {

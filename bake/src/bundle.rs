@@ -11,9 +11,9 @@ use crate::report;
 use crate::scene_hash::scene_hash;
 use crate::work_log::WorkLog;
 use relume_formats::container::{self, Header, Stored};
-use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
+use relume_formats::kinds::{SphereSet, StoredScene};
 use relume_formats::shape::Clip;
 use relume_formats::{Error, Place};
 use relume_scenes::{Environment, Object, Scene};
@@ -58,11 +58,15 @@ pub struct MethodSummary {
 
 /// Where a method works, and by what rules.
 pub struct Work<'a> {
+    /// Folder of the bundle.
+    folder: &'a Path,
     /// Folder for new files.
     unfinished: &'a Path,
     leftover: Leftover,
     /// Hash of the scene.
     hash: u128,
+    /// The spheres of the objects that ask for some, in their order.
+    sphere_sets: &'a [SphereSetSummary],
     /// For progress and interruption.
     pub job: &'a Job,
 }
@@ -80,6 +84,20 @@ impl Work<'_> {
         }
         let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
         WorkLog::reopen(&path, key)?.ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
+    }
+
+    /// The sphere sets of the objects that ask for some, in their order.
+    ///
+    /// # Errors
+    /// If one cannot be read back.
+    pub fn sphere_sets(&self) -> Result<Vec<SphereSet>> {
+        let read = |summary: &SphereSetSummary| {
+            let file = &summary.entry.file.file;
+            // What is reused stands in the bundle already.
+            let [new, old] = [self.unfinished, self.folder].map(|folder| folder.join(file));
+            Ok(SphereSet::read_file(if new.exists() { &new } else { &old })?)
+        };
+        self.sphere_sets.iter().map(read).collect()
     }
 
     /// Writes a file of the bundle.
@@ -130,8 +148,9 @@ pub fn run(
     // A kill in the middle of publishing leaves the old manifest where publishing had put it aside.
     let old = Manifest::read(folder).or_else(|_| Manifest::read(&unfinished)).ok();
     create_folder(&unfinished)?;
-    let work = Work { unfinished: &unfinished, leftover, hash, job };
+    let work = Work { folder, unfinished: &unfinished, leftover, hash, sphere_sets: &[], job };
     let sphere_sets = sphere_sets::fit_all(scene, seed, old.as_ref(), folder, &work)?;
+    let work = Work { sphere_sets: &sphere_sets, ..work };
     let mut summaries = Vec::new();
     for method in methods {
         let may_reuse = leftover != Leftover::Discard && !WorkLog::exists(&unfinished.join(log_name(method.name())));
@@ -172,9 +191,9 @@ pub fn run(
 fn reusable_entry(old: &Manifest, folder: &Path, hash: u128, method: &dyn Method) -> Option<MethodEntry> {
     let entry = old.methods.iter().find(|m| m.name == method.name())?;
     let mut asked = method.asked_for();
-    if let Some(chosen) = entry.settings.get(method.chosen()) {
+    if let Some((name, chosen)) = method.chosen().and_then(|name| Some((name, entry.settings.get(name)?))) {
         // Chosen by error then, and so it would be again.
-        asked.entry(method.chosen().to_owned()).or_insert_with(|| chosen.clone());
+        asked.entry(name.to_owned()).or_insert_with(|| chosen.clone());
     }
     let same = old.scene_hash == format!("{hash:032x}") && entry.settings == asked;
     (same && entry.files.iter().all(|(_, file)| is_readable(file, folder))).then(|| entry.clone())

@@ -51,13 +51,13 @@ pub struct RunArgs {
     /// Where the bundle goes [default: baked/<scene name>]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Method to bake; may be given several times, the one that the player should prefer first [default: sparse-transfer if light or view vary, else transfer-images]
+    /// Method to bake; may be given several times, the one that the player should prefer first [default: sphere-shadows if shapes vary, else sparse-transfer if light or view vary, else transfer-images]
     #[arg(long, value_name = "NAME")]
     pub method: Vec<MethodName>,
-    /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024; sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview 16, final 64
+    /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024; sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview 16, final 64; sphere-shadows has none
     #[arg(long, default_value = "preview")]
     pub quality: Quality,
-    /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases or terms by trying them on the scene [default: the scene's, or 0.01]
+    /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases or terms by trying them on the scene, sphere-shadows warns only [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
     pub max_error: Option<f64>,
     /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
@@ -96,6 +96,8 @@ pub enum MethodName {
     TransferImages,
     /// Environment and view vary, materials stay.
     SparseTransfer,
+    /// Environment, view and shapes vary, materials stay; spheres cast the shadows.
+    SphereShadows,
 }
 
 /// Samples by name.

@@ -13,6 +13,7 @@ use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::methods::Method;
 use crate::methods::sparse_transfer::{self, Terms};
+use crate::methods::sphere_shadows;
 use crate::methods::transfer_images::{self, Bases};
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
@@ -53,8 +54,11 @@ pub fn run(args: &RunArgs) -> Result<String> {
 
 /// The methods that the command line asks for, or the one that serves most of what varies.
 fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn Method>>> {
-    let relights = scene.vary.light || scene.vary.view;
-    let default = if relights { MethodName::SparseTransfer } else { MethodName::TransferImages };
+    let default = match &scene.vary {
+        vary if vary.shape => MethodName::SphereShadows,
+        vary if vary.light || vary.view => MethodName::SparseTransfer,
+        _ => MethodName::TransferImages,
+    };
     let names = if args.method.is_empty() { vec![default] } else { args.method.clone() };
     let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
     if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
@@ -81,6 +85,7 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
                 let terms = args.terms.map_or(Terms::Error(max_error), |n| Terms::Number(n as usize));
                 Box::new(sparse_transfer::Wanted { settings: sparse_transfer::Settings { rays_per_texel: side * side, terms } })
             }
+            MethodName::SphereShadows => Box::new(sphere_shadows::Wanted::new(scene, args.seed)),
         }
     };
     Ok(names.into_iter().map(wanted).collect())
@@ -108,7 +113,7 @@ fn describe(scene: &Scene, summary: &MethodSummary, max_error: f64) -> String {
         let remedy = match (number("bases"), number("terms")) {
             (Some(bases), _) => more(bases, 16, "--bases", bases + 1),
             (_, Some(terms)) => more(terms, sparse_transfer::MAX_TERMS as u64, "--terms", 2 * terms),
-            (None, None) => "bake it again".to_owned(),
+            (None, None) => "give objects more spheres".to_owned(),
         };
         say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
     }

@@ -1,6 +1,8 @@
 //! The methods, one folder each: gather, project, compress; and what the bundle needs to know of any of them.
 
+mod environment_lit;
 pub mod sparse_transfer;
+pub mod sphere_shadows;
 pub mod transfer_images;
 
 use crate::bundle::Work;
@@ -27,8 +29,8 @@ pub trait Method {
     /// The settings that the user gave or left to default, for the manifest.
     fn asked_for(&self) -> BTreeMap<String, Value>;
 
-    /// The setting that a bake chooses by itself if it is not asked for.
-    fn chosen(&self) -> &'static str;
+    /// The setting that a bake chooses by itself if it is not asked for, if there is one.
+    fn chosen(&self) -> Option<&'static str>;
 
     /// Bakes the scene and writes the method's files.
     ///

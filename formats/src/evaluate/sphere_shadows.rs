@@ -13,12 +13,16 @@
 //! Spheres of other objects always count, and inside one of them all is blocked. A sphere that is wholly below the horizon of the normal counts nowhere:
 //! there the lobe is 0, and what its blend or its kept terms have there is error.
 
+mod placing;
+
+pub use placing::receivers;
+
 use crate::basis::approximate::{by_size, largest};
 use crate::basis::cap::{self, Bitmap, ROWS, add_sphere};
 use crate::basis::psum::psum;
 use crate::basis::triple::{Operand, of_equals, with_terms};
 use crate::basis::two_level::{SIDE, two_level};
-use crate::kinds::HaarTable;
+use crate::kinds::{HaarTable, SphereSet};
 use crate::state::Rgb;
 use glam::Vec3;
 
@@ -116,6 +120,13 @@ pub struct Spheres {
     pub now: Vec<[f32; 4]>,
     /// What [`neighbours`] makes of the spheres at rest.
     pub neighbours: Vec<Vec<u32>>,
+}
+
+impl Spheres {
+    /// The spheres of `set` at rest; [`crate::evaluate::sphere_set::Follower`] says where they are in other poses.
+    pub fn at_rest(set: &SphereSet) -> Self {
+        Self { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }
+    }
 }
 
 /// For each sphere the spheres that overlap it at rest, itself among them, in order.

@@ -88,6 +88,11 @@ pub fn sphere_set_file(object: &str) -> String {
     format!("spheres-{object}.relume")
 }
 
+/// What a bundle calls the shape of `object`; a [plain name](is_plain_name) or not.
+pub fn shape_file(object: &str) -> String {
+    format!("shape-{object}.relume")
+}
+
 /// Whether a file may be called so: nothing that leads out of the folder, on any system.
 pub fn is_plain_name(name: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._- ".contains(c);

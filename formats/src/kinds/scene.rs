@@ -103,6 +103,12 @@ impl Meta {
             Kind::SparseTransfer => {
                 Varies { environment: self.varies_light && self.environment.is_some(), camera: self.varies_view, ..Varies::default() }
             }
+            Kind::SphereShadows => Varies {
+                environment: self.varies_light && self.environment.is_some(),
+                camera: self.varies_view,
+                shapes: if self.varies_shape { self.shapes.iter().map(|shape| shape.object.as_str()).collect() } else { Vec::new() },
+                ..Varies::default()
+            },
             _ => Varies::default(),
         }
     }

@@ -3,14 +3,16 @@
 use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, median, predicted_bytes, worst};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
-use crate::methods::{Method, Traced};
+use crate::methods::{Method, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;
-use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, Textures};
 use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+
+/// The setting that says how many terms a row has.
+const TERMS: &str = "terms";
 
 /// What to bake.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,25 +32,21 @@ impl Method for Wanted {
     }
 
     fn leaves_out(&self, scene: &Scene) -> Vec<String> {
-        let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
-        let highlights = highlights.map(|m| format!("material `{}`: {NAME} shows its diffuse part only", m.name));
-        let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
-        let varying = varying.map(|name| format!("[vary] names material `{name}`, but {NAME} keeps materials as the scene has them"));
-        highlights.chain(varying).collect()
+        environment_lit::leaves_out(scene, NAME)
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
         let Settings { rays_per_texel, terms } = self.settings;
         let mut asked = BTreeMap::from([("revision".to_owned(), json!(REVISION)), ("rays_per_texel".to_owned(), json!(rays_per_texel))]);
         match terms {
-            Terms::Number(terms) => asked.insert("terms".to_owned(), json!(terms)),
+            Terms::Number(terms) => asked.insert(TERMS.to_owned(), json!(terms)),
             Terms::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
         };
         asked
     }
 
-    fn chosen(&self) -> &'static str {
-        "terms"
+    fn chosen(&self) -> Option<&'static str> {
+        Some(TERMS)
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
@@ -60,12 +58,12 @@ impl Method for Wanted {
         for (number, environment) in baked.environments.iter().enumerate() {
             files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
         }
-        if let Some(textures) = textures(scene) {
+        if let Some(textures) = environment_lit::textures(scene) {
             files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
         }
         files.push((NAME.to_owned(), work.write(&baked.transfer, "sparse-transfer.relume")?));
         let mut recorded = self.asked_for();
-        recorded.insert(self.chosen().to_owned(), baked.transfer.meta.terms().into());
+        recorded.insert(TERMS.to_owned(), baked.transfer.meta.terms().into());
         let [stored, unrounded] = &baked.errors;
         let errors = [
             ("relative_l2_median", median(stored)),
@@ -76,20 +74,4 @@ impl Method for Wanted {
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
         Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, baked.traced))
     }
-}
-
-/// What the player needs to draw textures; `None` if there are none.
-fn textures(scene: &Scene) -> Option<Textures> {
-    let textures: Vec<MaterialTexture> = (0..)
-        .zip(&scene.materials)
-        .filter_map(|(material, m)| {
-            Some(MaterialTexture { material, alpha_cutoff: m.alpha_cutoff, texture: (**m.texture.as_ref()?).clone() })
-        })
-        .collect();
-    let mut uvs = Vec::new();
-    for object in &scene.objects {
-        let mesh = &object.mesh;
-        uvs.extend((0..mesh.positions.len()).map(|vertex| mesh.uvs.get(vertex).copied().unwrap_or_default()));
-    }
-    (!textures.is_empty()).then_some(Textures { uvs, textures })
 }

@@ -18,27 +18,29 @@ pub use errors::{Errors, median, worst};
 pub use method::Wanted;
 pub use rows::MAX_TERMS;
 
-use super::Traced;
+use super::environment_lit::environments;
+use super::{Traced, environment_lit};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::trace::world::{World, take_ray_count};
 use crate::work_log::WorkLog;
 use bounce::Bouncer;
-use lights::{HeldOutLights, exact_radiances};
+pub(super) use lights::{HeldOutLights, exact_radiances};
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::basis::haar;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::sparse_transfer::{MAX_BOUNCES, Meta};
-use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES};
 use relume_formats::kinds::{Environment, SparseTransfer};
-use relume_scenes::{NamedMap, Scene};
-use rows::{RADIANCES, Rows};
+use relume_scenes::Scene;
+use rows::Rows;
+pub(super) use rows::{RADIANCES, STATES};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use texels::{FACE_SIZE, Texels};
-use visibility::{Receiver, receivers, transfer_row};
+use visibility::transfer_row;
+pub(super) use visibility::{Receiver, receivers};
 
 #[cfg(test)]
 mod accuracy_table;
@@ -51,8 +53,6 @@ pub const REVISION: u32 = 1;
 const BOUNCED_FACE_SIZE: usize = 16;
 /// Rows of one piece of the log.
 const PIECE: usize = 64;
-/// Widest environment map in a bundle.
-const MAP_WIDTH: u32 = 2048;
 /// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for it.
 const ROUNDING: f64 = 1.05;
 
@@ -93,22 +93,10 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.vary.shape {
         return refuse(format!("[vary] shape = true, but {NAME} keeps shapes fixed; set it to false"));
     }
-    if scene.environment.is_none() {
-        return refuse(format!("has no [environment], which is the light of {NAME}; add one"));
-    }
-    if let Some(light) = scene.lights.first() {
-        return refuse(format!("light `{}`: {NAME} lights by the environment alone; remove it, or paint it into the map", light.name));
-    }
+    environment_lit::expect_fit(scene, NAME)?;
     if bounces(scene) > MAX_BOUNCES {
         let most = MAX_BOUNCES + 1;
         return refuse(format!("[render] reflections = {}, {NAME} models at most {most}; lower it", scene.reflections));
-    }
-    let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref().map(|t| (&m.name, t)));
-    if textures.clone().count() > MAX_TEXTURES {
-        return refuse(format!("has {} textures, {NAME} stores at most {MAX_TEXTURES}; merge some", textures.count()));
-    }
-    if let Some((name, _)) = textures.into_iter().find(|(_, t)| t.size.iter().any(|n| *n > MAX_SIDE)) {
-        return refuse(format!("material `{name}`: a texture has at most {MAX_SIDE} texels a side in a bundle; scale it down"));
     }
     Ok(())
 }
@@ -151,13 +139,6 @@ pub fn predicted_bytes(scene: &Scene) -> u64 {
     let dense = if bounces(scene) > 0 { vertices * coefficients * 4 * (1 + 3 * 3) } else { 0 };
     let lights = coefficients * RADIANCES as u64 * 4 * 5;
     2 * selected + dense + triangles * 600 + lights + (64 << 20)
-}
-
-/// The maps that a bundle carries, as it stores them.
-fn environments(scene: &Scene) -> Vec<Environment> {
-    let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others));
-    let stored = |named: &NamedMap| Environment { name: named.name.clone(), map: named.map.reduced(MAP_WIDTH) }.rounded();
-    maps.map(stored).collect()
 }
 
 /// Bakes `scene`. Finished pieces are in `log` already or are added to it.

@@ -12,6 +12,9 @@ use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
+/// The setting that says how many bases there are.
+const BASES: &str = "bases";
+
 /// What to bake.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wanted {
@@ -59,14 +62,14 @@ impl Method for Wanted {
             ("seed".to_owned(), json!(seed)),
         ]);
         match bases {
-            Bases::Number(bases) => asked.insert("bases".to_owned(), json!(bases)),
+            Bases::Number(bases) => asked.insert(BASES.to_owned(), json!(bases)),
             Bases::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
         };
         asked
     }
 
-    fn chosen(&self) -> &'static str {
-        "bases"
+    fn chosen(&self) -> Option<&'static str> {
+        Some(BASES)
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
@@ -86,7 +89,7 @@ impl Method for Wanted {
             (NAME.to_owned(), work.write(&images, "transfer-images.relume")?),
         ];
         let mut recorded = self.asked_for();
-        recorded.insert(self.chosen().to_owned(), bases.into());
+        recorded.insert(BASES.to_owned(), bases.into());
         let errors = BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]);
         Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, traced))
     }

@@ -1,0 +1,62 @@
+//! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the files of light and textures.
+
+use crate::error::{BakeError, Result};
+use relume_formats::Place;
+use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
+use relume_formats::kinds::{Environment, Textures};
+use relume_scenes::{NamedMap, Scene};
+
+/// Widest environment map in a bundle.
+const MAP_WIDTH: u32 = 2048;
+
+/// Fails unless the environment is there and the only light, and the textures fit a bundle.
+pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
+    let place = Place::file(&scene.file);
+    let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
+    if scene.environment.is_none() {
+        return refuse(format!("has no [environment], which is the light of {name}; add one"));
+    }
+    if let Some(light) = scene.lights.first() {
+        return refuse(format!("light `{}`: {name} lights by the environment alone; remove it, or paint it into the map", light.name));
+    }
+    let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref().map(|t| (&m.name, t)));
+    if textures.clone().count() > MAX_TEXTURES {
+        return refuse(format!("has {} textures, {name} stores at most {MAX_TEXTURES}; merge some", textures.count()));
+    }
+    match textures.into_iter().find(|(_, t)| t.size.iter().any(|n| *n > MAX_SIDE)) {
+        Some((name, _)) => refuse(format!("material `{name}`: a texture has at most {MAX_SIDE} texels a side in a bundle; scale it down")),
+        None => Ok(()),
+    }
+}
+
+/// What of the materials is left out, a sentence each: highlights, and that they vary.
+pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
+    let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
+    let highlights = highlights.map(|m| format!("material `{}`: {name} shows its diffuse part only", m.name));
+    let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
+    let varying = varying.map(|material| format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them"));
+    highlights.chain(varying).collect()
+}
+
+/// The maps that a bundle carries, as it stores them.
+pub(super) fn environments(scene: &Scene) -> Vec<Environment> {
+    let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others));
+    let stored = |named: &NamedMap| Environment { name: named.name.clone(), map: named.map.reduced(MAP_WIDTH) }.rounded();
+    maps.map(stored).collect()
+}
+
+/// What the player needs to draw textures; `None` if there are none.
+pub(super) fn textures(scene: &Scene) -> Option<Textures> {
+    let textures: Vec<MaterialTexture> = (0..)
+        .zip(&scene.materials)
+        .filter_map(|(material, m)| {
+            Some(MaterialTexture { material, alpha_cutoff: m.alpha_cutoff, texture: (**m.texture.as_ref()?).clone() })
+        })
+        .collect();
+    let mut uvs = Vec::new();
+    for object in &scene.objects {
+        let mesh = &object.mesh;
+        uvs.extend((0..mesh.positions.len()).map(|vertex| mesh.uvs.get(vertex).copied().unwrap_or_default()));
+    }
+    (!textures.is_empty()).then_some(Textures { uvs, textures })
+}

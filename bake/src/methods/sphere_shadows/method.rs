@@ -1,0 +1,92 @@
+//! The method as the bundle sees it: settings, files, entry of the manifest.
+
+use super::errors::{measure, predicted_bytes};
+use super::{NAME, REVISION, expect_fit, leaves_out, rows};
+use crate::bundle::{Work, expect_memory};
+use crate::error::Result;
+use crate::methods::{Method, Traced, environment_lit};
+use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::manifest::{MethodEntry, shape_file};
+use relume_formats::kinds::{Environment, Textures};
+use relume_scenes::Scene;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// What to bake. The hash of a scene has neither names nor numbers of spheres, which this method's files and errors depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// Names of the objects, with the number of spheres of those that have some.
+    objects: Vec<(String, Option<u32>)>,
+    /// Of the spheres.
+    seed: u64,
+}
+
+impl Wanted {
+    /// For `scene`, whose spheres are fitted with `seed`.
+    pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self { objects: scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect(), seed }
+    }
+}
+
+impl Method for Wanted {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn expect_fit(&self, scene: &Scene) -> Result<()> {
+        expect_fit(scene)
+    }
+
+    fn leaves_out(&self, scene: &Scene) -> Vec<String> {
+        leaves_out(scene)
+    }
+
+    fn asked_for(&self) -> BTreeMap<String, Value> {
+        let Self { objects, seed } = self;
+        BTreeMap::from([("revision", json!(REVISION)), ("objects", json!(objects)), ("seed", json!(seed))].map(|(k, v)| (k.to_owned(), v)))
+    }
+
+    fn chosen(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
+        expect_memory(predicted_bytes(scene), "simplify the meshes")?;
+        let environments = environment_lit::environments(scene);
+        let shadows = rows::bake(scene);
+        // First of all, for an interrupted bake has nothing to go on with but its spheres.
+        let measured = measure(scene, &shadows, &work.sphere_sets()?, &environments, work.job)?;
+        let mut files = Vec::new();
+        for (number, environment) in environments.iter().enumerate() {
+            files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
+        }
+        if let Some(textures) = environment_lit::textures(scene) {
+            files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
+        }
+        for (object, shape) in scene.objects.iter().filter_map(|object| Some((object, object.shape.as_deref()?))) {
+            files.push((Kind::Shape.name().to_owned(), work.write(shape, &shape_file(&object.name))?));
+        }
+        files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));
+        let errors = [
+            ("relative_l2_median", median(&measured.shown)),
+            ("relative_l2_worst", worst(&measured.shown)),
+            ("relative_l2_median_all_terms", median(&measured.all_terms)),
+            ("relative_l2_worst_all_terms", worst(&measured.all_terms)),
+        ];
+        let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors }, measured.traced))
+    }
+}
+
+/// The largest error.
+fn worst(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
+}
+
+/// The middle error of an even number of them.
+fn median(errors: &[f64]) -> f64 {
+    let mut sorted = errors.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
+    0.5 * (at(sorted.len() / 2) + at((sorted.len() / 2).saturating_sub(1)))
+}

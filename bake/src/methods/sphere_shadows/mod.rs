@@ -1,0 +1,48 @@
+//! Method `sphere-shadows`: light, view and shapes vary, materials stay.
+//!
+//! Nothing of the transfer is baked: spheres cast the shadows, wherever they are ([`relume_formats::evaluate::sphere_shadows`]). What a bake makes is the
+//! lobes of normals ([`rows`]), the shapes that deform, and the error against shadows of the meshes themselves ([`errors`]). What it cannot do: highlights, light
+//! that bounces, lights other than the environment, shadows of objects without spheres, shadows finer than the receivers' mesh.
+
+mod errors;
+mod method;
+mod rows;
+
+pub use method::Wanted;
+
+use super::environment_lit;
+use crate::error::{BakeError, Result};
+use relume_formats::Place;
+use relume_scenes::{Object, Scene};
+
+/// Name of the method.
+pub const NAME: &str = "sphere-shadows";
+/// Changes whenever the same scene and settings give other bytes than before, spheres included.
+pub const REVISION: u32 = 0;
+
+/// Fails, naming what stands in the way, unless the method can show `scene`.
+pub fn expect_fit(scene: &Scene) -> Result<()> {
+    let refuse = |reason: String| Err(BakeError::invalid(&Place::file(&scene.file), reason));
+    environment_lit::expect_fit(scene, NAME)?;
+    if scene.reflections > 1 {
+        let reflections = scene.reflections;
+        return refuse(format!("[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"));
+    }
+    if !scene.objects.iter().any(|object| object.spheres.is_some()) {
+        return refuse(format!("no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"));
+    }
+    Ok(())
+}
+
+/// What of `scene` is not shown, a sentence each.
+fn leaves_out(scene: &Scene) -> Vec<String> {
+    let names = |deforms: bool| -> Vec<String> {
+        let casts_none = |o: &&Object| o.spheres.is_none() && o.shape.is_some() == deforms;
+        scene.objects.iter().filter(casts_none).map(|object| format!("`{}`", object.name)).collect()
+    };
+    let deforming = names(true).into_iter();
+    let deforming = deforming.map(|name| format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64"));
+    let still = names(false);
+    let still = (!still.is_empty()).then(|| format!("without spheres, {} receives shadows and casts none", still.join(", ")));
+    environment_lit::leaves_out(scene, NAME).into_iter().chain(deforming).chain(still).collect()
+}

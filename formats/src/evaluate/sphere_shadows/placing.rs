@@ -1,0 +1,27 @@
+//! From the files of a bundle to receivers.
+
+use super::{Own, Receiver};
+use crate::basis::diffuse::blend;
+use crate::kinds::sphere_shadows::NO_ROW;
+use crate::kinds::{SphereSet, SphereShadows};
+use glam::Vec3;
+
+/// The receivers of a bundle with its vertices at `positions`, world space, and their unit `normals`. `sets` are the sphere sets of the objects that
+/// have one, in the order of the objects, which is that of [`Own::set`]. Lobes of rows that are not blended are the row alone.
+pub fn receivers(shadows: &SphereShadows, sets: &[SphereSet], positions: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<Receiver> {
+    let mut next_set = 0..;
+    let mut owners: Vec<Option<Own>> = Vec::with_capacity(positions.len());
+    for object in &shadows.meta.objects {
+        let own = object.sphere_set.then(|| next_set.next()).flatten();
+        let clusters = own.and_then(|set: u32| sets.get(set as usize)).map(|set| &set.clusters);
+        let of = |vertex: u32| Some(Own { set: own?, sphere: *clusters?.get(vertex as usize)? });
+        owners.extend((0..object.vertices).map(of));
+    }
+    let vertices = positions.iter().zip(normals).zip(&shadows.rows).zip(owners);
+    let receiver = |(((position, normal), row), own): (((&[f32; 3], &[f32; 3]), &u32), Option<Own>)| {
+        let normal = Vec3::from(*normal);
+        let lobes = if *row == NO_ROW { blend(normal) } else { [(*row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] };
+        Receiver { position: Vec3::from(*position), normal, lobes, own }
+    };
+    vertices.map(receiver).collect()
+}

@@ -61,8 +61,9 @@ pub(super) fn choose(instance: &Instance, surface: Option<&Surface<'_>>, name: O
     let adapters = all(instance, surface)?;
     if is_cpu(name) {
         let software = adapters.into_iter().find(|adapter| adapter.get_info().device_type == DeviceType::Cpu);
-        return software
-            .ok_or_else(|| Error::Failed("--adapter cpu has nothing to draw with; install mesa-vulkan-drivers for a software adapter".to_owned()));
+        return software.ok_or_else(|| {
+            Error::Failed("--adapter cpu has nothing to draw with; install mesa-vulkan-drivers for a software adapter".to_owned())
+        });
     }
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
     let index = pick(&names, name).map_err(|reason| {

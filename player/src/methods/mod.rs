@@ -117,7 +117,9 @@ impl Method {
         }
         let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.name).collect();
         let (name, able) = (self.name, able.join(", "));
-        Err(Error::Usage(format!("--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which")))
+        Err(Error::Usage(format!(
+            "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
+        )))
     }
 
     /// The error that a file of this kind does not belong to the method, or not in this place.

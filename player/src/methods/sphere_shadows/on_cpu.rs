@@ -2,10 +2,10 @@
 
 use super::receivers::Receivers;
 use crate::gpu::Gpu;
+use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_shadows::{Detail, Function, light};
 use relume_formats::fast::sphere_shadows::Shading;
-use relume_formats::basis::two_level::SIDE;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{Environment, HaarTable};
 use relume_formats::state::Rgb;

@@ -64,8 +64,7 @@ impl Shading {
         let fold = pass(FOLD, "fold", &[coefficients, &means, &kept, &lobe_terms, &lobe_means, &weights]);
         let shade = gpu.compute_pipeline(SHADE, "shade");
         let batch = |bitmaps: &super::blockers::Bitmaps| {
-            let buffers =
-                [&bitmaps.uniform, &bitmaps.rows, &blockers.lobes, &weights, &lobe_means, &kept, &tiles, &table, radiance];
+            let buffers = [&bitmaps.uniform, &bitmaps.rows, &blockers.lobes, &weights, &lobe_means, &kept, &tiles, &table, radiance];
             let bindings = gpu.bind(&shade.get_bind_group_layout(0), buffers.map(wgpu::Buffer::as_entire_binding));
             (bindings, gpu.workgroups(bitmaps.count, WORKGROUP))
         };

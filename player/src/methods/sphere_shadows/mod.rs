@@ -102,7 +102,7 @@ impl SphereShadows {
 
 impl Waiting {
     fn set_up(mut self, gpu: &Gpu, bake: &Bake, detail: Detail, place: &Place) -> Result<Stage> {
-        let receivers = Receivers::new(&self.surroundings.scene, bake, &self.sets, self.shapes, place)?;
+        let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
         let lobes: Vec<_> = (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
         let maps = self.surroundings.take_environments();
         let light = self.surroundings.light(gpu, SIDE as u32);

@@ -2,8 +2,8 @@
 
 use relume_formats::basis::diffuse::blend;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Own, Receiver, Spheres, neighbours};
-use relume_formats::kinds::sphere_shadows::{NO_ROW, ShadowObject};
+use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, neighbours, receivers};
+use relume_formats::kinds::sphere_shadows::ShadowObject;
 use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
 use relume_formats::shape::{DeformingMesh, ShadingNormals};
 use relume_formats::state::Posed;
@@ -42,23 +42,23 @@ impl Receivers {
     ///
     /// # Errors
     /// If scene, bake, sets and shapes do not fit together.
-    pub(super) fn new(scene: &StoredScene, bake: &SphereShadows, sets: &Sets, mut shapes: Shapes, place: &Place) -> Result<Self> {
+    pub(super) fn new(scene: &StoredScene, bake: &SphereShadows, mut sets: Sets, mut shapes: Shapes, place: &Place) -> Result<Self> {
         let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake the whole bundle again")));
         let names = |objects: &[ShadowObject]| objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>();
         if names(&bake.meta.objects) != scene.meta.objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>() {
             return refuse("has other objects than the scene".to_owned());
         }
-        let mut found = Self { now: Vec::with_capacity(scene.positions.len()), sets: Vec::new(), moving: Vec::new() };
-        let mut end = 0;
+        let mut found = Self { now: Vec::new(), sets: Vec::new(), moving: Vec::new() };
+        let (mut own_sets, mut end) = (Vec::new(), 0);
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
             let (name, count) = (&object.name, object.vertices as usize);
-            let set = match sets.get(name) {
+            let set = match sets.remove(name) {
                 _ if !object.sphere_set => None,
                 Some(set) if set.meta.vertices == object.vertices => Some(set),
                 Some(set) => return refuse(format!("object `{name}` has {count} vertices, and spheres for {}", set.meta.vertices)),
                 None => return refuse(format!("needs the sphere set of object `{name}` before it")),
             };
-            found.add(scene, bake, object, set);
+            found.sets.extend(set.as_ref().map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }));
             let triangles = end..end + stored.triangles as usize;
             end = triangles.end;
             let moves = scene.meta.shapes.iter().any(|shape| shape.object == *name);
@@ -69,26 +69,13 @@ impl Receivers {
                 Some(mesh) if mesh.positions.len() != count => {
                     return refuse(format!("object `{name}` has {count} vertices, and a shape of {}", mesh.positions.len()));
                 }
-                Some(mesh) => found.add_moving(scene, object, triangles, mesh, set),
+                Some(mesh) => found.add_moving(scene, object, triangles, mesh, set.as_ref()),
                 None => {}
             }
+            own_sets.extend(set);
         }
+        found.now = receivers(bake, &own_sets, &scene.positions, &scene.normals);
         Ok(found)
-    }
-
-    /// Adds the vertices of an object, and its spheres.
-    fn add(&mut self, scene: &StoredScene, bake: &SphereShadows, object: &ShadowObject, set: Option<&SphereSet>) {
-        let (number, vertices) = (self.sets.len() as u32, range(object));
-        let at = vertices.start;
-        let placed = scene.positions[vertices.clone()].iter().zip(&scene.normals[vertices.clone()]).zip(&bake.rows[vertices]);
-        self.now.extend(placed.enumerate().map(|(vertex, ((position, normal), row))| Receiver {
-            position: (*position).into(),
-            normal: (*normal).into(),
-            lobes: lobes(*normal, *row),
-            own: set.map(|set| Own { set: number, sphere: set.clusters[vertex] }),
-        }));
-        debug_assert_eq!(self.now.len(), at + object.vertices as usize, "objects follow each other");
-        self.sets.extend(set.map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }));
     }
 
     fn add_moving(
@@ -154,12 +141,4 @@ impl Receivers {
 
 fn range(object: &ShadowObject) -> Range<usize> {
     object.first_vertex as usize..(object.first_vertex + object.vertices) as usize
-}
-
-/// Those of a receiver that rests: an exact one, or the blend of the grid's.
-fn lobes(normal: [f32; 3], row: u32) -> [(u32, f32); 4] {
-    match row {
-        NO_ROW => blend(normal.into()),
-        row => [(row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
-    }
 }

@@ -24,8 +24,11 @@ pub struct Bundle {
     pub manifest: Manifest,
 }
 
-/// A ball of rings about the Y axis: positions, normals, triangles.
-fn ball(centre: [f32; 3], radius: [f32; 3]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>) {
+/// Positions, normals, triangles.
+type Mesh = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+/// A ball of rings about the Y axis.
+fn ball(centre: [f32; 3], radius: [f32; 3]) -> Mesh {
     const RINGS: u32 = 6;
     const SPOKES: u32 = 9;
     let direction = |i: u32| {

@@ -31,7 +31,8 @@ pub struct Cli {
     /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it must be that one
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// GPU adapter to use: any part of its name, in any case [default: the fastest kind there is]
+    /// GPU adapter to use: any part of its name, in any case; `cpu` does without, for methods that can [default: the
+    /// fastest kind there is]
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// List the GPU adapters of this machine and stop

@@ -3,6 +3,7 @@
 //! * [`stream`]: the files of a bundle as they arrive;
 //! * [`gpu`]: device, buffers, read-back, timestamps;
 //! * [`methods`]: one folder per method, the GPU twins of `relume_formats::evaluate`;
+//! * `lit`: meshes in the light of an environment map, which several methods draw;
 //! * [`controls`]: state and animation on top of the scene's defaults;
 //! * [`session`]: a bundle being played;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
@@ -19,6 +20,7 @@ pub mod error;
 pub mod gpu;
 pub mod headless;
 pub mod interrupt;
+mod lit;
 pub mod live;
 pub mod methods;
 pub mod output;

@@ -119,6 +119,7 @@ impl Session {
         let method = playlist.method;
         let source = Source::start(playlist, request.limits)?;
         let gpu = open_gpu()?;
+        method.expect_adapter(&gpu)?;
         Ok(Self {
             source,
             timer: Timer::new(&gpu),

@@ -35,7 +35,8 @@ pub struct Spread {
     p95: f64,
 }
 
-const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a frame, without read-back and file writing; \
+const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a frame, without read-back and file writing, with \
+                        adapter cpu the method's sums too; \
                         gpu_ms: GPU timestamps from the begin of the frame's first pass to the end of its last (null if the device has \
                         none; on a software adapter, the time until the frame is done), pass_ms: the same of each pass, where a device \
                         tells; median and 95th percentile over all frames; times to an image count from the start of the player to the \

@@ -1,47 +1,18 @@
 //! The binary as a user meets it: exit codes, one-line errors, and the files it writes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "support/run.rs"]
+mod run;
 mod support;
 
 use relume_formats::container::Stored as _;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use relume_formats::state::{BlinnPhong, Brdf};
+use run::{expect_error, expect_success, gpu_there, headless, player, stats};
 use std::path::Path;
 use std::process::{Command, Output};
 use support::{Bundle, sparse};
-
-/// Runs without a display.
-fn player(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_player"));
-    for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
-        command.env_remove(variable);
-    }
-    command.args(arguments).output().unwrap()
-}
-
-fn gpu_there() -> bool {
-    support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))
-}
-
-/// Runs with `--headless` on `folder`; in `arguments`, `@` stands for the folder too.
-fn headless(folder: &Path, arguments: &[&str]) -> Output {
-    let folder = folder.to_str().unwrap();
-    let arguments: Vec<String> = arguments.iter().map(|a| a.replace('@', folder)).collect();
-    player(&[&[folder, "--headless"], arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice()].concat())
-}
-
-#[track_caller]
-fn expect_error(output: &Output, code: i32, part: &str) {
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{stderr}");
-    assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(part), "{stderr}");
-}
-
-#[track_caller]
-fn expect_success(output: &Output) {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
 
 fn exr(path: &Path) -> Vec<[f32; 3]> {
     use exr::prelude::*;
@@ -59,10 +30,6 @@ fn exr(path: &Path) -> Vec<[f32; 3]> {
         .layer_data
         .channel_data
         .pixels
-}
-
-fn stats(path: &Path) -> serde_json::Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
 #[test]

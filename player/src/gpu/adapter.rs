@@ -1,7 +1,16 @@
 //! Finding and choosing an adapter.
 
 use crate::error::{Error, Result};
+use crate::methods::METHODS;
 use wgpu::{Adapter, AdapterInfo, DeviceType, Instance, InstanceDescriptor, Surface};
+
+/// The name that asks for sums on the CPU.
+pub(super) const CPU: &str = "cpu";
+
+/// Whether `name` asks for sums on the CPU.
+pub(super) fn is_cpu(name: Option<&str>) -> bool {
+    name.is_some_and(|name| name.eq_ignore_ascii_case(CPU))
+}
 
 /// Every adapter that can show on `surface`, if one is given, the most promising first; never empty.
 fn all(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<Vec<Adapter>> {
@@ -35,15 +44,27 @@ fn describe(info: &AdapterInfo) -> String {
     format!("{} [{kind}, {}]", info.name, info.backend)
 }
 
-/// One line per adapter, in order of preference.
+/// One line per adapter, in order of preference, and one for the CPU's own work, if there is a software adapter to draw.
 pub fn list() -> Result<Vec<String>> {
     let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
-    Ok(all(&instance, None)?.iter().map(|adapter| describe(&adapter.get_info())).collect())
+    let infos: Vec<AdapterInfo> = all(&instance, None)?.iter().map(Adapter::get_info).collect();
+    let software = infos.iter().find(|info| info.device_type == DeviceType::Cpu);
+    let cpu = software.map(|info| {
+        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.name).collect();
+        format!("{CPU} [radiance of {} on all cores, {} draws]", able.join(", "), info.name)
+    });
+    Ok(infos.iter().map(describe).chain(cpu).collect())
 }
 
-/// The adapter whose name contains `name` in any case, or the most promising one.
+/// The adapter whose name contains `name` in any case, or the most promising one; for [`CPU`] the software adapter.
 pub(super) fn choose(instance: &Instance, surface: Option<&Surface<'_>>, name: Option<&str>) -> Result<Adapter> {
     let adapters = all(instance, surface)?;
+    if is_cpu(name) {
+        let software = adapters.into_iter().find(|adapter| adapter.get_info().device_type == DeviceType::Cpu);
+        return software.ok_or_else(|| {
+            Error::Failed("--adapter cpu has nothing to draw with; install mesa-vulkan-drivers for a software adapter".to_owned())
+        });
+    }
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
     let index = pick(&names, name).map_err(|reason| {
         let there: Vec<_> = adapters.iter().map(|adapter| describe(&adapter.get_info())).collect();

@@ -2,6 +2,8 @@
 
 mod adapter;
 mod film;
+#[cfg(test)]
+pub(crate) mod layout;
 mod passes;
 mod readback;
 mod tonemap;
@@ -32,26 +34,32 @@ pub struct Gpu {
     pub binding_bytes: u64,
     /// Most workgroups along one dimension of a dispatch.
     pub workgroups_per_dimension: u32,
+    /// Whether methods are to do their sums on the CPU, and the device only draws.
+    pub radiance_on_cpu: bool,
     failure: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Opens the adapter whose name contains `adapter` in any case, or the one that promises most speed.
+    /// Opens the adapter whose name contains `adapter` in any case, or the one that promises most speed. `cpu` is the software adapter, which then draws
+    /// what methods compute on the CPU.
     ///
     /// # Errors
     /// [`Error::Usage`] if several adapters match or none; [`Error::Failed`] if there is no adapter or it cannot be opened.
     pub fn open(adapter: Option<&str>) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        Self::open_adapter(adapter::choose(&instance, None, adapter)?)
+        Self::open_adapter(adapter::choose(&instance, None, adapter)?, adapter::is_cpu(adapter))
     }
 
     /// Like [`Gpu::open`], among the adapters that can show on `surface`.
     pub fn open_for(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>, adapter: Option<&str>) -> Result<Self> {
-        Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?)
+        Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, adapter::is_cpu(adapter))
     }
 
-    fn open_adapter(adapter: wgpu::Adapter) -> Result<Self> {
-        let info = adapter.get_info();
+    fn open_adapter(adapter: wgpu::Adapter, radiance_on_cpu: bool) -> Result<Self> {
+        let mut info = adapter.get_info();
+        if radiance_on_cpu {
+            info.name = format!("{} ({} draws)", adapter::CPU, info.name);
+        }
         // A film or a window may be larger than the textures that every device has.
         let max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
         let limits = wgpu::Limits { max_texture_dimension_2d, ..Default::default() };
@@ -71,7 +79,7 @@ impl Gpu {
             // What follows the first error is mostly its consequence.
             first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error.to_string());
         }));
-        Ok(Self { device, queue, info, adapter, binding_bytes, workgroups_per_dimension, failure })
+        Ok(Self { device, queue, info, adapter, binding_bytes, workgroups_per_dimension, radiance_on_cpu, failure })
     }
 
     /// Fails if anything went wrong on the device since it was opened.

@@ -3,6 +3,7 @@
 //! A method is a [`Playback`] and a line in [`METHODS`]; nothing else in the player knows one from another.
 
 mod sparse_transfer;
+mod sphere_shadows;
 mod transfer_images;
 
 use crate::controls::Look;
@@ -16,7 +17,7 @@ use relume_formats::state::Rgb;
 use relume_formats::{Error as FormatError, Place};
 
 /// Every method that this player knows.
-pub const METHODS: [Method; 2] = [transfer_images::METHOD, sparse_transfer::METHOD];
+pub const METHODS: [Method; 3] = [transfer_images::METHOD, sparse_transfer::METHOD, sphere_shadows::METHOD];
 
 /// A method's line in the registry.
 #[derive(Clone, Copy)]
@@ -27,6 +28,10 @@ pub struct Method {
     pub kind: Kind,
     /// Index of the section of that file with which the first piece is complete.
     pub first_piece: usize,
+    /// Whether it plays with the sphere sets of the scene's objects, which then come before its own files.
+    pub sphere_sets: bool,
+    /// Whether it can do its sums on the CPU, as the adapter `cpu` asks for.
+    pub on_cpu: bool,
     /// Begins to play.
     pub start: fn(&Gpu, Setup) -> Result<Box<dyn Playback>>,
 }
@@ -103,6 +108,18 @@ impl Method {
     /// The method called `name`.
     pub fn find(name: &str) -> Option<Self> {
         METHODS.into_iter().find(|method| method.name == name)
+    }
+
+    /// Fails if `gpu` is to leave the sums to the CPU and this method cannot.
+    pub fn expect_adapter(&self, gpu: &Gpu) -> Result<()> {
+        if self.on_cpu || !gpu.radiance_on_cpu {
+            return Ok(());
+        }
+        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.name).collect();
+        let (name, able) = (self.name, able.join(", "));
+        Err(Error::Usage(format!(
+            "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
+        )))
     }
 
     /// The error that a file of this kind does not belong to the method, or not in this place.

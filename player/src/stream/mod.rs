@@ -34,6 +34,8 @@ pub struct Limits {
 pub struct Arrival {
     /// What its file holds.
     pub kind: Kind,
+    /// The object that its file is of, where the manifest says.
+    pub object: Option<String>,
     /// The section, decoded and checked.
     pub section: Section,
     /// Whether it is the last one of its file.
@@ -136,7 +138,7 @@ impl Reader {
                     return Ok(Event::End { complete: false });
                 }
                 let Some(section) = sections.next_section()? else { break };
-                let arrival = Arrival { kind: item.kind, section, last: index + 1 == table.len() };
+                let arrival = Arrival { kind: item.kind, object: item.object.clone(), section, last: index + 1 == table.len() };
                 if self.sender.send(Ok(Event::Section(arrival))).is_err() {
                     return Ok(Event::End { complete: false });
                 }

@@ -1,7 +1,7 @@
 //! Which files of a bundle are played, and in which order.
 //!
-//! The scene comes first, then the animation, which is small and without which not even the first frame is known, then the files of the
-//! method in the order of the manifest, the one that arrives piece by piece last.
+//! The scene comes first, then the animation, which is small and without which not even the first frame is known, then the sphere sets, if the method
+//! plays with them, then the files of the method in the order of the manifest, the one that arrives piece by piece last.
 
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
@@ -19,6 +19,8 @@ pub struct Item {
     pub path: PathBuf,
     /// What the manifest says it holds.
     pub kind: Kind,
+    /// The object that it is of, where the manifest says.
+    pub object: Option<String>,
     /// How long the manifest says it is.
     pub bytes: u64,
 }
@@ -51,7 +53,7 @@ impl Playlist {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
         let (method, entry) = choose(&manifest, method, folder)?;
-        let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, bytes: entry.bytes };
+        let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, object: None, bytes: entry.bytes };
         let mut items = vec![item(Kind::Scene, &manifest.scene_file)];
         let (Animations::Only(first) | Animations::All { first }) = animations;
         if let Some(name) = first {
@@ -60,6 +62,10 @@ impl Playlist {
         if let Animations::All { .. } = animations {
             let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
             items.extend(others.map(|(_, entry)| item(Kind::Animation, entry)));
+        }
+        if method.sphere_sets {
+            let sets = manifest.sphere_sets.iter();
+            items.extend(sets.map(|(object, set)| Item { object: Some(object.clone()), ..item(Kind::SphereSet, &set.file) }));
         }
         for (kind, entry) in &entry.files {
             let kind = Kind::ALL

@@ -6,8 +6,8 @@
 
 use super::{legal, orbit};
 use crate::controls::{Controls, Look, Scope};
-use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
-use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, State};
+use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredShape};
+use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ShapeState, State};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
@@ -30,6 +30,8 @@ pub enum Part {
     View,
     /// This leaf of the environment.
     Light(&'static str),
+    /// What the object of this name shows.
+    Shape(String),
 }
 
 impl Part {
@@ -41,6 +43,7 @@ impl Part {
             Self::Exposure => of == "camera" && name == "exposure_ev",
             Self::View => of == "camera" && name != "exposure_ev",
             Self::Light(leaf) => of == "environment" && name == leaf,
+            Self::Shape(object) => of == "shapes" && name == object,
         }
     }
 }
@@ -112,7 +115,7 @@ impl Editor {
                 *brdf = legal::apply(material, *brdf, change);
             }
         }
-        for shape in &self.scene().shapes {
+        for shape in self.scene().shapes.iter().filter(|shape| !self.is_held(&Part::Shape(shape.object.clone()))) {
             let Some(change) = state.shapes.get(&shape.object) else { continue };
             if let Some(posed) = legal::shape(shape, look.shapes.get(&shape.object), change) {
                 look.shapes.insert(shape.object.clone(), posed);
@@ -238,6 +241,26 @@ impl Editor {
         self.held.retain(|part| !matches!(part, Part::Light(_)));
     }
 
+    /// The objects that deform, as far as they may.
+    pub fn shapes(&self) -> impl Iterator<Item = &StoredShape> {
+        let varying = self.scope.varies().shapes;
+        self.scene().shapes.iter().filter(move |shape| varying.contains(&shape.object.as_str()))
+    }
+
+    /// Sets the leaves of `change` on what the object `name` shows, as far as it may change and as that is legal.
+    pub fn edit_shape(&mut self, name: &str, change: &ShapeState) {
+        let Some(shape) = self.shapes().find(|shape| shape.object == name) else { return };
+        let Some(posed) = legal::shape(shape, self.look().shapes.get(name), change) else { return };
+        self.hold(Part::Shape(name.to_owned()));
+        self.base.shapes.insert(name.to_owned(), posed);
+    }
+
+    /// Brings the object `name` back to rest, and gives it to the animation if there is one.
+    pub fn reset_shape(&mut self, name: &str) {
+        self.base.shapes.remove(name);
+        self.held.remove(&Part::Shape(name.to_owned()));
+    }
+
     /// The exposures to offer.
     pub fn exposure_range(&self) -> RangeInclusive<f32> {
         let middle = self.scene().camera.exposure_ev;
@@ -323,6 +346,7 @@ impl Editor {
             environment: look.environment.as_ref().zip(self.scene().environment.as_ref()).and_then(|(now, was)| light_change(now, was)),
             camera: camera_change(&look.camera, &self.scene().camera),
             materials: self.materials().filter(differs).filter_map(named).collect(),
+            shapes: look.shapes.into_iter().map(|(name, posed)| (name, shape_state(posed))).collect(),
             ..State::default()
         }
     }
@@ -340,6 +364,11 @@ fn light_change(now: &EnvironmentLook, was: &EnvironmentLook) -> Option<Environm
         gain: changed(now.gain, &was.gain),
     };
     changed(change, &EnvironmentState::default())
+}
+
+/// The state in which a shape at rest shows `posed`.
+fn shape_state(posed: Posed) -> ShapeState {
+    ShapeState { clip: Some(posed.clip), time_s: Some(posed.time_s) }
 }
 
 fn camera_change(now: &Camera, was: &Camera) -> Option<CameraState> {

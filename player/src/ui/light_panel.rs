@@ -55,7 +55,7 @@ pub fn view(ui: &mut Ui, editor: &mut Editor) {
 }
 
 /// A button that gives `parts` back what the scene says, and whether an animation moves them. Returns whether it was clicked.
-fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, parts: &[Part]) -> bool {
+pub(super) fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, parts: &[Part]) -> bool {
     let held = parts.iter().any(|part| editor.is_held(part));
     ui.horizontal(|ui| {
         let button = ui.add_enabled(changed || held, egui::Button::new(label)).on_hover_text("back to what the scene says");

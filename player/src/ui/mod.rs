@@ -12,6 +12,7 @@ mod orbit;
 mod panel;
 mod picker;
 mod screen;
+mod shape_panel;
 mod style;
 
 pub use editor::{Editor, Part};

@@ -1,9 +1,10 @@
-//! The panel: materials, light, view, animation, exposure, files, figures.
+//! The panel: materials, light, shapes, view, animation, exposure, files, figures.
 
 use super::editor::{Editor, HOLD_RULE};
 use super::facts::{Facts, Loading, Note, Save};
 use super::light_panel;
 use super::material_panel::{self, Yielded};
+use super::shape_panel;
 use super::style::{ACCENT, WARNING};
 use egui::{Button, Color32, Grid, ProgressBar, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
@@ -18,6 +19,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
                 loading(ui, facts);
                 material_panel::show(ui, editor, yielded);
                 light_panel::light(ui, editor);
+                shape_panel::show(ui, editor);
                 light_panel::view(ui, editor);
                 animation(ui, editor);
                 exposure(ui, editor);

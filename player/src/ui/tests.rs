@@ -1,6 +1,7 @@
 //! The editor by itself, and through the screen as a user works it.
 
 mod lit;
+mod shapes;
 mod user;
 
 use super::*;

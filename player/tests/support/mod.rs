@@ -3,6 +3,7 @@
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
 pub mod mirror;
+pub mod shadows;
 pub mod sparse;
 
 use half::f16;

@@ -1,11 +1,10 @@
 //! A bake at play: light, columns, picture, and which of them has to be computed again.
 
 use super::columns::Columns;
-use super::light::Light;
-use super::picture::Picture;
 use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
+use crate::lit::{Light, Picture};
 use relume_formats::kinds::sparse_transfer::Block;
 use relume_formats::state::Rgb;
 

@@ -10,6 +10,7 @@ use crate::support::{gpu_there, largest_difference};
 use relume_formats::evaluate;
 use relume_formats::kinds::SparseTransfer as Rows;
 use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{Environment, StoredScene};
 use relume_formats::state::Camera;
 
 fn gpu() -> Option<Gpu> {

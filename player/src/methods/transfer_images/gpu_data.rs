@@ -45,32 +45,13 @@ pub(super) struct Fragment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::mem::offset_of;
-
-    /// Name, size and (member, offset) pairs of a struct.
-    type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
-
-    macro_rules! layout_of {
-        ($type:ident { $($field:ident),* }) => {{
-            // Naming every field makes a forgotten one a compile error.
-            let $type { $($field: _),* } = $type::zeroed();
-            (stringify!($type), size_of::<$type>(), vec![$((stringify!($field), offset_of!($type, $field))),*])
-        }};
-    }
+    use crate::gpu::layout::{expect, layout_of};
 
     #[test]
-    fn gpu_layout() {
-        let module = naga::front::wgsl::parse_str(super::super::SHADER).unwrap();
-        let ours: [Layout; 3] = [
-            layout_of!(Dispatch { pixels, first_slot, end_slot, slots, accumulate }),
-            layout_of!(Slot { offset, stride, fragments, rgb }),
-            layout_of!(Fragment { index, material }),
-        ];
-        for (name, size, fields) in ours {
-            let (_, shader_type) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
-            let naga::TypeInner::Struct { members, span } = &shader_type.inner else { panic!("{name} is no struct") };
-            let theirs: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
-            assert_eq!((theirs, *span as usize), (fields, size), "{name}");
-        }
+    fn the_structs_have_the_shaders_layout() {
+        let shader = super::super::SHADER;
+        expect(shader, "Dispatch", &layout_of!(Dispatch { pixels, first_slot, end_slot, slots, accumulate }));
+        expect(shader, "Slot", &layout_of!(Slot { offset, stride, fragments, rgb }));
+        expect(shader, "Fragment", &layout_of!(Fragment { index, material }));
     }
 }

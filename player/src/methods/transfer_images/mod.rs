@@ -25,6 +25,8 @@ pub const METHOD: Method = Method {
     name: "transfer-images",
     kind: Kind::TransferImages,
     first_piece: HEAD_SECTIONS,
+    sphere_sets: false,
+    on_cpu: false,
     start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
 };
 

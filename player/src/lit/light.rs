@@ -14,18 +14,18 @@ const TEAM: u32 = 16;
 const WORKGROUP: u32 = 64;
 
 /// An environment map on the GPU.
-pub(super) struct Map {
+pub(crate) struct Map {
     /// Its name.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Its texels.
-    pub(super) texels: wgpu::TextureView,
+    pub(crate) texels: wgpu::TextureView,
     width: u32,
     /// What a stored 1 is worth.
     unit: f32,
 }
 
 /// The light that shines.
-pub(super) struct Light {
+pub(crate) struct Light {
     maps: Vec<Map>,
     face_size: u32,
     /// Index of the map and rotation that the coefficients are of.
@@ -43,7 +43,7 @@ pub(super) struct Light {
 
 impl Map {
     /// Uploads a map.
-    pub(super) fn new(gpu: &Gpu, environment: &Environment) -> Self {
+    pub(crate) fn new(gpu: &Gpu, environment: &Environment) -> Self {
         let (unit, halves) = environment.halves();
         let texels: Vec<[f16; 4]> = halves.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, f16::ZERO]).collect();
         let size = [environment.map.width, environment.map.height];
@@ -54,7 +54,7 @@ impl Map {
 
 impl Light {
     /// The light of `maps` on faces of `face_size` texels a side. It must be set before it shines.
-    pub(super) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32) -> Self {
+    pub(crate) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32) -> Self {
         let texels = FACES as u32 * face_size * face_size;
         let bytes = u64::from(texels) * size_of::<[f32; 4]>() as u64;
         let uniform_usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
@@ -82,7 +82,7 @@ impl Light {
     }
 
     /// Makes it shine as `look` says, but for the gain, which is a factor on all that follows. Returns whether that is a change.
-    pub(super) fn set(&mut self, gpu: &Gpu, look: &EnvironmentLook) -> bool {
+    pub(crate) fn set(&mut self, gpu: &Gpu, look: &EnvironmentLook) -> bool {
         let Some(index) = self.maps.iter().position(|map| map.name == look.map) else { return false };
         let Some(map) = self.maps.get(index).filter(|_| self.shines != Some((index, look.rotation_deg))) else { return false };
         let (sin_rotation, cos_rotation) = look.rotation_deg.to_radians().sin_cos();
@@ -94,7 +94,7 @@ impl Light {
     }
 
     /// Encodes the pass that brings the coefficients up to date.
-    pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+    pub(crate) fn encode(&self, passes: &mut Passes<'_>) {
         let Some(texels) = self.texels.get(self.map()) else { return };
         let mut pass = passes.compute("light");
         pass.set_pipeline(&self.resample);
@@ -107,22 +107,22 @@ impl Light {
     }
 
     /// All maps.
-    pub(super) fn maps(&self) -> &[Map] {
+    pub(crate) fn maps(&self) -> &[Map] {
         &self.maps
     }
 
     /// Index of the map that shines.
-    pub(super) fn map(&self) -> usize {
+    pub(crate) fn map(&self) -> usize {
         self.shines.map_or(0, |(index, _)| index)
     }
 
     /// The struct `Environment` of the shaders.
-    pub(super) fn uniform(&self) -> &wgpu::Buffer {
+    pub(crate) fn uniform(&self) -> &wgpu::Buffer {
         &self.uniform
     }
 
     /// Haar coefficients before the gain, [6·n·n], four floats each of which the last is unused.
-    pub(super) fn coefficients(&self) -> &wgpu::Buffer {
+    pub(crate) fn coefficients(&self) -> &wgpu::Buffer {
         &self.coefficients
     }
 }

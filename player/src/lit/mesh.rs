@@ -9,29 +9,29 @@ use std::ops::Range;
 use wgpu::{BufferUsages, TextureFormat};
 
 /// Meshes and what they are drawn with.
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     /// [vertices] three floats: metres, world space.
-    pub(super) positions: wgpu::Buffer,
+    pub(crate) positions: wgpu::Buffer,
     /// [vertices] two floats.
-    pub(super) uvs: wgpu::Buffer,
+    pub(crate) uvs: wgpu::Buffer,
     /// [triangles] three u32.
-    pub(super) triangles: wgpu::Buffer,
+    pub(crate) triangles: wgpu::Buffer,
     /// By material.
-    pub(super) materials: wgpu::Buffer,
+    pub(crate) materials: wgpu::Buffer,
     /// By material; a single white texel where there is none.
-    pub(super) textures: Vec<wgpu::TextureView>,
+    pub(crate) textures: Vec<wgpu::TextureView>,
     /// The objects, in the order of their triangles.
-    pub(super) objects: Vec<Object>,
+    pub(crate) objects: Vec<Object>,
     /// Nothing closer to the eye than this is drawn, metres.
-    pub(super) near: f32,
+    pub(crate) near: f32,
 }
 
 /// What is drawn at once.
-pub(super) struct Object {
+pub(crate) struct Object {
     /// Positions in the list of vertex indices.
-    pub(super) indices: Range<u32>,
+    pub(crate) indices: Range<u32>,
     /// Index of its material.
-    pub(super) material: u32,
+    pub(crate) material: u32,
 }
 
 /// The closest that is drawn, as a share of the scene's extent.
@@ -39,14 +39,14 @@ const NEAR: f32 = 1e-5;
 
 impl Mesh {
     /// Uploads the meshes of `scene`.
-    pub(super) fn new(gpu: &Gpu, scene: &StoredScene, textures: Option<&Textures>) -> Self {
+    pub(crate) fn new(gpu: &Gpu, scene: &StoredScene, textures: Option<&Textures>) -> Self {
         let texture_of = |index: usize| textures?.textures.iter().find(|texture| texture.material as usize == index);
         let no_uvs = || vec![[0.0; 2]; scene.positions.len()];
         let uvs = textures.map_or_else(no_uvs, |textures| textures.uvs.clone());
         let materials = scene.meta.materials.iter().enumerate();
         let materials: Vec<Material> = materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
         Self {
-            positions: upload(gpu, "positions", BufferUsages::VERTEX, &scene.positions),
+            positions: upload(gpu, "positions", BufferUsages::VERTEX | BufferUsages::STORAGE, &scene.positions),
             uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
             triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
             materials: gpu.storage("materials", &materials),

@@ -22,7 +22,7 @@ const COLOUR: TextureFormat = TextureFormat::Rgba32Float;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
 /// Everything between radiance at vertices and a picture.
-pub(super) struct Picture {
+pub(crate) struct Picture {
     film: Film,
     bands: Vec<Band>,
     mesh: Mesh,
@@ -54,7 +54,7 @@ impl Picture {
     ///
     /// # Errors
     /// If the GPU cannot draw so wide a picture.
-    pub(super) fn new(gpu: &Gpu, size: [u32; 2], mesh: Mesh, radiance: &wgpu::Buffer, light: &Light) -> Result<Self> {
+    pub(crate) fn new(gpu: &Gpu, size: [u32; 2], mesh: Mesh, radiance: &wgpu::Buffer, light: &Light) -> Result<Self> {
         let most = gpu.device.limits().max_texture_dimension_2d / SAMPLES;
         let [width, height] = size;
         if width > most {
@@ -108,7 +108,7 @@ impl Picture {
     }
 
     /// Sets where the camera stands, and the factor on all light.
-    pub(super) fn set(&self, gpu: &Gpu, camera: &Camera, gain: Rgb) {
+    pub(crate) fn set(&self, gpu: &Gpu, camera: &Camera, gain: Rgb) {
         let [width, height] = self.film.size;
         let film = camera.film(width, height);
         let [forward, right, up] = film.axes().map(|axis| axis.to_array());
@@ -134,7 +134,7 @@ impl Picture {
     }
 
     /// Encodes the passes that fill the film, with environment map number `map` behind everything.
-    pub(super) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
+    pub(crate) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
         for band in &self.bands {
             self.draw(band, map, passes);
             let mut pass = passes.compute("average");
@@ -169,8 +169,13 @@ impl Picture {
         }
     }
 
+    /// [vertices] three floats: where vertices are drawn, metres, world space.
+    pub(crate) fn positions(&self) -> &wgpu::Buffer {
+        &self.mesh.positions
+    }
+
     /// The film.
-    pub(super) fn film(&self) -> &Film {
+    pub(crate) fn film(&self) -> &Film {
         &self.film
     }
 }

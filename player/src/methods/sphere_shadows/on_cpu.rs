@@ -1,0 +1,45 @@
+//! The radiance of the receivers without a GPU: the fast path of `relume_formats` on all cores.
+
+use super::receivers::Receivers;
+use crate::gpu::Gpu;
+use relume_formats::basis::two_level::SIDE;
+use relume_formats::evaluate::sparse_transfer;
+use relume_formats::evaluate::sphere_shadows::{Detail, Function, light};
+use relume_formats::fast::sphere_shadows::Shading;
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{Environment, HaarTable};
+use relume_formats::state::Rgb;
+
+/// Light and lobes on the CPU.
+pub(super) struct OnCpu {
+    maps: Vec<Environment>,
+    lobes: Vec<Function>,
+    detail: Detail,
+    table: HaarTable,
+    /// As soon as there is light, with its gain.
+    folded: Option<(Shading, Rgb)>,
+}
+
+impl OnCpu {
+    /// Of `lobes`, cut to the terms of `detail`, in the light of `maps`.
+    pub(super) fn new(maps: Vec<Environment>, lobes: Vec<Function>, detail: Detail) -> Self {
+        Self { maps, lobes, detail, table: HaarTable::bake(), folded: None }
+    }
+
+    /// Folds the light of `look` into the lobes.
+    pub(super) fn set_light(&mut self, look: &EnvironmentLook) {
+        let Some(map) = self.maps.iter().find(|map| map.name == look.map) else { return };
+        let light = light(sparse_transfer::light(&map.map, look, SIDE), self.detail.terms);
+        self.folded = Some((Shading::new(&self.lobes, &light, self.detail.levels), look.gain));
+    }
+
+    /// Computes and uploads the radiance of `receivers`, before the gain, with which the picture is drawn.
+    pub(super) fn shade(&self, gpu: &Gpu, receivers: &Receivers, radiance: &wgpu::Buffer) {
+        let Some((shading, gain)) = &self.folded else { return };
+        let mut lit = vec![[0.0; 3]; receivers.now().len()];
+        shading.radiance(receivers.now(), receivers.sets(), &self.table, &mut lit);
+        let without_gain = |channel: usize, value: f32| if gain[channel] > 0.0 { value / gain[channel] } else { 0.0 };
+        let padded = lit.iter().map(|rgb| [without_gain(0, rgb[0]), without_gain(1, rgb[1]), without_gain(2, rgb[2]), 0.0]);
+        gpu.write(radiance, 0, bytemuck::cast_slice(&padded.collect::<Vec<[f32; 4]>>()));
+    }
+}

@@ -1,0 +1,144 @@
+//! Receivers and spheres as they stand now: what a pose does to them, on the CPU.
+
+use relume_formats::basis::diffuse::blend;
+use relume_formats::evaluate::sphere_set::Follower;
+use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, neighbours, receivers};
+use relume_formats::kinds::sphere_shadows::ShadowObject;
+use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
+use relume_formats::shape::{DeformingMesh, ShadingNormals};
+use relume_formats::state::Posed;
+use relume_formats::{Error, Place, Result};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Sphere sets, by the name of their object.
+pub(super) type Sets = BTreeMap<String, SphereSet>;
+/// Meshes that deform, by the name of their object.
+pub(super) type Shapes = BTreeMap<String, DeformingMesh>;
+
+/// The vertices of a scene, what blocks their view, and what moves them.
+pub(super) struct Receivers {
+    now: Vec<Receiver>,
+    sets: Vec<Spheres>,
+    moving: Vec<Moving>,
+}
+
+/// An object that deforms.
+struct Moving {
+    name: String,
+    vertices: Range<usize>,
+    mesh: DeformingMesh,
+    normals: ShadingNormals,
+    /// Number of its set, if it has one, and what its spheres follow.
+    follower: Option<(usize, Follower)>,
+    /// What it shows; `None` before the first pose.
+    shown: Option<Option<Posed>>,
+    /// Positions and normals now, kept for their memory.
+    now: [Vec<[f32; 3]>; 2],
+}
+
+impl Receivers {
+    /// Those of `scene` as the main file `bake` at `place` has them, at rest.
+    ///
+    /// # Errors
+    /// If scene, bake, sets and shapes do not fit together.
+    pub(super) fn new(scene: &StoredScene, bake: &SphereShadows, mut sets: Sets, mut shapes: Shapes, place: &Place) -> Result<Self> {
+        let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake the whole bundle again")));
+        let names = |objects: &[ShadowObject]| objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>();
+        if names(&bake.meta.objects) != scene.meta.objects.iter().map(|object| object.name.clone()).collect::<Vec<_>>() {
+            return refuse("has other objects than the scene".to_owned());
+        }
+        let mut found = Self { now: Vec::new(), sets: Vec::new(), moving: Vec::new() };
+        let (mut own_sets, mut end) = (Vec::new(), 0);
+        for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
+            let (name, count) = (&object.name, object.vertices as usize);
+            let set = match sets.remove(name) {
+                _ if !object.sphere_set => None,
+                Some(set) if set.meta.vertices == object.vertices => Some(set),
+                Some(set) => return refuse(format!("object `{name}` has {count} vertices, and spheres for {}", set.meta.vertices)),
+                None => return refuse(format!("needs the sphere set of object `{name}` before it")),
+            };
+            found.sets.extend(set.as_ref().map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }));
+            let triangles = end..end + stored.triangles as usize;
+            end = triangles.end;
+            let moves = scene.meta.shapes.iter().any(|shape| shape.object == *name);
+            match shapes.remove(name) {
+                mesh if object.deforms != moves || mesh.is_some() != moves => {
+                    return refuse(format!("object `{name}` deforms in one file of the bundle and not in another"));
+                }
+                Some(mesh) if mesh.positions.len() != count => {
+                    return refuse(format!("object `{name}` has {count} vertices, and a shape of {}", mesh.positions.len()));
+                }
+                Some(mesh) => found.add_moving(scene, object, triangles, mesh, set.as_ref()),
+                None => {}
+            }
+            own_sets.extend(set);
+        }
+        found.now = receivers(bake, &own_sets, &scene.positions, &scene.normals);
+        Ok(found)
+    }
+
+    fn add_moving(
+        &mut self,
+        scene: &StoredScene,
+        object: &ShadowObject,
+        triangles: Range<usize>,
+        mesh: DeformingMesh,
+        set: Option<&SphereSet>,
+    ) {
+        let vertices = range(object);
+        // What is not of the object wraps around to what no object has.
+        let local = |triangle: &[u32; 3]| triangle.map(|vertex| vertex.wrapping_sub(object.first_vertex));
+        let triangles: Vec<[u32; 3]> = scene.triangles[triangles].iter().map(local).collect();
+        self.moving.push(Moving {
+            name: object.name.clone(),
+            normals: ShadingNormals::new(&scene.positions[vertices.clone()], &scene.normals[vertices.clone()], &triangles),
+            vertices,
+            mesh,
+            follower: set.map(|set| (self.sets.len() - 1, Follower::new(set))),
+            shown: None,
+            now: Default::default(),
+        });
+    }
+
+    /// Brings everything to what `shapes` show. Returns the ranges of receivers that moved.
+    ///
+    /// # Errors
+    /// If a mesh would reach beyond what numbers hold.
+    pub(super) fn pose(&mut self, shapes: &BTreeMap<String, Posed>) -> Result<Vec<Range<usize>>> {
+        let mut moved = Vec::new();
+        for moving in &mut self.moving {
+            let shows = shapes.get(&moving.name);
+            if moving.shown.as_ref().is_some_and(|shown| shown.as_ref() == shows) {
+                continue;
+            }
+            let [positions, normals] = &mut moving.now;
+            moving.mesh.positions(&moving.mesh.pose_of(shows), positions);
+            moving.normals.at(positions, normals);
+            if let Some((set, follower)) = &moving.follower {
+                follower.follow(positions, &mut self.sets[*set].now)?;
+            }
+            let placed = positions.iter().zip(normals);
+            for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed) {
+                (receiver.position, receiver.normal, receiver.lobes) = ((*position).into(), (*normal).into(), blend((*normal).into()));
+            }
+            moving.shown = Some(shows.cloned());
+            moved.push(moving.vertices.clone());
+        }
+        Ok(moved)
+    }
+
+    /// All of them, in the order of the scene's vertices.
+    pub(super) fn now(&self) -> &[Receiver] {
+        &self.now
+    }
+
+    /// The spheres of the objects that have some.
+    pub(super) fn sets(&self) -> &[Spheres] {
+        &self.sets
+    }
+}
+
+fn range(object: &ShadowObject) -> Range<usize> {
+    object.first_vertex as usize..(object.first_vertex + object.vertices) as usize
+}

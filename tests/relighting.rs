@@ -315,7 +315,7 @@ fn scenes_that_do_not_fit_get_one_clear_line() {
         (format!("{BALL} {lamp}"), vec![], "light `bulb`: sparse-transfer lights by the environment alone"),
         (BALL.replace("[environment]", ""), vec![], "has no [environment]"),
         (BALL.replace("reflections = 1", "reflections = 4"), vec![], "models at most 3"),
-        (BALL.replace("view = true", "shape = true"), vec![], "keeps shapes fixed"),
+        (BALL.replace("view = true", "shape = true"), vec!["--method", "sparse-transfer"], "keeps shapes fixed"),
         (format!("{BALL} file = 'lampss'\n"), vec![], "did you mean `lamps`"),
         (format!("{BALL} file = 'lamps'\n others = ['clear-sky', 'lamps']\n"), vec![], "two environment maps are called `lamps`"),
         (format!("{BALL} gain = [-1.0, 1.0, 1.0]\n"), vec![], "gain"),

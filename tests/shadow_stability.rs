@@ -12,10 +12,13 @@ use std::sync::LazyLock;
 const TEXELS: usize = 6 * 32 * 32;
 
 static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
-static LOBES: LazyLock<Vec<Vec<f32>>> = LazyLock::new(|| (0..NODES).map(|node| diffuse::lobe(grid_normal(node))).collect());
 
-fn lobes(terms: Option<usize>) -> Vec<Function> {
-    LOBES.iter().map(|coefficients| lobe(coefficients.clone(), terms)).collect()
+/// The lobes of all nodes; those that no receiver needs are empty, which saves most of the time.
+fn lobes(receivers: &[Receiver], terms: Option<usize>) -> Vec<Function> {
+    let is_used = |node: usize| receivers.iter().flat_map(|r| r.lobes).any(|(k, weight)| weight != 0.0 && k as usize == node);
+    (0..NODES)
+        .map(|node| if is_used(node) { lobe(diffuse::lobe(grid_normal(node)), terms) } else { lobe(vec![0.0; TEXELS], Some(6)) })
+        .collect()
 }
 
 fn white() -> [Function; 3] {
@@ -34,7 +37,8 @@ fn spheres(now: Vec<[f32; 4]>) -> Spheres {
 
 /// Radiance with everything kept, in parts of what there is without spheres.
 fn open_share(receiver: Receiver, now: Vec<[f32; 4]>) -> f32 {
-    let at = |sets: &[Spheres]| radiance(&[receiver], sets, &lobes(None), &white(), Levels::All, &TABLE)[0][0];
+    let lobes = lobes(&[receiver], None);
+    let at = |sets: &[Spheres]| radiance(&[receiver], sets, &lobes, &white(), Levels::All, &TABLE)[0][0];
     at(&[spheres(now)]) / at(&[])
 }
 
@@ -65,9 +69,10 @@ fn on_the_surface_of_a_sphere_of_another_object() {
     for normal in directions() {
         for step in [1e-1, 1e-2, 1e-3, 1e-5, 1e-6, 0.0] {
             let at = |distance: f32| (normal * distance).extend(radius).to_array();
-            // The sphere's pole touches the receiver from behind: all of it is below the horizon.
+            // The sphere's pole touches the receiver from behind: all of it is below the horizon. On the very surface rounding decides whether the receiver is
+            // inside, where all is dark.
             let away = open_share(receiver(Vec3::ZERO, normal), vec![at(-radius * (1.0 + step))]);
-            assert!(away > 0.999, "{normal} {step}: {away}");
+            assert!(away > 0.999 || (step == 0.0 && away.abs() < 1e-5), "{normal} {step}: {away}");
             // And from the front: what is left is the sine of a cone that closes, √(2·step), and texels at its rim.
             let towards = open_share(receiver(Vec3::ZERO, normal), vec![at(radius * (1.0 + step))]);
             let expected = 1.0 - 1.0 / (1.0 + step).powi(2);
@@ -120,7 +125,7 @@ fn a_thousand_spheres() {
             Receiver { own, ..receiver(random.vector() * 3.0, random.vector().normalize()) }
         })
         .collect();
-    let (lobes, white) = (lobes(None), white());
+    let (lobes, white) = (lobes(&receivers, None), white());
     let clear = radiance(&receivers, &sets, &lobes, &white, Levels::All, &TABLE);
     let mut fast = vec![[f32::NAN; 3]; receivers.len()];
     Shading::new(&lobes, &white, Levels::All).radiance(&receivers, &sets, &TABLE, &mut fast);
@@ -141,7 +146,7 @@ fn a_light_of_one_texel_turns_without_flicker() {
     let receivers: Vec<Receiver> = [Vec3::ZERO, Vec3::new(0.3, 0.0, 0.4), Vec3::new(-0.5, 0.0, 0.2)]
         .map(|at| receiver(at, Vec3::new(0.1, 1.0, -0.05).normalize()))
         .into();
-    let lobes = lobes(Some(200));
+    let lobes = lobes(&receivers, Some(200));
     let frame = |number: usize, sets: &[Spheres]| {
         let texels = cubemap::from_equirect(&map, number as f32 * 0.25, 32);
         let mut planes: [Vec<f32>; 3] = std::array::from_fn(|c| texels.iter().map(|t| t[c]).collect());
@@ -151,7 +156,7 @@ fn a_light_of_one_texel_turns_without_flicker() {
         out.into_iter().map(|r| r[0]).collect::<Vec<f32>>()
     };
     let frames: Vec<Vec<f32>> = (0..1440).map(|k| frame(k, &sets)).collect();
-    let brightest = frame(0, &[])[0];
+    let brightest = (0..1440).step_by(30).map(|k| frame(k, &[])[0]).fold(0.0, f32::max);
     let (mut worst, mut shadowed, mut lit) = (0.0f32, 0, 0);
     for at in 0..receivers.len() {
         for k in 0..frames.len() {
@@ -173,7 +178,7 @@ fn a_thousand_times_larger_or_smaller() {
     let mut random = Random(9);
     let now: Vec<[f32; 4]> = (0..60).map(|_| (random.vector() * 2.0).extend(0.3 + 0.2 * random.next()).to_array()).collect();
     let receivers: Vec<Receiver> = (0..200).map(|_| receiver(random.vector() * 2.0, random.vector().normalize())).collect();
-    let (lobes, white) = (lobes(Some(200)), white());
+    let (lobes, white) = (lobes(&receivers, Some(200)), white());
     let shading = Shading::new(&lobes, &white, Levels::Two);
     let image = |scale: f32| {
         let sets = [spheres(now.iter().map(|s| s.map(|x| x * scale)).collect())];

@@ -132,7 +132,12 @@ fn a_ball_hides_its_form_factor() {
         off += error;
     }
     assert!((off / (SIDE * SIDE) as f64).abs() < 5e-4, "rims cancel: {off}");
-    assert!(bundle.manifest.methods[0].errors["relative_l2_median"] < 0.05);
+    // What the manifest says is what the path tracer finds: the plane casts no shadow on the underside of the ball. The sky is even, so terms and levels lose nothing.
+    let [told, all_terms] = ["relative_l2_median", "relative_l2_median_all_terms"].map(|name| bundle.manifest.methods[0].errors[name]);
+    let some: Vec<usize> = (0..bundle.stored.positions.len()).step_by(7).collect();
+    let found = against_tracer(&scene(BALL), &bundle.radiance(0.0, None), &some);
+    // One vertex in seven: a few per cent of chance.
+    assert!((told / found - 1.0).abs() < 0.1 && (told - all_terms).abs() < 1e-4, "{told} {all_terms}, found {found}");
 }
 
 /// Where the path tracer has other radiance than the bundle, relative L2 over some vertices; the tracer knows nothing of cubes, bases or spheres.
@@ -244,9 +249,12 @@ fn bundles_repeat_are_reused_and_verified() {
         let entry = relume_formats::kinds::manifest::FileEntry::of(file, &bytes);
         verdict(&|m| m.methods[0].files.iter_mut().filter(|(_, e)| e.file == file).for_each(|(_, e)| *e = entry.clone()))
     };
-    let mut shape = DeformingMesh::read_file(&bundle.file("shape-blocker.relume")).unwrap();
-    shape.positions[5][1] += 0.01;
-    let stderr = rewritten("shape-blocker.relume", shape.write_file(&bundle.file("shape-blocker.relume")).unwrap());
+    let path = bundle.file("shape-blocker.relume");
+    let shape = DeformingMesh::read_file(&path).unwrap();
+    let mut moved = shape.clone();
+    moved.positions[5][1] += 0.01;
+    let stderr = rewritten("shape-blocker.relume", moved.write_file(&path).unwrap());
+    shape.write_file(&path).unwrap();
     assert!(stderr.contains("vertex 5 does not rest where object `blocker` has it"), "{stderr}");
     let mut shadows = bundle.shadows.clone();
     shadows.meta.objects[0].name = "flat".to_owned();

@@ -61,3 +61,40 @@ fn distinct_normals(object: &Object) -> Option<usize> {
     let normals = object.mesh.normals.iter().map(|normal| normal.map(f32::to_bits));
     object.shape.is_none().then(|| normals.collect::<std::collections::BTreeSet<_>>().len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn planes_have_a_row_and_what_deforms_or_is_round_has_none() {
+        let scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
+        let shadows = bake(&scene);
+        let knot = scene.objects[0].mesh.positions.len();
+        assert_eq!(shadows.normals[NODES..], [[0.0, 1.0, 0.0]]);
+        assert!(shadows.rows[..knot].iter().all(|row| *row == NO_ROW) && shadows.rows[knot..].iter().all(|row| *row == NODES as u32));
+        assert_eq!(shadows.lobe(NODES), diffuse::lobe(glam::Vec3::Y));
+        assert_eq!(shadows.terms(NODES), order(shadows.lobe(NODES)));
+    }
+
+    #[test]
+    fn objects_share_rows_wholly_or_not_at_all_the_plainest_first() {
+        let mut scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
+        let plane = scene.objects.remove(1);
+        let turned = |count: usize| {
+            let mut object = plane.clone();
+            let normals = &mut Arc::make_mut(&mut object.mesh).normals;
+            let normal = |k: usize| glam::Vec3::new(0.01 * (k % count) as f32, 1.0, 0.0).normalize().to_array();
+            normals.iter_mut().enumerate().for_each(|(k, n)| *n = normal(k));
+            object
+        };
+        scene.objects = vec![turned(MAX_EXACT - 2), turned(3), turned(2), turned(1)];
+        let shadows = bake(&scene);
+        let vertices = plane.mesh.positions.len();
+        let has_rows: Vec<bool> = shadows.rows.chunks(vertices).map(|rows| rows.iter().all(|row| *row != NO_ROW)).collect();
+        assert_eq!(has_rows, [false, true, true, true], "1 + 2 + 3 fit, and {} more do not", MAX_EXACT - 2);
+        assert!(shadows.rows[..vertices].iter().all(|row| *row == NO_ROW));
+        assert_eq!(shadows.normals.len(), NODES + 3, "normals of several objects are stored once");
+    }
+}

@@ -17,11 +17,8 @@ pub fn receivers(shadows: &SphereShadows, sets: &[SphereSet], positions: &[[f32;
         let of = |vertex: u32| Some(Own { set: own?, sphere: *clusters?.get(vertex as usize)? });
         owners.extend((0..object.vertices).map(of));
     }
-    let vertices = positions.iter().zip(normals).zip(&shadows.rows).zip(owners);
-    let receiver = |(((position, normal), row), own): (((&[f32; 3], &[f32; 3]), &u32), Option<Own>)| {
-        let normal = Vec3::from(*normal);
-        let lobes = if *row == NO_ROW { blend(normal) } else { [(*row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] };
-        Receiver { position: Vec3::from(*position), normal, lobes, own }
-    };
-    vertices.map(receiver).collect()
+    let lobes = |row: u32, normal: Vec3| if row == NO_ROW { blend(normal) } else { [(row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] };
+    let places = positions.iter().zip(normals).map(|(position, normal)| (Vec3::from(*position), Vec3::from(*normal)));
+    let vertices = places.zip(shadows.rows.iter().zip(owners));
+    vertices.map(|((position, normal), (row, own))| Receiver { position, normal, lobes: lobes(*row, normal), own }).collect()
 }

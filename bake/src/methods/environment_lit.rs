@@ -60,3 +60,16 @@ pub(super) fn textures(scene: &Scene) -> Option<Textures> {
     }
     (!textures.is_empty()).then_some(Textures { uvs, textures })
 }
+
+/// The largest error.
+pub fn worst(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
+}
+
+/// The middle error, or the mean of the two in the middle; 0 if there are none.
+pub fn median(errors: &[f64]) -> f64 {
+    let mut sorted = errors.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
+    0.5 * (at(sorted.len() / 2) + at(sorted.len().saturating_sub(1) / 2))
+}

@@ -11,18 +11,6 @@ const CHUNK: usize = 256;
 /// Relative L2 errors over all vertices, one per held-out light.
 pub type Errors = [f64; STATES];
 
-/// The largest error.
-pub fn worst(errors: &Errors) -> f64 {
-    errors.iter().copied().fold(0.0, f64::max)
-}
-
-/// The middle error.
-pub fn median(errors: &Errors) -> f64 {
-    let mut sorted = *errors;
-    sorted.sort_by(f64::total_cmp);
-    0.5 * (sorted[STATES / 2 - 1] + sorted[STATES / 2])
-}
-
 /// Errors of the first 1, 2, … terms of `rows`, before they are rounded.
 pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
     let squares = |chunk: usize| {

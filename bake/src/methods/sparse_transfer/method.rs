@@ -1,8 +1,9 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, median, predicted_bytes, worst};
+use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, predicted_bytes};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
+use crate::methods::environment_lit::{median, worst};
 use crate::methods::{Method, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;

@@ -14,11 +14,11 @@ mod rows;
 mod texels;
 mod visibility;
 
-pub use errors::{Errors, median, worst};
+pub use errors::Errors;
 pub use method::Wanted;
 pub use rows::MAX_TERMS;
 
-use super::environment_lit::environments;
+use super::environment_lit::{environments, worst};
 use super::{Traced, environment_lit};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
@@ -180,7 +180,7 @@ fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: &Meta, job: &Jo
     stage.check()?;
     let terms = match terms {
         Terms::Number(terms) => terms.min(rows.terms),
-        Terms::Error(max) => 1 + by_terms[..rows.terms - 1].iter().take_while(|e| worst(e) * ROUNDING > max).count(),
+        Terms::Error(max) => 1 + by_terms[..rows.terms - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count(),
     };
     let blocks = quantise::shapes(terms);
     let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta.clone() } };

@@ -4,6 +4,7 @@ use super::errors::{measure, predicted_bytes};
 use super::{NAME, REVISION, expect_fit, leaves_out, rows};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
+use crate::methods::environment_lit::{median, worst};
 use crate::methods::{Method, Traced, environment_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{MethodEntry, shape_file};
@@ -76,17 +77,4 @@ impl Method for Wanted {
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
         Ok((MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors }, measured.traced))
     }
-}
-
-/// The largest error.
-fn worst(errors: &[f64]) -> f64 {
-    errors.iter().copied().fold(0.0, f64::max)
-}
-
-/// The middle error of an even number of them.
-fn median(errors: &[f64]) -> f64 {
-    let mut sorted = errors.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
-    0.5 * (at(sorted.len() / 2) + at((sorted.len() / 2).saturating_sub(1)))
 }

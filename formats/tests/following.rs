@@ -176,8 +176,9 @@ fn spheres_grow_no_farther_than_to_the_smallest_ball() {
     positions[0] = [4.0, 0.0, 0.0];
     let now = spheres(&set, &positions);
     assert_covered(&set, &positions, &now);
-    // The heap has a radius of 0.01, so the ball has at most one of 2.005; its other end is the point itself.
-    assert!((2.0..2.00501).contains(&now[0][3]), "{now:?}");
+    // The heap has a radius of 0.01, so the ball has at most one of 2.005; its other end is the point itself. The sphere stands out of its farthest point by
+    // as little as at rest, less than 0.001 of the radius.
+    assert!((2.0..2.0065).contains(&now[0][3]), "{now:?}");
     assert!(split(now[0]).0.distance(Vec3::X * 2.0) < 0.01, "{now:?}");
 }
 

@@ -3,7 +3,7 @@
 use crate::support::{command, expect_exit, run, write_scene};
 use relume_formats::container::Stored;
 use relume_formats::kinds::{Manifest, SphereSet};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -69,6 +69,45 @@ fn a_set_of_a_mesh_file_and_what_other_commands_make_of_it() {
     let report: Value = serde_json::from_slice(&std::fs::read(w.path("deep/er/report.json")).unwrap()).unwrap();
     assert!(report["spheres"]["set.relume"]["seconds"].is_number(), "{report}");
     assert!(report["spheres"]["set.relume"]["threads"].is_number(), "{report}");
+}
+
+/// A tetrahedron that clips of these names move, as glTF beside its `clips.bin`.
+fn moving(w: &Workshop, names: &[&str]) -> String {
+    let floats: [f32; 20] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 0., 0., 0., 3., 0., 0.];
+    let indices: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    let bytes = floats.iter().flat_map(|x| x.to_le_bytes()).chain(indices.iter().flat_map(|i| i.to_le_bytes()));
+    std::fs::write(w.path("clips.bin"), bytes.collect::<Vec<u8>>()).unwrap();
+    let view = |offset: u32, length: u32| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let accessor = |view: u32, component: u32, count: u32, kind: &str| json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
+    let (mut positions, mut times) = (accessor(0, 5126, 4, "VEC3"), accessor(1, 5126, 2, "SCALAR"));
+    (positions["min"], positions["max"], times["min"], times["max"]) = (json!([0, 0, 0]), json!([1, 1, 1]), json!([0]), json!([1]));
+    let clip = |name: &&str| json!({ "name": name, "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }], "samplers": [{ "input": 1, "output": 2 }] });
+    let gltf = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 3 }] }],
+        "buffers": [{ "uri": "clips.bin", "byteLength": 104 }],
+        "bufferViews": [view(0, 48), view(48, 8), view(56, 24), view(80, 24)],
+        "accessors": [positions, times, accessor(2, 5126, 2, "VEC3"), accessor(3, 5123, 12, "SCALAR")],
+        "animations": names.iter().map(clip).collect::<Vec<Value>>(),
+    });
+    w.write("clips.gltf", &gltf.to_string())
+}
+
+#[test]
+fn the_poses_of_clips_are_looked_at_and_broken_clips_keep_no_mesh_from_its_spheres() {
+    let w = Workshop::new();
+    for (names, poses, warning) in
+        [(&["Up"][..], 5, None), (&["Up", "Up"], 0, Some("fitted at rest, without a look at its clips")), (&[], 0, None)]
+    {
+        let (mesh, output) = (moving(&w, names), w.path("set.relume"));
+        let result = run("bake", &["spheres", &mesh, "-n", "3", "--iterations", "8", "-o", &output, "--progress", "none"]);
+        let errors = String::from_utf8(result.stderr).unwrap();
+        assert!(result.status.success(), "{errors}");
+        assert_eq!(SphereSet::read_file(Path::new(&output)).unwrap().meta.poses, poses, "{names:?}");
+        assert_eq!(errors.contains("at its clips"), warning.is_some(), "{errors}");
+        assert!(warning.is_none_or(|warning| errors.contains(warning)), "{errors}");
+        expect_exit("bake", &["verify", &output], 0);
+    }
 }
 
 #[test]

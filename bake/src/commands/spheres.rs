@@ -41,13 +41,21 @@ pub fn spheres(args: &SpheresArgs) -> Result<String> {
 
 /// A mesh, and the poses of its clips where it has some.
 fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<Vec<[f32; 3]>>)> {
-    let gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-    if !gltf {
-        return Ok((relume_scenes::load_mesh(path, warnings)?, Vec::new()));
+    let mut deforming_warnings = Vec::new();
+    match relume_scenes::load_deforming(path, &mut deforming_warnings) {
+        Ok(Deforming { rest, shape }) => {
+            warnings.append(&mut deforming_warnings);
+            Ok((rest, poses(&shape)))
+        }
+        // A file of another kind has no clips; clips that are broken need not keep a mesh from its spheres.
+        Err(error) => {
+            let mesh = relume_scenes::load_mesh(path, warnings)?;
+            if !matches!(error, Error::Unsupported { .. }) {
+                warnings.push(format!("{error}; the spheres are fitted at rest, without a look at its clips"));
+            }
+            Ok((mesh, Vec::new()))
+        }
     }
-    let Deforming { rest, shape } = relume_scenes::load_deforming(path, warnings)?;
-    let poses = poses(&shape);
-    Ok((rest, poses))
 }
 
 /// Where the set goes. Other commands know it by the end of its name.

@@ -17,7 +17,7 @@ pub struct Problem<'a> {
     /// How far outside its sphere a piece may reach; 0 for complete coverage.
     pub slack: f64,
     /// How the solid moves.
-    pub motion: Motion,
+    pub motion: &'a Motion,
 }
 
 /// A sphere and its cluster: the pieces that it must cover.

@@ -73,16 +73,17 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
         return Err(BakeError::invalid(place, reason));
     }
     let solid = Solid::of(mesh, place)?;
+    let motion = Motion::new(&solid, poses);
     let searches = if settings.spheres > MANY_SPHERES { 1 } else { SEARCHES };
     let stage = job.stage("spheres", u64::from(settings.iterations) * searches);
-    let run = |k: u64| search(&solid, poses, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &stage);
+    let run = |k: u64| search(&solid, &motion, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &stage);
     let found = (0..searches).into_par_iter().map(run).collect::<Result<Vec<Found<'_>>>>()?;
     let best = found.into_iter().min_by(|a, b| a.search.lowest().total_cmp(&b.search.lowest()));
     let Some(Found { search, mut history }) = best else { return Err(BakeError::invalid(place, "holds nothing to cover")) };
     let (spheres, balls) = finished(&search, &solid);
     let outside: f64 = balls.iter().map(|b| b.outside(&solid.boundary).volume).sum();
     // Rounding to single precision adds a hair.
-    let last = if poses.is_empty() { outside } else { search.lowest() };
+    let last = if motion.poses() == 0 { outside } else { search.lowest() };
     history.iter_mut().for_each(|e| *e = e.max(last));
     history.push(last);
     let slack = search.problem.slack;
@@ -94,7 +95,7 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
         seed: settings.seed,
         iterations: settings.iterations,
         tight: settings.tight as f32,
-        poses: poses.len() as u32,
+        poses: motion.poses() as u32,
         solid: solid.kind,
         diagonal: solid.diagonal as f32,
         volume: solid.volume,
@@ -102,6 +103,9 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
         quality: measure(&solid, &balls, COVERED * solid.diagonal),
     };
     let mut notes = solid.notes.clone();
+    if motion.poses() < poses.len() {
+        notes.push("its solid is not bounded by the mesh alone, so the spheres are fitted at rest, without a look at its clips".to_owned());
+    }
     if slack == 0.0 && meta.quality.coverage_surface.min(meta.quality.coverage_volume) < 1.0 {
         notes.push(format!("a gap of {:.1e} of the diagonal is left", meta.quality.largest_gap / solid.diagonal));
     }
@@ -134,12 +138,12 @@ struct Found<'a> {
     history: Vec<f64>,
 }
 
-fn search<'a>(solid: &'a Solid, poses: &[Vec<[f32; 3]>], settings: &Settings, seed: u64, stage: &Stage) -> Result<Found<'a>> {
+fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u64, stage: &Stage) -> Result<Found<'a>> {
     let area: f64 = solid.surface.planes.iter().map(|(_, area)| area).sum();
     let wanted = (PIECES.0 * settings.spheres).max(PIECES.1);
     let size = (4.0 * area / wanted as f64).sqrt();
     let pieces = Pieces::new(&solid.surface, size);
-    let problem = Problem { solid: &solid.boundary, pieces, slack: settings.tight * solid.diagonal, motion: Motion::new(solid, poses) };
+    let problem = Problem { solid: &solid.boundary, pieces, slack: settings.tight * solid.diagonal, motion };
     let spheres = start(&problem, settings.spheres, seed);
     let mut search = Search::new(problem, spheres, seed);
     let mut history = Vec::new();

@@ -48,6 +48,11 @@ impl Motion {
         Self { poses: poses.iter().filter(|_| own).filter_map(moved).collect() }
     }
 
+    /// Number of poses besides rest.
+    pub fn poses(&self) -> usize {
+        self.poses.len()
+    }
+
     /// The mean volume outside of `sphere` over rest and all poses.
     pub fn mean_outside(&self, sphere: &Sphere, pieces: &Pieces<'_>) -> f64 {
         let mut corners: Vec<u32> = sphere.cluster.iter().flat_map(|p| pieces.corners(*p)).copied().collect();

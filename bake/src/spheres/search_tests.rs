@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 fn problem(solid: &TriangleTree, size: f64) -> Problem<'_> {
-    Problem { solid, pieces: Pieces::new(solid, size), slack: 0.0, motion: Motion::default() }
+    Problem { solid, pieces: Pieces::new(solid, size), slack: 0.0, motion: Box::leak(Box::<Motion>::default()) }
 }
 
 fn all(problem: &Problem<'_>) -> Vec<u32> {

@@ -51,6 +51,9 @@ pub struct Detail {
     pub levels: Levels,
 }
 
+/// What is shown, and what a bake states its error for: the source's finest setting.
+pub const SHOWN: Detail = Detail { terms: Some(200), levels: Levels::Two };
+
 /// A factor of the product: its coefficients, the means that they make, and the terms that are kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Function {

@@ -14,7 +14,7 @@ use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, Spheres, light, lobe, receivers};
+use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, SHOWN, Spheres, light, lobe, receivers};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
@@ -31,8 +31,6 @@ const RECEIVERS: usize = 1024;
 const POSES: usize = 4;
 /// Receivers that one thread takes at a time.
 const CHUNK: usize = 16;
-/// Terms kept of light and lobes, as the player keeps them unless told otherwise.
-const TERMS: usize = 200;
 
 /// Relative L2 errors over the receivers, one for each pose and light.
 pub struct Measured {
@@ -57,7 +55,7 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
     let rays = AtomicU64::new(0);
     let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
-    let [kept, whole] = [Some(TERMS), None].map(|terms| lobes(shadows, terms));
+    let [kept, whole] = [SHOWN.terms, None].map(|terms| lobes(shadows, terms));
     for pose in &poses {
         let truth = traced(pose, &some, &lights, |steps| {
             rays.fetch_add(take_ray_count(), Ordering::Relaxed);
@@ -66,7 +64,8 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
         });
         stage.check()?;
         let ours = shown_in(pose, &some, shadows, sets)?;
-        for (errors, lobes, terms, levels) in [(&mut shown, &kept, Some(TERMS), Levels::Two), (&mut all_terms, &whole, None, Levels::All)] {
+        for (errors, lobes, terms, levels) in [(&mut shown, &kept, SHOWN.terms, SHOWN.levels), (&mut all_terms, &whole, None, Levels::All)]
+        {
             for state in 0..STATES {
                 stage.check()?;
                 errors.push(error(&ours.under(lobes, &light(planes(&lights, state), terms), levels), &truth, state));

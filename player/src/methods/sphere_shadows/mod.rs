@@ -21,7 +21,7 @@ use receivers::{Receivers, Sets, Shapes};
 use relume_formats::Place;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::{Kind, Section};
-use relume_formats::evaluate::sphere_shadows::{Detail, Levels, lobe};
+use relume_formats::evaluate::sphere_shadows::{Detail, SHOWN, lobe};
 use relume_formats::kinds::SphereShadows as Bake;
 use relume_formats::state::Rgb;
 use stage::{Changed, Stage, Work};
@@ -35,11 +35,8 @@ pub const METHOD: Method = Method {
     first_piece: 4,
     sphere_sets: true,
     on_cpu: true,
-    start: |_, setup| Ok(Box::new(SphereShadows::new(setup, DETAIL)?)),
+    start: |_, setup| Ok(Box::new(SphereShadows::new(setup, SHOWN)?)),
 };
-
-/// The source's finest setting: folded, its cost is that of the coarsest but for a few tiles of the second level.
-const DETAIL: Detail = Detail { terms: Some(200), levels: Levels::Two };
 
 const CAPS: &str = include_str!("caps.wgsl");
 const TERMS: &str = include_str!("terms.wgsl");
@@ -110,7 +107,7 @@ impl Waiting {
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
         let picture = self.surroundings.picture(gpu, &radiance, &light)?;
         let work = if gpu.radiance_on_cpu {
-            Work::Cpu(on_cpu::OnCpu::new(maps, lobes, detail))
+            Work::Cpu(on_cpu::OnCpu::new(maps, lobes, detail, &receivers))
         } else {
             let blockers = blockers::Blockers::new(gpu, &receivers, picture.positions(), place)?;
             let shading = shading::Shading::new(gpu, detail, &lobes, light.coefficients(), &blockers, &radiance);

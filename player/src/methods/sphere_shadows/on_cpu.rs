@@ -2,10 +2,11 @@
 
 use super::receivers::Receivers;
 use crate::gpu::Gpu;
+use glam::Vec3;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sparse_transfer;
-use relume_formats::evaluate::sphere_shadows::{Detail, Function, light};
-use relume_formats::fast::sphere_shadows::Shading;
+use relume_formats::evaluate::sphere_shadows::{Detail, Function, Receiver, light};
+use relume_formats::fast::sphere_shadows::{Shading, order};
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{Environment, HaarTable};
 use relume_formats::state::Rgb;
@@ -16,14 +17,17 @@ pub(super) struct OnCpu {
     lobes: Vec<Function>,
     detail: Detail,
     table: HaarTable,
+    /// The receivers in the order in which they are shaded.
+    order: Vec<u32>,
     /// As soon as there is light, with its gain.
     folded: Option<(Shading, Rgb)>,
 }
 
 impl OnCpu {
-    /// Of `lobes`, cut to the terms of `detail`, in the light of `maps`.
-    pub(super) fn new(maps: Vec<Environment>, lobes: Vec<Function>, detail: Detail) -> Self {
-        Self { maps, lobes, detail, table: HaarTable::bake(), folded: None }
+    /// Of `lobes`, cut to the terms of `detail`, in the light of `maps`, for `receivers`, whose neighbourhoods at rest serve in all poses.
+    pub(super) fn new(maps: Vec<Environment>, lobes: Vec<Function>, detail: Detail, receivers: &Receivers) -> Self {
+        let positions: Vec<Vec3> = receivers.now().iter().map(|receiver| receiver.position).collect();
+        Self { maps, lobes, detail, table: HaarTable::bake(), order: order(&positions), folded: None }
     }
 
     /// Folds the light of `look` into the lobes.
@@ -36,10 +40,14 @@ impl OnCpu {
     /// Computes and uploads the radiance of `receivers`, before the gain, with which the picture is drawn.
     pub(super) fn shade(&self, gpu: &Gpu, receivers: &Receivers, radiance: &wgpu::Buffer) {
         let Some((shading, gain)) = &self.folded else { return };
-        let mut lit = vec![[0.0; 3]; receivers.now().len()];
-        shading.radiance(receivers.now(), receivers.sets(), &self.table, &mut lit);
+        let ordered: Vec<Receiver> = self.order.iter().map(|index| receivers.now()[*index as usize]).collect();
+        let mut lit = vec![[0.0; 3]; ordered.len()];
+        shading.radiance(&ordered, receivers.sets(), &self.table, &mut lit);
         let without_gain = |channel: usize, value: f32| if gain[channel] > 0.0 { value / gain[channel] } else { 0.0 };
-        let padded = lit.iter().map(|rgb| [without_gain(0, rgb[0]), without_gain(1, rgb[1]), without_gain(2, rgb[2]), 0.0]);
-        gpu.write(radiance, 0, bytemuck::cast_slice(&padded.collect::<Vec<[f32; 4]>>()));
+        let mut padded = vec![[0.0; 4]; ordered.len()];
+        for (index, rgb) in self.order.iter().zip(lit) {
+            padded[*index as usize] = [without_gain(0, rgb[0]), without_gain(1, rgb[1]), without_gain(2, rgb[2]), 0.0];
+        }
+        gpu.write(radiance, 0, bytemuck::cast_slice(&padded));
     }
 }

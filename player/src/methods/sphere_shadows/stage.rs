@@ -53,6 +53,9 @@ impl Stage {
         self.set_light(gpu, look.environment.as_ref());
         let moved = self.receivers.pose(&look.shapes)?;
         self.changed.shapes |= !moved.is_empty();
+        if let (Work::Gpu(blockers, _), false) = (&self.work, moved.is_empty()) {
+            blockers.upload_spheres(gpu, &self.receivers);
+        }
         moved.into_iter().for_each(|range| self.upload(gpu, range));
         self.picture.set(gpu, &look.camera, self.gain());
         self.compute_on_cpu(gpu);
@@ -75,7 +78,6 @@ impl Stage {
         gpu.write(self.picture.positions(), (range.start * size_of::<[f32; 3]>()) as u64, bytemuck::cast_slice(&positions));
         if let Work::Gpu(blockers, _) = &self.work {
             blockers.upload(gpu, &self.receivers, range);
-            blockers.upload_spheres(gpu, &self.receivers);
         }
     }
 

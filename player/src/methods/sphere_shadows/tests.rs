@@ -6,7 +6,7 @@ use crate::support::gpu_there;
 use crate::support::shadows::Bundle;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, light, neighbours, radiance, receivers};
+use relume_formats::evaluate::sphere_shadows::{Levels, Receiver, Spheres, light, neighbours, radiance, receivers};
 use relume_formats::kinds::HaarTable;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::shape::ShadingNormals;
@@ -141,15 +141,15 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
     let (receivers, sets) = placed(&bundle, &look);
     let holds = |r: &Receiver| sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius);
     let held: Vec<usize> = (96..150).filter(|v| holds(&receivers[*v])).collect();
-    let [theirs, open] = expected(&bundle, &look, DETAIL);
-    let coarse = expected(&bundle, &look_at_noise(&bundle), Detail { levels: Levels::One, ..DETAIL });
-    let fine = expected(&bundle, &look_at_noise(&bundle), DETAIL);
+    let [theirs, open] = expected(&bundle, &look, SHOWN);
+    let coarse = expected(&bundle, &look_at_noise(&bundle), Detail { levels: Levels::One, ..SHOWN });
+    let fine = expected(&bundle, &look_at_noise(&bundle), SHOWN);
     let differs = coarse[0].iter().zip(&fine[0]).any(|(a, b)| (a[0] - b[0]).abs() > 1e-3 * b[0]);
     assert!(differs, "the second level counts somewhere");
     let shaded = theirs.iter().zip(&open).take(42).filter(|(a, b)| a[1] < 0.95 * b[1]).count();
     assert!(!held.is_empty() && shaded > 5, "{} held, {shaded} shaded", held.len());
     for gpu in &gpus {
-        let ours = draw(gpu, &mut load(gpu, &bundle, DETAIL).unwrap(), &look);
+        let ours = draw(gpu, &mut load(gpu, &bundle, SHOWN).unwrap(), &look);
         let facing = |v: &&usize| {
             sets[0].now.iter().any(|[x, y, z, radius]| {
                 let offset = glam::Vec3::new(*x, *y, *z) - receivers[**v].position;
@@ -165,10 +165,10 @@ fn without_spheres_there_is_no_shadow() {
     let Some(gpus) = gpus() else { return };
     let bundle = Bundle::write(false);
     for gpu in &gpus {
-        let mut method = load(gpu, &bundle, DETAIL).unwrap();
+        let mut method = load(gpu, &bundle, SHOWN).unwrap();
         let look = look(&bundle, "sun", 40.0, [1.0; 3], Some(("Turn", 0.5)));
         let ours = draw(gpu, &mut method, &look);
-        let expected = expected(&bundle, &look, DETAIL);
+        let expected = expected(&bundle, &look, SHOWN);
         assert_eq!(expected[0], expected[1]);
         expect_near(&ours, &expected, BOUND, &gpu.info.name);
     }
@@ -179,11 +179,11 @@ fn batches_give_the_identical_sum() {
     let Some([mut gpu, _]) = gpus() else { return };
     let bundle = Bundle::write(true);
     let look = look(&bundle, "noise", 20.0, [1.0; 3], Some(("Swell", 0.4)));
-    let whole = draw(&gpu, &mut load(&gpu, &bundle, DETAIL).unwrap(), &look);
+    let whole = draw(&gpu, &mut load(&gpu, &bundle, SHOWN).unwrap(), &look);
     (gpu.binding_bytes, gpu.workgroups_per_dimension) = (768 * 70, 30);
-    assert_eq!(draw(&gpu, &mut load(&gpu, &bundle, DETAIL).unwrap(), &look), whole, "batches of 70, 70 and 10");
+    assert_eq!(draw(&gpu, &mut load(&gpu, &bundle, SHOWN).unwrap(), &look), whole, "batches of 70, 70 and 10");
     gpu.binding_bytes = 16;
-    let refused = load(&gpu, &bundle, DETAIL).err().unwrap();
+    let refused = load(&gpu, &bundle, SHOWN).err().unwrap();
     assert!(refused.to_string().contains("bake with fewer spheres") && refused.exit_code() == 2, "{refused}");
 }
 
@@ -191,7 +191,7 @@ fn batches_give_the_identical_sum() {
 fn no_more_is_computed_than_has_changed() {
     let Some([gpu, _]) = gpus() else { return };
     let bundle = Bundle::write(true);
-    let mut method = load(&gpu, &bundle, DETAIL).unwrap();
+    let mut method = load(&gpu, &bundle, SHOWN).unwrap();
     let mut changes = |look: &Look| {
         method.update(&gpu, look).unwrap();
         let Changed { light, terms, shapes } = method.stage.as_ref().unwrap().changed;
@@ -215,7 +215,7 @@ fn no_more_is_computed_than_has_changed() {
 fn files_that_do_not_belong_together_are_refused() {
     let Some([gpu, _]) = gpus() else { return };
     let refusal = |change: fn(&mut Bake)| {
-        let error = load(&gpu, &Bundle::with(change, true), DETAIL).err().unwrap();
+        let error = load(&gpu, &Bundle::with(change, true), SHOWN).err().unwrap();
         assert_eq!(error.exit_code(), 2);
         error.to_string()
     };

@@ -1,7 +1,9 @@
 //! Carries out each command of the command line; returns what to print.
 
+mod chart;
 mod spheres;
 
+pub use chart::chart;
 pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;

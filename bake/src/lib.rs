@@ -3,12 +3,14 @@
 //! * [`trace`]: rays, samples, lights, the path tracer that is our truth, and every gather;
 //! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;
 //! * [`compress`]: numerics that make data small;
+//! * [`chart`]: speed against accuracy, measured;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
 pub mod bundle;
+pub mod chart;
 pub mod cli;
 pub mod commands;
 pub mod compress;

@@ -1,0 +1,18 @@
+//! Speed against accuracy: what every method costs and how far its pictures are from path-traced ones.
+//!
+//! * [`figures`]: what a chart says, and its files;
+//! * [`metrics`]: how far images are from their references;
+//! * [`picture`]: images beside their references;
+//! * [`csv`], [`svg`]: the figures as a table and as a drawing.
+
+pub mod csv;
+mod digits;
+pub mod figures;
+pub mod metrics;
+mod pareto;
+pub mod picture;
+pub mod svg;
+#[cfg(test)]
+mod figures_tests;
+#[cfg(test)]
+mod test_chart;

@@ -96,6 +96,16 @@ impl Point {
     }
 }
 
+/// What `picture.png` beside a chart shows: a point's images, the reference and the difference, for a few states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Picture {
+    /// [`Point::name`] of the point.
+    pub point: String,
+    /// What the difference is multiplied by.
+    pub factor: f32,
+}
+
 /// Everything that was measured on one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -116,6 +126,8 @@ pub struct Chart {
     pub adapter: String,
     /// [`Point::name`] of the point whose ratio is 1.
     pub baseline: String,
+    /// What the picture beside the chart shows.
+    pub picture: Picture,
     /// See [`machine`].
     pub machine: String,
     /// Day of the measurement, see [`today`].
@@ -189,7 +201,7 @@ impl Chart {
     }
 
     fn texts(&self) -> impl Iterator<Item = &str> {
-        let own = [&self.scene, &self.adapter, &self.baseline, &self.machine, &self.date, &self.program];
+        let own = [&self.scene, &self.adapter, &self.baseline, &self.picture.point, &self.machine, &self.date, &self.program];
         own.into_iter().chain(self.points.iter().flat_map(|p| [&p.method, &p.series, &p.label])).map(String::as_str)
     }
 
@@ -200,7 +212,8 @@ impl Chart {
             let name = p.name();
             [median_ms, p95_ms, ratio, ratio_low, ratio_high, p.bake_seconds].map(|value| (format!("a time of {name}"), value))
         };
-        [("reference_seconds".to_owned(), self.reference_seconds)].into_iter().chain(self.points.iter().flat_map(of))
+        let own = [("reference_seconds", self.reference_seconds), ("the picture's factor", f64::from(self.picture.factor))];
+        own.map(|(name, value)| (name.to_owned(), value)).into_iter().chain(self.points.iter().flat_map(of))
     }
 
     /// What may also be infinite.

@@ -10,7 +10,7 @@ fn a_chart_comes_back_bit_for_bit_and_its_files_repeat() {
     chart.points[1].errors.maximum.worst = f64::INFINITY;
     chart.points[2].errors.flip.median = 0.1 + 0.2;
     chart.points[3].bytes_on_disk = u64::MAX;
-    [&a, &b].map(|folder| chart.write(folder.path()).unwrap());
+    [&a, &b].into_iter().for_each(|folder| chart.write(folder.path()).unwrap());
     assert_eq!(Chart::read(a.path()).unwrap(), chart);
     for name in [JSON, CSV, SVG] {
         assert_eq!(std::fs::read(a.path().join(name)).unwrap(), std::fs::read(b.path().join(name)).unwrap(), "{name}");
@@ -55,7 +55,7 @@ fn a_bad_file_is_refused_with_its_name_and_a_remedy() {
     changed("/scene", "a\nb".into());
     refused("not one line");
     changed("/noise", serde_json::json!({ "flip": 3 }));
-    refused("noise");
+    refused("expected struct OverStates");
     let mut extra = good.clone();
     extra["speed"] = 3.into();
     std::fs::write(&path, extra.to_string()).unwrap();

@@ -52,12 +52,7 @@ pub fn image_errors(pairs: &[Pair<'_>], size: [u32; 2]) -> ImageErrors {
         let values: Vec<f64> = states.iter().map(of).collect();
         OverStates { median: median(&values), worst: worst(&values) }
     };
-    ImageErrors {
-        relative_l2: over(|e| e.relative_l2),
-        rel_mse: over(|e| e.rel_mse),
-        flip: over(|e| e.flip),
-        maximum: over(|e| e.maximum),
-    }
+    ImageErrors { relative_l2: over(|e| e.relative_l2), rel_mse: over(|e| e.rel_mse), flip: over(|e| e.flip), maximum: over(|e| e.maximum) }
 }
 
 fn errors(pair: &Pair<'_>, size: [u32; 2]) -> Errors {
@@ -211,7 +206,7 @@ mod tests {
         let (bright, bright_truth) = (scaled(&ours), scaled(&truth));
         let pair = |exposure_ev| Pair { ours: &bright, truth: &bright_truth, counted: &[true; PIXELS], exposure_ev };
         assert_eq!(image_errors(&[pair(-4.0)], SIZE), here, "a power of two, so even rounding is the same");
-        let overexposed = image_errors(&[pair(2.0)], SIZE);
+        let overexposed = image_errors(&[pair(3.0)], SIZE);
         assert_eq!((overexposed.flip.worst, overexposed.relative_l2), (0.0, here.relative_l2), "all is white");
     }
 

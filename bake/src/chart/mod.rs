@@ -6,13 +6,13 @@
 //! * [`csv`], [`svg`]: the figures as a table and as a drawing.
 
 pub mod csv;
-mod digits;
+pub(crate) mod digits;
 pub mod figures;
+#[cfg(test)]
+mod figures_tests;
 pub mod metrics;
 mod pareto;
 pub mod picture;
 pub mod svg;
 #[cfg(test)]
-mod figures_tests;
-#[cfg(test)]
-mod test_chart;
+pub(crate) mod test_chart;

@@ -27,7 +27,12 @@ const LINE: f64 = 21.0;
 
 /// The three panels.
 const AXES: [Axis; 3] = [
-    Axis { title: "Error against frame time", subtitle: "milliseconds a frame, median", value: |p| p.frame.median_ms, format: super::digits::milliseconds },
+    Axis {
+        title: "Error against frame time",
+        subtitle: "milliseconds a frame, median",
+        value: |p| p.frame.median_ms,
+        format: super::digits::milliseconds,
+    },
     Axis { title: "Error against size", subtitle: "bytes on disk", value: |p| p.bytes_on_disk as f64, format: super::digits::bytes },
     Axis { title: "Error against baking", subtitle: "seconds of baking", value: |p| p.bake_seconds, format: seconds },
 ];
@@ -74,7 +79,7 @@ fn facts(chart: &Chart) -> String {
     let [width, height] = chart.size;
     format!(
         "{width}×{height} pixels, {} random states, references of {} samples a pixel traced in {}. Error: relative L2 against the reference, median over the states; the references' \
-         own is {}. Frames on {}; {}; {}; {}. Time 1 in chart.csv: {}.",
+         own is {}. Frames on {}; {}; {}; {}. Time ratios in chart.csv are to {}.",
         chart.states,
         chart.reference_samples,
         seconds(chart.reference_seconds),

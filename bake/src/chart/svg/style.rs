@@ -4,8 +4,7 @@
 /// A colour, red, green, blue.
 pub type Colour = [u8; 3];
 
-const COLOURS: [Colour; 7] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
+const COLOURS: [Colour; 7] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
 /// What everything stands on.
 pub const CARD: &str = "#fcfcfa";
 /// Text.
@@ -15,7 +14,7 @@ pub const FAINT_INK: &str = "#555555";
 /// Lines of the grid.
 pub const GRID: &str = "#e2e2de";
 /// The Pareto front.
-pub const FRONT: &str = "#b8b8b0";
+pub const FRONT: &str = "#c8c8c0";
 
 /// Corners of the marks in units of their radius; none is a circle. All have about the same area.
 const MARKS: [&[[f64; 2]]; 6] = [

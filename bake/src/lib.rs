@@ -7,6 +7,7 @@
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`gallery`]: charts and pictures of many scenes on one page;
+//! * [`play`]: runs the player, to measure what it shows;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -21,6 +22,7 @@ pub mod gallery;
 pub mod inspect;
 pub mod job;
 pub mod methods;
+pub mod play;
 pub mod report;
 pub mod scene_hash;
 pub mod spheres;

@@ -1,5 +1,6 @@
-//! Speed against accuracy: what every method costs and how far its pictures are from path-traced ones.
+//! The chart: speed against accuracy, for every method and setting that fits what a scene varies.
 //!
+//! * [`states`]: random states of what a scene varies;
 //! * [`figures`]: what a chart says, and its files;
 //! * [`metrics`]: how far images are from their references;
 //! * [`picture`]: images beside their references;
@@ -13,6 +14,7 @@ mod figures_tests;
 pub mod metrics;
 mod pareto;
 pub mod picture;
+pub mod states;
 pub mod svg;
 #[cfg(test)]
 pub(crate) mod test_chart;

@@ -24,6 +24,8 @@ const BELOW: f64 = 30.0;
 const TITLE: f64 = 17.0;
 const TICK: f64 = 13.5;
 const LABEL: f64 = 13.0;
+/// More room between labels side by side than between lines of them.
+const BETWEEN: f64 = 6.0;
 /// The noise is on the axis unless it is further below the least error than this factor.
 const NOISE_IN_SIGHT: f64 = 30.0;
 /// Most ticks beside the axes.
@@ -129,7 +131,7 @@ impl<'a> Panel<'a> {
             taken: self.noise.iter().map(|(_, _, rect)| *rect).collect(),
             lines: lines.chain(noise).collect(),
         };
-        let size = |text: &str| [width(text, LABEL), LABEL * (ASCENT + DESCENT)];
+        let size = |text: &str| [width(text, LABEL) + BETWEEN, LABEL * (ASCENT + DESCENT)];
         let sizes: Vec<[f64; 2]> = self.dots.iter().map(|dot| size(&dot.point.label)).collect();
         let labels = place(&around, &sizes, size(&format!("{}", self.dots.len())));
         let mut number = 0;

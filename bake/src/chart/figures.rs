@@ -73,7 +73,7 @@ pub struct Point {
     pub method: String,
     /// Points of one method and series are joined by a line, in the order of the chart.
     pub series: String,
-    /// Short, such as `6 bases`; with the method it names the point.
+    /// Short, such as `6 bases`; with method and series it names the point.
     pub label: String,
     /// The settings that make the point.
     pub settings: BTreeMap<String, serde_json::Value>,
@@ -90,9 +90,9 @@ pub struct Point {
 }
 
 impl Point {
-    /// Method and label: what tells the point from all others.
+    /// Method, series and label: what tells the point from all others.
     pub fn name(&self) -> String {
-        format!("{}, {}", self.method, self.label)
+        format!("{}, {}, {}", self.method, self.series, self.label)
     }
 }
 

@@ -91,7 +91,7 @@ mod tests {
     fn the_last_bit_of_an_error_is_a_change() {
         let lines = after(|c| c.points[3].errors.flip.worst = c.points[3].errors.flip.worst.next_up());
         assert_eq!(lines.len(), 1);
-        assert!(lines[0].starts_with("transfer-images, 5 bases: FLIP, worst "), "{lines:?}");
+        assert!(lines[0].starts_with("transfer-images, 256 spp, 5 bases: FLIP, worst "), "{lines:?}");
         let lines = after(|c| c.noise.rel_mse.median = f64::INFINITY);
         assert!(lines[0].starts_with("noise of the reference: relMSE, median inf, was "), "{lines:?}");
     }
@@ -106,10 +106,10 @@ mod tests {
         });
         let expected = [
             "adapter: a GPU, was llvmpipe (LLVM 19.1.7, 256 bits)",
-            "transfer-images, 2 bases: bytes in memory 5, were 2400000",
-            "transfer-images, 3 bases: frame time ratio 9.0000, outside 0.3806..0.4069",
-            "transfer-images, another: new point",
-            "transfer-images, 4 bases: no longer there",
+            "transfer-images, 256 spp, 2 bases: bytes in memory 5, were 2400000",
+            "transfer-images, 256 spp, 3 bases: frame time ratio 9.0000, outside 0.3806..0.4069",
+            "transfer-images, 256 spp, another: new point",
+            "transfer-images, 256 spp, 4 bases: no longer there",
         ];
         assert_eq!(lines, expected);
     }
@@ -120,6 +120,6 @@ mod tests {
             c.points[1].frame.ratio = 9.0;
             c.baseline = c.points[0].name();
         });
-        assert_eq!(lines, ["baseline of the time ratios: transfer-images, 2 bases, was transfer-images, 6 bases"]);
+        assert_eq!(lines, ["baseline of the time ratios: transfer-images, 256 spp, 2 bases, was transfer-images, 256 spp, 6 bases"]);
     }
 }

@@ -118,7 +118,7 @@ mod tests {
         let mut other = named("a");
         other.points[0].bytes_on_disk += 1;
         let text = make(&scenes[1..], &gallery, |_| Ok(left_in(folder.path(), &other))).unwrap();
-        assert!(text.starts_with("a: transfer-images, 2 bases: bytes on disk 1200001, were 1200000\n"), "{text}");
+        assert!(text.starts_with("a: transfer-images, 256 spp, 2 bases: bytes on disk 1200001, were 1200000\n"), "{text}");
         assert_eq!(Chart::read(&gallery.join("a")).unwrap(), other);
         let text = make(&scenes[1..], &gallery, |_| Ok(left_in(folder.path(), &other))).unwrap();
         assert!(text.starts_with("a: all figures as before"), "{text}");

@@ -62,7 +62,7 @@ fn line(chart: &Chart) -> String {
     }
     let clause = |(words, p): &(String, &Point)| {
         let cost = format!("{} a frame and {}", milliseconds(p.frame.median_ms), bytes(p.bytes_on_disk as f64));
-        format!("{words} is {} ({}): {} at {cost}", p.method, p.label, percent(error(p)))
+        format!("{words} is {}: {} at {cost}", p.name(), percent(error(p)))
     };
     let mut text = said.iter().map(clause).collect::<Vec<_>>().join("; ");
     if let Some(first) = text.get_mut(..1) {
@@ -106,8 +106,9 @@ fn row(p: &Point, which: &str) -> String {
     let frame = format!("{} ({})", milliseconds(p.frame.median_ms), milliseconds(p.frame.p95_ms));
     let (l2, flip) = (both(p.errors.relative_l2, percent), both(p.errors.flip, three));
     format!(
-        "| {} | {}: {which} | {l2} | {flip} | {frame} | {} | {} |\n",
+        "| {} | {}, {}: {which} | {l2} | {flip} | {frame} | {} | {} |\n",
         p.method,
+        p.series,
         p.label,
         bytes(p.bytes_on_disk as f64),
         seconds(p.bake_seconds)
@@ -134,12 +135,12 @@ mod tests {
         assert_eq!(rows.len(), 2 + 2 * 3 + 1);
         assert!(rows.iter().all(|row| row.matches('|').count() == 8), "{table}");
         for (row, start) in rows[2..].iter().zip([
-            "| transfer-images | 1024 samples: most exact |",
-            "| transfer-images | 2 bases: fastest |",
-            "| sparse-transfer | 1024 terms: most exact |",
-            "| sparse-transfer | 16 terms: fastest |",
-            "| sphere-shadows | 128 spheres, II: most exact |",
-            "| sphere-shadows | 32 spheres, I: fastest |",
+            "| transfer-images | 8 bases, 1024 samples: most exact |",
+            "| transfer-images | 256 spp, 2 bases: fastest |",
+            "| sparse-transfer | 8 bits, 1024 terms: most exact |",
+            "| sparse-transfer | 8 bits, 16 terms: fastest |",
+            "| sphere-shadows | level II, 128 spheres, II: most exact |",
+            "| sphere-shadows | level I, 32 spheres, I: fastest |",
             "| *reference* | its own noise | 0.11 % (0.275 %) | 0.00044 (0.0011) |",
         ]) {
             assert!(row.starts_with(start), "{row}");
@@ -148,14 +149,14 @@ mod tests {
 
     #[test]
     fn a_line_says_which_point_is_best_at_what() {
-        let expected = "Most exact is transfer-images (1024 samples): 0.214 % at 1.5 ms a frame and 4.46 MB; fastest is transfer-images (2 bases): \
-                        5.16 % at 1.12 ms a frame and 1.2 MB; smallest is sparse-transfer (16 terms): 5.4 % at 2.18 ms a frame and 144 kB. \
+        let expected = "Most exact is transfer-images, 8 bases, 1024 samples: 0.214 % at 1.5 ms a frame and 4.46 MB; fastest is transfer-images, 256 spp, 2 bases: \
+                        5.16 % at 1.12 ms a frame and 1.2 MB; smallest is sparse-transfer, 8 bits, 16 terms: 5.4 % at 2.18 ms a frame and 144 kB. \
                         The references themselves are known to 0.11 %, which is a good part of the least error here.";
         assert_eq!(line(&chart()), expected);
         let mut alone = chart();
         alone.points.truncate(1);
         assert!(
-            line(&alone).starts_with("Most exact and fastest and smallest is transfer-images (2 bases): 5.16 % at"),
+            line(&alone).starts_with("Most exact and fastest and smallest is transfer-images, 256 spp, 2 bases: 5.16 % at"),
             "{}",
             line(&alone)
         );
@@ -169,6 +170,6 @@ mod tests {
         for link in ["(one%20scene/picture.png)", "(one%20scene/chart.svg)", "(two/picture.png)", "(two/chart.svg)"] {
             assert_eq!(page.matches(link).count(), 1, "{link}");
         }
-        assert!(page.contains("From the left: transfer-images, 6 bases; the reference; the difference, times 20."));
+        assert!(page.contains("From the left: transfer-images, 256 spp, 6 bases; the reference; the difference, times 20."));
     }
 }

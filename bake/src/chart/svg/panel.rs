@@ -49,6 +49,8 @@ struct Dot<'a> {
     style: Style,
     at: [f64; 2],
     on_front: bool,
+    /// What is written beside it.
+    text: String,
     label: Label,
     /// Its number if its label is short or nowhere.
     number: usize,
@@ -80,6 +82,14 @@ fn error(point: &Point) -> f64 {
     point.errors.relative_l2.median
 }
 
+/// The label of a point; with the series at the end of its line, if another series of the method has the same label.
+fn shown(point: &Point, all: &[Point]) -> String {
+    let of_method = || all.iter().filter(|p| p.method == point.method);
+    let is_shared = of_method().any(|p| p.series != point.series && p.label == point.label);
+    let ends = of_method().rfind(|p| p.series == point.series).is_some_and(|last| last.label == point.label);
+    if is_shared && ends { format!("{}, {}", point.label, point.series) } else { point.label.clone() }
+}
+
 fn segments(lines: &[[f64; 2]]) -> impl Iterator<Item = Segment> + '_ {
     lines.windows(2).filter_map(|pair| Some([*pair.first()?, *pair.get(1)?]))
 }
@@ -102,6 +112,7 @@ impl<'a> Panel<'a> {
             style: style(point),
             at: [across.place((axis.value)(point)), up.place(error(point))],
             on_front: on_front.contains(&number),
+            text: shown(point, &chart.points),
             label: Label::Nowhere,
             number: 0,
         };
@@ -132,7 +143,7 @@ impl<'a> Panel<'a> {
             lines: lines.chain(noise).collect(),
         };
         let size = |text: &str| [width(text, LABEL) + BETWEEN, LABEL * (ASCENT + DESCENT)];
-        let sizes: Vec<[f64; 2]> = self.dots.iter().map(|dot| size(&dot.point.label)).collect();
+        let sizes: Vec<[f64; 2]> = self.dots.iter().map(|dot| size(&dot.text)).collect();
         let labels = place(&around, &sizes, size(&format!("{}", self.dots.len())));
         let mut number = 0;
         for (dot, label) in self.dots.iter_mut().zip(labels) {
@@ -208,7 +219,7 @@ impl Dot<'_> {
         pen.mark(self.at, self.style, self.on_front);
         let number = self.number.to_string();
         match &self.label {
-            Label::Whole(placed) => draw_text(pen, &placed.rect, &self.point.label, &hex(darker(self.style.colour))),
+            Label::Whole(placed) => draw_text(pen, &placed.rect, &self.text, &hex(darker(self.style.colour))),
             Label::Short(placed) => draw_text(pen, &placed.rect, &number, &hex(darker(self.style.colour))),
             Label::Nowhere => {}
         }

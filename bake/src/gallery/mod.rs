@@ -8,9 +8,11 @@ pub mod page;
 
 use crate::chart::figures::{Chart, JSON, SVG};
 use crate::error::{BakeError, Result};
+use crate::job::say;
 use relume_formats::container::replace_file;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::{Error, Place};
+use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 
 /// The picture beside a chart: ours, the reference, the difference.
@@ -31,6 +33,39 @@ pub fn make(scenes: &[String], folder: &Path, mut chart: impl FnMut(&str) -> Res
     }
     text += &format!("{}\n", write_page(folder)?.display());
     Ok(text)
+}
+
+/// The scenes of the library that can be charted; says on stderr why others cannot: `fits` refuses them, or an asset is not there.
+///
+/// # Errors
+/// If there is no library, or one of its scenes is broken.
+pub fn scenes(fits: impl Fn(&Scene) -> Result<()>) -> Result<Vec<String>> {
+    let mut names = relume_scenes::library()?;
+    let mut broken = Ok(());
+    names.retain(|name| match look_at(name, &fits) {
+        Ok(None) => true,
+        Ok(Some(reason)) => {
+            say(&format!("{name} is left out: {reason}"));
+            false
+        }
+        Err(error) => {
+            broken = Err(error);
+            false
+        }
+    });
+    broken.map(|()| names)
+}
+
+/// Why a scene of the library cannot be charted, if so.
+fn look_at(name: &str, fits: &impl Fn(&Scene) -> Result<()>) -> Result<Option<String>> {
+    let scene = match relume_scenes::load(&relume_scenes::resolve(name)?) {
+        Err(error @ Error::Io { .. }) if error.is_bad_input() => return Ok(Some(error.to_string())),
+        other => other?,
+    };
+    match fits(&scene) {
+        Err(error) if error.exit_code() == 2 => Ok(Some(error.to_string())),
+        other => other.map(|()| None),
+    }
 }
 
 /// Copies the chart in `from` into the gallery and says what changed there.
@@ -138,6 +173,18 @@ mod tests {
         std::fs::rename(gallery.join("a"), gallery.join("b")).unwrap();
         let message = make(&[], &gallery, |_| unreachable!()).unwrap_err().to_string();
         assert!(message.contains("is of scene `a`"), "{message}");
+    }
+
+    #[test]
+    fn scenes_of_the_library_are_asked_whether_they_fit() {
+        let place = Place::file("scene.toml");
+        let only = |scene: &Scene| match scene.name.as_str() {
+            "cornell-knot" | "ring" => Ok(()),
+            other => Err(BakeError::invalid(&place, format!("{other} does not fit"))),
+        };
+        assert_eq!(scenes(only).unwrap(), ["cornell-knot", "ring"]);
+        let stopped = scenes(|_| Err(BakeError::Interrupted(crate::job::Interrupted))).unwrap_err();
+        assert_eq!(stopped.exit_code(), 130, "not every error is a misfit");
     }
 
     #[test]

@@ -298,7 +298,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
         fn nothing_overlaps_wherever_the_points_are(
             marks in prop::collection::vec([10.0f64..990.0, 10.0f64..390.0], 1..60),

@@ -56,6 +56,9 @@ struct Dot<'a> {
     number: usize,
 }
 
+/// The line of a series, from point to point.
+type Line = (Style, Vec<[f64; 2]>);
+
 /// A panel, laid out.
 pub struct Panel<'a> {
     axis: &'a Axis,
@@ -66,7 +69,7 @@ pub struct Panel<'a> {
     /// Corners of the front's stairs.
     front: Vec<[f64; 2]>,
     /// Lines that join the points of a series.
-    series: Vec<(Style, Vec<[f64; 2]>)>,
+    series: Vec<Line>,
     /// Height and text of the line of the noise, and where the text is.
     noise: Option<(f64, String, Rect)>,
     /// Lines of text below.
@@ -246,8 +249,8 @@ fn stairs(front: &[[f64; 2]], frame: &Rect) -> Vec<[f64; 2]> {
 }
 
 /// The points of each series in the order of the chart.
-fn series(dots: &[Dot<'_>]) -> Vec<(Style, Vec<[f64; 2]>)> {
-    let mut lines: BTreeMap<(&str, &str), (Style, Vec<[f64; 2]>)> = BTreeMap::new();
+fn series(dots: &[Dot<'_>]) -> Vec<Line> {
+    let mut lines: BTreeMap<(&str, &str), Line> = BTreeMap::new();
     for dot in dots {
         let key = (dot.point.method.as_str(), dot.point.series.as_str());
         lines.entry(key).or_insert_with(|| (dot.style, Vec::new())).1.push(dot.at);

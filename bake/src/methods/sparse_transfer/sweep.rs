@@ -51,9 +51,10 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
             variants.push(Variant { method: NAME, series, label, settings, folder, bake_seconds: baked.seconds });
             Ok::<_, crate::error::BakeError>(())
         };
+        let by_rays = format!("{rays} ray{}", if rays == 1 { "" } else { "s" });
         let plain = Shape { terms: SOME, bytes: false, coarser: 1 };
         if rays == RAYS[1] {
-            TERMS.iter().try_for_each(|terms| add(format!("{rays} rays"), format!("{terms} terms"), Shape { terms: *terms, ..plain }))?;
+            TERMS.iter().try_for_each(|terms| add(by_rays.clone(), format!("{terms} terms"), Shape { terms: *terms, ..plain }))?;
             for terms in [TERMS[0], SOME] {
                 add("bytes alone".to_owned(), format!("{terms} terms of bytes"), Shape { terms, bytes: true, coarser: 1 })?;
             }
@@ -62,7 +63,7 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
                 add("coarser light".to_owned(), format!("{SOME} terms, light {side}\u{b2}"), Shape { coarser, ..plain })?;
             }
         } else {
-            add(format!("{rays} rays"), format!("{SOME} terms, {rays} rays"), plain)?;
+            add(by_rays.clone(), format!("{SOME} terms, {by_rays}"), plain)?;
         }
     }
     Ok(variants)

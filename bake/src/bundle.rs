@@ -1,7 +1,9 @@
 //! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
 
+mod prediction;
 mod sphere_sets;
 
+pub use prediction::{Shared, predict_shared};
 pub use sphere_sets::{Fitted, SphereSetSummary};
 
 use crate::error::{BakeError, Result};

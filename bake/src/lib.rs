@@ -5,6 +5,7 @@
 //! * [`compress`]: numerics that make data small;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
+//! * [`plan`]: what a scene needs and what baking it will take;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -17,6 +18,7 @@ pub mod exr_file;
 pub mod inspect;
 pub mod job;
 pub mod methods;
+pub mod plan;
 pub mod report;
 pub mod scene_hash;
 pub mod spheres;

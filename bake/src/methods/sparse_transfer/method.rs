@@ -1,10 +1,11 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, predicted_bytes};
+use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, predicted_bytes, prediction};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
 use crate::methods::environment_lit::{median, worst};
-use crate::methods::{Method, Traced, environment_lit};
+use crate::job::Job;
+use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_formats::kinds::{Environment, Textures};
@@ -48,6 +49,10 @@ impl Method for Wanted {
 
     fn chosen(&self) -> Option<&'static str> {
         Some(TERMS)
+    }
+
+    fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {
+        prediction::predict(&self.settings, scene, job)
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {

@@ -51,7 +51,7 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     let lights = HeldOutLights::new(maps, SIDE);
     let poses = poses(scene)?;
     let vertices = shadows.rows.len();
-    let some: Vec<usize> = (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect();
+    let some = receivers_looked_at(vertices);
     let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
     let rays = AtomicU64::new(0);
     let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
@@ -76,6 +76,11 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     Ok(Measured { shown, all_terms, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
 }
 
+/// The vertices, of so many, that are looked at.
+pub(super) fn receivers_looked_at(vertices: usize) -> Vec<usize> {
+    (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect()
+}
+
 /// The lobes of all rows with their `terms` of largest size.
 pub(super) fn lobes(shadows: &SphereShadows, terms: Option<usize>) -> Vec<Function> {
     (0..shadows.normals.len()).map(|row| lobe(shadows.lobe(row).to_vec(), terms)).collect()
@@ -90,7 +95,7 @@ pub fn predicted_bytes(scene: &Scene) -> u64 {
 }
 
 /// The scene at rest, and with all that deforms at moments between those that the spheres were fitted to.
-fn poses(scene: &Scene) -> Result<Vec<Scene>> {
+pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
     let moment = |k: usize| {
         let clip = |shape: &relume_formats::shape::DeformingMesh| {
             let clip = shape.clips.get(k % shape.clips.len().max(1))?;
@@ -109,7 +114,7 @@ fn poses(scene: &Scene) -> Result<Vec<Scene>> {
 
 /// Radiance of a white surface at `some` vertices under all lights, row-major [receivers, [`RADIANCES`]], as rays to the centres of texels see the meshes.
 /// `go_on` is told of each finished chunk and may end the work.
-fn traced(pose: &Scene, some: &[usize], lights: &HeldOutLights, go_on: impl Fn(u64) -> bool + Sync) -> Vec<[f32; RADIANCES]> {
+pub(super) fn traced(pose: &Scene, some: &[usize], lights: &HeldOutLights, go_on: impl Fn(u64) -> bool + Sync) -> Vec<[f32; RADIANCES]> {
     let world = World::new(pose);
     let receivers = tracing_receivers(pose);
     let chunk = |vertices: &[usize]| {

@@ -1,11 +1,12 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::errors::{measure, predicted_bytes};
-use super::{NAME, REVISION, expect_fit, leaves_out, rows};
+use super::{NAME, REVISION, expect_fit, leaves_out, prediction, rows};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
 use crate::methods::environment_lit::{median, worst};
-use crate::methods::{Method, Traced, environment_lit};
+use crate::job::Job;
+use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{MethodEntry, shape_file};
 use relume_formats::kinds::{Environment, Textures};
@@ -49,6 +50,10 @@ impl Method for Wanted {
 
     fn chosen(&self) -> Option<&'static str> {
         None
+    }
+
+    fn predict(&self, scene: &Scene, _job: &Job) -> Result<Predicted> {
+        prediction::predict(scene)
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {

@@ -6,6 +6,7 @@
 
 mod errors;
 mod method;
+mod prediction;
 mod rows;
 
 #[cfg(test)]

@@ -27,6 +27,12 @@ pub const STATES: u32 = 16;
 const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
 /// What rounding to halves adds to the error of bases, relative L2.
 const HALVES: f64 = 0.0003;
+/// About how many pixels [`choose_bases`] looks at in a bake.
+pub const CHOICE_PIXELS: u32 = 2048;
+/// Paths of each of these.
+const CHOICE_PATHS: u32 = 16;
+/// [`measure`] looks at one pixel of every square of so many a side.
+pub(super) const SPACING: u32 = 4;
 
 /// Errors over the held-out states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +92,7 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
-    let pixels = one_pixel_in(4, settings.size);
+    let pixels = one_pixel_in(SPACING, settings.size);
     let stage = job.stage("measuring", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         stage.check()?;
@@ -105,11 +111,12 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     Ok(HeldOutErrors { median: 0.5 * (errors[middle - 1] + errors[middle]), worst: errors[errors.len() - 1] })
 }
 
-/// The fewest bases that keep the error of every held-out state below `max_error`, found on a small share of the paths; the most there are if none do.
+/// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about so many `pixels`; the most there are if none
+/// do.
 ///
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
-pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, job: &Job) -> Result<usize> {
+pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, pixels: u32, job: &Job) -> Result<usize> {
     let basis = basis_for(scene, *CHOICE.end())?;
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -119,10 +126,9 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     // A smaller basis is the beginning of a larger one.
     let coefficients: Vec<Vec<Option<Vec<Rgb>>>> = states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
 
-    // Some two thousand pixels, 16 paths each.
-    let spacing = (f64::from(size[0]) * f64::from(size[1]) / 2048.0).sqrt().ceil().max(1.0) as u32;
+    let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let pixels = one_pixel_in(spacing, size);
-    let samples = samples.min(16);
+    let samples = samples.min(CHOICE_PATHS);
     let stage = job.stage("choosing", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         stage.check()?;
@@ -157,6 +163,12 @@ fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<f64> {
         if norm == 0.0 { 0.0 } else { (difference / norm).sqrt() }
     };
     (0..states).map(relative).collect()
+}
+
+/// What [`measure`] does at `pixels` before it compares.
+pub(super) fn trace(gather: &Gather<'_>, scene: &Scene, pixels: &[u32], samples: u32) {
+    let states: Vec<_> = (0..STATES).map(|s| all_materials(scene, &random_state(s, scene))).collect();
+    pixels.par_iter().for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states)));
 }
 
 /// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the background.

@@ -33,18 +33,20 @@ const PACKED: f64 = 2e7;
 pub fn predict(wanted: &Wanted, scene: &Scene, job: &Job) -> Result<Predicted> {
     let Wanted { size, samples, seed, bases } = *wanted;
     let start = Instant::now();
-    let (bases, choosing) = match bases {
-        Bases::Number(bases) => (bases, 0.0),
-        Bases::Error(max) => {
-            let bases = held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?;
-            (bases, start.elapsed().as_secs_f64() * f64::from(CHOICE))
-        }
+    let chosen = match bases {
+        Bases::Number(bases) => bases,
+        Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?,
     };
-    let basis = basis_for(scene, bases)?;
+    let choosing = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let basis = basis_for(scene, chosen)?;
     let chromaticity = chromaticity(scene);
-    let layout = Layout::new(scene.vary.materials.len(), bases, chromaticity.is_some());
+    let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some());
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
+    let preparing = start.elapsed().as_secs_f64();
+    // Three times in all: for choosing, which has prepared as much, for tracing and for measuring.
+    let choosing = 2.0 * preparing + choosing + (choosing - preparing).max(0.0) * f64::from(CHOICE - 1);
     let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
     let projector = projector(scene, &basis, &layout, chromaticity);
     let all = size[0] as usize * size[1] as usize;
@@ -72,7 +74,7 @@ pub fn predict(wanted: &Wanted, scene: &Scene, job: &Job) -> Result<Predicted> {
         rays,
         seconds: choosing + tracing + measuring + packing,
         bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,
-        memory: predicted_bytes(scene, &Settings { size, samples, seed, bases }),
-        chosen: Some(bases),
+        memory: predicted_bytes(scene, &Settings { size, samples, seed, bases: chosen }),
+        chosen: Some(chosen),
     })
 }

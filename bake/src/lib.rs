@@ -6,10 +6,12 @@
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`plan`]: what a scene needs and what baking it will take;
+//! * [`play`]: runs the player, to measure what it shows;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
 pub mod bundle;
+pub mod chart;
 pub mod cli;
 pub mod commands;
 pub mod compress;
@@ -19,6 +21,7 @@ pub mod inspect;
 pub mod job;
 pub mod methods;
 pub mod plan;
+pub mod play;
 pub mod report;
 pub mod scene_hash;
 pub mod spheres;

@@ -8,6 +8,7 @@
 //! * [`shadows`]: sphere-shadows from bake to radiance;
 //! * [`shadow_stability`]: where shadows of spheres could fail;
 //! * [`plan`]: plans, and their predictions against bakes;
+//! * [`frame_cost`]: what bakes report of frames;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
@@ -17,6 +18,7 @@
 mod accuracy;
 mod cli;
 mod cpu_gpu;
+mod frame_cost;
 mod plan;
 mod relighting;
 mod shadow_stability;

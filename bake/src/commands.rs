@@ -9,6 +9,7 @@ use crate::bundle::{self, Leftover, MethodSummary};
 use crate::cli::{ExportArgs, MethodName, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
+use crate::frame_cost;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::methods::choice::{self, Asked};
@@ -45,6 +46,9 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
     summary.methods.iter().for_each(|method| text += &describe(&scene, method, max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
+    if summary.has_news() {
+        text += &frame_cost::measure(&scene, &summary, size, &folder)?;
+    }
     Ok(text)
 }
 

@@ -7,6 +7,7 @@
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`plan`]: what a scene needs and what baking it will take;
 //! * [`play`]: runs the player, to measure what it shows;
+//! * [`frame_cost`]: what a frame of a new bundle costs;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -17,6 +18,7 @@ pub mod commands;
 pub mod compress;
 pub mod error;
 pub mod exr_file;
+pub mod frame_cost;
 pub mod inspect;
 pub mod job;
 pub mod methods;

@@ -9,6 +9,8 @@ use std::path::Path;
 const FILE_NAME: &str = "report.json";
 /// The key under which sphere sets are reported, each by the name of its file.
 pub const SPHERES: &str = "spheres";
+/// The key under which frame costs are reported, each by the name of its method.
+pub const FRAME: &str = "frame";
 
 /// What every report tells: wall-clock seconds, threads, machine, program.
 pub fn facts(seconds: f64) -> Map<String, Value> {

@@ -58,7 +58,7 @@ pub(super) fn read(folder: &Path, scene: &Scene) -> Stored {
             errors: entry.errors.clone(),
             bytes_on_disk: entry.files.iter().map(|(_, file)| file.bytes).sum(),
             tracing: part("methods").and_then(|part| part.as_object().cloned()).unwrap_or_default(),
-            frame: part("frame"),
+            frame: part(report::FRAME),
         }
     };
     Stored { methods: manifest.methods.iter().map(|entry| (entry.name.clone(), figures(entry))).collect(), unusable: None }

@@ -69,6 +69,7 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
         files: vec![("brdf-basis".to_owned(), FileEntry::of("a.relume", &[0; 70])), ("b".to_owned(), FileEntry::of("b.relume", &[0; 30]))],
         settings: BTreeMap::from([("bases".to_owned(), json!(5))]),
         errors: BTreeMap::from([("relative_l2_median".to_owned(), 0.0025), ("relative_l2_worst".to_owned(), 0.0075)]),
+        measured_on: String::new(),
     };
     let mut manifest = Manifest {
         version: VERSION,

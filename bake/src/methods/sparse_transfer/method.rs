@@ -1,6 +1,6 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, predicted_bytes, prediction};
+use super::{NAME, REVISION, Settings, Terms, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
 use crate::methods::environment_lit::{median, worst};
@@ -78,6 +78,7 @@ impl Method for Wanted {
             ("relative_l2_worst_before_rounding", worst(unrounded)),
         ];
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, baked.traced))
+        let measured_on = errors::measured_on();
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, baked.traced))
     }
 }

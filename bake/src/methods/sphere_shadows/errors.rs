@@ -38,6 +38,8 @@ pub struct Measured {
     pub shown: Vec<f64>,
     /// With all terms: what the spheres alone do.
     pub all_terms: Vec<f64>,
+    /// What was compared.
+    pub on: String,
     /// What tracing took.
     pub traced: Traced,
 }
@@ -75,7 +77,12 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
             }
         }
     }
-    Ok(Measured { shown, all_terms, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
+    let on = format!(
+        "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
+        poses.len(),
+        some.len()
+    );
+    Ok(Measured { shown, all_terms, on, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
 }
 
 /// The vertices, of so many, that are looked at.

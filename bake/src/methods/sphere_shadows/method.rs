@@ -80,6 +80,7 @@ impl Method for Wanted {
             ("relative_l2_worst_all_terms", worst(&measured.all_terms)),
         ];
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors }, measured.traced))
+        let entry = MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors, measured_on: measured.on };
+        Ok((entry, measured.traced))
     }
 }

@@ -79,6 +79,12 @@ fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
     Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0) })
 }
 
+/// What [`measure`] compares.
+pub fn measured_on() -> String {
+    let one_in = SPACING * SPACING;
+    format!("{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths")
+}
+
 /// Measures `baked` at one pixel in 16.
 ///
 /// # Errors

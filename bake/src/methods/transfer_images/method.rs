@@ -97,7 +97,8 @@ impl Method for Wanted {
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
         let errors = BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]);
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, traced))
+        let measured_on = held_out::measured_on();
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, traced))
     }
 }
 

@@ -64,7 +64,11 @@ fn what_the_player_measured_goes_to_the_report() {
 
 #[test]
 fn a_bake_does_without_a_player_that_is_missing_fails_or_never_ends() {
-    let cases = [(None, "there is no `player`"), (Some("echo 'error: no adapter' >&2; exit 1"), "no adapter"), (Some("exec sleep 60"), "longer than 5 s")];
+    let cases = [
+        (None, "there is no `player`"),
+        (Some("echo 'error: no adapter' >&2; exit 1"), "no adapter"),
+        (Some("exec sleep 60"), "longer than 5 s"),
+    ];
     for (player, expected) in cases {
         let (text, report) = bake_beside(player);
         let reason = report["frame"]["transfer-images"]["unmeasured"].as_str().unwrap();

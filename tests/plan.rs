@@ -81,8 +81,7 @@ fn predictions_of_transfer_images_come_true() {
 
 #[test]
 fn predictions_of_sparse_transfer_come_true() {
-    let fine = relighting::BALL.replace("segments = 12", "segments = 24");
-    check_predictions(&format!("{fine} file = 'lamps'\n"), "sparse-transfer");
+    check_predictions(&format!("{} file = 'lamps'\n", relighting::BALL), "sparse-transfer");
 }
 
 #[test]

@@ -54,7 +54,6 @@ mod tests {
         Map::from_iter([(SPHERES.to_owned(), json!({ name: { "seconds": seconds } }))])
     }
 
-
     #[test]
     fn what_is_there_is_kept_unless_it_is_told_anew() {
         let folder = tempfile::tempdir().unwrap();

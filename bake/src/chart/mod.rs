@@ -1,3 +1,6 @@
 //! The chart: speed against accuracy, for every method and setting that fits what a scene varies.
 
 pub mod states;
+
+#[cfg(test)]
+pub(crate) mod ablation;

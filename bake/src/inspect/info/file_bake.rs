@@ -66,7 +66,10 @@ mod tests {
         let path = folder.path().join("transfer-images.relume");
         let read = || serde_json::from_str::<Value>(&info(&path, true).unwrap()).unwrap();
         let bake = &read()["bake"];
-        assert_eq!((&bake["belongs"], &bake["method"], &bake["measured_on"]), (&json!("listed"), &json!("transfer-images"), &json!("16 states")));
+        assert_eq!(
+            (&bake["belongs"], &bake["method"], &bake["measured_on"]),
+            (&json!("listed"), &json!("transfer-images"), &json!("16 states"))
+        );
         assert_eq!((&bake["errors"], &bake["settings"]), (&json!({ "relative_l2_median": 0.00125 }), &json!({ "samples": 16 })));
         let text = info(&path, false).unwrap();
         assert!(text.contains("  errors      relative_l2_median 0.001250\n  measured    16 states\n"), "{text}");
@@ -78,7 +81,10 @@ mod tests {
         assert_eq!(read()["bake"]["belongs"], "stranger");
         assert!(read()["bake"]["errors"].is_null());
         let text = info(&path, false).unwrap();
-        assert!(text.contains("lists this file with another hash, so the two do not belong together") && !text.contains("0.00125"), "{text}");
+        assert!(
+            text.contains("lists this file with another hash, so the two do not belong together") && !text.contains("0.00125"),
+            "{text}"
+        );
 
         std::fs::remove_file(folder.path().join("manifest.json")).unwrap();
         assert!(read()["bake"].is_null(), "a file alone is described all the same");

@@ -56,7 +56,7 @@ pub fn of_stored(stored: &SparseTransfer, rows: &Rows, lights: &HeldOutLights) -
     relative(chunks.iter(), &norms(rows))
 }
 
-fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
+pub(super) fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
     &lights.coefficients[usize::from(index) * RADIANCES..][..RADIANCES]
 }
 

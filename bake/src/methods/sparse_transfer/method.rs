@@ -3,8 +3,8 @@
 use super::{NAME, REVISION, Settings, Terms, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
-use crate::methods::environment_lit::{median, worst};
 use crate::job::Job;
+use crate::methods::environment_lit::{median, worst};
 use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;

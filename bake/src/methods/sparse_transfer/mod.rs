@@ -41,8 +41,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use texels::{FACE_SIZE, Texels};
 use visibility::transfer_row;
-pub(super) use visibility::{Receiver, receivers};
+pub(crate) use visibility::{Receiver, receivers};
 
+#[cfg(test)]
+mod ablation;
 #[cfg(test)]
 mod accuracy_table;
 

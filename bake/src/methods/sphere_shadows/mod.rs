@@ -10,6 +10,8 @@ mod prediction;
 mod rows;
 
 #[cfg(test)]
+mod ablation;
+#[cfg(test)]
 mod ladder;
 
 pub use method::Wanted;

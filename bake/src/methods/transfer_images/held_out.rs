@@ -82,7 +82,9 @@ fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
 /// What [`measure`] compares.
 pub fn measured_on() -> String {
     let one_in = SPACING * SPACING;
-    format!("{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths")
+    format!(
+        "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths"
+    )
 }
 
 /// Measures `baked` at one pixel in 16.
@@ -193,27 +195,40 @@ fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Br
 /// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed materials stay analytic.
 fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[Brdf], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
     let analytic = |material: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[material as usize], albedo, angles);
-    let approximate = |bases: usize, material: u32, albedo: Vec3A, angles: &Angles| match &coefficients[material as usize] {
-        None => analytic(material, albedo, angles),
-        Some(coefficients) => {
-            let mut values = [0.0; MAX_BASES];
-            basis.evaluate(angles, &mut values[..basis.bases()]);
-            let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
-            // The texture acts on the diffuse basis only.
-            terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
-        }
-    };
+    let on = OnBases { basis, materials, coefficients };
     let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
         let sum: DVec3 =
-            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| approximate(bases, m, albedo, angles)).as_dvec3()).sum();
+            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()).sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
     };
     CHOICE.map(squares).collect()
 }
 
+/// Materials of which those that vary are seen through a basis.
+pub(super) struct OnBases<'a> {
+    pub basis: &'a BrdfBasis,
+    pub materials: &'a [Brdf],
+    /// Of the materials that vary.
+    pub coefficients: &'a [Option<Vec<Rgb>>],
+}
+
+impl OnBases<'_> {
+    /// The BRDF of a material with the first `bases` of the basis.
+    pub fn evaluate(&self, bases: usize, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
+        let Some(coefficients) = &self.coefficients[material as usize] else {
+            return brdf::evaluate(&self.materials[material as usize], albedo, angles);
+        };
+        let mut values = [0.0; MAX_BASES];
+        self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
+        let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
+        // The texture acts on the diffuse basis only.
+        terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
+    }
+}
+
 /// For every material: its coefficients if it varies.
-fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
+pub(super) fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
     let of = |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
 }
@@ -228,7 +243,7 @@ fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
 }
 
 /// One pixel of every block of `side` × `side`, at a place that changes from block to block.
-fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
+pub(super) fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
     let mut pixels = Vec::new();
     for y0 in (0..height).step_by(side as usize) {
         for x0 in (0..width).step_by(side as usize) {

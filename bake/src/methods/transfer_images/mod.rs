@@ -11,6 +11,9 @@ mod prediction;
 mod project;
 mod tiles;
 
+#[cfg(test)]
+mod ablation;
+
 use super::Traced;
 use crate::brdf;
 use crate::error::{BakeError, Result};

@@ -1,7 +1,9 @@
 //! Carries out each command of the command line; returns what to print.
 
+mod chart;
 mod spheres;
 
+pub use chart::chart;
 pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;
@@ -24,6 +26,9 @@ use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 
+/// Where bundles of scenes go if nothing else is said.
+const BUNDLES: &str = "baked";
+
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
     watch_signals()?;
@@ -35,7 +40,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     }
     let methods = methods(args, &scene, max_error)?;
     methods.iter().flat_map(|method| method.leaves_out(&scene)).for_each(|omission| say(&format!("warning: {omission}")));
-    let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
+    let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
@@ -110,7 +115,8 @@ fn describe(scene: &Scene, summary: &MethodSummary, max_error: f64) -> String {
 /// `bake plan`.
 pub fn plan(args: &PlanArgs) -> Result<String> {
     watch_signals()?;
-    plan::plan(&load(&args.scene)?, Path::new("baked"), args.json)
+    let folders = plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(crate::chart::FOLDER) };
+    plan::plan(&load(&args.scene)?, &folders, args.json)
 }
 
 /// `bake export`.

@@ -3,9 +3,11 @@
 //! * [`trace`]: rays, samples, lights, the path tracer that is our truth, and every gather;
 //! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;
 //! * [`compress`]: numerics that make data small;
+//! * [`chart`]: speed against accuracy, measured;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`plan`]: what a scene needs and what baking it will take;
+//! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`play`]: runs the player, to measure what it shows;
 //! * [`frame_cost`]: what a frame of a new bundle costs;
 //! * [`inspect`]: looking into bundles: info, verify, export.
@@ -19,6 +21,7 @@ pub mod compress;
 pub mod error;
 pub mod exr_file;
 pub mod frame_cost;
+pub mod gallery;
 pub mod inspect;
 pub mod job;
 pub mod methods;

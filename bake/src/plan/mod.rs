@@ -1,5 +1,6 @@
 //! What a scene needs: which methods serve what it varies, what baking with each will take, which one `bake run` takes and what is left out then.
 
+mod charted;
 mod stored;
 mod text;
 
@@ -8,6 +9,7 @@ use crate::cli::MethodName;
 use crate::error::Result;
 use crate::job::{Job, ProgressMode};
 use crate::methods::choice::{Asked, METHODS, cheapest, serves_all};
+use charted::BestPoint;
 use clap::ValueEnum;
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
@@ -16,6 +18,15 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 use stored::StoredFigures;
+
+/// Where bundles and charts of scenes are, each in a folder called as the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Folders<'a> {
+    /// Bundles.
+    pub bundles: &'a Path,
+    /// Charts.
+    pub charts: &'a Path,
+}
 
 /// A plan.
 #[derive(Debug, Serialize)]
@@ -55,6 +66,7 @@ struct Candidate {
     settings: BTreeMap<String, Value>,
     predicted: Option<Prediction>,
     stored: Option<StoredFigures>,
+    charted: Option<BestPoint>,
 }
 
 /// What a bake by this method alone will take and leave, sphere sets and all that methods share included.
@@ -68,12 +80,12 @@ struct Prediction {
     chooses: Option<(&'static str, usize)>,
 }
 
-/// The plan for `scene`, as text or as JSON. Bundles of earlier bakes are sought in `bundles`, by the scene's name.
+/// The plan for `scene`, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
 ///
 /// # Errors
 /// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses nothing.
-pub fn plan(scene: &Scene, bundles: &Path, json: bool) -> Result<String> {
-    let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, bundles)? };
+pub fn plan(scene: &Scene, folders: &Folders<'_>, json: bool) -> Result<String> {
+    let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, folders)? };
     if !json {
         return Ok(text::of(&plan));
     }
@@ -104,10 +116,11 @@ fn nothing(scene: &Scene) -> Plan {
     }
 }
 
-fn make(scene: &Scene, bundles: &Path) -> Result<Plan> {
+fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     let asked = Asked::of_scene(scene);
     let job = Job::new(ProgressMode::None);
-    let mut stored = stored::read(&bundles.join(&scene.name), scene);
+    let mut stored = stored::read(&folders.bundles.join(&scene.name), scene);
+    let mut charted = charted::read(&folders.charts.join(&scene.name));
     let mut shared = None;
     let mut candidate = |name: MethodName| {
         let method = asked.method(name, scene);
@@ -120,6 +133,7 @@ fn make(scene: &Scene, bundles: &Path) -> Result<Plan> {
             settings: method.asked_for(),
             predicted: None,
             stored: stored.methods.remove(method.name()),
+            charted: charted.remove(method.name()),
         };
         candidate.settings.remove("revision");
         if candidate.misfit.is_none() {

@@ -19,14 +19,19 @@ fn ball(vary: &str, render: &str, object: &str) -> Scene {
     Scene { name: "ball".to_owned(), ..relume_scenes::load(&path).unwrap() }
 }
 
+/// Bundles and charts in `folder`.
+fn at(folder: &Path) -> Folders<'_> {
+    Folders { bundles: folder, charts: folder }
+}
+
 fn json_of(scene: &Scene, bundles: &Path) -> Value {
-    serde_json::from_str(&plan(scene, bundles, true).unwrap()).unwrap()
+    serde_json::from_str(&plan(scene, &at(bundles), true).unwrap()).unwrap()
 }
 
 #[test]
 fn a_scene_that_varies_nothing_is_told_so() {
     let scene = ball("", "reflections = 1", "");
-    let text = plan(&scene, Path::new("none"), false).unwrap();
+    let text = plan(&scene, &at(Path::new("none")), false).unwrap();
     assert!(text.starts_with("ball varies nothing, so there is nothing to bake: make one image with `bake reference`"), "{text}");
     let value = json_of(&scene, Path::new("none"));
     assert_eq!((&value["chosen"], &value["methods"]), (&Value::Null, &json!([])));
@@ -53,7 +58,7 @@ fn what_no_method_does_is_said() {
 
 #[test]
 fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() {
-    let text = plan(&ball("shape = true", "reflections = 1", ""), Path::new("none"), false).unwrap();
+    let text = plan(&ball("shape = true", "reflections = 1", ""), &at(Path::new("none")), false).unwrap();
     assert!(text.contains("\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"), "{text}");
     assert!(text.contains("\nchosen: none, for shapes vary") && text.contains("does not fit: no object has spheres"), "{text}");
 }
@@ -83,7 +88,7 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     manifest.write(&folder).unwrap();
     let report = json!({ "methods": { "transfer-images": { "rays": 2e6, "tracing_seconds": 3.0 } }, "frame": { "transfer-images": { "median_ms": 1.25 } } });
     std::fs::write(folder.join("report.json"), report.to_string()).unwrap();
-    let text = plan(&scene, bundles.path(), false).unwrap();
+    let text = plan(&scene, &at(bundles.path()), false).unwrap();
     let stored = "(bases 5): error 0.250 % median, 0.750 % worst; 0.0 MB on disk, 2.0 million rays in 3.0 s, a frame in 1.25 ms";
     assert!(text.contains(stored), "{text}");
     assert_eq!(json_of(&scene, bundles.path())["methods"][0]["stored"]["bytes_on_disk"], 100);
@@ -93,4 +98,19 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     let value = json_of(&scene, bundles.path());
     assert!(value["stored_unusable"].as_str().unwrap().contains("another state of the scene"), "{value}");
     assert!(value["methods"][0]["stored"].is_null());
+}
+
+#[test]
+fn the_best_point_of_a_chart_is_told() {
+    let scene = ball("materials = ['white']", "reflections = 1", "");
+    let charts = tempfile::tempdir().unwrap();
+    let chart = crate::chart::test_chart::chart();
+    std::fs::create_dir(charts.path().join("ball")).unwrap();
+    chart.write(&charts.path().join("ball")).unwrap();
+    let of_method = chart.points.iter().filter(|point| point.method == "transfer-images");
+    let best = of_method.map(|point| point.errors.relative_l2.median).fold(f64::INFINITY, f64::min);
+    let value = json_of(&scene, charts.path());
+    assert_eq!(value["methods"][0]["charted"]["relative_l2_median"], best);
+    let text = plan(&scene, &at(charts.path()), false).unwrap();
+    assert!(text.contains(&format!("{:.3} % median", 100.0 * best)) && text.contains("nearest to path traced images with"), "{text}");
 }

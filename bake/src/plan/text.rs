@@ -1,5 +1,6 @@
 //! The text form of a plan.
 
+use super::charted::BestPoint;
 use super::stored::StoredFigures;
 use super::{Candidate, Plan, Prediction, Varies};
 use serde_json::Value;
@@ -37,6 +38,7 @@ fn method(candidate: &Candidate) -> String {
     let mut facts = vec![("settings", settings(&candidate.settings))];
     facts.extend(candidate.predicted.iter().map(|p| ("predicted", predicted(p))));
     facts.extend(candidate.stored.iter().map(|s| ("stored", stored(s))));
+    facts.extend(candidate.charted.iter().map(|c| ("charted", charted(c))));
     facts.extend(candidate.leaves_out.iter().map(|sentence| ("leaves out", sentence.clone())));
     let lines: String = facts.iter().map(|(name, value)| format!("  {name:<10}  {value}\n")).collect();
     format!("\n{}: fits, {serves}\n{lines}", candidate.name)
@@ -68,6 +70,17 @@ fn stored(figures: &StoredFigures) -> String {
         error("relative_l2_median"),
         error("relative_l2_worst"),
         megabytes(*bytes_on_disk)
+    )
+}
+
+fn charted(best: &BestPoint) -> String {
+    let BestPoint { point, relative_l2_median, relative_l2_worst, median_ms, bytes_on_disk, bake_seconds, date, adapter } = best;
+    format!(
+        "nearest to path traced images with {point}: {:.3} % median, {:.3} % worst; {} on disk, a frame in {median_ms:.2} ms, baked in {} ({date}, {adapter})",
+        100.0 * relative_l2_median,
+        100.0 * relative_l2_worst,
+        megabytes(*bytes_on_disk),
+        duration(*bake_seconds)
     )
 }
 

@@ -8,6 +8,7 @@ mod errors;
 mod method;
 mod prediction;
 mod rows;
+mod sweep;
 
 #[cfg(test)]
 mod ablation;
@@ -15,6 +16,7 @@ mod ablation;
 mod ladder;
 
 pub use method::Wanted;
+pub use sweep::SWEEP;
 
 use super::environment_lit;
 use crate::error::{BakeError, Result};

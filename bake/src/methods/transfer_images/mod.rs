@@ -9,6 +9,7 @@ mod method;
 mod pack;
 mod prediction;
 mod project;
+mod sweep;
 mod tiles;
 
 #[cfg(test)]
@@ -34,6 +35,7 @@ use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::{Emitter, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
+pub use sweep::SWEEP;
 use tiles::{Tile, TileFragment};
 
 /// Name of the method.

@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Spheres(args) => commands::spheres(args),
         Command::Reference(args) => commands::reference(args),
         Command::Chart(args) => commands::chart(args),
+        Command::Gallery(args) => commands::gallery(args),
     };
     match result {
         // A closed pipe is the reader's choice, not a failure.
@@ -40,7 +41,7 @@ fn main() -> ExitCode {
             let stopped = matches!(error, BakeError::Interrupted(_) | BakeError::File(_)) && code != 2;
             let kept = match cli.command {
                 Command::Run(_) if stopped => "; finished work is kept, add --resume to go on",
-                Command::Chart(_) if stopped => "; finished work is kept, the same command goes on with it",
+                Command::Chart(_) | Command::Gallery(_) if stopped => "; finished work is kept, the same command goes on with it",
                 _ => "",
             };
             fail(&format!("{error}{kept}"), code)

@@ -16,6 +16,8 @@ pub const JSON: &str = "chart.json";
 pub const CSV: &str = "chart.csv";
 /// The same as a picture.
 pub const SVG: &str = "chart.svg";
+/// Images beside their references; [`super::run`] makes it, from what the figures do not hold.
+pub const PICTURE: &str = "picture.png";
 /// More points than that cannot be told apart in a picture.
 const MAX_POINTS: usize = 400;
 /// Longest name or label, in bytes.

@@ -26,7 +26,7 @@ use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
 use crate::play::{Played, Playing};
 use crate::scene_hash::scene_hash;
-use figures::{Chart, FrameTime, ImageErrors, Point};
+use figures::{Chart, FrameTime, ImageErrors, PICTURE, Picture, Point};
 use metrics::{Pair, image_errors};
 use reference::Reference;
 use relume_formats::container::replace_file;
@@ -80,19 +80,18 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     drop(stage);
     let times = timing::measure(&variants, &animation, STATES, bench.size, job)?;
     let best = (0..shown.len()).min_by(|a, b| shown[*a].0.relative_l2.median.total_cmp(&shown[*b].0.relative_l2.median));
-    let mut shows = figures::Picture { point: String::new(), factor: 1.0 };
+    let mut picture = Picture { point: String::new(), factor: 1.0 };
     if let Some(best) = best {
-        let path = folder.join("picture.png");
+        let path = folder.join(PICTURE);
         let rows: Vec<Pair<'_>> = (0..SHOWN).map(|state| pair(&shown[best].2[state], &truths[state], exposures[state])).collect();
         let (png, factor) = picture::beside(&rows, bench.size)?;
         replace_file(&path, &png)?;
-        shows =
-            figures::Picture { point: format!("{}, {}, {}", variants[best].method, variants[best].series, variants[best].label), factor };
+        picture = Picture { point: name(&variants[best]), factor };
     }
     let adapter = shown.first().map_or_else(String::new, |(_, played, _)| played.adapter.clone());
     let points =
         variants.iter().zip(&shown).zip(times).map(|((variant, (errors, played, _)), frame)| point(variant, errors, played, frame));
-    let baseline = variants.first().map_or_else(String::new, |v| format!("{}, {}, {}", v.method, v.series, v.label));
+    let baseline = variants.first().map_or_else(String::new, name);
     let chart = Chart {
         scene: scene.name.clone(),
         size: bench.size,
@@ -102,7 +101,7 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
         noise,
         adapter,
         baseline,
-        picture: shows,
+        picture,
         machine: figures::machine(),
         date: figures::today(),
         program: concat!("bake ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -111,6 +110,19 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     chart.write(folder)?;
     std::fs::remove_dir_all(&work).map_err(|e| Error::io(&Place::file(&work), e))?;
     Ok(chart)
+}
+
+/// Fails unless a method shows everything that the scene varies.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub fn expect_fit(scene: &Scene) -> Result<()> {
+    fitting(scene, &[]).map(drop)
+}
+
+/// What [`Point::name`] will be.
+fn name(variant: &Variant) -> String {
+    format!("{}, {}, {}", variant.method, variant.series, variant.label)
 }
 
 /// The sweeps of `methods`, or of all that show everything that the scene varies.

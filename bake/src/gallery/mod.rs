@@ -6,7 +6,7 @@
 pub mod changes;
 pub mod page;
 
-use crate::chart::figures::{Chart, JSON, SVG};
+use crate::chart::figures::{Chart, JSON, PICTURE, SVG};
 use crate::error::{BakeError, Result};
 use crate::job::say;
 use relume_formats::container::replace_file;
@@ -15,8 +15,6 @@ use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 
-/// The picture beside a chart: ours, the reference, the difference.
-pub const PICTURE: &str = "picture.png";
 /// The page.
 const PAGE: &str = "README.md";
 
@@ -28,7 +26,9 @@ const PAGE: &str = "README.md";
 pub fn make(scenes: &[String], folder: &Path, mut chart: impl FnMut(&str) -> Result<PathBuf>) -> Result<String> {
     let mut text = String::new();
     for scene in scenes {
-        text += &publish(&chart(scene)?, folder)?;
+        let published = chart(scene).and_then(|from| publish(&from, folder));
+        // What has changed already would not be told again.
+        text += &published.inspect_err(|_| say(text.trim_end()))?;
         write_page(folder)?;
     }
     text += &format!("{}\n", write_page(folder)?.display());

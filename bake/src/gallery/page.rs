@@ -1,8 +1,7 @@
 //! The page of the gallery in Markdown, made from the figures alone.
 
-use super::PICTURE;
 use crate::chart::digits::{bytes, milliseconds, percent, rounded, seconds};
-use crate::chart::figures::{Chart, Point, SVG};
+use crate::chart::figures::{Chart, PICTURE, Point, SVG};
 
 const HEAD: &str = "\
 # Gallery

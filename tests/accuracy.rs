@@ -93,7 +93,7 @@ fn six_and_nine_bases_stay_below_the_published_errors() {
 #[test]
 fn bases_are_chosen_by_error() {
     let scene = library_scene("cornell-knot");
-    let choose = |max_error| held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, &job()).unwrap();
+    let choose = |max_error| held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, held_out::CHOICE_PIXELS, &job()).unwrap();
     for max_error in [0.02, 0.005, 0.001] {
         let bases = choose(max_error);
         let worst = |bases| {

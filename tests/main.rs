@@ -7,6 +7,8 @@
 //! * [`relighting`]: sparse-transfer from bake to radiance;
 //! * [`shadows`]: sphere-shadows from bake to radiance;
 //! * [`shadow_stability`]: where shadows of spheres could fail;
+//! * [`plan`]: plans, and their predictions against bakes;
+//! * [`frame_cost`]: what bakes report of frames;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
@@ -16,6 +18,8 @@
 mod accuracy;
 mod cli;
 mod cpu_gpu;
+mod frame_cost;
+mod plan;
 mod relighting;
 mod shadow_stability;
 mod shadows;

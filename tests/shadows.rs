@@ -49,7 +49,7 @@ const BALL: &str = "
 const SIDE: usize = 13;
 
 /// The same with a small knot that twists.
-fn knot() -> String {
+pub fn knot() -> String {
     let ball = "shape = 'sphere'\n    subdivisions = 3";
     assert!(BALL.contains(ball));
     BALL.replace(ball, "shape = 'torus-knot'\n    segments = 48\n    sides = 6\n    tube = 0.2\n    twist_deg = 160.0\n    twist_s = 2.0")

@@ -1,7 +1,9 @@
 //! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
 
+mod prediction;
 mod sphere_sets;
 
+pub use prediction::{Shared, predict_shared};
 pub use sphere_sets::{Fitted, SphereSetSummary};
 
 use crate::error::{BakeError, Result};
@@ -45,6 +47,13 @@ pub struct Summary {
     pub methods: Vec<MethodSummary>,
     /// Bytes of all files.
     pub bytes: u64,
+}
+
+impl Summary {
+    /// Whether anything was baked that was not there before.
+    pub fn has_news(&self) -> bool {
+        self.methods.iter().any(|method| method.traced.is_some()) || self.sphere_sets.iter().any(|set| set.fitted.is_some())
+    }
 }
 
 /// What a method came to.
@@ -178,13 +187,13 @@ pub fn run(
         methods: summaries.iter().map(|summary| summary.entry.clone()).collect(),
     };
     publish(&manifest, old.as_ref(), &unfinished, folder)?;
-    if summaries.iter().any(|summary| summary.traced.is_some()) || sphere_sets.iter().any(|set| set.fitted.is_some()) {
-        write_report(folder, &summaries, &sphere_sets, start)?;
+    let summary = Summary { sphere_sets, methods: summaries, bytes: manifest.entries().map(|e| e.bytes).sum() };
+    if summary.has_news() {
+        write_report(folder, &summary, start)?;
     }
     // The manifest stands; what is left of the work is only in the way.
     remove_folder(&unfinished)?;
-    let bytes = manifest.entries().map(|e| e.bytes).sum();
-    Ok(Summary { sphere_sets, methods: summaries, bytes })
+    Ok(summary)
 }
 
 /// The method's entry of a finished bundle if it came from the same scene and settings, and its files are whole and of today's versions.
@@ -286,7 +295,7 @@ fn write_entry(content: &impl Stored, folder: &Path, file: &str) -> Result<FileE
     Ok(FileEntry::of(file, &content.write_file(&folder.join(file))?))
 }
 
-fn write_report(folder: &Path, methods: &[MethodSummary], sphere_sets: &[SphereSetSummary], start: Instant) -> Result<()> {
+fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> {
     let of_method = |summary: &MethodSummary| {
         let traced = summary.traced?;
         let report = json!({
@@ -297,9 +306,9 @@ fn write_report(folder: &Path, methods: &[MethodSummary], sphere_sets: &[SphereS
         Some((summary.entry.name.clone(), report))
     };
     let mut report = report::facts(start.elapsed().as_secs_f64());
-    report.insert("methods".to_owned(), methods.iter().filter_map(of_method).collect());
+    report.insert("methods".to_owned(), summary.methods.iter().filter_map(of_method).collect());
     let of_set = |set: &SphereSetSummary| Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })));
-    report.insert(report::SPHERES.to_owned(), sphere_sets.iter().filter_map(of_set).collect());
+    report.insert(report::SPHERES.to_owned(), summary.sphere_sets.iter().filter_map(of_set).collect());
     Ok(report::merge(folder, report)?)
 }
 

@@ -26,6 +26,8 @@ pub struct Cli {
 pub enum Command {
     /// Bake a scene into a bundle that `player` plays
     Run(RunArgs),
+    /// Tell what a scene varies, which methods serve that, what baking it will take, and what is left out
+    Plan(PlanArgs),
     /// Tell what a file or bundle holds: sections, sizes, settings, measured error
     Info(InfoArgs),
     /// Check every checksum and invariant of a file or bundle
@@ -137,6 +139,16 @@ impl Quality {
             Self::Final => 64,
         }
     }
+}
+
+/// Arguments of `bake plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// The scene
+    pub scene: String,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `bake info`.

@@ -10,15 +10,15 @@ pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Leftover, MethodSummary};
-use crate::cli::{ExportArgs, MethodName, ReferenceArgs, RunArgs, TablesArgs};
+use crate::cli::{ExportArgs, MethodName, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
+use crate::frame_cost;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
-use crate::methods::Method;
-use crate::methods::sparse_transfer::{self, Terms};
-use crate::methods::sphere_shadows;
-use crate::methods::transfer_images::{self, Bases};
+use crate::methods::choice::{self, Asked};
+use crate::methods::{Method, sparse_transfer};
+use crate::plan;
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::container::Stored;
@@ -28,8 +28,8 @@ use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 
-/// More rays than that a texel show nothing new.
-const MAX_RAYS_PER_TEXEL: u32 = 256;
+/// Where bundles of scenes go if nothing else is said.
+const BUNDLES: &str = "baked";
 
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
@@ -42,7 +42,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     }
     let methods = methods(args, &scene, max_error)?;
     methods.iter().flat_map(|method| method.leaves_out(&scene)).for_each(|omission| say(&format!("warning: {omission}")));
-    let folder = args.output.clone().unwrap_or_else(|| Path::new("baked").join(&scene.name));
+    let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
@@ -53,17 +53,15 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
     summary.methods.iter().for_each(|method| text += &describe(&scene, method, max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
+    if summary.has_news() {
+        text += &frame_cost::measure(&scene, &summary, size, &folder)?;
+    }
     Ok(text)
 }
 
-/// The methods that the command line asks for, or the one that serves most of what varies.
+/// The methods that the command line asks for, or the cheapest one that serves what varies.
 fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn Method>>> {
-    let default = match &scene.vary {
-        vary if vary.shape => MethodName::SphereShadows,
-        vary if vary.light || vary.view => MethodName::SparseTransfer,
-        _ => MethodName::TransferImages,
-    };
-    let names = if args.method.is_empty() { vec![default] } else { args.method.clone() };
+    let names = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
     if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
         return refuse("--method", "the same one is given twice; once is enough".to_owned());
@@ -75,24 +73,16 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
             return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method".to_owned());
         }
     }
-    let wanted = |name: MethodName| -> Box<dyn Method> {
-        match name {
-            MethodName::TransferImages => Box::new(transfer_images::Wanted {
-                size: args.size.unwrap_or(scene.size),
-                samples: args.spp.unwrap_or(args.quality.samples()),
-                seed: args.seed,
-                bases: args.bases.map_or(Bases::Error(max_error), |n| Bases::Number(n as usize)),
-            }),
-            MethodName::SparseTransfer => {
-                let rays = args.spp.unwrap_or(args.quality.rays_per_texel()).min(MAX_RAYS_PER_TEXEL);
-                let side = (1..).find(|side| side * side >= rays).unwrap_or(1);
-                let terms = args.terms.map_or(Terms::Error(max_error), |n| Terms::Number(n as usize));
-                Box::new(sparse_transfer::Wanted { settings: sparse_transfer::Settings { rays_per_texel: side * side, terms } })
-            }
-            MethodName::SphereShadows => Box::new(sphere_shadows::Wanted::new(scene, args.seed)),
-        }
+    let asked = Asked {
+        size: args.size.unwrap_or(scene.size),
+        quality: args.quality,
+        samples: args.spp,
+        seed: args.seed,
+        max_error,
+        bases: args.bases,
+        terms: args.terms,
     };
-    Ok(names.into_iter().map(wanted).collect())
+    Ok(names.into_iter().map(|name| asked.method(name, scene)).collect())
 }
 
 /// What came of one method, and a warning where that is less than was asked for.
@@ -122,6 +112,13 @@ fn describe(scene: &Scene, summary: &MethodSummary, max_error: f64) -> String {
         say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
     }
     text
+}
+
+/// `bake plan`.
+pub fn plan(args: &PlanArgs) -> Result<String> {
+    watch_signals()?;
+    let folders = plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(crate::chart::FOLDER) };
+    plan::plan(&load(&args.scene)?, &folders, args.json)
 }
 
 /// `bake export`.

@@ -6,8 +6,10 @@
 //! * [`chart`]: speed against accuracy, measured;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
+//! * [`plan`]: what a scene needs and what baking it will take;
 //! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`play`]: runs the player, to measure what it shows;
+//! * [`frame_cost`]: what a frame of a new bundle costs;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -18,10 +20,12 @@ pub mod commands;
 pub mod compress;
 pub mod error;
 pub mod exr_file;
+pub mod frame_cost;
 pub mod gallery;
 pub mod inspect;
 pub mod job;
 pub mod methods;
+pub mod plan;
 pub mod play;
 pub mod report;
 pub mod scene_hash;

@@ -19,6 +19,7 @@ fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Run(args) => commands::run(args),
+        Command::Plan(args) => commands::plan(args),
         Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
         Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),
         Command::Export(args) => commands::export(args),

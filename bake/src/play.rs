@@ -5,7 +5,8 @@ use crate::job::Interrupted;
 use relume_formats::{Error, Place};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// What to play.
 #[derive(Debug, Clone, Copy)]
@@ -65,6 +66,9 @@ pub fn player() -> Result<PathBuf> {
     beside.ok_or_else(|| BakeError::Player(format!("there is no `{NAME}` beside `bake`, which shows and times frames; run `make build`")))
 }
 
+/// How often it is asked whether the player has ended.
+const POLL: Duration = Duration::from_millis(10);
+
 const NAME: &str = if cfg!(windows) { "player.exe" } else { "player" };
 
 impl Playing<'_> {
@@ -73,6 +77,14 @@ impl Playing<'_> {
     /// # Errors
     /// [`BakeError::Player`] with what the player says; [`BakeError::Interrupted`] if the user stopped it.
     pub fn play(&self) -> Result<Played> {
+        self.play_within(Duration::MAX)
+    }
+
+    /// As [`Playing::play`], but stops a player that takes longer than `limit`.
+    ///
+    /// # Errors
+    /// As there, and [`BakeError::Player`] if it took longer.
+    pub fn play_within(&self, limit: Duration) -> Result<Played> {
         let folder = tempfile::tempdir().map_err(|e| Error::io(&Place::file(std::env::temp_dir()), e))?;
         let stats = folder.path().join("stats.json");
         let [width, height] = self.size;
@@ -81,7 +93,7 @@ impl Playing<'_> {
         command.arg("--animation").arg(self.animation).args(["--count", &self.frames.to_string()]);
         command.args(["--size", &format!("{width}x{height}")]).arg("--stats").arg(&stats);
         command.args(self.exr.iter().flat_map(|pattern| ["--exr", pattern]));
-        let output = command.stdin(Stdio::null()).output().map_err(|e| BakeError::Player(format!("cannot run the player: {e}")))?;
+        let output = output_within(command.stdin(Stdio::null()), limit)?;
         if output.status.code() == Some(130) {
             return Err(Interrupted.into());
         }
@@ -99,6 +111,23 @@ impl Playing<'_> {
             .map_err(|e| BakeError::Player(format!("the player's statistics: {e}; build both programs anew")))?;
         played(stats).ok_or_else(|| BakeError::Player("the player showed no frame".to_owned()))
     }
+}
+
+/// What `command` says, if it ends within `limit`.
+fn output_within(command: &mut Command, limit: Duration) -> Result<Output> {
+    let cannot = |e: std::io::Error| BakeError::Player(format!("cannot run the player: {e}"));
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(cannot)?;
+    let start = Instant::now();
+    // It says a few lines at most, which a pipe holds without a reader.
+    while child.try_wait().map_err(cannot)?.is_none() {
+        if start.elapsed() > limit {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(BakeError::Player(format!("the player took longer than {} s", limit.as_secs())));
+        }
+        std::thread::sleep(POLL);
+    }
+    child.wait_with_output().map_err(cannot)
 }
 
 fn played(stats: Stats) -> Option<Played> {

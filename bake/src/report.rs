@@ -9,6 +9,8 @@ use std::path::Path;
 const FILE_NAME: &str = "report.json";
 /// The key under which sphere sets are reported, each by the name of its file.
 pub const SPHERES: &str = "spheres";
+/// The key under which frame costs are reported, each by the name of its method.
+pub const FRAME: &str = "frame";
 
 /// What every report tells: wall-clock seconds, threads, machine, program.
 pub fn facts(seconds: f64) -> Map<String, Value> {
@@ -21,6 +23,11 @@ pub fn facts(seconds: f64) -> Map<String, Value> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
+/// The report of `folder`; empty if it has none.
+pub fn read(folder: &Path) -> Map<String, Value> {
+    std::fs::read(folder.join(FILE_NAME)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+}
+
 /// Puts `new` into the report of `folder`, over what it holds under the same keys; [`SPHERES`] are replaced one by one. What is there but no report
 /// is replaced.
 ///
@@ -28,8 +35,7 @@ pub fn facts(seconds: f64) -> Map<String, Value> {
 /// If the report cannot be written.
 pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
     let path = folder.join(FILE_NAME);
-    let mut report: Map<String, Value> =
-        std::fs::read(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
+    let mut report = read(folder);
     for (key, value) in new {
         match (report.get_mut(&key), value) {
             (Some(Value::Object(old)), Value::Object(sets)) if key == SPHERES => old.extend(sets),
@@ -54,10 +60,6 @@ mod tests {
         Map::from_iter([(SPHERES.to_owned(), json!({ name: { "seconds": seconds } }))])
     }
 
-    fn read(folder: &Path) -> Value {
-        serde_json::from_slice(&std::fs::read(folder.join(FILE_NAME)).unwrap()).unwrap()
-    }
-
     #[test]
     fn what_is_there_is_kept_unless_it_is_told_anew() {
         let folder = tempfile::tempdir().unwrap();
@@ -69,7 +71,7 @@ mod tests {
         merge(folder.path(), Map::from_iter([("methods".to_owned(), json!({ "b": 2 }))])).unwrap();
         let expected =
             json!({ "seconds": 5.0, "methods": { "b": 2 }, "spheres": { "one": { "seconds": 3.0 }, "two": { "seconds": 2.0 } } });
-        assert_eq!(read(folder.path()), expected);
+        assert_eq!(Value::Object(read(folder.path())), expected);
     }
 
     #[test]
@@ -78,7 +80,7 @@ mod tests {
         for text in ["no JSON {", "[1, 2]", "{ \"spheres\": 3 }"] {
             std::fs::write(folder.path().join(FILE_NAME), text).unwrap();
             merge(folder.path(), sets("one", 1.0)).unwrap();
-            assert_eq!(read(folder.path()), json!({ "spheres": { "one": { "seconds": 1.0 } } }), "{text}");
+            assert_eq!(Value::Object(read(folder.path())), json!({ "spheres": { "one": { "seconds": 1.0 } } }), "{text}");
         }
     }
 }

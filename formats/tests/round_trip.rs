@@ -165,8 +165,13 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let errors = prop::collection::btree_map(".{0,12}", finite, 0..4);
     let set = (entry.clone(), settings.clone()).prop_map(|(file, settings)| SphereSetEntry { file, settings });
     let sphere_sets = prop::collection::btree_map(".{0,12}", set, 0..3);
-    let method =
-        (".{0,12}", files, settings, errors).prop_map(|(name, files, settings, errors)| MethodEntry { name, files, settings, errors });
+    let method = (".{0,12}", files, settings, errors, ".{0,12}").prop_map(|(name, files, settings, errors, measured_on)| MethodEntry {
+        name,
+        files,
+        settings,
+        errors,
+        measured_on,
+    });
     let animations = prop::collection::btree_map(".{0,12}", entry.clone(), 0..3);
     (".{0,12}", "[0-9a-f]{32}", entry, animations, sphere_sets, prop::collection::vec(method, 1..3)).prop_map(
         |(scene, scene_hash, scene_file, animations, sphere_sets, methods)| Manifest {
@@ -186,7 +191,13 @@ fn a_manifest_with_an_error_that_is_no_number_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let entry = FileEntry::of("scene.relume", b"x");
     let errors = BTreeMap::from([("relative_l2".to_owned(), f64::NAN)]);
-    let method = MethodEntry { name: "transfer-images".to_owned(), files: Vec::new(), settings: BTreeMap::new(), errors };
+    let method = MethodEntry {
+        name: "transfer-images".to_owned(),
+        files: Vec::new(),
+        settings: BTreeMap::new(),
+        errors,
+        measured_on: String::new(),
+    };
     let manifest = Manifest {
         version: 0,
         scene: "a".to_owned(),

@@ -4,6 +4,8 @@
 //! each of its bundles is played by the `player` that users have, whose images are compared with the reference ([`metrics`]) and whose frames are timed in turns
 //! ([`timing`]). [`figures`] is what comes of it, [`csv`] and [`svg`] the same as a table and as a drawing, [`picture`] images beside their references.
 
+#[cfg(test)]
+pub(crate) mod ablation;
 pub mod csv;
 pub(crate) mod digits;
 pub mod figures;

@@ -1,9 +1,11 @@
 //! What a file or a bundle holds, gathered from headers and small sections; big arrays stay unread.
 
 mod details;
+mod file_bake;
 
 use super::sphere_metrics::SphereMetrics;
 use super::{codec_name, info_text};
+pub(super) use file_bake::FileBake;
 use relume_formats::container::{CONTAINER_VERSION, SectionInfo, open};
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::brdf_basis::BasisError;
@@ -24,6 +26,9 @@ pub(super) struct FileInfo {
     pub container_version: u32,
     pub totals: Totals,
     pub details: Details,
+    /// The bake that a method's main file came from, if a manifest lies beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bake: Option<FileBake>,
     pub sections: Vec<SectionRow>,
 }
 
@@ -209,7 +214,7 @@ pub fn info(path: &Path, json: bool) -> Result<String> {
         let bundle = bundle_info(path)?;
         return if json { to_json(&bundle, path) } else { Ok(info_text::bundle(&bundle)) };
     }
-    let file = file_info(path)?;
+    let file = FileInfo { bake: FileBake::of(path)?, ..file_info(path)? };
     if json { to_json(&file, path) } else { Ok(info_text::file(&file)) }
 }
 
@@ -246,6 +251,7 @@ fn file_info(path: &Path) -> Result<FileInfo> {
         container_version: CONTAINER_VERSION,
         totals: Totals::new(header.sections.len(), bytes_on_disk, bytes_in_memory),
         details: details::of(header.kind, path, &mut reader)?,
+        bake: None,
         sections: header.sections.iter().map(SectionRow::new).collect(),
     })
 }
@@ -361,6 +367,7 @@ mod tests {
             "  scene       test room, hash 0123456789abcdef\n",
             "    settings  samples 16\n",
             "    errors    relative_l2_median 0.001250\n",
+            "    measured  16 states\n",
             "  animations  glow\n",
             "  error       0.1000 % mean, 0.2000 % worst at 7 at the samples\n",
             "  varies      ../knot, floor\n",

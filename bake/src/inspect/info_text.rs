@@ -1,11 +1,13 @@
 //! The text form of [`super::info`]: facts in two columns, sections as a table.
 
-use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileInfo, SectionRow, Totals, ratio};
+use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileBake, FileInfo, SectionRow, Totals, ratio};
 use super::sphere_metrics::SphereMetrics;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::sphere_set::Solid;
 use relume_formats::kinds::sphere_shadows::ShadowObject;
 use relume_formats::state::Model;
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Longer tables show this many rows and the sum of the others.
 const MOST_ROWS: usize = 12;
@@ -19,6 +21,7 @@ pub(super) fn file(info: &FileInfo) -> String {
         ("bytes", totals(&info.totals)),
     ];
     facts.extend(details(&info.details));
+    info.bake.iter().for_each(|bake| facts.extend(of_bake(bake)));
     format!("{}\n{}\n{}", info.file, lines(&facts), table(&info.sections))
 }
 
@@ -32,18 +35,44 @@ pub(super) fn bundle(info: &BundleInfo) -> String {
     ];
     for method in &manifest.methods {
         facts.push(("method", method.name.clone()));
-        facts.push(("  settings", list(method.settings.iter().map(|(name, value)| format!("{name} {value}")))));
-        facts.push(("  errors", list(method.errors.iter().map(|(name, value)| format!("{name} {value:.6}")))));
+        facts.push(("  settings", settings(&method.settings)));
+        facts.push(("  errors", errors(&method.errors)));
+        if !method.measured_on.is_empty() {
+            facts.push(("  measured", method.measured_on.clone()));
+        }
     }
     if !manifest.animations.is_empty() {
         facts.push(("animations", list(manifest.animations.keys().cloned())));
     }
     for (object, set) in &manifest.sphere_sets {
         facts.push(("spheres", object.clone()));
-        facts.push(("  settings", list(set.settings.iter().map(|(name, value)| format!("{name} {value}")))));
+        facts.push(("  settings", settings(&set.settings)));
     }
     let files: Vec<String> = info.files.iter().map(file).collect();
     format!("{}\n{}\n{}", info.folder, lines(&facts), files.join("\n"))
+}
+
+/// What the manifest beside a file says of it.
+fn of_bake(bake: &FileBake) -> Vec<(&'static str, String)> {
+    match bake {
+        FileBake::Stranger { manifest } => {
+            let reason = "lists this file with another hash, so the two do not belong together; its settings and errors are left out";
+            vec![("manifest", format!("{manifest} {reason}"))]
+        }
+        FileBake::Listed { manifest, settings: of_method, errors: measured, measured_on, .. } => {
+            let mut facts = vec![("manifest", manifest.clone()), ("settings", settings(of_method)), ("errors", errors(measured))];
+            facts.extend((!measured_on.is_empty()).then(|| ("measured", measured_on.clone())));
+            facts
+        }
+    }
+}
+
+fn settings(settings: &BTreeMap<String, Value>) -> String {
+    list(settings.iter().map(|(name, value)| format!("{name} {value}")))
+}
+
+fn errors(errors: &BTreeMap<String, f64>) -> String {
+    list(errors.iter().map(|(name, value)| format!("{name} {value:.6}")))
 }
 
 fn totals(totals: &Totals) -> String {

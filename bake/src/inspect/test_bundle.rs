@@ -45,6 +45,7 @@ impl TestBundle {
                 files: vec![("brdf-basis".to_owned(), basis), ("transfer-images".to_owned(), images)],
                 settings: BTreeMap::from([("samples".to_owned(), 16.into())]),
                 errors: BTreeMap::from([("relative_l2_median".to_owned(), 0.00125)]),
+                measured_on: "16 states".to_owned(),
             }],
         };
         manifest.write(folder).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::error::{BakeError, Result};
 use relume_formats::Place;
+use relume_formats::container::Stored;
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
 use relume_scenes::{NamedMap, Scene};
@@ -72,4 +73,11 @@ pub fn median(errors: &[f64]) -> f64 {
     sorted.sort_by(f64::total_cmp);
     let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
     0.5 * (at(sorted.len() / 2) + at(sorted.len().saturating_sub(1) / 2))
+}
+
+/// Bytes on disk of what [`environments`] and [`textures`] give.
+pub(super) fn stored_bytes(scene: &Scene) -> Result<usize> {
+    let place = || Place::file(&scene.file);
+    let maps = environments(scene).iter().map(|map| Ok(map.to_bytes(place())?.len())).sum::<Result<usize>>()?;
+    Ok(maps + textures(scene).map(|textures| textures.to_bytes(place())).transpose()?.map_or(0, |bytes| bytes.len()))
 }

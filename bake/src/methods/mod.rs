@@ -1,5 +1,6 @@
 //! The methods, one folder each: gather, project, compress; and what the bundle needs to know of any of them.
 
+pub mod choice;
 pub(crate) mod environment_lit;
 pub mod sparse_transfer;
 pub mod sphere_shadows;
@@ -7,6 +8,7 @@ pub mod transfer_images;
 
 use crate::bundle::Work;
 use crate::error::Result;
+use crate::job::Job;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_scenes::Scene;
 use serde_json::Value;
@@ -32,6 +34,12 @@ pub trait Method {
     /// The setting that a bake chooses by itself if it is not asked for, if there is one.
     fn chosen(&self) -> Option<&'static str>;
 
+    /// What baking a scene that fits will take, found by doing a small part of it here and now.
+    ///
+    /// # Errors
+    /// If LAPACK fails or the job is interrupted.
+    fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted>;
+
     /// Bakes the scene and writes the method's files.
     ///
     /// # Errors
@@ -46,4 +54,48 @@ pub struct Traced {
     pub rays: u64,
     /// Wall-clock seconds.
     pub seconds: f64,
+}
+
+/// What a bake will take, and leave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// As in [`Traced`].
+    pub rays: f64,
+    /// Wall-clock seconds of all stages of the method on as many threads as rayon has, if the machine goes on as it does now.
+    pub seconds: f64,
+    /// Of the method's own files, on disk.
+    pub bytes: f64,
+    /// Of memory, at most.
+    pub memory: u64,
+    /// What the bake will choose by itself for [`Method::chosen`].
+    pub chosen: Option<usize>,
+}
+
+/// `count` of the numbers below `all`, or all of these, spread by the golden section: evenly, but in step with nothing.
+fn spread(count: usize, all: usize) -> Vec<usize> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    if count >= all {
+        return (0..all).collect();
+    }
+    let mut some: Vec<usize> = (0..count).map(|k| ((k as f64 * GOLDEN).fract() * all as f64) as usize).collect();
+    some.sort_unstable();
+    some.dedup();
+    some
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_spread_evenly_and_none_is_there_twice() {
+        for (count, all) in [(0, 0), (3, 2), (7, 7), (10, 1000), (96, 100), (256, 65_536)] {
+            let some = spread(count, all);
+            assert!(some.is_sorted_by(|a, b| a < b) && some.iter().all(|i| *i < all), "{count} of {all}");
+            assert!(some.len() >= count.min(all) * 4 / 5, "{count} of {all}: {}", some.len());
+            // Gaps between the first n multiples of the golden section, modulo 1, are at most its square times the largest of the step before: below 2.7/n.
+            let gaps = some.windows(2).map(|w| w[1] - w[0]);
+            assert!(gaps.max().unwrap_or(0) as f64 <= 2.7 * all as f64 / count.max(1) as f64 + 1.0, "{count} of {all}");
+        }
+    }
 }

@@ -25,6 +25,12 @@ pub fn take_ray_count() -> u64 {
     RAYS.take()
 }
 
+/// Makes every thread's count start at 0.
+pub fn reset_ray_counts() {
+    rayon::broadcast(|_| RAYS.set(0));
+    RAYS.set(0);
+}
+
 /// What a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {

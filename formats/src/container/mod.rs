@@ -57,11 +57,16 @@ pub trait Stored: Sized {
     /// Rebuilds the value, checking every invariant. `sections` delivers them in file order.
     fn decode(sections: &mut Sections<'_>) -> Result<Self>;
 
+    /// The whole file as it would be written; `place` is used in messages only.
+    fn to_bytes(&self, place: Place) -> Result<Vec<u8>> {
+        let mut writer = Writer::new(Self::KIND, Self::VERSION, place);
+        self.encode(&mut writer)?;
+        writer.finish()
+    }
+
     /// Writes the value to `path`: all of it, or nothing. Returns the bytes written.
     fn write_file(&self, path: &Path) -> Result<Vec<u8>> {
-        let mut writer = Writer::new(Self::KIND, Self::VERSION, Place::file(path));
-        self.encode(&mut writer)?;
-        let bytes = writer.finish()?;
+        let bytes = self.to_bytes(Place::file(path))?;
         replace_file(path, &bytes)?;
         Ok(bytes)
     }

@@ -69,6 +69,9 @@ pub struct MethodEntry {
     pub settings: BTreeMap<String, serde_json::Value>,
     /// Measured errors, by what was measured.
     pub errors: BTreeMap<String, f64>,
+    /// On which states, where, and against what they were measured; empty in bundles that are too old to tell.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub measured_on: String,
 }
 
 impl FileEntry {

@@ -226,6 +226,7 @@ impl Bundle {
                 ],
                 settings: BTreeMap::new(),
                 errors: BTreeMap::new(),
+                measured_on: String::new(),
             }],
         };
         manifest.write(folder.path()).unwrap();

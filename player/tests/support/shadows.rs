@@ -219,7 +219,13 @@ impl Bundle {
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::new(),
             sphere_sets: sets.iter().map(set_entry).collect(),
-            methods: vec![MethodEntry { name: "sphere-shadows".to_owned(), files, settings: BTreeMap::new(), errors: BTreeMap::new() }],
+            methods: vec![MethodEntry {
+                name: "sphere-shadows".to_owned(),
+                files,
+                settings: BTreeMap::new(),
+                errors: BTreeMap::new(),
+                measured_on: String::new(),
+            }],
         };
         manifest.write(folder.path()).unwrap();
         Self { folder, scene, maps, sets, shape, bake, manifest }

@@ -181,7 +181,13 @@ impl Bundle {
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([animation("glow", super::ANIMATION), animation("turn", TURN)]),
             sphere_sets: BTreeMap::new(),
-            methods: vec![MethodEntry { name: "sparse-transfer".to_owned(), files, settings: BTreeMap::new(), errors: BTreeMap::new() }],
+            methods: vec![MethodEntry {
+                name: "sparse-transfer".to_owned(),
+                files,
+                settings: BTreeMap::new(),
+                errors: BTreeMap::new(),
+                measured_on: String::new(),
+            }],
         };
         manifest.write(folder.path()).unwrap();
         Self { folder, scene, maps, transfer, manifest }

@@ -21,6 +21,13 @@ pub fn coarse(row: &[f32], from: usize, to: usize) -> Vec<f32> {
     sums
 }
 
+/// Adds `share` of `source` to `row`, both texels × RGB.
+pub fn add(row: &mut [f32], share: Vec3A, source: &[f32]) {
+    for (sum, value) in row.as_chunks_mut::<3>().0.iter_mut().zip(source.as_chunks::<3>().0) {
+        (0..3).for_each(|c| sum[c] += share[c] * value[c]);
+    }
+}
+
 /// Finds what a vertex receives from other vertices.
 pub struct Bouncer<'a> {
     world: &'a World,
@@ -60,16 +67,13 @@ impl<'a> Bouncer<'a> {
     pub fn row(&self, receiver: &Receiver, arriving: &[f32], length: usize) -> Vec<f32> {
         let mut row = vec![0.0; length];
         for (vertex, share) in self.shares(receiver) {
-            let source = &arriving[vertex as usize * length..][..length];
-            for (sum, value) in row.as_chunks_mut::<3>().0.iter_mut().zip(source.as_chunks::<3>().0) {
-                (0..3).for_each(|c| sum[c] += share[c] * value[c]);
-            }
+            add(&mut row, share, &arriving[vertex as usize * length..][..length]);
         }
         row
     }
 
     /// The vertices around the points that `receiver` sees, each with the share of its radiance that counts, its colour included.
-    fn shares(&self, receiver: &Receiver) -> BTreeMap<u32, Vec3A> {
+    pub fn shares(&self, receiver: &Receiver) -> BTreeMap<u32, Vec3A> {
         let mut shares = BTreeMap::new();
         for (direction, weight) in &self.directions {
             let cosine = receiver.normal.dot(*direction);

@@ -11,6 +11,11 @@ const CHUNK: usize = 256;
 /// Relative L2 errors over all vertices, one per held-out light.
 pub type Errors = [f64; STATES];
 
+/// What [`of_stored`] compares.
+pub fn measured_on() -> String {
+    format!("{STATES} held-out lights, the scene's maps turned, at every vertex, against the whole rows")
+}
+
 /// Errors of the first 1, 2, … terms of `rows`, before they are rounded.
 pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
     let squares = |chunk: usize| {
@@ -51,7 +56,7 @@ pub fn of_stored(stored: &SparseTransfer, rows: &Rows, lights: &HeldOutLights) -
     relative(chunks.iter(), &norms(rows))
 }
 
-fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
+pub(super) fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
     &lights.coefficients[usize::from(index) * RADIANCES..][..RADIANCES]
 }
 

@@ -1,10 +1,11 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, expect_fit, expect_sizes, predicted_bytes};
+use super::{NAME, REVISION, Settings, Terms, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
+use crate::job::Job;
 use crate::methods::environment_lit::{median, worst};
-use crate::methods::{Method, Traced, environment_lit};
+use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_formats::kinds::{Environment, Textures};
@@ -50,6 +51,10 @@ impl Method for Wanted {
         Some(TERMS)
     }
 
+    fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {
+        prediction::predict(&self.settings, scene, job)
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
         expect_memory(predicted_bytes(scene), "simplify the meshes")?;
         // How many terms are wanted changes nothing of what is traced.
@@ -73,6 +78,7 @@ impl Method for Wanted {
             ("relative_l2_worst_before_rounding", worst(unrounded)),
         ];
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, baked.traced))
+        let measured_on = errors::measured_on();
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, baked.traced))
     }
 }

@@ -9,6 +9,7 @@ mod errors;
 mod importance;
 mod lights;
 mod method;
+mod prediction;
 mod quantise;
 mod rows;
 mod sweep;
@@ -42,8 +43,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use texels::{FACE_SIZE, Texels};
 use visibility::transfer_row;
-pub(super) use visibility::{Receiver, receivers};
+pub(crate) use visibility::{Receiver, receivers};
 
+#[cfg(test)]
+mod ablation;
 #[cfg(test)]
 mod accuracy_table;
 
@@ -74,6 +77,16 @@ pub enum Terms {
     Number(usize),
     /// As many as keep the relative L2 error under every held-out light below this.
     Error(f64),
+}
+
+impl Terms {
+    /// How many these are for rows with errors `by_terms`, those of the first 1, 2, … terms.
+    fn of(self, by_terms: &[Errors]) -> usize {
+        match self {
+            Self::Number(terms) => terms.min(by_terms.len()),
+            Self::Error(max) => 1 + by_terms[..by_terms.len() - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count(),
+        }
+    }
 }
 
 /// What a bake gives.
@@ -180,10 +193,7 @@ fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: &Meta, job: &Jo
     let by_terms = errors::by_terms(rows, lights);
     stage.advance(1);
     stage.check()?;
-    let terms = match terms {
-        Terms::Number(terms) => terms.min(rows.terms),
-        Terms::Error(max) => 1 + by_terms[..rows.terms - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count(),
-    };
+    let terms = terms.of(&by_terms);
     let blocks = quantise::shapes(terms);
     let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta.clone() } };
     let stored = errors::of_stored(&transfer, rows, lights);

@@ -4,7 +4,9 @@ use super::quantise::{self, blocks, shapes};
 use super::rows::{MAX_TERMS, RADIANCES, Rows};
 use super::{NAME, Settings, Terms, Wanted, expect_fit};
 use crate::chart::sweep::{Bench, Sweep, Variant, read};
+use crate::cli::MethodName;
 use crate::error::Result;
+use crate::methods::choice::serves_all;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::kinds::SparseTransfer;
 use relume_formats::kinds::sparse_transfer::{BlockShape, Meta};
@@ -13,7 +15,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| vary.materials.is_empty() && !vary.shape, expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| serves_all(MethodName::SparseTransfer, vary), expect_fit, variants };
 
 /// Rays a texel where visibility changes: those of the qualities by name.
 const RAYS: [u32; 3] = [1, 16, 64];

@@ -38,6 +38,8 @@ pub struct Measured {
     pub shown: Vec<f64>,
     /// With all terms: what the spheres alone do.
     pub all_terms: Vec<f64>,
+    /// What was compared.
+    pub on: String,
     /// What tracing took.
     pub traced: Traced,
 }
@@ -51,7 +53,7 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     let lights = HeldOutLights::new(maps, SIDE);
     let poses = poses(scene)?;
     let vertices = shadows.rows.len();
-    let some: Vec<usize> = (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect();
+    let some = receivers_looked_at(vertices);
     let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
     let rays = AtomicU64::new(0);
     let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
@@ -75,7 +77,17 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
             }
         }
     }
-    Ok(Measured { shown, all_terms, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
+    let on = format!(
+        "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
+        poses.len(),
+        some.len()
+    );
+    Ok(Measured { shown, all_terms, on, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
+}
+
+/// The vertices, of so many, that are looked at.
+pub(super) fn receivers_looked_at(vertices: usize) -> Vec<usize> {
+    (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect()
 }
 
 /// The lobes of all rows with their `terms` of largest size.
@@ -92,7 +104,7 @@ pub fn predicted_bytes(scene: &Scene) -> u64 {
 }
 
 /// The scene at rest, and with all that deforms at moments between those that the spheres were fitted to.
-fn poses(scene: &Scene) -> Result<Vec<Scene>> {
+pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
     let moment = |k: usize| {
         let clip = |shape: &relume_formats::shape::DeformingMesh| {
             let clip = shape.clips.get(k % shape.clips.len().max(1))?;
@@ -111,7 +123,7 @@ fn poses(scene: &Scene) -> Result<Vec<Scene>> {
 
 /// Radiance of a white surface at `some` vertices under all lights, row-major [receivers, [`RADIANCES`]], as rays to the centres of texels see the meshes.
 /// `go_on` is told of each finished chunk and may end the work.
-fn traced(pose: &Scene, some: &[usize], lights: &HeldOutLights, go_on: impl Fn(u64) -> bool + Sync) -> Vec<[f32; RADIANCES]> {
+pub(super) fn traced(pose: &Scene, some: &[usize], lights: &HeldOutLights, go_on: impl Fn(u64) -> bool + Sync) -> Vec<[f32; RADIANCES]> {
     let world = World::new(pose);
     let receivers = tracing_receivers(pose);
     let chunk = |vertices: &[usize]| {

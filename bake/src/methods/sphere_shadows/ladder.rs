@@ -94,7 +94,7 @@ fn blocked_by_mesh(scene: &Scene, vertices: &[usize], rho: impl Fn(usize) -> Vec
 }
 
 /// What [`blocked`] does, with caps from the table; for receivers that are on no object with spheres.
-fn blocked_by_table(receiver: &Receiver, sets: &[Spheres], table: &VisibilityTable) -> Bitmap {
+pub(super) fn blocked_by_table(receiver: &Receiver, sets: &[Spheres], table: &VisibilityTable) -> Bitmap {
     let mut bytes = [0; 768];
     for [x, y, z, radius] in sets.iter().flat_map(|set| &set.now) {
         let offset = Vec3::new(*x, *y, *z) - receiver.position;

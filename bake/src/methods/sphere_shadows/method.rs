@@ -1,11 +1,12 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::errors::{measure, predicted_bytes};
-use super::{NAME, REVISION, expect_fit, leaves_out, rows};
+use super::{NAME, REVISION, expect_fit, leaves_out, prediction, rows};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
+use crate::job::Job;
 use crate::methods::environment_lit::{median, worst};
-use crate::methods::{Method, Traced, environment_lit};
+use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{MethodEntry, shape_file};
 use relume_formats::kinds::{Environment, Textures};
@@ -51,6 +52,10 @@ impl Method for Wanted {
         None
     }
 
+    fn predict(&self, scene: &Scene, _job: &Job) -> Result<Predicted> {
+        prediction::predict(scene)
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
         expect_memory(predicted_bytes(scene), "simplify the meshes")?;
         let environments = environment_lit::environments(scene);
@@ -75,6 +80,7 @@ impl Method for Wanted {
             ("relative_l2_worst_all_terms", worst(&measured.all_terms)),
         ];
         let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors }, measured.traced))
+        let entry = MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors, measured_on: measured.on };
+        Ok((entry, measured.traced))
     }
 }

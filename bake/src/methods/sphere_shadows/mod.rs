@@ -6,9 +6,12 @@
 
 mod errors;
 mod method;
+mod prediction;
 mod rows;
 mod sweep;
 
+#[cfg(test)]
+mod ablation;
 #[cfg(test)]
 mod ladder;
 

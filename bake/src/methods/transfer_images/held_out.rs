@@ -27,6 +27,12 @@ pub const STATES: u32 = 16;
 const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
 /// What rounding to halves adds to the error of bases, relative L2.
 const HALVES: f64 = 0.0003;
+/// About how many pixels [`choose_bases`] looks at in a bake.
+pub const CHOICE_PIXELS: u32 = 2048;
+/// Paths of each of these.
+const CHOICE_PATHS: u32 = 16;
+/// [`measure`] looks at one pixel of every square of so many a side.
+pub(super) const SPACING: u32 = 4;
 
 /// Errors over the held-out states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +79,14 @@ fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
     Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0) })
 }
 
+/// What [`measure`] compares.
+pub fn measured_on() -> String {
+    let one_in = SPACING * SPACING;
+    format!(
+        "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths"
+    )
+}
+
 /// Measures `baked` at one pixel in 16.
 ///
 /// # Errors
@@ -86,7 +100,7 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
-    let pixels = one_pixel_in(4, settings.size);
+    let pixels = one_pixel_in(SPACING, settings.size);
     let stage = job.stage("measuring", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         stage.check()?;
@@ -105,11 +119,12 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     Ok(HeldOutErrors { median: 0.5 * (errors[middle - 1] + errors[middle]), worst: errors[errors.len() - 1] })
 }
 
-/// The fewest bases that keep the error of every held-out state below `max_error`, found on a small share of the paths; the most there are if none do.
+/// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about so many `pixels`; the most there are if none
+/// do.
 ///
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
-pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, job: &Job) -> Result<usize> {
+pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, pixels: u32, job: &Job) -> Result<usize> {
     let basis = basis_for(scene, *CHOICE.end())?;
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -119,10 +134,9 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     // A smaller basis is the beginning of a larger one.
     let coefficients: Vec<Vec<Option<Vec<Rgb>>>> = states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
 
-    // Some two thousand pixels, 16 paths each.
-    let spacing = (f64::from(size[0]) * f64::from(size[1]) / 2048.0).sqrt().ceil().max(1.0) as u32;
+    let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let pixels = one_pixel_in(spacing, size);
-    let samples = samples.min(16);
+    let samples = samples.min(CHOICE_PATHS);
     let stage = job.stage("choosing", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         stage.check()?;
@@ -159,6 +173,12 @@ fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<f64> {
     (0..states).map(relative).collect()
 }
 
+/// What [`measure`] does at `pixels` before it compares.
+pub(super) fn trace(gather: &Gather<'_>, scene: &Scene, pixels: &[u32], samples: u32) {
+    let states: Vec<_> = (0..STATES).map(|s| all_materials(scene, &random_state(s, scene))).collect();
+    pixels.par_iter().for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states)));
+}
+
 /// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the background.
 fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Brdf>]) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
@@ -175,27 +195,40 @@ fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Br
 /// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed materials stay analytic.
 fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[Brdf], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
     let analytic = |material: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[material as usize], albedo, angles);
-    let approximate = |bases: usize, material: u32, albedo: Vec3A, angles: &Angles| match &coefficients[material as usize] {
-        None => analytic(material, albedo, angles),
-        Some(coefficients) => {
-            let mut values = [0.0; MAX_BASES];
-            basis.evaluate(angles, &mut values[..basis.bases()]);
-            let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
-            // The texture acts on the diffuse basis only.
-            terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
-        }
-    };
+    let on = OnBases { basis, materials, coefficients };
     let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
         let sum: DVec3 =
-            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| approximate(bases, m, albedo, angles)).as_dvec3()).sum();
+            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()).sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
     };
     CHOICE.map(squares).collect()
 }
 
+/// Materials of which those that vary are seen through a basis.
+pub(super) struct OnBases<'a> {
+    pub basis: &'a BrdfBasis,
+    pub materials: &'a [Brdf],
+    /// Of the materials that vary.
+    pub coefficients: &'a [Option<Vec<Rgb>>],
+}
+
+impl OnBases<'_> {
+    /// The BRDF of a material with the first `bases` of the basis.
+    pub fn evaluate(&self, bases: usize, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
+        let Some(coefficients) = &self.coefficients[material as usize] else {
+            return brdf::evaluate(&self.materials[material as usize], albedo, angles);
+        };
+        let mut values = [0.0; MAX_BASES];
+        self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
+        let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
+        // The texture acts on the diffuse basis only.
+        terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
+    }
+}
+
 /// For every material: its coefficients if it varies.
-fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
+pub(super) fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
     let of = |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
 }
@@ -210,7 +243,7 @@ fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
 }
 
 /// One pixel of every block of `side` × `side`, at a place that changes from block to block.
-fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
+pub(super) fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
     let mut pixels = Vec::new();
     for y0 in (0..height).step_by(side as usize) {
         for x0 in (0..width).step_by(side as usize) {

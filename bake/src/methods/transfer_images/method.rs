@@ -1,9 +1,11 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, basis_for, expect_fit, expect_sizes, held_out, predicted_bytes};
+use super::held_out::CHOICE_PIXELS;
+use super::{NAME, REVISION, Settings, basis_for, expect_fit, expect_sizes, held_out, predicted_bytes, prediction};
 use crate::bundle::{Work, expect_memory};
 use crate::error::Result;
-use crate::methods::{Method, Traced};
+use crate::job::Job;
+use crate::methods::{Method, Predicted, Traced};
 use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
@@ -72,11 +74,15 @@ impl Method for Wanted {
         Some(BASES)
     }
 
+    fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {
+        prediction::predict(self, scene, job)
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
         let Self { size, samples, seed, bases } = *self;
         let bases = match bases {
             Bases::Number(bases) => bases,
-            Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, work.job)?,
+            Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, CHOICE_PIXELS, work.job)?,
         };
         let settings = Settings { size, samples, seed, bases };
         expect_memory(predicted_bytes(scene, &settings), "lower --size or --bases")?;
@@ -91,7 +97,8 @@ impl Method for Wanted {
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
         let errors = BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]);
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors }, traced))
+        let measured_on = held_out::measured_on();
+        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, traced))
     }
 }
 

@@ -7,9 +7,13 @@
 pub mod held_out;
 mod method;
 mod pack;
+mod prediction;
 mod project;
 mod sweep;
 mod tiles;
+
+#[cfg(test)]
+mod ablation;
 
 use super::Traced;
 use crate::brdf;
@@ -17,7 +21,7 @@ use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::trace::gather::{Gather, MAX_REFLECTIONS};
 use crate::trace::lights::Lights;
-use crate::trace::world::{World, take_ray_count};
+use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use crate::work_log::WorkLog;
 pub use method::{Bases, Wanted};
 use project::Projector;
@@ -169,13 +173,14 @@ pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &WorkLog
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
-    let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-    let projector = Projector::new(basis, &layout, &materials, &scene.vary.materials, grey_channel(chromaticity));
+    let projector = projector(scene, basis, &layout, chromaticity);
 
     let [columns, rows] = settings.size.map(|n| n.div_ceil(TILE));
     let finished = log.finished();
     let missing: Vec<u32> = (0..columns * rows).filter(|tile| finished.binary_search(tile).is_err()).collect();
     let stage = job.stage("tracing", missing.len() as u64);
+    // Choosing the number of bases has traced some too.
+    reset_ray_counts();
     let (rays, start) = (AtomicU64::new(0), Instant::now());
     missing.par_iter().try_for_each(|&id| {
         stage.check()?;
@@ -201,6 +206,11 @@ pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &WorkLog
     Ok((pack::pack(log, columns * rows, &layout, basis, meta, &stage)?, traced))
 }
 
+fn projector<'a>(scene: &Scene, basis: &'a BrdfBasis, layout: &'a Layout, chromaticity: Option<Rgb>) -> Projector<'a> {
+    let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
+    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel(chromaticity))
+}
+
 fn grey_channel(chromaticity: Option<Rgb>) -> usize {
     let colour = chromaticity.unwrap_or([1.0; 3]);
     (0..3).max_by(|a, b| colour[*a].total_cmp(&colour[*b])).unwrap_or(0)
@@ -209,17 +219,20 @@ fn grey_channel(chromaticity: Option<Rgb>) -> usize {
 fn trace_tile(id: u32, columns: u32, settings: &Settings, gather: &Gather<'_>, projector: &Projector<'_>) -> Tile {
     let [width, height] = settings.size;
     let (x0, y0) = (id % columns * TILE, id / columns * TILE);
+    let row = |y: u32| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x);
+    trace_pixels((y0..(y0 + TILE).min(height)).flat_map(row), settings.samples, gather, projector)
+}
+
+/// The fragments of some pixels, projected.
+fn trace_pixels(pixels: impl Iterator<Item = u32>, samples: u32, gather: &Gather<'_>, projector: &Projector<'_>) -> Tile {
     let mut records = projector.empty();
     let mut tile = Tile::default();
-    for y in y0..(y0 + TILE).min(height) {
-        for x in x0..(x0 + TILE).min(width) {
-            let pixel = y * width + x;
-            gather.pixel(pixel, settings.samples, |path| projector.add(path, &mut records));
-            records.drain(|class, count, sums| {
-                tile.fragments.push(TileFragment { pixel, class: class as u16, count });
-                tile.values.extend_from_slice(sums);
-            });
-        }
+    for pixel in pixels {
+        gather.pixel(pixel, samples, |path| projector.add(path, &mut records));
+        records.drain(|class, count, sums| {
+            tile.fragments.push(TileFragment { pixel, class: class as u16, count });
+            tile.values.extend_from_slice(sums);
+        });
     }
     tile
 }

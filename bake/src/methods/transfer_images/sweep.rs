@@ -3,7 +3,9 @@
 use super::pack::{scale_for, sort_by_importance};
 use super::{Bases, NAME, Wanted, basis_for, expect_fit};
 use crate::chart::sweep::{Bench, Sweep, Variant, read};
+use crate::cli::MethodName;
 use crate::error::Result;
+use crate::methods::choice::serves_all;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
@@ -13,7 +15,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| !(vary.light || vary.view || vary.shape), expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| serves_all(MethodName::TransferImages, vary), expect_fit, variants };
 
 /// Film samples a pixel: those of the qualities by name.
 const SAMPLES: [u32; 3] = [64, 256, 1024];

@@ -1,0 +1,99 @@
+//! Which approximation of sparse-transfer is to blame for what: the table of docs/CHART.md. It prints rather than judges and takes some minutes:
+//!
+//! `cargo test --release -p relume-bake --lib sparse_transfer::ablation -- --ignored --nocapture`
+
+use super::errors::light_of;
+use super::lights::{HeldOutLights, add};
+use super::rows::{MAX_TERMS, RADIANCES, Rows};
+use super::texels::{FACE_SIZE, Texels};
+use super::visibility::transfer_row;
+use super::{environments, importance, push, receivers};
+use crate::bundle::{self, Leftover};
+use crate::chart::ablation::{Drawing, SAMPLES, STATES, Steps, at_state, bundle_folder, exact, library, played, quiet, reference};
+use crate::cli::MethodName;
+use crate::methods::choice::Asked;
+use crate::trace::world::World;
+use rayon::prelude::*;
+use relume_formats::container::Stored;
+use relume_formats::evaluate::sparse_transfer::{light, radiance};
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{Environment, SparseTransfer};
+use relume_formats::state::Rgb;
+use relume_scenes::Scene;
+
+/// Numbers of terms, besides that of the bundle.
+const TERMS: [usize; 4] = [MAX_TERMS, 256, 128, 64];
+
+/// Rows of all vertices, with what they reflect exactly under `lights`.
+fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows {
+    let (world, texels, weights) = (World::new(scene), Texels::new(rays_per_side), importance::weights(FACE_SIZE));
+    let pieces = receivers(scene);
+    let pieces = pieces.par_chunks(16).map(|piece| {
+        let mut rows = Rows::new(MAX_TERMS, 1);
+        let mut row = vec![0.0; weights.len()];
+        for receiver in piece {
+            transfer_row(receiver, &world, &texels, &mut row);
+            push(&mut rows, vec![row.clone()], &weights, lights, FACE_SIZE);
+        }
+        rows
+    });
+    let mut all = Rows::new(MAX_TERMS, 1);
+    pieces.collect::<Vec<_>>().into_iter().for_each(|rows| all.append(rows));
+    all
+}
+
+/// Radiance at all vertices in a state, from the first terms of their rows.
+fn of_terms(rows: &Rows, lights: &HeldOutLights, terms: usize, state: usize) -> Vec<Rgb> {
+    let of = |row: usize| {
+        let mut sums = [0.0; RADIANCES];
+        for at in row * rows.terms..row * rows.terms + terms {
+            add(&mut sums, &rows.values[at..=at], light_of(lights, rows.indices[at]));
+        }
+        std::array::from_fn(|c| sums[3 * state + c])
+    };
+    (0..rows.len()).into_par_iter().map(of).collect()
+}
+
+fn whole_rows(rows: &Rows, state: usize) -> Vec<Rgb> {
+    rows.exact.chunks_exact(RADIANCES).map(|exact| std::array::from_fn(|c| exact[3 * state + c])).collect()
+}
+
+#[test]
+#[ignore = "prints a table, bakes for minutes"]
+fn ablation_of_knot_outdoors() {
+    let scene = library("knot-outdoors");
+    let folder = bundle_folder("knot-outdoors");
+    let method = Asked::of_scene(&scene).method(MethodName::SparseTransfer, &scene);
+    bundle::run(&scene, &[method], scene.size, &folder, Leftover::Resume, 0, &quiet()).unwrap();
+    let stored = SparseTransfer::read_file(&folder.join("sparse-transfer.relume")).unwrap();
+    let kept = stored.meta.terms();
+
+    let states: Vec<Scene> = (0..STATES).map(|number| at_state(&scene, number)).collect();
+    let maps: Vec<(Environment, f32)> =
+        states.iter().map(|s| (environments(s).swap_remove(0), s.environment.as_ref().unwrap().rotation_deg)).collect();
+    let of_state = |state: usize| (&maps[state % maps.len()].0.map, maps[state % maps.len()].1);
+    let rows = gathered(&scene, &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE), stored.meta.rays_per_texel.isqrt() as usize);
+    let lights = HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE);
+
+    let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(state, 0)).collect();
+    let drawn = |radiance: &dyn Fn(usize) -> Vec<Rgb>| (0..states.len()).map(|at| drawings[at].draw(&radiance(at))).collect::<Vec<_>>();
+    let mut steps = Steps::default();
+    let traced = |seed: u64, reflections: u32| states.iter().map(|s| reference(s, SAMPLES, seed, reflections)).collect::<Vec<_>>();
+    let truth = steps.push("path tracer", 0, traced(0, 1));
+    steps.push("(the path tracer with other seeds)", truth, traced(1, 1));
+    steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX));
+    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|at| exact(&states[at])));
+    let texels = steps.push("light of 6 × 64 × 64 texels, whole rows", vertices, drawn(&|at| whole_rows(&rows, at)));
+    let mut most = texels;
+    for terms in TERMS {
+        let number = steps.push(&format!("{terms} terms"), texels, drawn(&|at| of_terms(&rows, &lights, terms, at)));
+        most = if terms == MAX_TERMS { number } else { most };
+    }
+    let unrounded = steps.push(&format!("{kept} terms, as in the bundle"), most, drawn(&|at| of_terms(&rows, &lights, kept, at)));
+    let look = |at: usize| EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: maps[at].1 };
+    let rounded = drawn(&|at| radiance(&stored, &light(&maps[at].0.map, &look(at), FACE_SIZE)));
+    let rounded = steps.push("rounded to bytes", unrounded, rounded);
+    steps.push("the player", rounded, played(&scene, super::NAME, &folder));
+    let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();
+    steps.print("sparse-transfer, knot-outdoors", &masks);
+}

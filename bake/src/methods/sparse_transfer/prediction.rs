@@ -1,0 +1,123 @@
+//! What a bake will take, from the rows of a few of its vertices.
+
+use super::bounce::{Bouncer, add, coarse};
+use super::lights::HeldOutLights;
+use super::rows::{MAX_TERMS, Rows};
+use super::texels::{FACE_SIZE, Texels};
+use super::visibility::{Receiver, transfer_row};
+use super::{BOUNCED_FACE_SIZE, Settings, bounces, channels, errors, face_size, importance, predicted_bytes, push, quantise, receivers};
+use crate::error::Result;
+use crate::job::Job;
+use crate::methods::environment_lit::{self, environments};
+use crate::methods::{Predicted, spread};
+use crate::trace::world::{World, reset_ray_counts, take_ray_count};
+use rayon::prelude::*;
+use relume_formats::basis::cubemap::FACES;
+use relume_formats::kinds::sparse_transfer::Meta;
+use relume_scenes::Scene;
+use std::time::Instant;
+
+/// Vertices whose rows are traced.
+const VERTICES: usize = 128;
+/// Rows that are at hand when light bounces, to be read in place of all others.
+const SOURCES: usize = 1024;
+/// Bytes on disk of an index, of a byte and of a 16-bit value that are not 0, in parts of what they take in memory; from bundles of the library's scenes.
+const INDEX: f64 = 0.62;
+const VALUE: f64 = 0.6;
+const WIDE: f64 = 0.9;
+/// Bytes a second that are packed, compressed and written.
+const PACKED: f64 = 2e7;
+
+/// What baking `scene` with `settings` will take.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicted> {
+    let (world, receivers) = (World::new(scene), receivers(scene));
+    let lights = HeldOutLights::new(&environments(scene), face_size(scene));
+    let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
+    let some: Vec<Receiver> = spread(VERTICES, receivers.len()).into_iter().filter_map(|vertex| receivers.get(vertex).copied()).collect();
+    let weights = importance::weights(face_size(scene));
+    let stage = job.stage("predicting", some.len() as u64);
+    reset_ray_counts();
+    let start = Instant::now();
+    let traced = some.par_iter().map(|receiver| {
+        stage.check()?;
+        let rows = rows_of(receiver, scene, &world, &texels, &weights, &lights);
+        stage.advance(1);
+        Ok((rows, take_ray_count()))
+    });
+    let traced = traced.collect::<Result<Vec<(Rows, u64)>>>()?;
+    let bouncing = bounce(scene, &world, &some);
+    let scale = receivers.len() as f64 / some.len().max(1) as f64;
+    let seconds = start.elapsed().as_secs_f64() * scale;
+    let rays = traced.iter().map(|(_, rays)| rays).sum::<u64>() + bouncing;
+    let mut rows = Rows::new(MAX_TERMS, channels(scene));
+    traced.into_iter().for_each(|(row, _)| rows.append(row));
+    let terms = settings.terms.of(&errors::by_terms(&rows, &lights));
+    let own = stored_bytes(&rows, terms, scene) * scale;
+    Ok(Predicted {
+        rays: rays as f64 * scale,
+        seconds: seconds + 2.0 * own / PACKED,
+        bytes: own + environment_lit::stored_bytes(scene)? as f64,
+        memory: predicted_bytes(scene),
+        chosen: Some(terms),
+    })
+}
+
+/// The row of direct light at a vertex, as the bake selects it; in colour where light bounces, of which direct light is the larger part.
+fn rows_of(receiver: &Receiver, scene: &Scene, world: &World, texels: &Texels, weights: &[f32], lights: &HeldOutLights) -> Rows {
+    let mut row = vec![0.0; texels.weights.len()];
+    transfer_row(receiver, world, texels, &mut row);
+    if bounces(scene) > 0 {
+        row = coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE);
+    }
+    let mut rows = Rows::new(MAX_TERMS, channels(scene));
+    push(&mut rows, vec![row; channels(scene)], weights, lights, face_size(scene));
+    rows
+}
+
+/// Gathers what bounces to some vertices and throws it away; returns the rays. Rows of other vertices, not known yet, are as long and as many as caches
+/// cannot hold.
+fn bounce(scene: &Scene, world: &World, some: &[Receiver]) -> u64 {
+    let length = 3 * FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
+    if bounces(scene) == 0 {
+        return 0;
+    }
+    let bouncer = Bouncer::new(scene, world);
+    let sources = vec![1.0f32; length * SOURCES];
+    let of = |receiver: &Receiver| {
+        let mut row = vec![0.0; length];
+        for (vertex, share) in bouncer.shares(receiver) {
+            add(&mut row, share, &sources[vertex as usize % SOURCES * length..][..length]);
+        }
+        std::hint::black_box(&row);
+        take_ray_count()
+    };
+    (0..bounces(scene)).map(|_| some.par_iter().map(of).sum::<u64>()).sum()
+}
+
+/// What the first `terms` of `rows` take on disk.
+fn stored_bytes(rows: &Rows, terms: usize, scene: &Scene) -> f64 {
+    let shapes = quantise::shapes(terms);
+    let unit = quantise::unit_for(&rows.values);
+    let blocks = quantise::blocks(rows, &shapes, unit);
+    let meta = Meta {
+        vertices: rows.len() as u32,
+        face_size: face_size(scene) as u32,
+        bounces: bounces(scene),
+        rgb: rows.channels == 3,
+        unit,
+        blocks: shapes.clone(),
+        rays_per_texel: 1,
+    };
+    let mut bytes = 0.0;
+    for (block, shape) in blocks.iter().zip(&shapes) {
+        for term in 0..shape.terms as usize {
+            let values = (0..rows.len()).flat_map(|row| block.value(&meta, term, row).into_iter().take(rows.channels));
+            let filled = values.filter(|value| *value != 0.0).count() as f64;
+            bytes += filled * if shape.wide { 2.0 * WIDE } else { VALUE } + 2.0 * INDEX * filled / rows.channels as f64;
+        }
+    }
+    bytes
+}

@@ -1,0 +1,80 @@
+//! What a bake will take, from the paths of a few of its pixels.
+
+use super::method::{Bases, Wanted};
+use super::{Settings, basis_for, chromaticity, held_out, predicted_bytes, projector, trace_pixels};
+use crate::error::Result;
+use crate::job::Job;
+use crate::methods::{Predicted, spread};
+use crate::trace::gather::Gather;
+use crate::trace::lights::Lights;
+use crate::trace::world::{World, reset_ray_counts, take_ray_count};
+use rayon::prelude::*;
+use relume_formats::Place;
+use relume_formats::container::Stored;
+use relume_formats::kinds::transfer_images::Layout;
+use relume_scenes::Scene;
+use std::time::Instant;
+
+/// Pixels whose paths are traced, and of these the share that is measured at too.
+const PIXELS: usize = 256;
+const MEASURED: usize = 16;
+/// What choosing the number of bases looks at here, in parts of what it looks at in a bake.
+const CHOICE: u32 = 4;
+/// Bytes that a stored half takes on disk if it is not 0, and if it is; from bundles of the library's scenes.
+const HALF: f64 = 1.8;
+const ZERO: f64 = 0.03;
+/// Bytes a second that are packed, compressed and written, per thread.
+const PACKED: f64 = 2e7;
+
+/// What baking `scene` as `wanted` will take.
+///
+/// # Errors
+/// If LAPACK fails or the job is interrupted.
+pub fn predict(wanted: &Wanted, scene: &Scene, job: &Job) -> Result<Predicted> {
+    let Wanted { size, samples, seed, bases } = *wanted;
+    let start = Instant::now();
+    let chosen = match bases {
+        Bases::Number(bases) => bases,
+        Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?,
+    };
+    let choosing = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let basis = basis_for(scene, chosen)?;
+    let chromaticity = chromaticity(scene);
+    let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some());
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let preparing = start.elapsed().as_secs_f64();
+    // Three times in all: for choosing, which has prepared as much, for tracing and for measuring.
+    let choosing = 2.0 * preparing + choosing + (choosing - preparing).max(0.0) * f64::from(CHOICE - 1);
+    let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+    let projector = projector(scene, &basis, &layout, chromaticity);
+    let all = size[0] as usize * size[1] as usize;
+    let pixels: Vec<u32> = spread(PIXELS, all).into_iter().map(|pixel| pixel as u32).collect();
+
+    reset_ray_counts();
+    let start = Instant::now();
+    let some = |pixels: &[u32]| {
+        let tile = trace_pixels(pixels.iter().copied(), samples, &gather, &projector);
+        let zeros = tile.values.iter().filter(|value| **value == 0.0).count();
+        (take_ray_count() as f64, tile.values.len() as f64, zeros as f64)
+    };
+    let traced = pixels.par_chunks(4).map(some).reduce(|| (0.0, 0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
+    let scale = all as f64 / pixels.len() as f64;
+    let [rays, values, zeros] = [traced.0, traced.1, traced.2].map(|count| count * scale);
+    let tracing = start.elapsed().as_secs_f64() * scale;
+
+    let start = Instant::now();
+    let few: Vec<u32> = pixels.iter().copied().step_by(MEASURED).collect();
+    held_out::trace(&gather, scene, &few, samples);
+    let per_pixel = start.elapsed().as_secs_f64() / few.len() as f64;
+    let measuring = per_pixel * all as f64 / f64::from(held_out::SPACING.pow(2));
+    let packing = 2.0 * values / (PACKED * rayon::current_num_threads() as f64);
+    Ok(Predicted {
+        rays,
+        seconds: choosing + tracing + measuring + packing,
+        bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,
+        memory: predicted_bytes(scene, &Settings { size, samples, seed, bases: chosen }),
+        chosen: Some(chosen),
+    })
+}

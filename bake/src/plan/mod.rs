@@ -1,0 +1,208 @@
+//! What a scene needs: which methods serve what it varies, what baking with each will take, which one `bake run` takes and what is left out then.
+
+mod charted;
+mod stored;
+mod text;
+
+use crate::bundle::{self, Shared};
+use crate::cli::MethodName;
+use crate::error::Result;
+use crate::job::{Job, ProgressMode};
+use crate::methods::choice::{Asked, METHODS, cheapest, serves_all};
+use charted::BestPoint;
+use clap::ValueEnum;
+use relume_formats::{Error, Place};
+use relume_scenes::Scene;
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use stored::StoredFigures;
+
+/// Where bundles and charts of scenes are, each in a folder called as the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Folders<'a> {
+    /// Bundles.
+    pub bundles: &'a Path,
+    /// Charts.
+    pub charts: &'a Path,
+}
+
+/// A plan.
+#[derive(Debug, Serialize)]
+struct Plan {
+    scene: String,
+    varies: Varies,
+    /// Every method, the one whose frames cost least first; none if nothing varies.
+    methods: Vec<Candidate>,
+    /// The method that `bake run` takes, if it fits.
+    chosen: Option<&'static str>,
+    /// Why that one, or why none.
+    why: String,
+    /// A sentence each.
+    not_modelled: Vec<String>,
+    /// What is wrong with the figures of an earlier bake, if there is one.
+    stored_unusable: Option<String>,
+}
+
+/// What varies at playback.
+#[derive(Debug, Serialize)]
+struct Varies {
+    light: bool,
+    view: bool,
+    shape: bool,
+    materials: Vec<String>,
+}
+
+/// A method in the light of the scene.
+#[derive(Debug, Serialize)]
+struct Candidate {
+    name: &'static str,
+    /// Why it does not fit, with the remedy; `None` if it does.
+    misfit: Option<String>,
+    serves_all: bool,
+    leaves_out: Vec<String>,
+    /// Those of `bake run` without options.
+    settings: BTreeMap<String, Value>,
+    predicted: Option<Prediction>,
+    stored: Option<StoredFigures>,
+    charted: Option<BestPoint>,
+}
+
+/// What a bake by this method alone will take and leave, sphere sets and all that methods share included.
+#[derive(Debug, Serialize)]
+struct Prediction {
+    rays: u64,
+    seconds: f64,
+    bytes_on_disk: u64,
+    bytes_of_memory: u64,
+    /// The setting that the bake will choose by the wanted error, and its value.
+    chooses: Option<(&'static str, usize)>,
+}
+
+/// The plan for `scene`, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
+///
+/// # Errors
+/// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses nothing.
+pub fn plan(scene: &Scene, folders: &Folders<'_>, json: bool) -> Result<String> {
+    let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, folders)? };
+    if !json {
+        return Ok(text::of(&plan));
+    }
+    let text = serde_json::to_string_pretty(&plan).map_err(|e| Error::invalid(&Place::file(&scene.file), e.to_string()))?;
+    Ok(text + "\n")
+}
+
+fn varies_nothing(scene: &Scene) -> bool {
+    let vary = &scene.vary;
+    !(vary.light || vary.view || vary.shape) && vary.materials.is_empty()
+}
+
+fn varies(scene: &Scene) -> Varies {
+    let materials = scene.varying_names().into_iter().map(str::to_owned).collect();
+    Varies { light: scene.vary.light, view: scene.vary.view, shape: scene.vary.shape, materials }
+}
+
+fn nothing(scene: &Scene) -> Plan {
+    let why = "varies nothing, so there is nothing to bake: make one image with `bake reference`, or name in [vary] what is to change";
+    Plan {
+        scene: scene.name.clone(),
+        varies: varies(scene),
+        methods: Vec::new(),
+        chosen: None,
+        why: why.to_owned(),
+        not_modelled: Vec::new(),
+        stored_unusable: None,
+    }
+}
+
+fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
+    let asked = Asked::of_scene(scene);
+    let job = Job::new(ProgressMode::None);
+    let mut stored = stored::read(&folders.bundles.join(&scene.name), scene);
+    let mut charted = charted::read(&folders.charts.join(&scene.name));
+    let mut shared = None;
+    let mut candidate = |name: MethodName| {
+        let method = asked.method(name, scene);
+        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.to_string(), scene));
+        let mut candidate = Candidate {
+            name: method.name(),
+            misfit,
+            serves_all: serves_all(name, &scene.vary),
+            leaves_out: Vec::new(),
+            settings: method.asked_for(),
+            predicted: None,
+            stored: stored.methods.remove(method.name()),
+            charted: charted.remove(method.name()),
+        };
+        candidate.settings.remove("revision");
+        if candidate.misfit.is_none() {
+            let shared = match shared {
+                Some(shared) => shared,
+                None => *shared.insert(bundle::predict_shared(scene, asked.size, asked.seed, &job)?),
+            };
+            candidate.leaves_out = method.leaves_out(scene);
+            candidate.predicted = Some(Prediction::new(&method.predict(scene, &job)?, &shared, method.chosen()));
+        }
+        Ok(candidate)
+    };
+    let methods = METHODS.into_iter().map(&mut candidate).collect::<Result<Vec<Candidate>>>()?;
+    let preferred = cheapest(&scene.vary);
+    let taken = methods.iter().zip(METHODS).find(|(_, name)| *name == preferred).map(|(candidate, _)| candidate);
+    let fits = taken.filter(|candidate| candidate.misfit.is_none());
+    Ok(Plan {
+        scene: scene.name.clone(),
+        varies: varies(scene),
+        chosen: fits.map(|candidate| candidate.name),
+        why: why(preferred, taken.and_then(|candidate| candidate.misfit.as_deref())),
+        not_modelled: not_modelled(scene, fits),
+        methods,
+        stored_unusable: stored.unusable,
+    })
+}
+
+impl Prediction {
+    fn new(own: &crate::methods::Predicted, shared: &Shared, chosen: Option<&'static str>) -> Self {
+        Self {
+            rays: own.rays.round() as u64,
+            seconds: own.seconds + shared.seconds,
+            bytes_on_disk: (own.bytes + shared.bytes).round() as u64,
+            bytes_of_memory: own.memory,
+            chooses: chosen.zip(own.chosen),
+        }
+    }
+}
+
+/// An error's message without the scene's file, which the reader knows.
+fn reason(message: &str, scene: &Scene) -> String {
+    let file = format!("{}: ", Place::file(&scene.file));
+    let line = message.strip_prefix(&file).unwrap_or(message);
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Why `bake run` takes the method `name`, which may not fit.
+fn why(name: MethodName, misfit: Option<&str>) -> String {
+    let method = name.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    let cheapest = match name {
+        MethodName::TransferImages => "light, view and shape stay, so a frame is a sum of baked images, which costs least",
+        MethodName::SparseTransfer => "light or view varies and shapes stay: the cheapest method that follows a light or a camera",
+        MethodName::SphereShadows => "shapes vary: the only method whose shadows follow them",
+    };
+    match misfit {
+        None => cheapest.to_owned(),
+        Some(misfit) => format!("{cheapest}; but {method} does not fit: {misfit}"),
+    }
+}
+
+/// What the `chosen` method leaves out, and what no method does.
+fn not_modelled(scene: &Scene, chosen: Option<&Candidate>) -> Vec<String> {
+    let vary = &scene.vary;
+    let moves = [("light", vary.light), ("view", vary.view), ("shape", vary.shape)].into_iter().filter(|(_, varies)| *varies);
+    let moves: Vec<&str> = moves.map(|(what, _)| what).collect();
+    let both = !moves.is_empty() && !vary.materials.is_empty();
+    let together = both.then(|| format!("no method varies materials together with {}", moves.join(", ")));
+    chosen.iter().flat_map(|candidate| candidate.leaves_out.iter().cloned()).chain(together).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,12 +1,11 @@
 //! Whole-product tests, all in one binary:
 //!
 //! * [`truth`]: the tracer against closed forms;
-//! * [`stability`]: where methods fail, that they fail as documented;
+//! * [`stability`]: where methods stop being right, a suite for each;
 //! * [`accuracy`]: baked images against the reference, with stated bounds;
 //! * [`cpu_gpu`]: the player's shaders against `evaluate`;
 //! * [`relighting`]: sparse-transfer from bake to radiance;
 //! * [`shadows`]: sphere-shadows from bake to radiance;
-//! * [`shadow_stability`]: where shadows of spheres could fail;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
@@ -17,7 +16,6 @@ mod accuracy;
 mod cli;
 mod cpu_gpu;
 mod relighting;
-mod shadow_stability;
 mod shadows;
 mod sphere_motion;
 mod spheres;

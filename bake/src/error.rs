@@ -32,6 +32,9 @@ pub enum BakeError {
     /// Signals could not be watched.
     #[error("interrupts cannot be watched: {0}; another program holds the handler")]
     Signals(#[from] ctrlc::Error),
+    /// The player could not be run, or failed.
+    #[error("{0}")]
+    Player(String),
     /// Threads could not be started.
     #[error("threads could not be started: {0}; lower --threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -5,10 +5,12 @@
 //! * [`compress`]: numerics that make data small;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
+//! * [`play`]: runs the player, to measure what it shows;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
 pub mod bundle;
+pub mod chart;
 pub mod cli;
 pub mod commands;
 pub mod compress;
@@ -17,6 +19,7 @@ pub mod exr_file;
 pub mod inspect;
 pub mod job;
 pub mod methods;
+pub mod play;
 pub mod report;
 pub mod scene_hash;
 pub mod spheres;

@@ -71,9 +71,11 @@ fn assert_refused(change: impl FnOnce(&mut SphereShadows), expected: &str) {
 #[test]
 fn broken_objects_and_rows_are_refused() {
     type Case = (fn(&mut SphereShadows), &'static str);
-    let cases: [Case; 16] = [
+    let cases: [Case; 18] = [
         (|s| s.meta.face_size = 64, "section `meta`: faces of 64 texels and a grid of 8 nodes a side, expected 32 and 8"),
         (|s| s.meta.normal_grid = 0, "a grid of 0 nodes"),
+        (|s| s.meta.terms = 5, "keeps 5 terms, expected 6 to 200"),
+        (|s| s.meta.terms = 201, "keeps 201 terms, expected 6 to 200"),
         (|s| s.meta.objects.clear(), "there are no objects"),
         (|s| s.meta.objects[2].name = "päper 0".to_owned(), "two objects are called `päper 0`"),
         (|s| s.meta.objects[0].first_vertex = 1, "object `päper 0` has 5 vertices from 1 on"),

@@ -293,6 +293,11 @@ impl Session {
         &self.gpu.info
     }
 
+    /// Bytes of all buffers and textures on the device, where the backend tells.
+    pub fn gpu_bytes(&self) -> Option<u64> {
+        Some(self.gpu.device.generate_allocator_report()?.total_allocated_bytes)
+    }
+
     /// The GPU that it plays on.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu

@@ -16,9 +16,11 @@ pub struct Stats {
     frames: usize,
     cpu_ms: Option<Spread>,
     gpu_ms: Option<Spread>,
+    frame_ms: Option<Spread>,
     pass_ms: BTreeMap<&'static str, Spread>,
     measured: &'static str,
     bytes_streamed: u64,
+    gpu_bytes: Option<u64>,
     time_to_first_image_s: Option<f64>,
     time_to_full_quality_s: Option<f64>,
     image_bytes_per_frame: u64,
@@ -38,10 +40,11 @@ pub struct Spread {
 const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a frame, without read-back and file writing, with \
                         adapter cpu the method's sums too; \
                         gpu_ms: GPU timestamps from the begin of the frame's first pass to the end of its last (null if the device has \
-                        none; on a software adapter, the time until the frame is done), pass_ms: the same of each pass, where a device \
+                        none; on a software adapter, the time until the frame is done), frame_ms: both of a frame together, pass_ms: the same of each pass, where a device \
                         tells; median and 95th percentile over all frames; times to an image count from the start of the player to the \
                         finished read-back, in a window to the finished frame, and the time to full quality is null if only a prefix \
                         was played; image_bytes_per_frame: bytes of images or columns that the pass reads which sums them up; \
+                        gpu_bytes: bytes of all buffers and textures on the device (null where the backend does not tell); \
                         missing_slots: numbers of the pieces that have not arrived";
 
 /// Collects the costs of frames.
@@ -49,6 +52,7 @@ const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a
 pub struct Recorder {
     cpu_ms: Vec<f64>,
     gpu_ms: Vec<f64>,
+    frame_ms: Vec<f64>,
     pass_ms: BTreeMap<&'static str, Vec<f64>>,
 }
 
@@ -95,6 +99,7 @@ impl Recorder {
     pub fn add(&mut self, frame: &Cost) {
         self.cpu_ms.push(frame.cpu_ms);
         self.gpu_ms.extend(frame.gpu_ms);
+        self.frame_ms.extend(frame.gpu_ms.map(|gpu_ms| frame.cpu_ms + gpu_ms));
         // A frame may have several passes of one kind.
         let mut sums = BTreeMap::new();
         frame.passes_ms.iter().for_each(|(label, ms)| *sums.entry(*label).or_insert(0.0) += ms);
@@ -112,9 +117,11 @@ impl Recorder {
             frames: self.cpu_ms.len(),
             cpu_ms: Spread::of(self.cpu_ms),
             gpu_ms: Spread::of(self.gpu_ms),
+            frame_ms: Spread::of(self.frame_ms),
             pass_ms: self.pass_ms.into_iter().filter_map(|(label, ms)| Some((label, Spread::of(ms)?))).collect(),
             measured: MEASURED,
             bytes_streamed: session.bytes_streamed(),
+            gpu_bytes: session.gpu_bytes(),
             time_to_first_image_s: appearance.first_s,
             time_to_full_quality_s: appearance.full_s,
             image_bytes_per_frame: pieces.bytes_per_frame,

@@ -139,6 +139,10 @@ pub(super) enum Details {
         receivers: usize,
         /// Of them, those with a lobe of their own normal.
         exact_receivers: usize,
+        /// Terms kept of the light and of each lobe.
+        terms: u32,
+        /// Whether the sum over terms of the light uses the second level of visibility.
+        second_level: bool,
         rows: usize,
         /// Of them, the nodes of the grid of normals.
         grid_rows: usize,

@@ -102,12 +102,19 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ),
             ("dense", format!("{} bytes with every coefficient as f32", grouped(*bytes_of_dense_matrix))),
         ],
-        Details::SphereShadows { receivers, exact_receivers, rows, grid_rows, objects } => vec![
+        Details::SphereShadows { receivers, exact_receivers, terms, second_level, rows, grid_rows, objects } => vec![
             (
                 "receivers",
                 format!("{}, {} of them with a lobe of their own normal", grouped(*receivers as u64), grouped(*exact_receivers as u64)),
             ),
             ("lobes", format!("{rows}, {grid_rows} of them on the grid of normals")),
+            (
+                "shown with",
+                format!(
+                    "{terms} terms of the light and of each lobe, visibility by {}",
+                    if *second_level { "two levels" } else { "one level" }
+                ),
+            ),
             ("objects", list(objects.iter().map(shadow_object))),
         ],
         Details::VisibilityTable { directions, stored_directions, radii, texels, bytes_of_bitmaps } => vec![

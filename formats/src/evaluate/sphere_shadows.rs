@@ -22,6 +22,7 @@ use crate::basis::cap::{self, Bitmap, ROWS, add_sphere};
 use crate::basis::psum::psum;
 use crate::basis::triple::{Operand, of_equals, with_terms};
 use crate::basis::two_level::{SIDE, two_level};
+use crate::kinds::sphere_shadows::Meta;
 use crate::kinds::{HaarTable, SphereSet};
 use crate::state::Rgb;
 use glam::Vec3;
@@ -51,8 +52,12 @@ pub struct Detail {
     pub levels: Levels,
 }
 
-/// What is shown, and what a bake states its error for: the source's finest setting.
-pub const SHOWN: Detail = Detail { terms: Some(200), levels: Levels::Two };
+impl Detail {
+    /// What a bake asks to be shown with.
+    pub fn of(meta: &Meta) -> Self {
+        Self { terms: Some(meta.terms as usize), levels: if meta.second_level { Levels::Two } else { Levels::One } }
+    }
+}
 
 /// A factor of the product: its coefficients, the means that they make, and the terms that are kept.
 #[derive(Debug, Clone, PartialEq)]

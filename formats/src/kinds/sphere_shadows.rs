@@ -54,6 +54,10 @@ pub struct Meta {
     pub face_size: u32,
     /// Nodes along a side of the faces of the grid of normals: 8.
     pub normal_grid: u32,
+    /// Terms that are kept of the light and of each lobe, over the whole cube: [`FACES`] to [`ORDERED`].
+    pub terms: u32,
+    /// Whether the sum over terms of the light uses the second level of visibility (the source's "II").
+    pub second_level: bool,
     /// The objects in the order of the scene, which own all vertices in turn.
     pub objects: Vec<ShadowObject>,
 }
@@ -123,6 +127,9 @@ impl Meta {
         if [self.face_size, self.normal_grid] != [SIDE as u32, GRID as u32] {
             let (face_size, grid) = (self.face_size, self.normal_grid);
             return Some(format!("faces of {face_size} texels and a grid of {grid} nodes a side, expected {SIDE} and {GRID}"));
+        }
+        if !(FACES..=ORDERED).contains(&(self.terms as usize)) {
+            return Some(format!("keeps {} terms, expected {FACES} to {ORDERED}", self.terms));
         }
         let mut names = BTreeSet::new();
         let mut next = Some(0u32);

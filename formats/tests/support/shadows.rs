@@ -24,5 +24,5 @@ pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize, terms: usize) -
         (0..terms).for_each(|_| lobe[random.below(COEFFICIENTS)] = random.signed() * 10f32.powi(-(random.below(9) as i32)));
     }
     let order = lobes.chunks_exact(COEFFICIENTS).flat_map(order).collect();
-    SphereShadows { meta: Meta { face_size: 32, normal_grid: 8, objects }, rows, normals, lobes, order }
+    SphereShadows { meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects }, rows, normals, lobes, order }
 }

@@ -171,7 +171,13 @@ fn bake(blocks: bool) -> SphereShadows {
     });
     let objects = objects.collect();
     let rows = [vec![NODES as u32; COUNTS[0]], vec![NO_ROW; COUNTS[1] + COUNTS[2]]].concat();
-    SphereShadows { meta: sphere_shadows::Meta { face_size: 32, normal_grid: 8, objects }, rows, normals, lobes, order }
+    SphereShadows {
+        meta: sphere_shadows::Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects },
+        rows,
+        normals,
+        lobes,
+        order,
+    }
 }
 
 impl Bundle {

@@ -27,6 +27,8 @@ pub(super) fn export(shadows: &SphereShadows, out: &mut Out) -> Result<()> {
             "grid_rows": NODES,
             "face_size": shadows.meta.face_size,
             "normal_grid": shadows.meta.normal_grid,
+            "terms": shadows.meta.terms,
+            "second_level": shadows.meta.second_level,
             "objects": shadows.meta.objects,
         }),
     )

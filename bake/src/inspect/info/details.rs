@@ -88,6 +88,8 @@ fn shadows_details(shadows: SphereShadows) -> Details {
     Details::SphereShadows {
         receivers: shadows.rows.len(),
         exact_receivers: shadows.rows.iter().filter(|row| **row != NO_ROW).count(),
+        terms: shadows.meta.terms,
+        second_level: shadows.meta.second_level,
         rows: shadows.normals.len(),
         grid_rows: NODES,
         objects: shadows.meta.objects,

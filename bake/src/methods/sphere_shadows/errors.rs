@@ -14,7 +14,7 @@ use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, SHOWN, Spheres, light, lobe, receivers};
+use relume_formats::evaluate::sphere_shadows::{Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
@@ -34,7 +34,7 @@ const CHUNK: usize = 16;
 
 /// Relative L2 errors over the receivers, one for each pose and light.
 pub struct Measured {
-    /// As the player shows it: 200 terms, level II.
+    /// As the player shows it.
     pub shown: Vec<f64>,
     /// With all terms: what the spheres alone do.
     pub all_terms: Vec<f64>,
@@ -55,7 +55,8 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
     let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
     let rays = AtomicU64::new(0);
     let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
-    let [kept, whole] = [SHOWN.terms, None].map(|terms| lobes(shadows, terms));
+    let detail = Detail::of(&shadows.meta);
+    let [kept, whole] = [detail.terms, None].map(|terms| lobes(shadows, terms));
     for pose in &poses {
         let truth = traced(pose, &some, &lights, |steps| {
             rays.fetch_add(take_ray_count(), Ordering::Relaxed);
@@ -64,7 +65,8 @@ pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps:
         });
         stage.check()?;
         let ours = shown_in(pose, &some, shadows, sets)?;
-        for (errors, lobes, terms, levels) in [(&mut shown, &kept, SHOWN.terms, SHOWN.levels), (&mut all_terms, &whole, None, Levels::All)]
+        for (errors, lobes, terms, levels) in
+            [(&mut shown, &kept, detail.terms, detail.levels), (&mut all_terms, &whole, None, Levels::All)]
         {
             for state in 0..STATES {
                 stage.check()?;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use relume_formats::basis::diffuse::{self, GRID, NODES, grid_normal};
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{Meta, NO_ROW, ShadowObject, order};
+use relume_formats::kinds::sphere_shadows::{Meta, NO_ROW, ORDERED, ShadowObject, order};
 use relume_scenes::{Object, Scene};
 use std::collections::BTreeMap;
 
@@ -17,7 +17,8 @@ pub fn bake(scene: &Scene) -> SphereShadows {
     let exact = exact_rows(scene);
     let mut normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).collect();
     let mut first_vertex = 0;
-    let mut meta = Meta { face_size: SIDE as u32, normal_grid: GRID as u32, objects: Vec::new() };
+    let mut meta =
+        Meta { face_size: SIDE as u32, normal_grid: GRID as u32, terms: ORDERED as u32, second_level: true, objects: Vec::new() };
     let mut rows = Vec::new();
     for (index, object) in scene.objects.iter().enumerate() {
         let mut known: BTreeMap<[u32; 3], u32> = BTreeMap::new();

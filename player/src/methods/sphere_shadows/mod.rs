@@ -21,7 +21,7 @@ use receivers::{Receivers, Sets, Shapes};
 use relume_formats::Place;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::{Kind, Section};
-use relume_formats::evaluate::sphere_shadows::{Detail, SHOWN, lobe};
+use relume_formats::evaluate::sphere_shadows::{Detail, lobe};
 use relume_formats::kinds::SphereShadows as Bake;
 use relume_formats::state::Rgb;
 use stage::{Changed, Stage, Work};
@@ -35,7 +35,7 @@ pub const METHOD: Method = Method {
     first_piece: 4,
     sphere_sets: true,
     on_cpu: true,
-    start: |_, setup| Ok(Box::new(SphereShadows::new(setup, SHOWN)?)),
+    start: |_, setup| Ok(Box::new(SphereShadows::new(setup)?)),
 };
 
 const CAPS: &str = include_str!("caps.wgsl");
@@ -52,7 +52,6 @@ struct SphereShadows {
     /// Names of the maps, as soon as the main file comes.
     maps: Option<Vec<String>>,
     stage: Option<Stage>,
-    detail: Detail,
 }
 
 /// Everything that comes before the main file.
@@ -63,9 +62,9 @@ struct Waiting {
 }
 
 impl SphereShadows {
-    fn new(setup: Setup, detail: Detail) -> Result<Self> {
+    fn new(setup: Setup) -> Result<Self> {
         let waiting = Waiting { surroundings: Surroundings::new(setup)?, sets: Sets::new(), shapes: Shapes::new() };
-        Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None, detail })
+        Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })
     }
 
     fn file_arrived(&mut self, gpu: &Gpu, kind: Kind, object: Option<String>, place: &Place, sections: Vec<Section>) -> Result<()> {
@@ -88,7 +87,7 @@ impl SphereShadows {
                 waiting.surroundings.expect_bake("lobes", bake.meta.vertices(), place)?;
                 self.maps = Some(waiting.surroundings.map_names());
                 if let Some(waiting) = self.waiting.take() {
-                    self.stage = Some(waiting.set_up(gpu, &bake, self.detail, place)?);
+                    self.stage = Some(waiting.set_up(gpu, &bake, place)?);
                 }
                 gpu.check()?;
             }
@@ -98,7 +97,8 @@ impl SphereShadows {
 }
 
 impl Waiting {
-    fn set_up(mut self, gpu: &Gpu, bake: &Bake, detail: Detail, place: &Place) -> Result<Stage> {
+    fn set_up(mut self, gpu: &Gpu, bake: &Bake, place: &Place) -> Result<Stage> {
+        let detail = Detail::of(&bake.meta);
         let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
         let lobes: Vec<_> = (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
         let maps = self.surroundings.take_environments();

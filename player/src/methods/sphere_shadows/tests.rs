@@ -34,9 +34,9 @@ fn arrivals(bundle: &Bundle) -> Vec<Arrival> {
     }
 }
 
-fn load(gpu: &Gpu, bundle: &Bundle, detail: Detail) -> Result<SphereShadows> {
+fn load(gpu: &Gpu, bundle: &Bundle) -> Result<SphereShadows> {
     let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), size: None };
-    let mut method = SphereShadows::new(setup, detail)?;
+    let mut method = SphereShadows::new(setup)?;
     arrivals(bundle).into_iter().try_for_each(|arrival| method.section_arrived(gpu, arrival))?;
     Ok(method)
 }
@@ -112,11 +112,11 @@ const BOUND: f32 = 2e-5;
 #[test]
 fn radiance_equals_the_meaning_at_every_setting() {
     let Some(gpus) = gpus() else { return };
-    let bundle = Bundle::write(true);
-    for gpu in &gpus {
-        for (terms, levels) in [50, 100, 200].into_iter().flat_map(|terms| [Levels::One, Levels::Two].map(|levels| (terms, levels))) {
-            let detail = Detail { terms: Some(terms), levels };
-            let mut method = load(gpu, &bundle, detail).unwrap();
+    for (terms, second_level) in [50, 100, 200].into_iter().flat_map(|terms| [false, true].map(|second_level| (terms, second_level))) {
+        let bundle = Bundle::with(|bake| (bake.meta.terms, bake.meta.second_level) = (terms, second_level), true);
+        let detail = Detail::of(&bundle.bake.meta);
+        for gpu in &gpus {
+            let mut method = load(gpu, &bundle).unwrap();
             for (map, rotation_deg, gain, pose) in [
                 ("noise", 0.0, [1.0; 3], None),
                 ("noise", 33.0, [0.5, 2.0, 0.0], Some(("Turn", 0.7))),
@@ -141,15 +141,16 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
     let (receivers, sets) = placed(&bundle, &look);
     let holds = |r: &Receiver| sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius);
     let held: Vec<usize> = (96..150).filter(|v| holds(&receivers[*v])).collect();
-    let [theirs, open] = expected(&bundle, &look, SHOWN);
-    let coarse = expected(&bundle, &look_at_noise(&bundle), Detail { levels: Levels::One, ..SHOWN });
-    let fine = expected(&bundle, &look_at_noise(&bundle), SHOWN);
+    let fine = Detail::of(&bundle.bake.meta);
+    let [theirs, open] = expected(&bundle, &look, fine);
+    let coarse = expected(&bundle, &look_at_noise(&bundle), Detail { levels: Levels::One, ..fine });
+    let fine = expected(&bundle, &look_at_noise(&bundle), fine);
     let differs = coarse[0].iter().zip(&fine[0]).any(|(a, b)| (a[0] - b[0]).abs() > 1e-3 * b[0]);
     assert!(differs, "the second level counts somewhere");
     let shaded = theirs.iter().zip(&open).take(42).filter(|(a, b)| a[1] < 0.95 * b[1]).count();
     assert!(!held.is_empty() && shaded > 5, "{} held, {shaded} shaded", held.len());
     for gpu in &gpus {
-        let ours = draw(gpu, &mut load(gpu, &bundle, SHOWN).unwrap(), &look);
+        let ours = draw(gpu, &mut load(gpu, &bundle).unwrap(), &look);
         let facing = |v: &&usize| {
             sets[0].now.iter().any(|[x, y, z, radius]| {
                 let offset = glam::Vec3::new(*x, *y, *z) - receivers[**v].position;
@@ -165,10 +166,10 @@ fn without_spheres_there_is_no_shadow() {
     let Some(gpus) = gpus() else { return };
     let bundle = Bundle::write(false);
     for gpu in &gpus {
-        let mut method = load(gpu, &bundle, SHOWN).unwrap();
+        let mut method = load(gpu, &bundle).unwrap();
         let look = look(&bundle, "sun", 40.0, [1.0; 3], Some(("Turn", 0.5)));
         let ours = draw(gpu, &mut method, &look);
-        let expected = expected(&bundle, &look, SHOWN);
+        let expected = expected(&bundle, &look, Detail::of(&bundle.bake.meta));
         assert_eq!(expected[0], expected[1]);
         expect_near(&ours, &expected, BOUND, &gpu.info.name);
     }
@@ -179,11 +180,11 @@ fn batches_give_the_identical_sum() {
     let Some([mut gpu, _]) = gpus() else { return };
     let bundle = Bundle::write(true);
     let look = look(&bundle, "noise", 20.0, [1.0; 3], Some(("Swell", 0.4)));
-    let whole = draw(&gpu, &mut load(&gpu, &bundle, SHOWN).unwrap(), &look);
+    let whole = draw(&gpu, &mut load(&gpu, &bundle).unwrap(), &look);
     (gpu.binding_bytes, gpu.workgroups_per_dimension) = (768 * 70, 30);
-    assert_eq!(draw(&gpu, &mut load(&gpu, &bundle, SHOWN).unwrap(), &look), whole, "batches of 70, 70 and 10");
+    assert_eq!(draw(&gpu, &mut load(&gpu, &bundle).unwrap(), &look), whole, "batches of 70, 70 and 10");
     gpu.binding_bytes = 16;
-    let refused = load(&gpu, &bundle, SHOWN).err().unwrap();
+    let refused = load(&gpu, &bundle).err().unwrap();
     assert!(refused.to_string().contains("bake with fewer spheres") && refused.exit_code() == 2, "{refused}");
 }
 
@@ -191,7 +192,7 @@ fn batches_give_the_identical_sum() {
 fn no_more_is_computed_than_has_changed() {
     let Some([gpu, _]) = gpus() else { return };
     let bundle = Bundle::write(true);
-    let mut method = load(&gpu, &bundle, SHOWN).unwrap();
+    let mut method = load(&gpu, &bundle).unwrap();
     let mut changes = |look: &Look| {
         method.update(&gpu, look).unwrap();
         let Changed { light, terms, shapes } = method.stage.as_ref().unwrap().changed;
@@ -215,7 +216,7 @@ fn no_more_is_computed_than_has_changed() {
 fn files_that_do_not_belong_together_are_refused() {
     let Some([gpu, _]) = gpus() else { return };
     let refusal = |change: fn(&mut Bake)| {
-        let error = load(&gpu, &Bundle::with(change, true), SHOWN).err().unwrap();
+        let error = load(&gpu, &Bundle::with(change, true)).err().unwrap();
         assert_eq!(error.exit_code(), 2);
         error.to_string()
     };

@@ -18,7 +18,13 @@ fn shadows() -> SphereShadows {
     let normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).chain([[0.0, 1.0, 0.0]]).collect();
     let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     SphereShadows {
-        meta: Meta { face_size: 32, normal_grid: 8, objects: vec![object("plane", 0, 4, false), object("fox", 4, 3, true)] },
+        meta: Meta {
+            face_size: 32,
+            normal_grid: 8,
+            terms: 200,
+            second_level: true,
+            objects: vec![object("plane", 0, 4, false), object("fox", 4, 3, true)],
+        },
         rows: vec![384, 384, 384, 384, NO_ROW, NO_ROW, NO_ROW],
         order: lobes.chunks_exact(6144).flat_map(order).collect(),
         normals,

@@ -3,6 +3,7 @@
 //! * [`trace`]: rays, samples, lights, the path tracer that is our truth, and every gather;
 //! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;
 //! * [`compress`]: numerics that make data small;
+//! * [`chart`]: speed against accuracy, measured;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`play`]: runs the player, to measure what it shows;

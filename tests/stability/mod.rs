@@ -5,7 +5,7 @@
 //! * [`transfer_images`], [`sparse_transfer`], [`sphere_shadows`] and [`sphere_bundles`];
 //! * [`pictures`]: makes the pictures of the page.
 
-// mod pictures;
+mod pictures;
 mod rays;
 mod sparse_transfer;
 mod sphere_bundles;

@@ -1,6 +1,6 @@
 //! The methods, one folder each: gather, project, compress; and what the bundle needs to know of any of them.
 
-mod environment_lit;
+pub(crate) mod environment_lit;
 pub mod sparse_transfer;
 pub mod sphere_shadows;
 pub mod transfer_images;

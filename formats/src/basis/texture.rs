@@ -72,6 +72,12 @@ pub fn linear_from_srgb(byte: u8) -> f32 {
     TABLE[usize::from(byte)]
 }
 
+/// One channel, linear in 0..=1 to sRGB (IEC 61966-2-1), rounded to 8 bits; what is below is 0, what is above 255, and what is no number 0.
+pub fn srgb_from_linear(linear: f32) -> u8 {
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0).round() as u8
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,5 +122,18 @@ mod tests {
         assert_eq!((linear_from_srgb(0), linear_from_srgb(255)), (0.0, 1.0));
         // 188/255 is middle: sRGB 0.7372549 is 0.5028865 linear.
         assert!((linear_from_srgb(188) - 0.502_886_5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn known_points_of_the_curve() {
+        // 0.5 encodes to 187.5 within a hundredth: 1.055·0.5^(1/2.4) − 0.055 = 0.735357.
+        for (linear, expected) in [(0.0, 0), (1.0, 255), (0.5, 188), (0.001, 3), (0.215_860_5, 128), (0.003_130_8, 10), (-1.0, 0), (2.0, 255)] {
+            assert_eq!(srgb_from_linear(linear), expected, "{linear}");
+        }
+    }
+
+    #[test]
+    fn every_8_bit_value_survives_the_way_there_and_back() {
+        (0..=255).for_each(|value| assert_eq!(srgb_from_linear(linear_from_srgb(value)), value));
     }
 }

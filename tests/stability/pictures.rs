@@ -66,7 +66,7 @@ fn shadowed(environment: &str, objects: &str) -> String {
 }
 
 fn ball() -> String {
-    thing("ball", "shape = 'sphere'\nsubdivisions = 5", "translation = [0, 0.8, 0], scale = 0.4")
+    thing("ball", "shape = 'sphere'\nsubdivisions = 4", "translation = [0, 0.8, 0], scale = 0.4")
 }
 
 /// Writes what scenes refer to: a grey sky with a sun of 10⁵ W/(sr·m²) in one texel of half a degree, and a bowl that is open above.
@@ -79,7 +79,8 @@ fn write_files(folder: &Path) {
     let (around, up) = (24, 6);
     let mut bowl = "v 0 -1 0\n".to_owned();
     for (ring, k) in (1..=up).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
-        let (polar, azimuth) = (std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(up), std::f64::consts::TAU * f64::from(k) / f64::from(around));
+        let (polar, azimuth) =
+            (std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(up), std::f64::consts::TAU * f64::from(k) / f64::from(around));
         bowl += &format!("v {} {} {}\n", polar.sin() * azimuth.sin(), -polar.cos(), polar.sin() * azimuth.cos());
     }
     let vertex = |ring: u32, k: u32| if ring == 0 { 1 } else { 2 + (ring - 1) * around as u32 + k % around as u32 };
@@ -170,37 +171,64 @@ fn of_transfer_images() {
     picture("images-bright-caustic", -22.5, &[bright]);
 
     let room = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/library/cornell-knot/scene.toml")).unwrap();
-    let bounces = Row { scene: room, bake: &["--bases", "9", "--spp", "256"], reference: None, trace: &["--spp", "256"], state: "[materials.walls]\nkd = [0.8, 0.8, 0.8]\n" };
+    let bounces = Row {
+        scene: room,
+        bake: &["--bases", "9", "--spp", "256"],
+        reference: None,
+        trace: &["--spp", "256"],
+        state: "[materials.walls]\nkd = [0.8, 0.8, 0.8]\n",
+    };
     picture("images-two-reflections", 0.0, &[bounces]);
 }
 
 #[test]
 #[ignore = "makes pictures of docs/STABILITY.md"]
 fn of_sparse_transfer() {
-    let few = |bake| Row::direct(relit(SUN, &(plane(96) + &ball())), bake);
-    picture("transfer-sun-few-terms", -1.0, &[few(&["--terms", "50"]), few(&["--terms", "1024"])]);
-    let mesh = |segments| Row::direct(relit(SKY, &(plane(segments) + &ball())), &["--terms", "1024"]);
-    picture("transfer-coarse-mesh", -0.5, &[mesh(12), mesh(96)]);
-    let objects = plane(64) + &ball();
-    let bounced = Row { trace: &["--reflections", "2", "--spp", "256"], ..Row::direct(relit(LAMPS, &objects).replace("reflections = 1", "reflections = 2"), &["--terms", "1024"]) };
-    picture("transfer-bounced-lamps", 0.5, &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024"]), bounced]);
+    let few = |bake| Row::direct(relit(SUN, &(plane(64) + &ball())), bake);
+    picture(
+        "transfer-sun-few-terms",
+        -1.0,
+        &[few(&["--terms", "50", "--quality", "draft"]), few(&["--terms", "1024", "--quality", "draft"])],
+    );
+    let mesh = |segments| Row::direct(relit(SKY, &(plane(segments) + &ball())), &["--terms", "1024", "--quality", "draft"]);
+    picture("transfer-coarse-mesh", -0.5, &[mesh(12), mesh(64)]);
+    let objects = plane(48) + &ball();
+    let bounced = Row {
+        trace: &["--reflections", "2", "--spp", "256"],
+        ..Row::direct(relit(LAMPS, &objects).replace("reflections = 1", "reflections = 2"), &["--terms", "1024", "--quality", "draft"])
+    };
+    picture("transfer-bounced-lamps", 0.5, &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced]);
     let glossy = relit(SKY, &objects).replace("kd = [0.7, 0.35, 0.2]", "kd = [0.4, 0.2, 0.1]\nks = [0.4, 0.4, 0.4]\nshininess = 60.0");
-    picture("transfer-no-highlights", -0.5, &[Row::direct(glossy, &["--terms", "400"])]);
+    picture("transfer-no-highlights", -0.5, &[Row::direct(glossy, &["--terms", "400", "--quality", "draft"])]);
 }
 
 #[test]
 #[ignore = "makes pictures of docs/STABILITY.md"]
 fn of_sphere_shadows() {
     let one = |environment, object: String| Row::direct(shadowed(environment, &object), &[]);
-    let plate = |spheres| one(WHITE, thing("plate", &format!("shape = 'box'\nspheres = {spheres}"), "translation = [0, 0.8, 0], scale = [1.0, 0.02, 1.0]"));
+    let plate = |spheres| {
+        one(WHITE, thing("plate", &format!("shape = 'box'\nspheres = {spheres}"), "translation = [0, 0.8, 0], scale = [1.0, 0.02, 1.0]"))
+    };
     picture("shadows-thin-plate", -0.5, &[plate(16), plate(128)]);
-    picture("shadows-open-bowl", -0.5, &[one(WHITE, thing("bowl", "file = 'bowl.obj'\nspheres = 16", "translation = [0, 0.9, 0], scale = 0.6"))]);
-    let cube = |height: f32| one(SKY, thing("cube", "shape = 'box'\nspheres = 32", &format!("translation = [0, {height}, 0], scale = 0.7")));
+    picture(
+        "shadows-open-bowl",
+        -0.5,
+        &[one(WHITE, thing("bowl", "file = 'bowl.obj'\nspheres = 16", "translation = [0, 0.9, 0], scale = 0.6"))],
+    );
+    let cube =
+        |height: f32| one(SKY, thing("cube", "shape = 'box'\nspheres = 32", &format!("translation = [0, {height}, 0], scale = 0.7")));
     picture("shadows-contact", -0.5, &[cube(0.35), cube(0.45)]);
-    let within = thing("torus", "shape = 'torus'\nmajor_radius = 0.5\nminor_radius = 0.15\nspheres = 6", "translation = [0, 0.6, 0], rotation_deg = [20, 0, 0]")
-        + &thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.6, 0], scale = 0.2");
+    let within = thing(
+        "torus",
+        "shape = 'torus'\nmajor_radius = 0.5\nminor_radius = 0.15\nspheres = 6",
+        "translation = [0, 0.6, 0], rotation_deg = [20, 0, 0]",
+    ) + &thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.6, 0], scale = 0.2");
     picture("shadows-inside-a-blocker", -0.5, &[one(WHITE, within.clone()), one(WHITE, within.replace("spheres = 6", "spheres = 64"))]);
-    let knot = thing("knot", "shape = 'torus-knot'\nradius = 0.5\ntube = 0.14\nspheres = 64", "translation = [0, 0.75, 0], rotation_deg = [70, 0, 0]");
+    let knot = thing(
+        "knot",
+        "shape = 'torus-knot'\nradius = 0.5\ntube = 0.14\nspheres = 64",
+        "translation = [0, 0.75, 0], rotation_deg = [70, 0, 0]",
+    );
     picture("shadows-on-itself", -0.5, &[one(WHITE, knot)]);
     let floating = thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.5, 0], scale = 0.4");
     picture("shadows-of-the-plane", -0.5, &[one(WHITE, floating.clone())]);

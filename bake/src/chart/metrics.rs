@@ -52,12 +52,7 @@ pub fn image_errors(pairs: &[Pair<'_>], size: [u32; 2]) -> ImageErrors {
         let values: Vec<f64> = states.iter().map(of).collect();
         OverStates { median: median(&values), worst: worst(&values) }
     };
-    ImageErrors {
-        relative_l2: over(|e| e.relative_l2),
-        rel_mse: over(|e| e.rel_mse),
-        flip: over(|e| e.flip),
-        maximum: over(|e| e.maximum),
-    }
+    ImageErrors { relative_l2: over(|e| e.relative_l2), rel_mse: over(|e| e.rel_mse), flip: over(|e| e.flip), maximum: over(|e| e.maximum) }
 }
 
 fn errors(pair: &Pair<'_>, size: [u32; 2]) -> Errors {

@@ -9,12 +9,12 @@
 pub mod csv;
 mod digits;
 pub mod figures;
+#[cfg(test)]
+mod figures_tests;
 pub mod metrics;
 mod pareto;
 pub mod picture;
 pub mod states;
 pub mod svg;
-#[cfg(test)]
-mod figures_tests;
 #[cfg(test)]
 mod test_chart;

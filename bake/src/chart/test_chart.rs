@@ -7,7 +7,12 @@ fn over(median: f64) -> OverStates {
 }
 
 fn errors(relative_l2: f64) -> ImageErrors {
-    ImageErrors { relative_l2: over(relative_l2), rel_mse: over(relative_l2 * relative_l2), flip: over(0.4 * relative_l2), maximum: over(9.0 * relative_l2) }
+    ImageErrors {
+        relative_l2: over(relative_l2),
+        rel_mse: over(relative_l2 * relative_l2),
+        flip: over(0.4 * relative_l2),
+        maximum: over(9.0 * relative_l2),
+    }
 }
 
 fn point(method: &str, series: &str, label: &str, [error, ms, bytes, seconds]: [f64; 4]) -> Point {
@@ -32,23 +37,48 @@ pub(crate) fn chart() -> Chart {
         let n = f64::from(bases);
         // The error stops falling at 6 bases, so that the last points crowd.
         let error = 0.3 * (-0.9 * n.min(6.5)).exp() + 0.0021 / (1.0 + 0.01 * n);
-        points.push(point("transfer-images", "256 spp", &format!("{bases} bases"), [error, 1.0 + 0.06 * n, 6e5 * n, 41.0 + 0.2 * k as f64]));
+        points.push(point(
+            "transfer-images",
+            "256 spp",
+            &format!("{bases} bases"),
+            [error, 1.0 + 0.06 * n, 6e5 * n, 41.0 + 0.2 * k as f64],
+        ));
     }
     for (k, samples) in [16, 64, 1024].into_iter().enumerate() {
         let cost = f64::from(samples);
-        points.push(point("transfer-images", "8 bases", &format!("{samples} samples"), [0.03 / cost.sqrt() + 0.0012, 1.5, 4.4e6 + 3e4 * k as f64, 0.17 * cost]));
+        points.push(point(
+            "transfer-images",
+            "8 bases",
+            &format!("{samples} samples"),
+            [0.03 / cost.sqrt() + 0.0012, 1.5, 4.4e6 + 3e4 * k as f64, 0.17 * cost],
+        ));
     }
     for terms in [16, 32, 64, 128, 256, 512, 1024] {
         let n = f64::from(terms);
-        points.push(point("sparse-transfer", "8 bits", &format!("{terms} terms"), [0.4 / n.powf(0.75) + 0.004, 2.0 + 0.011 * n, 9e3 * n, 70.0]));
+        points.push(point(
+            "sparse-transfer",
+            "8 bits",
+            &format!("{terms} terms"),
+            [0.4 / n.powf(0.75) + 0.004, 2.0 + 0.011 * n, 9e3 * n, 70.0],
+        ));
     }
     for (k, spheres) in [32, 64, 96, 128].into_iter().enumerate() {
         let n = f64::from(spheres);
-        points.push(point("sphere-shadows", "level II", &format!("{spheres} spheres, II"), [0.2 / n.sqrt(), 5.0 + 0.1 * n, 3e6 + 40.0 * n, 12.0 + 3.0 * k as f64]));
+        points.push(point(
+            "sphere-shadows",
+            "level II",
+            &format!("{spheres} spheres, II"),
+            [0.2 / n.sqrt(), 5.0 + 0.1 * n, 3e6 + 40.0 * n, 12.0 + 3.0 * k as f64],
+        ));
     }
     for (k, spheres) in [32, 64, 128].into_iter().enumerate() {
         let n = f64::from(spheres);
-        points.push(point("sphere-shadows", "level I", &format!("{spheres} spheres, I"), [0.21 / n.sqrt(), 4.6 + 0.08 * n, 3e6 + 40.0 * n, 12.0 + 3.0 * k as f64]));
+        points.push(point(
+            "sphere-shadows",
+            "level I",
+            &format!("{spheres} spheres, I"),
+            [0.21 / n.sqrt(), 4.6 + 0.08 * n, 3e6 + 40.0 * n, 12.0 + 3.0 * k as f64],
+        ));
     }
     Chart {
         scene: "made-up".to_owned(),

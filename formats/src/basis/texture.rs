@@ -127,7 +127,9 @@ mod tests {
     #[test]
     fn known_points_of_the_curve() {
         // 0.5 encodes to 187.5 within a hundredth: 1.055·0.5^(1/2.4) − 0.055 = 0.735357.
-        for (linear, expected) in [(0.0, 0), (1.0, 255), (0.5, 188), (0.001, 3), (0.215_860_5, 128), (0.003_130_8, 10), (-1.0, 0), (2.0, 255)] {
+        for (linear, expected) in
+            [(0.0, 0), (1.0, 255), (0.5, 188), (0.001, 3), (0.215_860_5, 128), (0.003_130_8, 10), (-1.0, 0), (2.0, 255)]
+        {
             assert_eq!(srgb_from_linear(linear), expected, "{linear}");
         }
     }

@@ -1,12 +1,8 @@
 //! A logarithmic axis: where a value lies, and which values are written beside it.
 
 /// Mantissas of ticks, from few to many.
-const LADDERS: [&[&str]; 4] = [
-    &["1"],
-    &["1", "3"],
-    &["1", "2", "5"],
-    &["1", "1.2", "1.4", "1.6", "1.8", "2", "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9"],
-];
+const LADDERS: [&[&str]; 4] =
+    [&["1"], &["1", "3"], &["1", "2", "5"], &["1", "1.2", "1.4", "1.6", "1.8", "2", "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9"]];
 /// An axis spans at least this factor, so that two equal values are not blown up to a whole axis.
 const LEAST_SPAN: f64 = 2.0;
 /// Room at either end, in parts of the span.

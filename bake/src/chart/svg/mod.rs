@@ -27,7 +27,12 @@ const LINE: f64 = 21.0;
 
 /// The three panels.
 const AXES: [Axis; 3] = [
-    Axis { title: "Error against frame time", subtitle: "milliseconds a frame, median", value: |p| p.frame.median_ms, format: super::digits::milliseconds },
+    Axis {
+        title: "Error against frame time",
+        subtitle: "milliseconds a frame, median",
+        value: |p| p.frame.median_ms,
+        format: super::digits::milliseconds,
+    },
     Axis { title: "Error against size", subtitle: "bytes on disk", value: |p| p.bytes_on_disk as f64, format: super::digits::bytes },
     Axis { title: "Error against baking", subtitle: "seconds of baking", value: |p| p.bake_seconds, format: seconds },
 ];

@@ -86,7 +86,8 @@ impl<'a> Panel<'a> {
     /// The panel of `chart` for `axis`, between `left` and `right` from `top` down.
     pub fn new(chart: &'a Chart, axis: &'a Axis, methods: &[&str], [left, top, right]: [f64; 3]) -> Self {
         let frame = Rect { low: [left + LEFT, top + ABOVE], high: [right, top + ABOVE + HEIGHT] };
-        let (drawn, left_out): (Vec<&Point>, Vec<&Point>) = chart.points.iter().partition(|p| on_axis((axis.value)(p)) && on_axis(error(p)));
+        let (drawn, left_out): (Vec<&Point>, Vec<&Point>) =
+            chart.points.iter().partition(|p| on_axis((axis.value)(p)) && on_axis(error(p)));
         let across = LogAxis::new(drawn.iter().map(|p| (axis.value)(p)), [frame.low[0], frame.high[0]]);
         let least = drawn.iter().map(|p| error(p)).fold(f64::INFINITY, f64::min);
         let noise = Some(chart.noise.relative_l2.median).filter(|noise| on_axis(*noise) && noise * NOISE_IN_SIGHT >= least);

@@ -4,8 +4,7 @@
 /// A colour, red, green, blue.
 pub type Colour = [u8; 3];
 
-const COLOURS: [Colour; 7] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
+const COLOURS: [Colour; 7] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
 /// What everything stands on.
 pub const CARD: &str = "#fcfcfa";
 /// Text.

@@ -17,7 +17,17 @@ fn the_same_chart_makes_the_same_well_formed_drawing_with_every_label_in_every_p
         assert_eq!(texts.iter().filter(|text| *text == label).count(), 3, "{label}");
     }
     let all = texts.join(" ");
-    for fact in ["made-up", "256×256", "16 random states", "4096 samples", &chart.adapter, &chart.machine, &chart.date, &chart.program, &chart.baseline] {
+    for fact in [
+        "made-up",
+        "256×256",
+        "16 random states",
+        "4096 samples",
+        &chart.adapter,
+        &chart.machine,
+        &chart.date,
+        &chart.program,
+        &chart.baseline,
+    ] {
         assert!(all.contains(fact), "{fact}");
     }
     assert_eq!(texts.iter().filter(|text| *text == "noise of the reference, 0.11 %").count(), 3);
@@ -49,7 +59,8 @@ fn points_too_many_for_labels_are_still_all_named() {
     chart.points = (0..200).map(|at| Point { label: format!("a point with a long name, number {at}"), ..one.clone() }).collect();
     let texts = texts(&draw(&chart).unwrap());
     // Notes are broken into lines, also within a name.
-    let all: BTreeMap<usize, usize> = (0..200).map(|at| (at, texts.join(" ").matches(&format!("a point with a long name, number {at}")).count())).collect();
+    let all: BTreeMap<usize, usize> =
+        (0..200).map(|at| (at, texts.join(" ").matches(&format!("a point with a long name, number {at}")).count())).collect();
     assert!(all.iter().all(|(_, count)| *count >= 3), "{all:?}");
 }
 

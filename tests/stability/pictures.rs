@@ -197,7 +197,7 @@ fn of_sparse_transfer() {
         trace: &["--reflections", "2", "--spp", "256"],
         ..Row::direct(relit(LAMPS, &objects).replace("reflections = 1", "reflections = 2"), &["--terms", "1024", "--quality", "draft"])
     };
-    picture("transfer-bounced-lamps", 0.5, &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced]);
+    picture("transfer-bounced-lamps", -1.5, &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced]);
     let glossy = relit(SKY, &objects).replace("kd = [0.7, 0.35, 0.2]", "kd = [0.4, 0.2, 0.1]\nks = [0.4, 0.4, 0.4]\nshininess = 60.0");
     picture("transfer-no-highlights", -0.5, &[Row::direct(glossy, &["--terms", "400", "--quality", "draft"])]);
 }

@@ -5,7 +5,7 @@ ANIMATION ?=
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
-.PHONY: help setup build assets bake play demo test fuzz bench lint
+.PHONY: help setup build assets bake play chart gallery demo test fuzz bench lint
 
 help:   ## list the targets
 	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -26,6 +26,11 @@ play: build  ## play SCENE=<name> [ANIMATION=<name>] in a window, or without a d
 	    $(PLAYER) baked/$(SCENE) --headless --animation $$animation --fps 12 --frames "baked/frames/$(SCENE)-$$animation/%04d.png" --contact-sheet baked/frames/$(SCENE)-$$animation.png && \
 	    echo "look at baked/frames/$(SCENE)-$$animation.png; single frames are in baked/frames/$(SCENE)-$$animation"; \
 	fi
+chart: build  ## chart speed against accuracy of SCENE=<name> into charts/<name>; leave the machine alone meanwhile
+	@if grep -qs '"assets/' scenes/library/$(SCENE)/scene.toml; then sh scenes/fetch-assets.sh; fi
+	$(BAKE) chart $(SCENE)
+gallery: build  ## chart all scenes of the library, or SCENES="a b", into docs/gallery and say what changed; takes hours
+	$(BAKE) gallery $(SCENES)
 demo: build  ## bake a small scene and play its animations in a window, or without a display to pictures in demo/
 	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \

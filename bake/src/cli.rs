@@ -41,6 +41,14 @@ blockers that cast the soft shadows of shapes that move, collision tests, level 
     Spheres(SpheresArgs),
     /// Path trace reference images of a scene in any state
     Reference(ReferenceArgs),
+    /// Chart speed against accuracy: every method and setting that fits a scene, measured against the reference
+    #[command(long_about = "\
+Chart speed against accuracy. Random states of what the scene varies are path traced; every method that fits is baked with the settings that trade speed for accuracy, played by the `player` beside \
+this program, compared with the reference and timed. DIR gets chart.svg to look at, chart.csv and chart.json to reckon with, and picture.png, the most exact setting beside the reference. \
+At 256 x 256 pixels, which it does not exceed, it takes some 10 to 30 minutes; interrupted, it goes on where it was. Do nothing else on the machine meanwhile: frames are timed.")]
+    Chart(ChartArgs),
+    /// Chart many scenes, put charts and pictures on one page, and tell what changed
+    Gallery(GalleryArgs),
 }
 
 /// Arguments of `bake run`.
@@ -220,6 +228,41 @@ pub struct ReferenceArgs {
     /// FILE.exr, or a pattern such as 'OUT/%04d.exr' for one image per state
     #[arg(short, long, value_name = "FILE")]
     pub output: String,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
+/// Arguments of `bake chart`.
+#[derive(Debug, Args)]
+pub struct ChartArgs {
+    /// The scene
+    pub scene: String,
+    /// Method to chart; may be given several times [default: all that show everything that the scene varies]
+    #[arg(long, value_name = "NAME")]
+    pub method: Vec<MethodName>,
+    /// Where the chart goes [default: charts/<scene name>]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
+/// Arguments of `bake gallery`.
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// The scenes [default: all of the library that vary something, if their assets are there]
+    pub scene: Vec<String>,
+    /// Where the gallery is; what it holds of other scenes stays
+    #[arg(short, long, value_name = "DIR", default_value = "docs/gallery")]
+    pub output: PathBuf,
     /// Threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,

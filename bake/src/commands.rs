@@ -1,7 +1,11 @@
 //! Carries out each command of the command line; returns what to print.
 
+mod chart;
+mod gallery;
 mod spheres;
 
+pub use chart::chart;
+pub use gallery::gallery;
 pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;

@@ -6,6 +6,7 @@
 //! * [`chart`]: speed against accuracy, measured;
 //! * [`methods`]: one folder per method: gather, project, compress, write;
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
+//! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`play`]: runs the player, to measure what it shows;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
@@ -17,6 +18,7 @@ pub mod commands;
 pub mod compress;
 pub mod error;
 pub mod exr_file;
+pub mod gallery;
 pub mod inspect;
 pub mod job;
 pub mod methods;

@@ -25,6 +25,8 @@ fn main() -> ExitCode {
         Command::Tables(args) => commands::tables(args),
         Command::Spheres(args) => commands::spheres(args),
         Command::Reference(args) => commands::reference(args),
+        Command::Chart(args) => commands::chart(args),
+        Command::Gallery(args) => commands::gallery(args),
     };
     match result {
         // A closed pipe is the reader's choice, not a failure.
@@ -36,8 +38,12 @@ fn main() -> ExitCode {
             let code = error.exit_code();
             // A bake that was stopped, or met a full disk, can go on; one that was refused or never started cannot.
             let stopped = matches!(error, BakeError::Interrupted(_) | BakeError::File(_)) && code != 2;
-            let kept = stopped && matches!(cli.command, Command::Run(_));
-            fail(&format!("{error}{}", if kept { "; finished work is kept, add --resume to go on" } else { "" }), code)
+            let kept = match cli.command {
+                Command::Run(_) if stopped => "; finished work is kept, add --resume to go on",
+                Command::Chart(_) | Command::Gallery(_) if stopped => "; finished work is kept, the same command goes on with it",
+                _ => "",
+            };
+            fail(&format!("{error}{kept}"), code)
         }
     }
 }

@@ -40,6 +40,12 @@ pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
     replace_file(&path, (text + "\n").as_bytes())
 }
 
+/// Wall-clock seconds of the last bake into `folder`, if its report tells.
+pub fn seconds(folder: &Path) -> Option<f64> {
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.join(FILE_NAME)).ok()?).ok()?;
+    report.get("seconds")?.as_f64()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

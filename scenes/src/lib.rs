@@ -15,7 +15,7 @@ mod suggest;
 mod transform;
 
 pub use geometry::{Deforming, load_deforming, load_mesh};
-pub use library::resolve;
+pub use library::{library, resolve};
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Texture, Wrap};
 pub use scene::{Cone, Emitter, Environment, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary};

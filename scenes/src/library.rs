@@ -37,6 +37,14 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
     Err(Error::invalid(&Place::file(library), unknown_name("scene", name_or_path, names.iter().map(String::as_str))))
 }
 
+/// Names of all scenes in the library, sorted.
+///
+/// # Errors
+/// If there is no library.
+pub fn library() -> Result<Vec<String>> {
+    library_names(&library_folder())
+}
+
 fn library_names(library: &Path) -> Result<Vec<String>> {
     let folders = std::fs::read_dir(library).map_err(|e| Error::io(&Place::file(library), e))?;
     let scenes = folders.filter_map(io::Result::ok).filter(|folder| folder.path().join(SCENE_FILE).is_file());

@@ -16,6 +16,8 @@ pub const JSON: &str = "chart.json";
 pub const CSV: &str = "chart.csv";
 /// The same as a picture.
 pub const SVG: &str = "chart.svg";
+/// Images beside their references; [`super::run`] makes it, from what the figures do not hold.
+pub const PICTURE: &str = "picture.png";
 /// More points than that cannot be told apart in a picture.
 const MAX_POINTS: usize = 400;
 /// Longest name or label, in bytes.
@@ -73,7 +75,7 @@ pub struct Point {
     pub method: String,
     /// Points of one method and series are joined by a line, in the order of the chart.
     pub series: String,
-    /// Short, such as `6 bases`; with the method it names the point.
+    /// Short, such as `6 bases`; with method and series it names the point.
     pub label: String,
     /// The settings that make the point.
     pub settings: BTreeMap<String, serde_json::Value>,
@@ -90,10 +92,20 @@ pub struct Point {
 }
 
 impl Point {
-    /// Method and label: what tells the point from all others.
+    /// Method, series and label: what tells the point from all others.
     pub fn name(&self) -> String {
-        format!("{}, {}", self.method, self.label)
+        format!("{}, {}, {}", self.method, self.series, self.label)
     }
+}
+
+/// What `picture.png` beside a chart shows: a point's images, the reference and the difference, for a few states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Picture {
+    /// [`Point::name`] of the point.
+    pub point: String,
+    /// What the difference is multiplied by.
+    pub factor: f32,
 }
 
 /// Everything that was measured on one scene.
@@ -116,6 +128,8 @@ pub struct Chart {
     pub adapter: String,
     /// [`Point::name`] of the point whose ratio is 1.
     pub baseline: String,
+    /// What the picture beside the chart shows.
+    pub picture: Picture,
     /// See [`machine`].
     pub machine: String,
     /// Day of the measurement, see [`today`].
@@ -189,7 +203,7 @@ impl Chart {
     }
 
     fn texts(&self) -> impl Iterator<Item = &str> {
-        let own = [&self.scene, &self.adapter, &self.baseline, &self.machine, &self.date, &self.program];
+        let own = [&self.scene, &self.adapter, &self.baseline, &self.picture.point, &self.machine, &self.date, &self.program];
         own.into_iter().chain(self.points.iter().flat_map(|p| [&p.method, &p.series, &p.label])).map(String::as_str)
     }
 
@@ -200,7 +214,8 @@ impl Chart {
             let name = p.name();
             [median_ms, p95_ms, ratio, ratio_low, ratio_high, p.bake_seconds].map(|value| (format!("a time of {name}"), value))
         };
-        [("reference_seconds".to_owned(), self.reference_seconds)].into_iter().chain(self.points.iter().flat_map(of))
+        let own = [("reference_seconds", self.reference_seconds), ("the picture's factor", f64::from(self.picture.factor))];
+        own.map(|(name, value)| (name.to_owned(), value)).into_iter().chain(self.points.iter().flat_map(of))
     }
 
     /// What may also be infinite.

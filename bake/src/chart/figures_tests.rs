@@ -10,7 +10,7 @@ fn a_chart_comes_back_bit_for_bit_and_its_files_repeat() {
     chart.points[1].errors.maximum.worst = f64::INFINITY;
     chart.points[2].errors.flip.median = 0.1 + 0.2;
     chart.points[3].bytes_on_disk = u64::MAX;
-    [&a, &b].map(|folder| chart.write(folder.path()).unwrap());
+    [&a, &b].into_iter().for_each(|folder| chart.write(folder.path()).unwrap());
     assert_eq!(Chart::read(a.path()).unwrap(), chart);
     for name in [JSON, CSV, SVG] {
         assert_eq!(std::fs::read(a.path().join(name)).unwrap(), std::fs::read(b.path().join(name)).unwrap(), "{name}");
@@ -41,13 +41,13 @@ fn a_bad_file_is_refused_with_its_name_and_a_remedy() {
     changed("/points/0/errors/flip/median", (-0.5).into());
     refused("-0.5");
     changed("/points/4/frame/median_ms", (-1.0).into());
-    refused("a time of transfer-images, 6 bases is -1");
+    refused("a time of transfer-images, 256 spp, 6 bases is -1");
     changed("/points", serde_json::json!([]));
     refused("0 points");
     changed("/points", vec![good["points"][0].clone(); 500].into());
     refused("500 points");
     changed("/points", vec![good["points"][0].clone(); 2].into());
-    refused("two points are called transfer-images, 2 bases");
+    refused("two points are called transfer-images, 256 spp, 2 bases");
     changed("/size", serde_json::json!([256, 0]));
     refused("256×0 pixels");
     changed("/scene", "x".repeat(300).into());
@@ -55,7 +55,7 @@ fn a_bad_file_is_refused_with_its_name_and_a_remedy() {
     changed("/scene", "a\nb".into());
     refused("not one line");
     changed("/noise", serde_json::json!({ "flip": 3 }));
-    refused("noise");
+    refused("expected struct OverStates");
     let mut extra = good.clone();
     extra["speed"] = 3.into();
     std::fs::write(&path, extra.to_string()).unwrap();
@@ -67,7 +67,7 @@ fn figures_that_are_no_numbers_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut bad = chart();
     bad.points[0].errors.flip.worst = f64::NAN;
-    assert!(bad.write(folder.path()).unwrap_err().to_string().contains("transfer-images, 2 bases is NaN"));
+    assert!(bad.write(folder.path()).unwrap_err().to_string().contains("transfer-images, 256 spp, 2 bases is NaN"));
     let mut bad = chart();
     bad.points[0].frame.ratio = f64::INFINITY;
     assert!(bad.write(folder.path()).is_err());

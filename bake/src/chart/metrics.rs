@@ -206,7 +206,7 @@ mod tests {
         let (bright, bright_truth) = (scaled(&ours), scaled(&truth));
         let pair = |exposure_ev| Pair { ours: &bright, truth: &bright_truth, counted: &[true; PIXELS], exposure_ev };
         assert_eq!(image_errors(&[pair(-4.0)], SIZE), here, "a power of two, so even rounding is the same");
-        let overexposed = image_errors(&[pair(2.0)], SIZE);
+        let overexposed = image_errors(&[pair(3.0)], SIZE);
         assert_eq!((overexposed.flip.worst, overexposed.relative_l2), (0.0, here.relative_l2), "all is white");
     }
 

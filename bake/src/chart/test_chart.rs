@@ -1,6 +1,6 @@
 //! A chart of made-up figures for tests: three methods, 25 points, some of them nearly on one spot.
 
-use super::figures::{Chart, FrameTime, ImageErrors, OverStates, Point};
+use super::figures::{Chart, FrameTime, ImageErrors, OverStates, Picture, Point};
 
 fn over(median: f64) -> OverStates {
     OverStates { median, worst: 2.5 * median }
@@ -89,6 +89,7 @@ pub(crate) fn chart() -> Chart {
         noise: errors(0.0011),
         adapter: "llvmpipe (LLVM 19.1.7, 256 bits)".to_owned(),
         baseline: points[4].name(),
+        picture: Picture { point: points[4].name(), factor: 20.0 },
         machine: "Some Processor @ 2.50GHz, 2 cores, 24 GiB".to_owned(),
         date: "2026-01-31".to_owned(),
         program: "bake 0.1.0".to_owned(),

@@ -1,8 +1,13 @@
 //! A logarithmic axis: where a value lies, and which values are written beside it.
 
 /// Mantissas of ticks, from few to many.
-const LADDERS: [&[&str]; 4] =
-    [&["1"], &["1", "3"], &["1", "2", "5"], &["1", "1.2", "1.4", "1.6", "1.8", "2", "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9"]];
+const LADDERS: [&[&str]; 5] = [
+    &["1"],
+    &["1", "3"],
+    &["1", "2", "5"],
+    &["1", "1.5", "2", "3", "4", "5", "7"],
+    &["1", "1.2", "1.4", "1.6", "1.8", "2", "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9"],
+];
 /// An axis spans at least this factor, so that two equal values are not blown up to a whole axis.
 const LEAST_SPAN: f64 = 2.0;
 /// Room at either end, in parts of the span.
@@ -32,7 +37,7 @@ impl LogAxis {
         self.at[0] + part * (self.at[1] - self.at[0])
     }
 
-    /// Round values on the axis, in order: as many as there are up to `most`, but at least decades.
+    /// Round values on the axis, in order: as many as fit up to `most`, which is at least 6; two or more.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let ladders = LADDERS.iter().map(|mantissas| self.round_values(mantissas));
         let decades = self.round_values(LADDERS[0]);
@@ -82,7 +87,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_value_and_tick_is_on_the_axis(values in prop::collection::vec(1e-6f64..1e9, 1..20), most in 4usize..12) {
+        fn every_value_and_tick_is_on_the_axis(values in prop::collection::vec(1e-6f64..1e9, 1..20), most in 6usize..12) {
             let axis = axis(&values);
             prop_assert!(values.iter().all(|v| (100.0..=500.0).contains(&axis.place(*v))));
             let ticks = axis.ticks(most);

@@ -14,6 +14,8 @@ pub type Segment = [Vec2; 2];
 const CLEARANCE: f64 = 2.0;
 /// Distances from a mark at which labels are tried, the first without a leader line.
 const RINGS: [f64; 12] = [0.0, 14.0, 24.0, 36.0, 50.0, 66.0, 84.0, 104.0, 128.0, 156.0, 190.0, 230.0];
+/// Tries after the first.
+const TRIES: usize = 8;
 /// Directions tried in each ring.
 const DIRECTIONS: usize = 24;
 /// Cost of a leader line, and of each line that a label or its leader line meets, in pixels of distance.
@@ -108,26 +110,50 @@ pub struct Surroundings {
 pub struct Placed {
     /// The box of the text.
     pub rect: Rect,
-    /// From the mark to the box.
+    /// From the edge of the mark to the box.
     pub leader: Option<Segment>,
 }
 
-/// Places for labels of `sizes` (width and height), one for each mark; `None` where there is no room.
+/// Places for labels of `sizes` (width and height), one for each mark; a mark whose label finds none gets the text of size `short`, if that does.
 ///
-/// A mark whose label finds none is tried again with the text of size `short`, in a second round after all others.
+/// Labels close to a mark can shut in the marks beside it. So marks whose labels find no place come first in another try, a ring further out each time; the best try counts.
 pub fn place(around: &Surroundings, sizes: &[Vec2], short: Vec2) -> Vec<Label> {
+    let missing = |labels: &[Label]| (0..labels.len()).filter(|at| !matches!(labels[*at], Label::Whole(_))).collect::<Vec<_>>();
+    let mut best = attempt(around, sizes, short, &[]);
+    let mut failed = missing(&best);
+    let mut first: Vec<(usize, usize)> = Vec::new();
+    for _ in 0..TRIES {
+        if failed.is_empty() {
+            break;
+        }
+        let ring = |mark: usize| first.iter().find(|(at, _)| *at == mark).map_or(1, |(_, ring)| (ring + 1).min(RINGS.len() - 1));
+        let again: Vec<(usize, usize)> = failed.iter().map(|mark| (*mark, ring(*mark))).collect();
+        first.retain(|(at, _)| !failed.contains(at));
+        first.splice(0..0, again);
+        let next = attempt(around, sizes, short, &first);
+        failed = missing(&next);
+        if failed.len() < missing(&best).len() {
+            best = next;
+        }
+    }
+    best
+}
+
+/// One round of labels, those of the marks `first` before others and not nearer than in their ring, and one of short texts for what is left.
+fn attempt(around: &Surroundings, sizes: &[Vec2], short: Vec2, first: &[(usize, usize)]) -> Vec<Label> {
     let mut layout = Layout { around, taken: around.taken.clone(), leaders: Vec::new() };
     let mut labels = vec![Label::Nowhere; around.marks.len()];
-    let order = by_crowd(&around.marks);
-    for mark in &order {
+    let others = by_crowd(&around.marks).into_iter().filter(|mark| first.iter().all(|(at, _)| at != mark)).map(|mark| (mark, 0));
+    let order: Vec<(usize, &[f64])> = first.iter().copied().chain(others).map(|(mark, ring)| (mark, &RINGS[ring..])).collect();
+    for (mark, rings) in &order {
         let size = sizes.get(*mark).copied().unwrap_or(short);
-        if let Some(placed) = layout.best(around.marks[*mark], size) {
+        if let Some(placed) = layout.best(around.marks[*mark], size, rings) {
             labels[*mark] = Label::Whole(layout.take(placed));
         }
     }
-    for mark in order {
+    for (mark, _) in order {
         if labels[mark] == Label::Nowhere
-            && let Some(placed) = layout.best(around.marks[mark], short)
+            && let Some(placed) = layout.best(around.marks[mark], short, &RINGS)
         {
             labels[mark] = Label::Short(layout.take(placed));
         }
@@ -178,10 +204,10 @@ impl Layout<'_> {
         placed
     }
 
-    /// The cheapest place for a label of `size` of the mark at `mark`; the first of equals.
-    fn best(&self, mark: Vec2, size: Vec2) -> Option<Placed> {
+    /// The cheapest place in `rings` for a label of `size` of the mark at `mark`; the first of equals.
+    fn best(&self, mark: Vec2, size: Vec2, rings: &[f64]) -> Option<Placed> {
         let mut best: Option<(f64, Placed)> = None;
-        for ring in RINGS {
+        for ring in rings.iter().copied() {
             // Places further out cost more than their distance.
             if best.is_some_and(|(cost, _)| cost < ring) {
                 break;
@@ -232,8 +258,14 @@ fn candidate(mark: Vec2, size: Vec2, reach: f64, ring: f64, angle: f64) -> Place
     let clear = |k: usize| (half[k] + reach) / direction[k].abs();
     let distance = clear(0).min(clear(1)) + ring;
     let rect = Rect::around([0, 1].map(|k| mark[k] + distance * direction[k]), size.map(|x| 0.5 * x));
-    let leader = (ring > 0.0).then(|| [mark, rect.nearest(mark)]);
-    Placed { rect, leader }
+    Placed { rect, leader: (ring > 0.0).then(|| leader(mark, rect.nearest(mark), reach)) }
+}
+
+/// The line from a mark to `to`, without what lies within the mark: lines of marks on one spot do not meet there.
+fn leader(mark: Vec2, to: Vec2, reach: f64) -> Segment {
+    let offset = [to[0] - mark[0], to[1] - mark[1]];
+    let part = reach / offset[0].hypot(offset[1]).max(reach);
+    [[mark[0] + part * offset[0], mark[1] + part * offset[1]], to]
 }
 
 #[cfg(test)]
@@ -258,14 +290,15 @@ mod tests {
                 assert!(!a.leader.zip(b.leader).is_some_and(|(l, m)| cross(&l, &m)), "{a:?} {b:?}");
             }
             if let Some([from, to]) = a.leader {
-                assert_eq!(from, around.marks[*at]);
+                let mark = around.marks[*at];
+                assert!(((from[0] - mark[0]).hypot(from[1] - mark[1]) - around.reach).abs() < 1e-9);
                 assert!(a.rect.grown(1e-6).meets(&[to, to]));
             }
         }
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
         fn nothing_overlaps_wherever_the_points_are(
             marks in prop::collection::vec([10.0f64..990.0, 10.0f64..390.0], 1..60),
@@ -294,8 +327,9 @@ mod tests {
     fn points_on_one_spot_all_get_labels() {
         let around = surroundings(vec![[500.0, 200.0]; 9]);
         let labels = place(&around, &[[60.0, 14.0]; 9], [18.0, 14.0]);
-        assert!(labels.iter().all(|l| matches!(l, Label::Whole(_))));
         check(&around, &labels);
+        let whole = labels.iter().filter(|l| matches!(l, Label::Whole(_))).count();
+        assert_eq!(whole, 9);
     }
 
     #[test]

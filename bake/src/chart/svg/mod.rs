@@ -79,7 +79,7 @@ fn facts(chart: &Chart) -> String {
     let [width, height] = chart.size;
     format!(
         "{width}×{height} pixels, {} random states, references of {} samples a pixel traced in {}. Error: relative L2 against the reference, median over the states; the references' \
-         own is {}. Frames on {}; {}; {}; {}. Time 1 in chart.csv: {}.",
+         own is {}. Frames on {}; {}; {}; {}. Time ratios in chart.csv are to {}.",
         chart.states,
         chart.reference_samples,
         seconds(chart.reference_seconds),

@@ -24,6 +24,8 @@ const BELOW: f64 = 30.0;
 const TITLE: f64 = 17.0;
 const TICK: f64 = 13.5;
 const LABEL: f64 = 13.0;
+/// More room between labels side by side than between lines of them.
+const BETWEEN: f64 = 6.0;
 /// The noise is on the axis unless it is further below the least error than this factor.
 const NOISE_IN_SIGHT: f64 = 30.0;
 /// Most ticks beside the axes.
@@ -47,10 +49,15 @@ struct Dot<'a> {
     style: Style,
     at: [f64; 2],
     on_front: bool,
+    /// What is written beside it.
+    text: String,
     label: Label,
     /// Its number if its label is short or nowhere.
     number: usize,
 }
+
+/// The line of a series, from point to point.
+type Line = (Style, Vec<[f64; 2]>);
 
 /// A panel, laid out.
 pub struct Panel<'a> {
@@ -62,7 +69,7 @@ pub struct Panel<'a> {
     /// Corners of the front's stairs.
     front: Vec<[f64; 2]>,
     /// Lines that join the points of a series.
-    series: Vec<(Style, Vec<[f64; 2]>)>,
+    series: Vec<Line>,
     /// Height and text of the line of the noise, and where the text is.
     noise: Option<(f64, String, Rect)>,
     /// Lines of text below.
@@ -76,6 +83,14 @@ fn on_axis(value: f64) -> bool {
 
 fn error(point: &Point) -> f64 {
     point.errors.relative_l2.median
+}
+
+/// The label of a point; with the series at the end of its line, if another series of the method has the same label.
+fn shown(point: &Point, all: &[Point]) -> String {
+    let of_method = || all.iter().filter(|p| p.method == point.method);
+    let is_shared = of_method().any(|p| p.series != point.series && p.label == point.label);
+    let ends = of_method().rfind(|p| p.series == point.series).is_some_and(|last| last.label == point.label);
+    if is_shared && ends { format!("{}, {}", point.label, point.series) } else { point.label.clone() }
 }
 
 fn segments(lines: &[[f64; 2]]) -> impl Iterator<Item = Segment> + '_ {
@@ -100,6 +115,7 @@ impl<'a> Panel<'a> {
             style: style(point),
             at: [across.place((axis.value)(point)), up.place(error(point))],
             on_front: on_front.contains(&number),
+            text: shown(point, &chart.points),
             label: Label::Nowhere,
             number: 0,
         };
@@ -129,8 +145,8 @@ impl<'a> Panel<'a> {
             taken: self.noise.iter().map(|(_, _, rect)| *rect).collect(),
             lines: lines.chain(noise).collect(),
         };
-        let size = |text: &str| [width(text, LABEL), LABEL * (ASCENT + DESCENT)];
-        let sizes: Vec<[f64; 2]> = self.dots.iter().map(|dot| size(&dot.point.label)).collect();
+        let size = |text: &str| [width(text, LABEL) + BETWEEN, LABEL * (ASCENT + DESCENT)];
+        let sizes: Vec<[f64; 2]> = self.dots.iter().map(|dot| size(&dot.text)).collect();
         let labels = place(&around, &sizes, size(&format!("{}", self.dots.len())));
         let mut number = 0;
         for (dot, label) in self.dots.iter_mut().zip(labels) {
@@ -206,7 +222,7 @@ impl Dot<'_> {
         pen.mark(self.at, self.style, self.on_front);
         let number = self.number.to_string();
         match &self.label {
-            Label::Whole(placed) => draw_text(pen, &placed.rect, &self.point.label, &hex(darker(self.style.colour))),
+            Label::Whole(placed) => draw_text(pen, &placed.rect, &self.text, &hex(darker(self.style.colour))),
             Label::Short(placed) => draw_text(pen, &placed.rect, &number, &hex(darker(self.style.colour))),
             Label::Nowhere => {}
         }
@@ -233,8 +249,8 @@ fn stairs(front: &[[f64; 2]], frame: &Rect) -> Vec<[f64; 2]> {
 }
 
 /// The points of each series in the order of the chart.
-fn series(dots: &[Dot<'_>]) -> Vec<(Style, Vec<[f64; 2]>)> {
-    let mut lines: BTreeMap<(&str, &str), (Style, Vec<[f64; 2]>)> = BTreeMap::new();
+fn series(dots: &[Dot<'_>]) -> Vec<Line> {
+    let mut lines: BTreeMap<(&str, &str), Line> = BTreeMap::new();
     for dot in dots {
         let key = (dot.point.method.as_str(), dot.point.series.as_str());
         lines.entry(key).or_insert_with(|| (dot.style, Vec::new())).1.push(dot.at);

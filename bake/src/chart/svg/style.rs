@@ -14,7 +14,7 @@ pub const FAINT_INK: &str = "#555555";
 /// Lines of the grid.
 pub const GRID: &str = "#e2e2de";
 /// The Pareto front.
-pub const FRONT: &str = "#b8b8b0";
+pub const FRONT: &str = "#c8c8c0";
 
 /// Corners of the marks in units of their radius; none is a circle. All have about the same area.
 const MARKS: [&[[f64; 2]]; 6] = [

@@ -11,12 +11,14 @@ mod lights;
 mod method;
 mod quantise;
 mod rows;
+mod sweep;
 mod texels;
 mod visibility;
 
 pub use errors::Errors;
 pub use method::Wanted;
 pub use rows::MAX_TERMS;
+pub use sweep::SWEEP;
 
 use super::environment_lit::{environments, worst};
 use super::{Traced, environment_lit};

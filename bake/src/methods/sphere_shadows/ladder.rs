@@ -5,13 +5,13 @@
 
 use super::errors::{Posed, centre, lobes, shown_in};
 use super::rows;
+use crate::chart::metrics::{displayed, mean_flip};
 use crate::job::{Job, ProgressMode};
 use crate::methods::sparse_transfer::receivers as tracing_receivers;
 use crate::spheres::fit::{DEFAULT_ITERATIONS, Settings, fit};
 use crate::spheres::motion::poses;
 use crate::trace::world::World;
 use glam::Vec3;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool};
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::cap::{self, Bitmap, ROWS};
@@ -74,18 +74,9 @@ fn percent(x: &[Rgb], reference: &[Rgb]) -> f64 {
 }
 
 /// Mean FLIP of two images of the plane, shown so that without blockers it would be at 80 % of white (luminance).
-fn flip(x: &[Rgb], reference: &[Rgb], open: Rgb) -> f32 {
-    let scale = 0.8 / (0.2126 * open[0] + 0.7152 * open[1] + 0.0722 * open[2]);
-    let srgb = |c: f32| {
-        let c = (c * scale).clamp(0.0, 1.0);
-        let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * encoded).round() as u8
-    };
-    let image = |pixels: &[Rgb]| {
-        let bytes: Vec<u8> = pixels.as_flattened().iter().map(|c| srgb(*c)).collect();
-        FlipImageRgb8::with_data(SIDE as u32, SIDE as u32, &bytes)
-    };
-    FlipPool::from_image(&nv_flip::flip(image(reference), image(x), DEFAULT_PIXELS_PER_DEGREE)).mean()
+fn flip(x: &[Rgb], reference: &[Rgb], open: Rgb) -> f64 {
+    let gain = 0.8 / (0.2126 * open[0] + 0.7152 * open[1] + 0.0722 * open[2]);
+    mean_flip(&displayed(x, gain), &displayed(reference, gain), [SIDE as u32; 2])
 }
 
 /// The texels that the mesh of the scene blocks for each vertex in `vertices`, by a ray to the centre of each that has a value in its lobe.

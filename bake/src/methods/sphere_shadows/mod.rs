@@ -7,11 +7,13 @@
 mod errors;
 mod method;
 mod rows;
+mod sweep;
 
 #[cfg(test)]
 mod ladder;
 
 pub use method::Wanted;
+pub use sweep::SWEEP;
 
 use super::environment_lit;
 use crate::error::{BakeError, Result};

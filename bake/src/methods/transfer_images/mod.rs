@@ -8,6 +8,7 @@ pub mod held_out;
 mod method;
 mod pack;
 mod project;
+mod sweep;
 mod tiles;
 
 use super::Traced;
@@ -30,6 +31,7 @@ use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::{Emitter, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
+pub use sweep::SWEEP;
 use tiles::{Tile, TileFragment};
 
 /// Name of the method.

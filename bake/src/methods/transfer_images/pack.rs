@@ -71,9 +71,7 @@ pub fn pack(
     })?;
 
     let mut images: Vec<Image> = images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
-    let weights = basis_weights(basis);
-    let importance: Vec<f64> = layout.slots.iter().zip(&sums).map(|(slot, sums)| sums.squares * slot_weight(slot, &weights)).collect();
-    images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
+    sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
     let head = Head {
         meta,
         pixel: fragments.iter().map(|f| f.pixel).collect(),
@@ -82,6 +80,13 @@ pub fn pack(
         scales,
     };
     Ok(TransferImages { head: Arc::new(head), images })
+}
+
+/// Puts first what counts most in a typical material; `squares` gives the sum of a slot's squares.
+pub(super) fn sort_by_importance(images: &mut [Image], layout: &Layout, basis: &BrdfBasis, squares: impl Fn(usize) -> f64) {
+    let weights = basis_weights(basis);
+    let importance: Vec<f64> = (0..).zip(&layout.slots).map(|(number, slot)| squares(number) * slot_weight(slot, &weights)).collect();
+    images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
 }
 
 /// Where the channels of each slot start within a fragment's record, and the end of the last.
@@ -118,7 +123,8 @@ fn for_each_record(
     Ok(())
 }
 
-fn scale_for(largest: f32) -> f32 {
+/// The factor on the halves of a slot whose largest value is `largest`: a power of two; 0 if there is nothing.
+pub(super) fn scale_for(largest: f32) -> f32 {
     if largest > 0.0 { largest.log2().ceil().exp2() / LARGEST_HALF } else { 0.0 }
 }
 

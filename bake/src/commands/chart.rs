@@ -1,0 +1,61 @@
+//! `bake chart`.
+
+use super::{load, start_threads};
+use crate::chart::figures::{Chart, Point};
+use crate::chart::{self, FOLDER};
+use crate::cli::{ChartArgs, MethodName};
+use crate::error::Result;
+use crate::job::{Job, watch_signals};
+use crate::methods::{sparse_transfer, sphere_shadows, transfer_images};
+use std::path::Path;
+
+/// `bake chart`.
+pub fn chart(args: &ChartArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let scene = load(&args.scene)?;
+    let methods: Vec<&str> = args.method.iter().map(|method| name(*method)).collect();
+    let folder = args.output.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scene.name));
+    let chart = chart::run(&scene, &methods, &folder, &Job::new(args.progress))?;
+    Ok(describe(&chart, &folder))
+}
+
+fn name(method: MethodName) -> &'static str {
+    match method {
+        MethodName::TransferImages => transfer_images::NAME,
+        MethodName::SparseTransfer => sparse_transfer::NAME,
+        MethodName::SphereShadows => sphere_shadows::NAME,
+    }
+}
+
+/// A line a point, and where to look.
+fn describe(chart: &Chart, folder: &Path) -> String {
+    let mut text = format!(
+        "{}: {} states against {} paths a pixel, whose own noise is {:.3} %; frames on {}\n",
+        chart.scene,
+        chart.states,
+        chart.reference_samples,
+        100.0 * chart.noise.relative_l2.median,
+        chart.adapter
+    );
+    let line = |point: &Point| {
+        let (errors, frame) = (&point.errors, &point.frame);
+        format!(
+            "{:<16} {:<14} {:<32} error {:>7.3} % (worst {:>7.3} %), FLIP {:.4}, {:>8.2} ms ({:.2} times, {:.2} to {:.2}), {:>7.1} MB, baked in {:.0} s\n",
+            point.method,
+            point.series,
+            point.label,
+            100.0 * errors.relative_l2.median,
+            100.0 * errors.relative_l2.worst,
+            errors.flip.median,
+            frame.median_ms,
+            frame.ratio,
+            frame.ratio_low,
+            frame.ratio_high,
+            point.bytes_on_disk as f64 / 1e6,
+            point.bake_seconds
+        )
+    };
+    text += &chart.points.iter().map(line).collect::<String>();
+    text + &format!("look at {}\n", folder.join("chart.svg").display())
+}

@@ -1,0 +1,24 @@
+//! `bake gallery`.
+
+use super::{load, start_threads};
+use crate::chart::{self, FOLDER};
+use crate::cli::GalleryArgs;
+use crate::error::Result;
+use crate::gallery;
+use crate::job::{Job, watch_signals};
+use std::path::Path;
+
+/// `bake gallery`.
+pub fn gallery(args: &GalleryArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let scenes = if args.scene.is_empty() { gallery::scenes(chart::expect_fit)? } else { args.scene.clone() };
+    let job = Job::new(args.progress);
+    let chart = |scene: &str| {
+        let scene = load(scene)?;
+        let folder = Path::new(FOLDER).join(&scene.name);
+        chart::run(&scene, &[], &folder, &job)?;
+        Ok(folder)
+    };
+    gallery::make(&scenes, &args.output, chart)
+}

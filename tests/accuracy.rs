@@ -1,45 +1,19 @@
 //! Baked images against the reference, with stated bounds.
 
-use crate::support::{job, library_scene, relative_l2, render, scene};
-use relume_bake::brdf::basis;
+use crate::support::images::{bake, in_state, on_bases, settings};
+use crate::support::{job, library_scene, relative_l2, render};
 use relume_bake::methods::transfer_images::{self, Settings, held_out};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_bake::trace::world::World;
-use relume_bake::work_log::WorkLog;
 use relume_formats::evaluate::transfer_images::evaluate;
-use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{Brdf, Ggx, Rgb};
+use relume_formats::state::{Brdf, Ggx};
 use relume_scenes::{Scene, Texture, Wrap};
-
-fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
-    Settings { size: [size, size], samples, seed, bases }
-}
-
-fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
-    let folder = tempfile::tempdir().unwrap();
-    let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
-    let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
-    let (images, _) = transfer_images::bake(scene, settings, &basis, &log, &job()).unwrap();
-    (basis, images)
-}
 
 /// Random states from another sequence than the one that bakes measure themselves on.
 fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
     (100..116).map(|s| held_out::random_state(s, scene)).collect()
-}
-
-fn on_bases(basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Vec<Rgb>> {
-    materials.iter().map(|m| basis.coefficients_of(m).unwrap()).collect()
-}
-
-fn in_state(scene: &Scene, materials: &[Brdf]) -> Scene {
-    let mut scene = scene.clone();
-    for (index, material) in scene.vary.materials.clone().into_iter().zip(materials) {
-        scene.materials[index].brdf = *material;
-    }
-    scene
 }
 
 fn references(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings, paths: Paths) -> Vec<Estimate> {
@@ -205,24 +179,4 @@ fn one_reflection_is_direct_light() {
     let materials: Vec<_> = scene.vary.materials.iter().map(|m| scene.materials[*m].brdf).collect();
     let direct = render(&scene, settings.size, settings.samples, 1, Paths::Gather, settings.seed);
     assert!(relative_l2(&evaluate(&images, &on_bases(&basis, &materials)), &direct.radiance) < 0.002);
-}
-
-/// Halves have a range per image: light 2³⁰ times as bright gives the same halves, and nothing overflows.
-#[test]
-fn bright_light_does_not_overflow() {
-    let text = |radiance: f64| {
-        format!(
-            "[vary]\nmaterials = ['m']\n[camera]\nposition = [0, 1, 3]\ntarget = [0, 0.3, 0]\nfov_deg = 40\n[render]\nsize = [16, 16]\n\
-             [materials.m]\nbrdf = 'blinn-phong'\n[[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ scale = 4.0 }}\n\
-             [[object]]\nname = 'ball'\nmaterial = 'm'\nshape = 'sphere'\ntransform = {{ translation = [0, 0.5, 0], scale = 0.4 }}\n\
-             [[light]]\nname = 'lamp'\nkind = 'area'\nradiance = [{radiance:?}, {radiance:?}, {radiance:?}]\ntransform = {{ translation = [0, 3, 0], rotation_deg = [-90, 0, 0], scale = 0.05 }}\n"
-        )
-    };
-    let settings = settings(16, 16, 6, 1);
-    let (_, dim) = bake(&scene(&text(8.0)), &settings, true);
-    let (_, bright) = bake(&scene(&text(8.0 * f64::from(1 << 30))), &settings, true);
-    assert_eq!(dim.images, bright.images);
-    for (a, b) in dim.head.scales.iter().zip(&bright.head.scales) {
-        assert_eq!(a * (1u32 << 30) as f32, *b);
-    }
 }

@@ -1,6 +1,6 @@
 //! The player's shaders against `evaluate`, on a real bake.
 
-use crate::relighting::BALL;
+use crate::support::relit::BALL;
 use crate::support::{job, library_scene, scene};
 use relume_bake::bundle::{self, Leftover};
 use relume_bake::methods::sparse_transfer;

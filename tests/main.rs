@@ -1,12 +1,11 @@
 //! Whole-product tests, all in one binary:
 //!
 //! * [`truth`]: the tracer against closed forms;
-//! * [`stability`]: where methods fail, that they fail as documented;
+//! * [`stability`]: where methods stop being right, a suite for each;
 //! * [`accuracy`]: baked images against the reference, with stated bounds;
 //! * [`cpu_gpu`]: the player's shaders against `evaluate`;
 //! * [`relighting`]: sparse-transfer from bake to radiance;
 //! * [`shadows`]: sphere-shadows from bake to radiance;
-//! * [`shadow_stability`]: where shadows of spheres could fail;
 //! * [`plan`]: plans, and their predictions against bakes;
 //! * [`frame_cost`]: what bakes report of frames;
 //! * [`cli`]: the binaries as a user runs them;
@@ -21,7 +20,6 @@ mod cpu_gpu;
 mod frame_cost;
 mod plan;
 mod relighting;
-mod shadow_stability;
 mod shadows;
 mod sphere_motion;
 mod spheres;

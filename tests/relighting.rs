@@ -1,93 +1,13 @@
-//! sparse-transfer from bake to radiance: closed forms, the path tracer, lights that are hard, files that repeat.
+//! sparse-transfer from bake to radiance: closed forms, the path tracer, files that repeat.
 
-use crate::support::{command, expect_exit, job, mean_radiance, relative_l2, run, scene, write_scene};
+use crate::support::relit::{BALL, Baked, bake, wanted};
+use crate::support::{command, expect_exit, mean_radiance, relative_l2, run, scene, write_scene};
 use glam::Vec3A;
-use relume_bake::bundle::{self, Leftover};
 use relume_bake::methods::sparse_transfer::{Settings, Terms, Wanted};
-use relume_formats::basis::{EquirectMap, cubemap, haar};
 use relume_formats::container::Stored;
-use relume_formats::evaluate::sparse_transfer::{light, radiance};
-use relume_formats::kinds::scene::EnvironmentLook;
-use relume_formats::kinds::{Environment, Manifest, SparseTransfer, StoredScene};
+use relume_formats::kinds::{Manifest, SparseTransfer, StoredScene};
 use relume_scenes::Scene;
-use std::f64::consts::PI;
 use std::path::Path;
-
-/// A ball 1 m above the middle of a plane; more keys may follow those of the environment.
-pub const BALL: &str = "
-    [vary]
-    light = true
-    view = true
-    [render]
-    size = [32, 24]
-    reflections = 1
-    [camera]
-    position = [0.0, 2.0, 5.0]
-    target = [0.0, 0.5, 0.0]
-    fov_deg = 40.0
-    [materials.plane]
-    brdf = 'blinn-phong'
-    kd = [0.2, 0.5, 0.8]
-    [materials.ball]
-    brdf = 'blinn-phong'
-    kd = [0.7, 0.7, 0.1]
-    [[object]]
-    name = 'plane'
-    shape = 'quad'
-    segments = 12
-    material = 'plane'
-    transform = { scale = 4.0 }
-    [[object]]
-    name = 'ball'
-    shape = 'sphere'
-    subdivisions = 3
-    material = 'ball'
-    transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }
-    [environment]
-";
-
-fn wanted(rays_per_texel: u32, terms: usize) -> Wanted {
-    Wanted { settings: Settings { rays_per_texel, terms: Terms::Number(terms) } }
-}
-
-struct Baked {
-    transfer: SparseTransfer,
-    stored: StoredScene,
-    maps: Vec<Environment>,
-    manifest: Manifest,
-}
-
-fn bake(scene: &Scene, wanted: Wanted) -> Baked {
-    let folder = tempfile::tempdir().unwrap();
-    bundle::run(scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
-    let manifest = Manifest::read(folder.path()).unwrap();
-    let path = |file: &str| folder.path().join(file);
-    let maps = manifest.methods[0].files.iter().filter(|(kind, _)| kind == "environment");
-    Baked {
-        transfer: SparseTransfer::read_file(&path("sparse-transfer.relume")).unwrap(),
-        stored: StoredScene::read_file(&path("scene.relume")).unwrap(),
-        maps: maps.map(|(_, file)| Environment::read_file(&path(&file.file)).unwrap()).collect(),
-        manifest,
-    }
-}
-
-impl Baked {
-    fn under(&self, map: &EquirectMap, rotation_deg: f32) -> Vec<[f32; 3]> {
-        let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
-        radiance(&self.transfer, &light(map, &look, self.transfer.meta.face_size as usize))
-    }
-
-    /// Under a light given by its texels.
-    fn under_texels(&self, texels: &[f32]) -> Vec<f32> {
-        let mut plane = texels.to_vec();
-        haar::forward_cube(&mut plane, self.transfer.meta.face_size as usize);
-        radiance(&self.transfer, &[plane.clone(), plane.clone(), plane]).iter().map(|r| r[0]).collect()
-    }
-
-    fn plane(&self) -> impl Iterator<Item = usize> {
-        0..13 * 13
-    }
-}
 
 /// A ball that lies wholly above the horizon of a point hides sin²α · cos θ of the light that would reach it evenly from the upper half: the form factor
 /// of a sphere.
@@ -141,48 +61,6 @@ fn vertices_show_what_the_path_tracer_sees() {
             assert!(relative_l2(&direct, &shown) > 2.0 * bound, "bounces must matter here, or nothing is tested");
         }
     }
-}
-
-/// Lights that no map has: the terms of a row are chosen by what is likely, and still have to carry these.
-#[test]
-fn hard_lights_stay_within_bounds() {
-    let scene = scene(BALL);
-    let (whole, coarse) = (bake(&scene, wanted(16, 1024)), bake(&scene, wanted(16, 100)));
-    let texels = 6 * 64 * 64;
-    assert!(whole.under_texels(&vec![0.0; texels]).iter().all(|r| *r == 0.0), "no light, no radiance");
-
-    // An even light and one that is a whole face have scaling functions only, which every row keeps: as exact as the rounding of six values.
-    let even = whole.under_texels(&vec![1.0; texels]);
-    assert!(coarse.under_texels(&vec![1.0; texels]).iter().zip(&even).all(|(a, b)| (a - b).abs() < 1e-4));
-    for face in 0..6 {
-        let lit: Vec<f32> = (0..texels).map(|i| if i / 4096 == face { 1e5 } else { 0.0 }).collect();
-        let (exact, shown) = (whole.under_texels(&lit), coarse.under_texels(&lit));
-        assert!(exact.iter().zip(&shown).all(|(a, b)| (a - b).abs() < 1e-4 * 1e5), "face {face}");
-    }
-
-    // A single texel of 10⁵ straight above: all that reaches a row is the texel's transfer, and nothing may come out of proportion.
-    let above = cubemap::texel_of(glam::Vec3::new(0.01, 1.0, 0.01), 64);
-    let lit: Vec<f32> = (0..texels).map(|i| if i == above { 1e5 } else { 0.0 }).collect();
-    let transfer = (cubemap::solid_angles(64)[above % 4096] / PI * 1e5) as f32;
-    let in_shadow = |vertex: usize| baked_distance(&whole, vertex) < 0.3;
-    for (baked, bound) in [(&whole, 0.25), (&coarse, 1.0)] {
-        let shown = baked.under_texels(&lit);
-        for vertex in baked.plane().filter(|v| !(0.3..0.5).contains(&baked_distance(baked, *v))) {
-            let expected = if in_shadow(vertex) { 0.0 } else { transfer };
-            assert!((shown[vertex] - expected).abs() < bound * transfer, "vertex {vertex}: {} for {expected}", shown[vertex]);
-        }
-        // What is wrong at one vertex is right on average: no light is made or lost.
-        let mean = |values: Vec<f32>| values.iter().sum::<f32>() / values.len() as f32;
-        let outside: Vec<usize> = baked.plane().filter(|v| baked_distance(baked, *v) > 0.5).collect();
-        let average = mean(outside.iter().map(|v| shown[*v]).collect());
-        assert!((average / transfer - 1.0).abs() < 0.5 * bound, "{average} for {transfer}");
-    }
-}
-
-/// From the middle of the plane, metres.
-fn baked_distance(baked: &Baked, vertex: usize) -> f32 {
-    let [x, _, z] = baked.stored.positions[vertex];
-    x.hypot(z)
 }
 
 /// More terms leave less error, the file says how much, and asking for an error gives the terms for it.

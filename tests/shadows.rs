@@ -15,7 +15,7 @@ use relume_scenes::Scene;
 use std::path::Path;
 
 /// A ball 1 m above the middle of a plane, which one sphere covers.
-const BALL: &str = "
+pub const BALL: &str = "
     [vary]
     light = true
     view = true
@@ -46,7 +46,7 @@ const BALL: &str = "
     [environment]
 ";
 /// Vertices along a side of the plane.
-const SIDE: usize = 13;
+pub const SIDE: usize = 13;
 
 /// The same with a small knot that twists.
 pub fn knot() -> String {
@@ -57,18 +57,19 @@ pub fn knot() -> String {
 }
 
 /// What a bundle holds.
-struct Bundle {
+pub struct Bundle {
     folder: tempfile::TempDir,
-    manifest: Manifest,
-    stored: StoredScene,
-    shadows: SphereShadows,
-    set: SphereSet,
+    pub manifest: Manifest,
+    pub stored: StoredScene,
+    pub shadows: SphereShadows,
+    pub set: SphereSet,
     map: Environment,
-    stderr: String,
+    pub stderr: String,
 }
 
 impl Bundle {
-    fn bake(text: &str) -> Self {
+    /// Bakes the scene in `text`.
+    pub fn bake(text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = write_scene(folder.path(), text);
         let out = folder.path().join("bundle");
@@ -90,7 +91,7 @@ impl Bundle {
     }
 
     /// Radiance with all terms at all vertices, at rest or in a pose.
-    fn radiance(&self, rotation_deg: f32, pose: Option<&Posed>) -> Vec<[f32; 3]> {
+    pub fn radiance(&self, rotation_deg: f32, pose: Option<&Posed>) -> Vec<[f32; 3]> {
         let (mut positions, mut normals) = (self.stored.positions.clone(), self.stored.normals.clone());
         let mut spheres = Spheres::at_rest(&self.set);
         if let Some(pose) = pose {
@@ -106,11 +107,20 @@ impl Bundle {
             positions.splice(range.clone(), moved);
             normals.splice(range, turned);
         }
-        let receivers = receivers(&self.shadows, std::slice::from_ref(&self.set), &positions, &normals);
+        self.shaded(&positions, &normals, rotation_deg, &[spheres])
+    }
+
+    /// The same at rest without any spheres.
+    pub fn open_radiance(&self, rotation_deg: f32) -> Vec<[f32; 3]> {
+        self.shaded(&self.stored.positions, &self.stored.normals, rotation_deg, &[])
+    }
+
+    fn shaded(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], rotation_deg: f32, spheres: &[Spheres]) -> Vec<[f32; 3]> {
+        let receivers = receivers(&self.shadows, std::slice::from_ref(&self.set), positions, normals);
         let lobes: Vec<_> = (0..self.shadows.normals.len()).map(|row| lobe(self.shadows.lobe(row).to_vec(), None)).collect();
         let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
         let light = light(coefficients_of(&self.map.map, &look, 32), None);
-        radiance(&receivers, &[spheres], &lobes, &light, Levels::All, &HaarTable::bake())
+        radiance(&receivers, spheres, &lobes, &light, Levels::All, &HaarTable::bake())
     }
 }
 
@@ -140,16 +150,20 @@ fn a_ball_hides_its_form_factor() {
     assert!((told / found - 1.0).abs() < 0.1 && (told - all_terms).abs() < 1e-4, "{told} {all_terms}, found {found}");
 }
 
+/// What the path tracer sees of a white vertex, with its standard error.
+pub fn true_radiance(scene: &Scene, vertex: usize) -> (f64, f64) {
+    let place = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| {
+        Vec3A::from(*scene.objects.iter().flat_map(|object| of(&object.mesh)).nth(vertex).unwrap())
+    };
+    let (position, normal) = (place(|mesh| &mesh.positions), place(|mesh| &mesh.normals));
+    mean_radiance(scene, 1, 1 << 14, |_| (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal))
+}
+
 /// Where the path tracer has other radiance than the bundle, relative L2 over some vertices; the tracer knows nothing of cubes, bases or spheres.
-fn against_tracer(scene: &Scene, shown: &[[f32; 3]], vertices: &[usize]) -> f64 {
+pub fn against_tracer(scene: &Scene, shown: &[[f32; 3]], vertices: &[usize]) -> f64 {
     let (mut off, mut norm) = (0.0, 0.0);
     for vertex in vertices {
-        let place = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| {
-            Vec3A::from(*scene.objects.iter().flat_map(|object| of(&object.mesh)).nth(*vertex).unwrap())
-        };
-        let (position, normal) = (place(|mesh| &mesh.positions), place(|mesh| &mesh.normals));
-        let ray = |_| (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal);
-        let (mean, noise) = mean_radiance(scene, 1, 1 << 14, ray);
+        let (mean, noise) = true_radiance(scene, *vertex);
         off += (f64::from(shown[*vertex][1]) - mean).powi(2) - noise * noise;
         norm += mean * mean;
     }

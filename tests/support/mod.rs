@@ -1,4 +1,7 @@
-//! Scenes made on the spot, and the binaries.
+//! Scenes made on the spot, bakes, and the binaries.
+
+pub mod images;
+pub mod relit;
 
 use glam::Vec3A;
 use relume_bake::job::{Job, ProgressMode};
@@ -10,6 +13,7 @@ use relume_bake::trace::world::World;
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::Arc;
 
 /// A scene loaded from the given text, and the folder it lives in.
 pub fn scene(text: &str) -> Scene {
@@ -67,6 +71,23 @@ pub fn relative_l2(x: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
 /// The library's scene `name`.
 pub fn library_scene(name: &str) -> Scene {
     relume_scenes::load(&relume_scenes::resolve(name).unwrap()).unwrap()
+}
+
+/// `scene` as it would be with lengths in another unit: everything `scale` times as large about the origin.
+pub fn scaled(scene: &Scene, scale: f32) -> Scene {
+    let mut scene = scene.clone();
+    let scaled = |v: [f32; 3]| v.map(|x| x * scale);
+    for object in &mut scene.objects {
+        Arc::make_mut(&mut object.mesh).positions.iter_mut().for_each(|p| *p = scaled(*p));
+    }
+    for light in &mut scene.lights {
+        if let relume_scenes::Emitter::Area { corner, edge_u, edge_v, .. } = &mut light.emitter {
+            [*corner, *edge_u, *edge_v] = [scaled(*corner), scaled(*edge_u), scaled(*edge_v)];
+        }
+    }
+    scene.camera.position = scaled(scene.camera.position);
+    scene.camera.target = scaled(scene.camera.target);
+    scene
 }
 
 /// Runs one of our binaries, which `make test` builds beside the tests.

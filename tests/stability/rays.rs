@@ -1,6 +1,6 @@
-//! Where methods fail: that they do not, or that they fail as documented.
+//! What all methods stand on, the ray tracer: leaks, specks, thin walls, degenerate and huge triangles, scenes of any size and anywhere.
 
-use crate::support::{render, scene};
+use crate::support::{mean_radiance, render, scaled, scene};
 use glam::{Mat3A, Vec3A};
 use rayon::prelude::*;
 use relume_bake::trace::reference::Paths;
@@ -154,21 +154,7 @@ fn self_shadowing_rays(scene: &Scene, tries: u32) -> (u32, u32) {
 #[test]
 fn a_thousand_times_larger_or_smaller() {
     let base = crate::support::library_scene("cornell-knot");
-    let image = |scale: f32| {
-        let mut scene = base.clone();
-        let scaled = |v: [f32; 3]| v.map(|x| x * scale);
-        for object in &mut scene.objects {
-            Arc::make_mut(&mut object.mesh).positions.iter_mut().for_each(|p| *p = scaled(*p));
-        }
-        for light in &mut scene.lights {
-            if let relume_scenes::Emitter::Area { corner, edge_u, edge_v, .. } = &mut light.emitter {
-                [*corner, *edge_u, *edge_v] = [scaled(*corner), scaled(*edge_u), scaled(*edge_v)];
-            }
-        }
-        scene.camera.position = scaled(scene.camera.position);
-        scene.camera.target = scaled(scene.camera.target);
-        render(&scene, [32, 32], 64, 2, Paths::Gather, 1).radiance
-    };
+    let image = |scale: f32| render(&scaled(&base, scale), [32, 32], 64, 2, Paths::Gather, 1).radiance;
     let metre = image(1.0);
     for scale in [1e-3, 1e3] {
         // The paths are the same; a handful of samples round to the other side of an edge.
@@ -209,4 +195,85 @@ fn nothing_to_see() {
         environment.gain = [0.0; 3];
     }
     assert!(render(&black, [8, 8], 4, 4, Paths::Best, 0).radiance.iter().flatten().all(|r| *r == 0.0));
+}
+
+/// Rays from the floor to a wall above it, `wall` the text of the object, 2 m × 2 m at 1 m: exactly those that aim at it are stopped. Those that aim within 5 cm
+/// of its rim are not tried.
+fn expect_wall_stops_what_aims_at_it(folder: &std::path::Path, wall: &str) {
+    let text = format!(
+        "[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 30\n[materials.m]\nbrdf = 'blinn-phong'\n[environment]\n[render]\nsize = [8, 8]\n\
+         [[object]]\nname = 'wall'\nmaterial = 'm'\n{wall}\n"
+    );
+    let scene = relume_scenes::load(&crate::support::write_scene(folder, &text)).unwrap();
+    let world = World::new(&scene);
+    let (mut stopped, mut passed) = (0, 0);
+    for index in 0..200_000 {
+        let sample = PixelSampler::new(3, 0).sample(index);
+        let [[a, b], [c, d]] = [sample.pair(0), sample.pair(1)].map(|pair| pair.map(|u| 4.0 * u - 2.0));
+        let ([from, to], rim) = ([Vec3A::new(a, 0.0, b), Vec3A::new(c, 1.0, d)], c.abs().max(d.abs()) - 1.0);
+        if rim.abs() > 0.05 {
+            let hit = world.occluded(from, (to - from).normalize(), f32::INFINITY);
+            assert_eq!(hit, rim < 0.0, "{wall}: from {from} to {to}");
+            stopped += u32::from(hit);
+            passed += u32::from(!hit);
+        }
+    }
+    assert!(stopped > 30_000 && passed > 30_000, "{stopped} {passed}");
+}
+
+/// Thin walls: down to no thickness at all, as boxes whose sides vanish and as sheets seen from either side, none lets a ray through.
+#[test]
+fn walls_of_any_thinness_let_nothing_through() {
+    let folder = tempfile::tempdir().unwrap();
+    for thickness in ["1e-2", "1e-5", "1e-7", "1e-9"] {
+        let place = format!("transform = {{ translation = [0, 1, 0], scale = [2, {thickness}, 2] }}");
+        expect_wall_stops_what_aims_at_it(folder.path(), &format!("shape = 'box'\n{place}"));
+    }
+    for turn in [0, 180] {
+        let place = format!("transform = {{ translation = [0, 1, 0], rotation_deg = [{turn}, 0, 0], scale = 2 }}");
+        expect_wall_stops_what_aims_at_it(folder.path(), &format!("shape = 'quad'\n{place}"));
+    }
+}
+
+/// A sheet of strips at y = 1, some a micrometre wide, as an OBJ file; `more` follows.
+fn strips(more: &str) -> String {
+    let xs = [-1.0, -0.5, -0.499_999, 0.0, 0.000_001, 0.000_002, 0.3, 0.999_999, 1.0f64];
+    let vertices: String = xs.iter().map(|x| format!("v {x} 1 -1\nv {x} 1 1\n")).collect();
+    let faces: String = (0..xs.len() - 1).map(|k| format!("f {} {} {} {}\n", 2 * k + 1, 2 * k + 2, 2 * k + 4, 2 * k + 3)).collect();
+    vertices + &faces + more
+}
+
+/// Degenerate triangles: slivers stop rays like any other triangle; those without an area are dropped with a warning, and what is left is the mesh without them.
+#[test]
+fn slivers_stop_rays_and_triangles_without_area_are_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("strips.obj"), strips("")).unwrap();
+    expect_wall_stops_what_aims_at_it(folder.path(), "file = 'strips.obj'");
+    let mesh = |more: &str| {
+        std::fs::write(folder.path().join("strips.obj"), strips(more)).unwrap();
+        let scene = relume_scenes::load(&folder.path().join("scene.toml")).unwrap();
+        (scene.objects[0].mesh.clone(), scene.warnings.join("\n"))
+    };
+    let (clean, none) = mesh("");
+    // A line, a point, and a corner named twice.
+    let (mended, warning) = mesh("f 1 3 7\nf 2 2 2\nf 1 2 1\n");
+    assert_eq!(clean, mended);
+    assert!(!none.contains("dropped") && warning.contains("dropped 3 of 19 triangles, which are degenerate"), "{none}{warning}");
+}
+
+/// Huge triangles: a ball's shadow on a floor of two triangles. Right below a ball that is seen under sin α the floor loses sin²α of a white sky. On a floor 4 km
+/// wide it does; on one of 4,000 km, where origins are moved off the surface by more than the ball's height, the shadow is lost, and nothing else.
+#[test]
+fn huge_triangles_keep_what_is_not_small_beside_them() {
+    for (width, expected) in [("4", 0.84), ("4e3", 0.84), ("4e6", 1.0)] {
+        let text = format!(
+            "[camera]\nposition = [0, 1, 4]\ntarget = [0, 0.5, 0]\nfov_deg = 40\n[render]\nsize = [8, 8]\n[environment]\n\
+             [materials.m]\nbrdf = 'blinn-phong'\nkd = [1, 1, 1]\nks = [0, 0, 0]\n\
+             [[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ scale = {width} }}\n\
+             [[object]]\nname = 'ball'\nmaterial = 'm'\nshape = 'sphere'\nsubdivisions = 3\ntransform = {{ translation = [0, 1, 0], scale = 0.4 }}\n"
+        );
+        let (mean, error) = mean_radiance(&scene(&text), 1, 1 << 14, |_| (Vec3A::new(0.001, 0.3, 0.002), Vec3A::NEG_Y));
+        // Flat triangles take 0.4 % off the ball's disc, 6e-4 of the sky.
+        assert!((mean - expected).abs() < 4.0 * error + 1e-3, "{width} m: {mean} ± {error}");
+    }
 }

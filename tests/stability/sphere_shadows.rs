@@ -1,4 +1,5 @@
-//! Where shadows of spheres could fail: receivers on spheres, spheres of no size and of all sizes, many and none, small lights that move.
+//! sphere-shadows, of spheres that are given: receivers on spheres, spheres of no size and of all sizes, many and none, small and bright lights that move. Receivers inside spheres,
+//! a light on the cube's edges and who blocks whom are in formats/tests/sphere_shadows.rs.
 
 use crate::support::relative_l2;
 use glam::Vec3;
@@ -63,6 +64,7 @@ fn directions() -> Vec<Vec3> {
     all.filter(|v| *v != Vec3::ZERO).chain([Vec3::new(0.3, -0.5, 0.8), Vec3::new(-0.97, 0.98, 0.2)]).map(Vec3::normalize).collect()
 }
 
+/// Spheres that almost touch a receiver, from 10 cm down to nothing: behind it no shadow, before it the cone that is left. On the very surface rounding decides.
 #[test]
 fn on_the_surface_of_a_sphere_of_another_object() {
     let radius = 0.7;
@@ -94,6 +96,7 @@ fn the_cube_has_no_preferred_directions() {
     }
 }
 
+/// Degenerate spheres: one without a size hides a texel at most, one far away nothing, and many at one place what one hides.
 #[test]
 fn spheres_of_no_size_far_away_or_twice_at_one_place() {
     let up = receiver(Vec3::new(0.3, 0.0, -0.2), Vec3::Y);
@@ -173,6 +176,7 @@ fn a_light_of_one_texel_turns_without_flicker() {
     assert!(worst < 0.25 / 1.4 + 0.02, "{worst}");
 }
 
+/// A scene a thousand times larger or smaller: the same shadows, exactly so with powers of two.
 #[test]
 fn a_thousand_times_larger_or_smaller() {
     let mut random = Random(9);
@@ -193,4 +197,66 @@ fn a_thousand_times_larger_or_smaller() {
         assert!(error < 1e-3, "{scale}: {error}");
     }
     assert_eq!(image(1024.0), image(1.0), "nothing rounds with powers of two");
+}
+
+/// A sun of 10⁵ and one of 10¹², the largest that a scene may have: light is linear, so each gives that many times what a sun of 1 gives, and nothing overflows.
+#[test]
+fn a_sun_is_as_bright_as_it_is() {
+    let receivers: Vec<Receiver> = directions().into_iter().map(|normal| receiver(0.1 * normal, normal)).collect();
+    let lobes = lobes(&receivers, Some(200));
+    let sets = [spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35]])];
+    let under = |brightness: f32| {
+        let mut plane = vec![0.2 * brightness; TEXELS];
+        plane[cubemap::texel_of(Vec3::new(0.3, 0.9, 0.2), 32)] = 1e5 * brightness;
+        haar::forward_cube(&mut plane, 32);
+        let mut out = vec![[0.0; 3]; receivers.len()];
+        Shading::new(&lobes, &light([plane.clone(), plane.clone(), plane], Some(200)), Levels::Two)
+            .radiance(&receivers, &sets, &TABLE, &mut out);
+        out
+    };
+    let one = under(1.0);
+    for brightness in [1e-5, 1e7] {
+        let scaled: Vec<[f32; 3]> = under(brightness).iter().map(|r| r.map(|x| x / brightness)).collect();
+        // Sums of a few hundred products in single precision.
+        assert!(relative_l2(&scaled, &one) < 1e-5, "{brightness}");
+    }
+}
+
+/// Few terms under a light of one texel: the light itself needs 16 coefficients, which are all kept, so what is shown is the cut lobe at that texel. It is the same wrong
+/// factor at all receivers of one normal, a tint and no pattern, and right with all terms.
+#[test]
+fn few_terms_tint_a_light_of_one_texel() {
+    let normal = Vec3::new(0.2, 1.0, -0.1).normalize();
+    let texel = cubemap::texel_of(Vec3::new(0.5, 0.7, 0.3), 32);
+    let mut plane = vec![0.0; TEXELS];
+    plane[texel] = 1.0;
+    haar::forward_cube(&mut plane, 32);
+    let receivers = [Vec3::ZERO, Vec3::new(3.0, 0.0, 1.0), Vec3::new(-2.0, 5.0, 8.0)].map(|at| receiver(at, normal));
+    // A ball that hides another part of the sky from all of them.
+    let sets = [spheres(vec![[-90.0, 40.0, 0.0, 20.0]])];
+    for terms in [Some(50), Some(100), Some(200), None] {
+        let lobes = lobes(&receivers, terms);
+        let light = light([plane.clone(), plane.clone(), plane.clone()], terms);
+        // Levels I and II see means of visibility over 4 × 4 and 2 × 2 texels, all of them open or all blocked here.
+        let shown = radiance(&receivers, &sets, &lobes, &light, Levels::Two, &TABLE);
+        let cut: f64 =
+            blend(normal).iter().map(|(row, weight)| f64::from(*weight) * f64::from(at_texel(&lobes[*row as usize], texel))).sum();
+        let whole: f64 = blend(normal)
+            .iter()
+            .map(|(row, weight)| f64::from(*weight) * f64::from(at_texel(&lobe(diffuse::lobe(grid_normal(*row as usize)), None), texel)))
+            .sum();
+        println!("{terms:?}: {:.3} of the light", cut / whole);
+        for shown in shown {
+            assert!((f64::from(shown[0]) / cut - 1.0).abs() < 1e-4, "{terms:?}: {} for {cut}", shown[0]);
+        }
+        assert!(terms.is_some() || (cut / whole - 1.0).abs() < 1e-5);
+    }
+}
+
+/// The sum of a function's kept terms at one texel.
+fn at_texel(function: &Function, texel: usize) -> f32 {
+    let mut plane = vec![0.0; TEXELS];
+    function.terms().iter().for_each(|(index, value)| plane[*index as usize] = *value);
+    haar::inverse_cube(&mut plane, 32);
+    plane[texel]
 }

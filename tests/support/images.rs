@@ -1,0 +1,37 @@
+//! Bakes of transfer-images without a bundle.
+
+use super::job;
+use relume_bake::brdf::basis;
+use relume_bake::methods::transfer_images::{self, Settings};
+use relume_bake::work_log::WorkLog;
+use relume_formats::kinds::{BrdfBasis, TransferImages};
+use relume_formats::state::{Brdf, Rgb};
+use relume_scenes::Scene;
+
+/// For `size` × `size` pixels.
+pub fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
+    Settings { size: [size, size], samples, seed, bases }
+}
+
+/// Basis and images of `scene`.
+pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
+    let folder = tempfile::tempdir().unwrap();
+    let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
+    let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
+    let (images, _) = transfer_images::bake(scene, settings, &basis, &log, &job()).unwrap();
+    (basis, images)
+}
+
+/// The coefficients of materials.
+pub fn on_bases(basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Vec<Rgb>> {
+    materials.iter().map(|m| basis.coefficients_of(m).unwrap()).collect()
+}
+
+/// `scene` with other materials in the places of those that vary.
+pub fn in_state(scene: &Scene, materials: &[Brdf]) -> Scene {
+    let mut scene = scene.clone();
+    for (index, material) in scene.vary.materials.clone().into_iter().zip(materials) {
+        scene.materials[index].brdf = *material;
+    }
+    scene
+}

@@ -1,7 +1,8 @@
 //! `bake plan` as a user runs it, and its predictions against real bakes.
 
+use crate::shadows;
+use crate::support::relit;
 use crate::support::{command, expect_exit, write_scene};
-use crate::{relighting, shadows};
 use serde_json::Value;
 use std::path::Path;
 
@@ -81,12 +82,12 @@ fn predictions_of_transfer_images_come_true() {
 
 #[test]
 fn predictions_of_sparse_transfer_come_true() {
-    check_predictions(&format!("{} file = 'lamps'\n", relighting::BALL), "sparse-transfer");
+    check_predictions(&format!("{} file = 'lamps'\n", relit::BALL), "sparse-transfer");
 }
 
 #[test]
 fn predictions_of_bounced_light_come_true() {
-    let bounced = relighting::BALL.replace("reflections = 1", "reflections = 2");
+    let bounced = relit::BALL.replace("reflections = 1", "reflections = 2");
     check_predictions(&format!("{bounced} file = 'lamps'\n"), "sparse-transfer");
 }
 

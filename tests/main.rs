@@ -8,6 +8,7 @@
 //! * [`shadows`]: sphere-shadows from bake to radiance;
 //! * [`plan`]: plans, and their predictions against bakes;
 //! * [`frame_cost`]: what bakes report of frames;
+//! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
@@ -15,6 +16,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
 mod accuracy;
+mod chart;
 mod cli;
 mod cpu_gpu;
 mod frame_cost;

@@ -133,3 +133,59 @@ pub fn read<S: Stored>(folder: &Path) -> Result<S> {
     let (_, entry) = file.ok_or_else(|| BakeError::invalid(&Place::file(folder), format!("has no file of kind {}", S::KIND.name())))?;
     Ok(S::read_file(&folder.join(&entry.file))?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inspect::verify;
+    use crate::job::ProgressMode;
+
+    const ROOM: &str = "
+        [vary]
+        VARY
+        [camera]
+        position = [0.0, 1.0, 4.0]
+        target = [0.0, 0.4, 0.0]
+        fov_deg = 45.0
+        [materials.clay]
+        brdf = 'blinn-phong'
+        kd = [0.5, 0.5, 0.5]
+        [[object]]
+        name = 'ball'
+        shape = 'sphere'
+        subdivisions = 1
+        material = 'clay'
+        transform = { translation = [0.0, 0.5, 0.0], scale = 0.5 }
+        [[object]]
+        name = 'floor'
+        shape = 'quad'
+        segments = 4
+        material = 'clay'
+        transform = { scale = 4.0 }
+        [environment]
+        file = 'lamps'
+    ";
+
+    /// Variants of a sweep are told apart by their settings, are bundles that pass every check, and what they are cut from still does.
+    #[test]
+    fn variants_are_sound_bundles() {
+        for (sweep, vary, count) in [(&transfer_images::SWEEP, "materials = ['clay']", 18), (&sparse_transfer::SWEEP, "light = true", 12)] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("scene.toml");
+            std::fs::write(&path, ROOM.replace("VARY", vary)).unwrap();
+            let scene = relume_scenes::load(&path).unwrap();
+            assert!((sweep.serves)(&scene.vary) && (sweep.expect_fit)(&scene).is_ok());
+            let bench = Bench { folder: folder.path(), size: [16, 16], job: &Job::new(ProgressMode::None) };
+            let variants = (sweep.variants)(&scene, &bench).unwrap();
+            assert_eq!(variants.len(), count);
+            for (number, variant) in variants.iter().enumerate() {
+                verify(&variant.folder).unwrap();
+                assert!(variant.bake_seconds > 0.0, "{variant:?}");
+                let same = |other: &&Variant| other.settings == variant.settings || other.folder == variant.folder;
+                assert_eq!(variants[..number].iter().find(same), None, "{variant:?}");
+            }
+            // A second run finds all bakes done.
+            assert_eq!((sweep.variants)(&scene, &bench).unwrap(), variants);
+        }
+    }
+}

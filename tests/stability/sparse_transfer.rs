@@ -13,6 +13,12 @@ use std::f64::consts::PI;
 
 const TEXELS: usize = 6 * 64 * 64;
 
+/// The scene of [`BALL`] with a ball of 42 vertices, for what depends on the plane's alone.
+fn rough_ball() -> String {
+    assert!(BALL.contains("subdivisions = 3"));
+    BALL.replace("subdivisions = 3", "subdivisions = 1")
+}
+
 /// The scene of [`BALL`] with something else in the place of the ball.
 fn with_instead_of_the_ball(shape: &str, transform: &str) -> String {
     let [ball, place] = ["shape = 'sphere'\n    subdivisions = 3", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }"];
@@ -96,7 +102,7 @@ fn first_terms(rows: &SparseTransfer, terms: u32) -> SparseTransfer {
 /// kept in the mean only, to half of what a sun straight above sends, and single vertices flicker: they see what the kept terms make of one texel after the other.
 #[test]
 fn a_sun_of_1e5_crosses_the_edges_of_the_cube() {
-    let scene = scene(BALL);
+    let scene = scene(&rough_ball());
     let baked = bake(&scene, wanted(16, 1024));
     let (whole, coarse) = (&baked.transfer, &first_terms(&baked.transfer, 100));
     // At 20° of elevation the light passes from side to side at 45°, at 40° from a side to the top where cos φ = tan 40°, 33°.
@@ -147,7 +153,7 @@ fn maps_beyond_half_floats_keep_sun_and_sky() {
 /// Receivers inside a blocker: their rows are all zero, which is legal, and exactly black under any light with any number of terms.
 #[test]
 fn receivers_inside_a_blocker_have_rows_of_zeros() {
-    let scene = scene(&BALL.replace("transform = { scale = 4.0 }", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.3 }"));
+    let scene = scene(&rough_ball().replace("transform = { scale = 4.0 }", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.3 }"));
     let baked = bake(&scene, wanted(4, 64));
     for texels in [vec![1e5; TEXELS], (0..TEXELS).map(|i| (i % 97) as f32).collect()] {
         let shown = baked.under_texels(&texels);
@@ -169,8 +175,8 @@ fn a_roof_of_any_thinness_leaves_the_light_that_passes_its_rim() {
         ("shape = 'quad'", "transform = { translation = [0.0, 0.5, 0.0], rotation_deg = [180.0, 0.0, 0.0], scale = 2.0 }"),
     ];
     for (shape, transform) in roofs {
-        let baked = bake(&scene(&with_instead_of_the_ball(shape, transform)), wanted(16, 100));
-        let shown = baked.under_texels(&vec![1.0; TEXELS])[6 * 13 + 6];
+        let baked = bake(&scene(&with_instead_of_the_ball(shape, transform).replace("segments = 12", "segments = 2")), wanted(16, 100));
+        let shown = baked.under_texels(&vec![1.0; TEXELS])[4];
         // Sides over height, both 2.
         let a = 2.0 / 5.0f64.sqrt();
         let open = 1.0 - 4.0 / PI * a * a.atan();
@@ -210,7 +216,7 @@ fn shadows_are_as_fine_as_the_mesh() {
 /// A scene a thousand times larger or smaller: the same rows.
 #[test]
 fn a_thousand_times_larger_or_smaller() {
-    let base = scene(&format!("{BALL} file = 'lamps'\n"));
+    let base = scene(&format!("{} file = 'lamps'\n", rough_ball()));
     let shown = |scale: f32| {
         let baked = bake(&scaled(&base, scale), wanted(4, 200));
         baked.under(&baked.maps[0].map, 20.0)
@@ -241,7 +247,7 @@ fn what_is_left_out_is_said() {
 #[test]
 fn surfaces_seen_from_behind_are_black() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write_scene(folder.path(), &format!("{BALL} file = 'lamps'\n"));
+    let path = write_scene(folder.path(), &format!("{} file = 'lamps'\n", rough_ball()));
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(file("below.toml"), "camera = { position = [0.0, -0.5, 0.0], target = [0.0, 0.0, 0.01] }\n").unwrap();
     let bundle = file("bundle");

@@ -143,6 +143,8 @@ mod tests {
     const ROOM: &str = "
         [vary]
         VARY
+        [render]
+        size = [16, 16]
         [camera]
         position = [0.0, 1.0, 4.0]
         target = [0.0, 0.4, 0.0]

@@ -102,6 +102,6 @@ fn two_charts_of_a_scene_agree() {
         outside += usize::from(!(a.frame.ratio_low..=a.frame.ratio_high).contains(&b.frame.ratio));
     }
     println!("{outside} of {} ratios are outside", first.points.len());
-    // Twelve ratios, each outside once in twenty runs: three or more are so once in fifty.
+    // Eleven ratios, each outside once in twenty runs: three or more are so once in fifty.
     assert!(outside <= 2, "{outside}");
 }

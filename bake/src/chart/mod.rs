@@ -35,7 +35,6 @@ use relume_formats::state::Rgb;
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 use sweep::{Bench, SWEEPS, Sweep, Variant};
 
 /// Number of states.
@@ -61,10 +60,9 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     let bench = Bench { folder: &work.join(format!("{:016x}", scene_hash(scene) as u64)), size: film_size(scene), job };
     std::fs::create_dir_all(bench.folder).map_err(|e| Error::io(&Place::file(bench.folder), e))?;
     let (scenes, animation) = in_states(scene, bench.folder)?;
-    let start = Instant::now();
     let render = |(number, scene)| reference::render(scene, number, bench.size, bench.folder, job);
     let truths = scenes.iter().enumerate().map(render).collect::<Result<Vec<Reference>>>()?;
-    let reference_seconds = start.elapsed().as_secs_f64();
+    let reference_seconds = truths.iter().map(|truth| truth.seconds).sum();
     let variants = sweeps.iter().map(|sweep| (sweep.variants)(scene, &bench)).collect::<Result<Vec<_>>>()?.concat();
     let exposures: Vec<f32> = scenes.iter().map(|scene| scene.camera.exposure_ev).collect();
     let compare = |ours: &dyn Fn(usize) -> Vec<Rgb>| errors_of(ours, &truths, &exposures, bench.size);

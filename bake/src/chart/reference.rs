@@ -6,10 +6,12 @@ use crate::job::Job;
 use crate::trace::reference::{self, Paths, Settings};
 use crate::trace::world::{Owner, World};
 use rayon::prelude::*;
+use relume_formats::container::replace_file;
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::Path;
+use std::time::Instant;
 
 /// Paths a pixel of each half.
 const SAMPLES: u32 = 256;
@@ -27,6 +29,8 @@ pub struct Reference {
     pub half: Vec<Rgb>,
     /// Pixels that show surfaces that reflect and nothing else. Lights and background are not what methods compute, and a sun in view outshines the rest.
     pub counted: Vec<bool>,
+    /// Wall-clock seconds that it took, in whichever run.
+    pub seconds: f64,
 }
 
 /// Paths a pixel of both halves together.
@@ -40,19 +44,29 @@ pub fn samples() -> u32 {
 /// # Errors
 /// If the job is interrupted, or files cannot be written or read.
 pub fn render(scene: &Scene, number: usize, size: [u32; 2], folder: &Path, job: &Job) -> Result<Reference> {
-    let half = |half: usize| {
+    let half = |half: usize| -> Result<(Vec<Rgb>, f64)> {
         let path = folder.join(format!("reference-{number:02}-{half}.exr"));
+        let took = path.with_extension("seconds");
         if path.is_file() {
-            return read(&path, size);
+            let seconds = std::fs::read_to_string(&took).ok().and_then(|text| text.parse().ok());
+            return Ok((read(&path, size)?, seconds.unwrap_or_default()));
         }
+        let start = Instant::now();
         let settings = Settings { size, samples: SAMPLES, seed: SEEDS[half], reflections: scene.reflections, paths: Paths::Best };
         let estimate = reference::render(scene, std::slice::from_ref(scene), &settings, job)?.swap_remove(0);
+        let seconds = start.elapsed().as_secs_f64();
+        replace_file(&took, seconds.to_string().as_bytes())?;
         write(&path, size, &estimate.radiance)?;
-        Ok(estimate.radiance)
+        Ok((estimate.radiance, seconds))
     };
-    let [first, second] = [half(0)?, half(1)?];
+    let [(first, one), (second, other)] = [half(0)?, half(1)?];
     let mean = |(a, b): (&Rgb, &Rgb)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
-    Ok(Reference { radiance: first.iter().zip(&second).map(mean).collect(), half: first, counted: counted(scene, size) })
+    Ok(Reference {
+        radiance: first.iter().zip(&second).map(mean).collect(),
+        half: first,
+        counted: counted(scene, size),
+        seconds: one + other,
+    })
 }
 
 /// Pixels in which all of a grid of film positions show a surface that reflects.

@@ -2,41 +2,17 @@
 //!
 //! `cargo build --release --workspace && cargo test --release -p relume-tests chart:: -- --ignored --nocapture`
 
+use crate::support::relit::BALL;
 use crate::support::{command, expect_exit, write_scene};
 use relume_bake::chart::figures::Chart;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// A box on a floor under a sky, which turns.
-const OUTDOORS: &str = "
-    [vary]
-    light = true
-    view = true
-    [render]
-    size = [32, 24]
-    reflections = 1
-    [camera]
-    position = [0.0, 1.0, 4.0]
-    target = [0.0, 0.4, 0.0]
-    fov_deg = 45.0
-    [materials.clay]
-    brdf = 'blinn-phong'
-    kd = [0.5, 0.5, 0.5]
-    [[object]]
-    name = 'box'
-    shape = 'box'
-    material = 'clay'
-    transform = { translation = [0.0, 0.5, 0.0], scale = 0.5 }
-    [[object]]
-    name = 'floor'
-    shape = 'quad'
-    segments = 8
-    material = 'clay'
-    transform = { scale = 4.0 }
-    [environment]
-    file = 'clear-sky'
-";
+/// A ball over a plane under a sky, which turns.
+fn outdoors() -> String {
+    format!("{BALL} file = 'clear-sky'")
+}
 
 #[test]
 fn what_cannot_be_charted_is_refused() {
@@ -48,18 +24,18 @@ fn what_cannot_be_charted_is_refused() {
         assert!(!output.exists(), "nothing is left");
         error
     };
-    let still = OUTDOORS.replace("light = true", "light = false").replace("view = true", "view = false");
+    let still = outdoors().replace("light = true", "light = false").replace("view = true", "view = false");
     assert!(chart(&still, &[]).contains("varies nothing, so there is nothing to chart"));
-    assert!(chart(OUTDOORS, &["--method", "transfer-images"]).contains("[vary] names more than transfer-images lets vary"));
-    assert!(chart(OUTDOORS, &["--method", "sphere-shadows"]).contains("no object has spheres"));
-    let both = OUTDOORS.replace("view = true", "view = true\n    materials = ['clay']");
+    assert!(chart(&outdoors(), &["--method", "transfer-images"]).contains("[vary] names more than transfer-images lets vary"));
+    assert!(chart(&outdoors(), &["--method", "sphere-shadows"]).contains("no object has spheres"));
+    let both = outdoors().replace("view = true", "view = true\n    materials = ['ball']");
     assert!(chart(&both, &[]).contains("no method shows everything that varies"));
 }
 
 #[test]
 fn an_interrupted_chart_keeps_its_references() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = write_scene(folder.path(), &OUTDOORS.replace("[32, 24]", "[256, 256]"));
+    let scene = write_scene(folder.path(), &outdoors().replace("[32, 24]", "[256, 256]"));
     let output = folder.path().join("chart");
     let arguments = ["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "--progress", "none"];
     let child = command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
@@ -87,7 +63,7 @@ fn references(chart: &Path) -> Vec<std::path::PathBuf> {
 #[ignore = "takes minutes, and times mean nothing beside other work"]
 fn two_charts_of_a_scene_agree() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = write_scene(folder.path(), OUTDOORS);
+    let scene = write_scene(folder.path(), &outdoors());
     let [first, second] = ["first", "second"].map(|name| {
         let output = folder.path().join(name);
         let status = command("bake").args(["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap()]).status().unwrap();

@@ -31,16 +31,16 @@ use metrics::{Pair, image_errors};
 use reference::Reference;
 use relume_formats::container::replace_file;
 use relume_formats::kinds::Manifest;
-use relume_formats::state::Rgb;
+use relume_formats::state::{Rgb, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use sweep::{Bench, SWEEPS, Sweep, Variant};
 
 /// Number of states.
 const STATES: u32 = 8;
 /// Of which the picture shows the first ones.
-const SHOWN: usize = 3;
+const SHOWN: usize = 2;
 /// Most pixels of a film: a chart's images are not larger than 256².
 const MAX_PIXELS: f64 = 65_536.0;
 /// Folder for bundles and references while the chart is being made; an interrupted chart goes on with them.
@@ -57,57 +57,91 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     let sweeps = fitting(scene, methods)?;
     crate::play::player()?;
     let work = folder.join(WORK);
-    let bench = Bench { folder: &work.join(format!("{:016x}", scene_hash(scene) as u64)), size: film_size(scene), job };
+    let states: Vec<State> = (0..STATES).map(|number| states::random(scene, number)).collect();
+    let bench = Bench { folder: &work.join(key(scene, &states)), size: film_size(scene), job };
     std::fs::create_dir_all(bench.folder).map_err(|e| Error::io(&Place::file(bench.folder), e))?;
-    let (scenes, animation) = in_states(scene, bench.folder)?;
-    let render = |(number, scene)| reference::render(scene, number, bench.size, bench.folder, job);
-    let truths = scenes.iter().enumerate().map(render).collect::<Result<Vec<Reference>>>()?;
-    let reference_seconds = truths.iter().map(|truth| truth.seconds).sum();
+    let animation = bench.folder.join("states.toml");
+    states::write_animation(&states, &animation)?;
+    let truths = states.iter().enumerate().map(|(number, state)| truth(scene, number, state, &bench)).collect::<Result<Vec<_>>>()?;
     let variants = sweeps.iter().map(|sweep| (sweep.variants)(scene, &bench)).collect::<Result<Vec<_>>>()?.concat();
-    let exposures: Vec<f32> = scenes.iter().map(|scene| scene.camera.exposure_ev).collect();
-    let compare = |ours: &dyn Fn(usize) -> Vec<Rgb>| errors_of(ours, &truths, &exposures, bench.size);
-    let noise = compare(&|state| truths[state].half.clone());
-    let stage = job.stage("showing", variants.len() as u64);
-    let mut shown = Vec::new();
-    for variant in &variants {
-        stage.check()?;
-        let (images, played) = show(variant, &animation, &bench)?;
-        shown.push((compare(&|state| images[state].clone()), played, images));
-        stage.advance(1);
-    }
-    drop(stage);
+    let shown = show_all(&variants, &truths, &animation, &bench)?;
     let times = timing::measure(&variants, &animation, STATES, bench.size, job)?;
-    let best = (0..shown.len()).min_by(|a, b| shown[*a].0.relative_l2.median.total_cmp(&shown[*b].0.relative_l2.median));
-    let mut picture = Picture { point: String::new(), factor: 1.0 };
-    if let Some(best) = best {
-        let path = folder.join(PICTURE);
-        let rows: Vec<Pair<'_>> = (0..SHOWN).map(|state| pair(&shown[best].2[state], &truths[state], exposures[state])).collect();
-        let (png, factor) = picture::beside(&rows, bench.size)?;
-        replace_file(&path, &png)?;
-        picture = Picture { point: name(&variants[best]), factor };
-    }
-    let adapter = shown.first().map_or_else(String::new, |(_, played, _)| played.adapter.clone());
     let points =
-        variants.iter().zip(&shown).zip(times).map(|((variant, (errors, played, _)), frame)| point(variant, errors, played, frame));
-    let baseline = variants.first().map_or_else(String::new, name);
+        variants.iter().zip(&shown.measured).zip(times).map(|((variant, (errors, played)), frame)| point(variant, errors, played, frame));
+    let points: Vec<Point> = points.collect::<Result<_>>()?;
+    let rows: Vec<Pair<'_>> = shown.best_images.iter().zip(&truths).take(SHOWN).map(|(ours, truth)| truth.pair(ours)).collect();
+    let (png, factor) = picture::beside(&rows, bench.size)?;
+    replace_file(&folder.join(PICTURE), &png)?;
+    let halves: Vec<Pair<'_>> = truths.iter().map(|truth| truth.pair(&truth.reference.half)).collect();
     let chart = Chart {
         scene: scene.name.clone(),
         size: bench.size,
         states: STATES,
         reference_samples: reference::samples(),
-        reference_seconds,
-        noise,
-        adapter,
-        baseline,
-        picture,
+        reference_seconds: truths.iter().map(|truth| truth.reference.seconds).sum(),
+        noise: image_errors(&halves, bench.size),
+        adapter: shown.measured.first().map_or_else(String::new, |(_, played)| played.adapter.clone()),
+        baseline: points.first().map_or_else(String::new, Point::name),
+        picture: Picture { point: points.get(shown.best).map_or_else(String::new, Point::name), factor },
         machine: figures::machine(),
         date: figures::today(),
         program: concat!("bake ", env!("CARGO_PKG_VERSION")).to_owned(),
-        points: points.collect::<Result<_>>()?,
+        points,
     };
     chart.write(folder)?;
     std::fs::remove_dir_all(&work).map_err(|e| Error::io(&Place::file(&work), e))?;
     Ok(chart)
+}
+
+/// Names everything that references depend on, so that those of another scene or an older program are not taken for this one's.
+fn key(scene: &Scene, states: &[State]) -> String {
+    let text = format!("{:032x} {states:?} {}", scene_hash(scene), reference::samples());
+    format!("{:016x}", xxhash_rust::xxh3::xxh3_64(text.as_bytes()))
+}
+
+/// What a state truly looks like.
+struct Truth {
+    reference: Reference,
+    exposure_ev: f32,
+}
+
+impl Truth {
+    fn pair<'a>(&'a self, ours: &'a [Rgb]) -> Pair<'a> {
+        Pair { ours, truth: &self.reference.radiance, counted: &self.reference.counted, exposure_ev: self.exposure_ev }
+    }
+}
+
+fn truth(scene: &Scene, number: usize, state: &State, bench: &Bench<'_>) -> Result<Truth> {
+    let scene = scene.with_state(state, &Place::file(&scene.file))?;
+    let reference = reference::render(&scene, number, bench.size, bench.folder, bench.job)?;
+    Ok(Truth { reference, exposure_ev: scene.camera.exposure_ev })
+}
+
+/// What all variants show.
+struct Shown {
+    /// Errors, and what the player says of itself.
+    measured: Vec<(ImageErrors, Played)>,
+    /// The variant that comes nearest to the truth.
+    best: usize,
+    /// Its images, one for each state.
+    best_images: Vec<Vec<Rgb>>,
+}
+
+fn show_all(variants: &[Variant], truths: &[Truth], animation: &Path, bench: &Bench<'_>) -> Result<Shown> {
+    let stage = bench.job.stage("showing", variants.len() as u64);
+    let mut shown = Shown { measured: Vec::new(), best: 0, best_images: Vec::new() };
+    for (number, variant) in variants.iter().enumerate() {
+        stage.check()?;
+        let (images, played) = show(variant, animation, bench)?;
+        let pairs: Vec<Pair<'_>> = images.iter().zip(truths).map(|(ours, truth)| truth.pair(ours)).collect();
+        shown.measured.push((image_errors(&pairs, bench.size), played));
+        let error = |number: usize| shown.measured[number].0.relative_l2.median;
+        if number == 0 || error(number) < error(shown.best) {
+            (shown.best, shown.best_images) = (number, images);
+        }
+        stage.advance(1);
+    }
+    Ok(shown)
 }
 
 /// Fails unless a method shows everything that the scene varies.
@@ -116,11 +150,6 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
 /// `Invalid` with the remedy.
 pub fn expect_fit(scene: &Scene) -> Result<()> {
     fitting(scene, &[]).map(drop)
-}
-
-/// What [`Point::name`] will be.
-fn name(variant: &Variant) -> String {
-    format!("{}, {}, {}", variant.method, variant.series, variant.label)
 }
 
 /// The sweeps of `methods`, or of all that show everything that the scene varies.
@@ -156,15 +185,6 @@ fn film_size(scene: &Scene) -> [u32; 2] {
     scene.size.map(|side| ((f64::from(side) * smaller).round() as u32).max(1))
 }
 
-/// The scene in each of its states, and a file with an animation of these.
-fn in_states(scene: &Scene, folder: &Path) -> Result<(Vec<Scene>, PathBuf)> {
-    let states: Vec<_> = (0..STATES).map(|number| states::random(scene, number)).collect();
-    let animation = folder.join("states.toml");
-    states::write_animation(&states, &animation)?;
-    let scenes = states.iter().map(|state| Ok(scene.with_state(state, &Place::file(&animation))?)).collect::<Result<_>>()?;
-    Ok((scenes, animation))
-}
-
 /// The images of all states as the player shows them, and what it says of itself.
 fn show(variant: &Variant, animation: &Path, bench: &Bench<'_>) -> Result<(Vec<Vec<Rgb>>, Played)> {
     let frames = tempfile::tempdir_in(bench.folder).map_err(|e| Error::io(&Place::file(bench.folder), e))?;
@@ -173,16 +193,6 @@ fn show(variant: &Variant, animation: &Path, bench: &Bench<'_>) -> Result<(Vec<V
     let played = Playing { folder, method, animation, frames: STATES, size: bench.size, exr: Some(&pattern) }.play()?;
     let image = |frame| reference::read(&frames.path().join(format!("{frame:04}.exr")), bench.size);
     Ok(((0..STATES).map(image).collect::<Result<_>>()?, played))
-}
-
-fn errors_of(ours: &dyn Fn(usize) -> Vec<Rgb>, truths: &[Reference], exposures: &[f32], size: [u32; 2]) -> ImageErrors {
-    let images: Vec<Vec<Rgb>> = (0..truths.len()).map(ours).collect();
-    let pairs: Vec<Pair<'_>> = images.iter().zip(truths).zip(exposures).map(|((ours, truth), ev)| pair(ours, truth, *ev)).collect();
-    image_errors(&pairs, size)
-}
-
-fn pair<'a>(ours: &'a [Rgb], truth: &'a Reference, exposure_ev: f32) -> Pair<'a> {
-    Pair { ours, truth: &truth.radiance, counted: &truth.counted, exposure_ev }
 }
 
 fn point(variant: &Variant, errors: &ImageErrors, played: &Played, frame: FrameTime) -> Result<Point> {

@@ -1,7 +1,8 @@
 //! Images beside their references, to look at.
 
 use super::metrics::{Pair, displayed};
-use image::{ExtendedColorType, ImageEncoder as _, codecs::png::PngEncoder};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder as _};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
 
@@ -40,7 +41,8 @@ pub fn beside(rows: &[Pair<'_>], size: [u32; 2]) -> Result<(Vec<u8>, f32)> {
     }
     let mut file = Vec::new();
     let (columns, lines) = (line / 3, bytes.len() / line.max(1));
-    match PngEncoder::new(&mut file).write_image(&bytes, columns as u32, lines as u32, ExtendedColorType::Rgb8) {
+    let encoder = PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive);
+    match encoder.write_image(&bytes, columns as u32, lines as u32, ExtendedColorType::Rgb8) {
         Ok(()) => Ok((file, factor)),
         Err(e) => refuse(format!("{columns}×{lines} pixels do not fit a PNG: {e}; show fewer states")),
     }

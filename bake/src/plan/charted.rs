@@ -5,7 +5,10 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The point of a method that comes nearest to the reference; of several, the one whose frames are fastest.
+/// How much larger than the least an error may be and count as equal.
+const EQUAL: f64 = 1.05;
+
+/// The point of a method that comes nearest to the reference; of those as near as makes no difference, the one whose frames are fastest.
 #[derive(Debug, Serialize)]
 pub(super) struct BestPoint {
     /// Series and label.
@@ -25,15 +28,17 @@ pub(super) struct BestPoint {
 /// The best points of the chart in `folder`, by method; none if there is no chart.
 pub(super) fn read(folder: &Path) -> BTreeMap<String, BestPoint> {
     let Ok(chart) = Chart::read(folder) else { return BTreeMap::new() };
-    let mut best: BTreeMap<String, &Point> = BTreeMap::new();
-    let key = |point: &Point| (point.errors.relative_l2.median, point.frame.median_ms);
-    for point in &chart.points {
-        let kept = best.entry(point.method.clone()).or_insert(point);
-        if key(point) < key(kept) {
-            *kept = point;
-        }
-    }
-    best.into_iter().map(|(method, point)| (method, BestPoint::of(point, &chart))).collect()
+    let mut methods: BTreeMap<&str, Vec<&Point>> = BTreeMap::new();
+    chart.points.iter().for_each(|point| methods.entry(&point.method).or_default().push(point));
+    let best = methods.into_iter().filter_map(|(method, points)| Some((method.to_owned(), BestPoint::of(nearest(&points)?, &chart))));
+    best.collect()
+}
+
+fn nearest<'a>(points: &[&'a Point]) -> Option<&'a Point> {
+    let error = |point: &Point| point.errors.relative_l2.median;
+    let least = points.iter().map(|point| error(point)).fold(f64::INFINITY, f64::min);
+    let near = points.iter().copied().filter(|point| error(point) <= EQUAL * least);
+    near.min_by(|a, b| a.frame.median_ms.total_cmp(&b.frame.median_ms))
 }
 
 impl BestPoint {
@@ -48,5 +53,22 @@ impl BestPoint {
             date: chart.date.clone(),
             adapter: chart.adapter.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_makes_no_difference_is_not_paid_for() {
+        let mut points = crate::chart::test_chart::chart().points;
+        points.truncate(4);
+        for (point, (error, ms)) in points.iter_mut().zip([(0.0260, 90.0), (0.0258, 600.0), (0.0272, 10.0), (0.0259, 100.0)]) {
+            (point.errors.relative_l2.median, point.frame.median_ms) = (error, ms);
+        }
+        let points: Vec<&Point> = points.iter().collect();
+        assert_eq!(nearest(&points).map(|point| point.frame.median_ms), Some(90.0), "within a twentieth of the least, 0.0271");
+        assert!(nearest(&[]).is_none());
     }
 }

@@ -10,12 +10,14 @@
 //! * [`frame_cost`]: what bakes report of frames;
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
+//! * [`cases`]: inputs that went wrong once;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
 mod accuracy;
+mod cases;
 mod chart;
 mod cli;
 mod cpu_gpu;

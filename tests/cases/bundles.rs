@@ -1,0 +1,1 @@
+//! Bundles whose values make no sense, and those too large.

@@ -1,0 +1,1 @@
+//! glTF as other programs write it.

@@ -1,0 +1,1 @@
+//! OBJ, PLY and OFF as other programs write them.

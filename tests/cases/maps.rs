@@ -1,0 +1,1 @@
+//! Environment maps as other programs write them.

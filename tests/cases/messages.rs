@@ -1,0 +1,1 @@
+//! Mistakes in scenes, states, animations and command lines: key, line and remedy.

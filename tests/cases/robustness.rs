@@ -1,0 +1,1 @@
+//! Hostile names, two bakes at once, full disks, files that are none.

@@ -15,6 +15,7 @@ pub(crate) struct ObjectFile {
     pub file: Option<String>,
     pub node: Option<String>,
     pub lights: Option<bool>,
+    pub crease_deg: Option<f64>,
     pub spheres: Option<u32>,
     pub shape: Option<ShapeName>,
     pub twist_deg: Option<f64>,

@@ -1,6 +1,7 @@
 //! Collects parts in world space and cleans them: finite positions, legal indices, no degenerate triangles, a unit normal per vertex.
 
-use super::{MAX_ELEMENTS, normals};
+use super::MAX_ELEMENTS;
+use super::normals::{self, DEFAULT_CREASE_DEG, Smoothing};
 use crate::scene::Mesh;
 use crate::transform::{is_mirroring, normal_map};
 use glam::{DAffine3, DVec3, Vec3};
@@ -15,14 +16,22 @@ pub(crate) struct Part {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, one per vertex, or none at all.
     pub uvs: Vec<[f32; 2]>,
+    /// How many of `uvs` only fill a gap.
+    pub without_uv: usize,
     /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// How each triangle is shaded where it has no normals; one per triangle, or none: then all are by angle.
+    pub smoothing: Vec<Smoothing>,
 }
 
 /// See the module.
 #[derive(Default)]
 pub(crate) struct MeshBuilder {
     mesh: Mesh,
+    /// One per triangle.
+    smoothing: Vec<Smoothing>,
+    /// See [`MeshBuilder::with_crease`].
+    crease_deg: Option<f64>,
     /// Vertices appended without texture coordinates.
     vertices_without_uv: usize,
     /// Texture coordinates that were no finite numbers.
@@ -32,6 +41,16 @@ pub(crate) struct MeshBuilder {
 }
 
 impl MeshBuilder {
+    /// For faces without normals, those that meet at less than `crease_deg` degrees are smooth, whatever the file says; none leaves it to the file.
+    pub fn with_crease(crease_deg: Option<f64>) -> Self {
+        Self { crease_deg, ..Self::default() }
+    }
+
+    /// True if the file says how faces without normals are shaded.
+    pub fn leaves_shading_to_file(&self) -> bool {
+        self.crease_deg.is_none()
+    }
+
     /// Fails, before anything is allocated, if so many more vertices and triangles would be too many.
     pub fn expect_room(&self, vertices: usize, triangles: usize, place: &Place) -> Result<()> {
         let total = |have: usize, more: usize| have.saturating_add(more);
@@ -48,14 +67,10 @@ impl MeshBuilder {
     pub fn append(&mut self, part: &Part, world_from_part: &DAffine3, place: &Place) -> Result<()> {
         self.expect_room(part.positions.len(), part.triangles.len(), place)?;
         let offset = self.mesh.positions.len() as u32;
-        for (index, position) in part.positions.iter().enumerate() {
-            let world = world_from_part.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3();
-            if !world.is_finite() {
-                return Err(Error::invalid(place, format!("vertex {index} at {position:?} is not a finite position; mend the mesh")));
-            }
-            // Adding 0 turns −0 into +0, so that equal positions have equal bits.
-            self.mesh.positions.push((world + 0.0).to_array());
-        }
+        let world = |position: &[f32; 3]| world_from_part.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3();
+        // Adding 0 turns −0 into +0, so that equal positions have equal bits.
+        self.mesh.positions.extend(part.positions.iter().map(|position| (world(position) + 0.0).to_array()));
+        self.expect_finite(part, offset, place)?;
         let world_from_normal = normal_map(world_from_part);
         let world_normal = |n: &[f32; 3]| unit_or_zero(world_from_normal * Vec3::from(*n).as_dvec3());
         self.mesh.normals.extend(part.normals.iter().map(world_normal));
@@ -70,12 +85,26 @@ impl MeshBuilder {
             let [a, b, c] = triangle.map(|v| v + offset);
             self.mesh.triangles.push(if flip { [a, c, b] } else { [a, b, c] });
         }
+        self.smoothing.extend_from_slice(&part.smoothing);
+        self.smoothing.resize(self.mesh.triangles.len(), Smoothing::ByAngle);
         Ok(())
+    }
+
+    /// Refuses triangles with corners at no finite place. Scanners write vertices that no triangle uses so.
+    fn expect_finite(&self, part: &Part, offset: u32, place: &Place) -> Result<()> {
+        let is_stray = |vertex: &&u32| {
+            let index = offset as usize + **vertex as usize;
+            self.mesh.positions.get(index).is_some_and(|p| !Vec3::from(*p).is_finite())
+        };
+        match part.triangles.as_flattened().iter().find(is_stray).and_then(|vertex| Some((vertex, part.positions.get(*vertex as usize)?))) {
+            Some((index, at)) => Err(Error::invalid(place, format!("vertex {index} at {at:?} is not a finite position; mend the mesh"))),
+            None => Ok(()),
+        }
     }
 
     /// One pair per vertex as soon as any part has some. They place a texture and nothing else, so that broken ones are mended, not refused.
     fn append_uvs(&mut self, part: &Part) {
-        self.vertices_without_uv += part.positions.len().saturating_sub(part.uvs.len());
+        self.vertices_without_uv += part.positions.len().saturating_sub(part.uvs.len()) + part.without_uv;
         if part.uvs.is_empty() && self.mesh.uvs.is_empty() {
             return;
         }
@@ -94,13 +123,15 @@ impl MeshBuilder {
         Ok(self.finish_and_tell(place, warnings)?.0)
     }
 
-    /// The clean mesh, and for every vertex appended whether it is still there. Adds what was mended to `warnings`.
-    pub fn finish_and_tell(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<bool>)> {
+    /// The clean mesh, and for every vertex of it which of those appended it is. Adds what was mended to `warnings`.
+    pub fn finish_and_tell(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<u32>)> {
         self.note_mended_uvs();
-        let Self { mut mesh, notes, .. } = self;
+        let Self { mut mesh, mut smoothing, notes, crease_deg, .. } = self;
         warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
         let given = mesh.triangles.len();
-        mesh.triangles.retain(|triangle| !is_degenerate(triangle.map(|v| mesh.positions[v as usize])));
+        let kept: Vec<bool> = mesh.triangles.iter().map(|t| !is_degenerate(t.map(|v| mesh.positions[v as usize]))).collect();
+        keep_used(&mut mesh.triangles, &kept);
+        keep_used(&mut smoothing, &kept);
         let dropped = given - mesh.triangles.len();
         if mesh.triangles.is_empty() {
             return Err(Error::invalid(place, format!("no usable triangle ({dropped} degenerate); check the mesh and its scale")));
@@ -108,13 +139,22 @@ impl MeshBuilder {
         if dropped > 0 {
             warnings.push(format!("{place}: dropped {dropped} of {given} triangles, which are degenerate (zero area)"));
         }
-        let used = drop_unused_vertices(&mut mesh);
-        let smoothed = normals::fill_missing(&mut mesh);
-        if smoothed > 0 {
-            let vertices = mesh.positions.len();
-            warnings.push(format!("{place}: gave {smoothed} of {vertices} vertices smooth normals, theirs are missing or zero"));
+        let mut origins = drop_unused_vertices(&mut mesh);
+        let filled = normals::fill_missing(&mut mesh, &smoothing, crease_deg);
+        origins.extend(filled.copied.iter().map(|vertex| origins[*vertex as usize]).collect::<Vec<_>>());
+        if mesh.positions.len() > MAX_ELEMENTS {
+            return Err(Error::invalid(place, format!("more than {MAX_ELEMENTS} vertices where edges are hard; split or simplify it")));
         }
-        Ok((mesh, used))
+        if filled.by_angle > 0 {
+            let (made, vertices, crease) = (filled.by_angle, mesh.positions.len(), crease_deg.unwrap_or(DEFAULT_CREASE_DEG));
+            warnings.push(format!(
+                "{place}: made normals for {made} of {vertices} vertices, theirs are missing or zero: smooth where faces meet at less than {crease} degrees \
+                 (`crease_deg`)"
+            ));
+        } else if crease_deg.is_some() {
+            warnings.push(format!("{place}: has normals of its own everywhere, which `crease_deg` leaves as they are"));
+        }
+        Ok((mesh, origins))
     }
 
     fn note_mended_uvs(&mut self) {
@@ -139,17 +179,21 @@ pub(super) fn area_vector(corners: [[f32; 3]; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// True if the corners lie on a line as far as single precision can tell: a height of less than 1e-7 of the longest side is the rounding
-/// error of the corners, and gives no normal.
+/// True if a triangle has no area as far as single precision can tell.
 fn is_degenerate(corners: [[f32; 3]; 3]) -> bool {
-    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
-    let longest_squared = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     // Below a square nanometre the tracer's single precision underflows.
-    area_vector(corners).length() <= (1e-7 * longest_squared).max(1e-18)
+    is_sliver(corners) || area_vector(corners).length() <= 1e-18
 }
 
-/// Returns for every vertex whether it was used.
-fn drop_unused_vertices(mesh: &mut Mesh) -> Vec<bool> {
+/// True if the corners lie on a line: a height of less than 1e-7 of the longest side is the rounding error of the corners, and gives no normal.
+pub(super) fn is_sliver(corners: [[f32; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| Vec3::from(p).as_dvec3());
+    let longest_squared = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    area_vector(corners).length() <= 1e-7 * longest_squared
+}
+
+/// Returns which vertices were used.
+fn drop_unused_vertices(mesh: &mut Mesh) -> Vec<u32> {
     let mut used = vec![false; mesh.positions.len()];
     mesh.triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
     let kept_before = used.iter().scan(0, |kept, used| Some(std::mem::replace(kept, *kept + u32::from(*used))));
@@ -158,10 +202,10 @@ fn drop_unused_vertices(mesh: &mut Mesh) -> Vec<bool> {
     keep_used(&mut mesh.normals, &used);
     keep_used(&mut mesh.uvs, &used);
     mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
-    used
+    (0..).zip(used).filter_map(|(vertex, used)| used.then_some(vertex)).collect()
 }
 
-pub(super) fn keep_used<T>(values: &mut Vec<T>, used: &[bool]) {
+fn keep_used<T>(values: &mut Vec<T>, used: &[bool]) {
     let mut used = used.iter();
     values.retain(|_| used.next().copied().unwrap_or(false));
 }

@@ -3,7 +3,6 @@
 //! Everything of a scene comes in one list, whatever the number of nodes, meshes and skins: a vertex without a skin follows its node as if that
 //! were its one joint. Triangles that are degenerate at rest are left out for good, with the vertices that only they use.
 
-use super::builder::keep_used;
 use super::gltf_clips;
 use super::gltf_file::{GltfFile, Source};
 use super::gltf_nodes::Placement;
@@ -32,22 +31,28 @@ pub struct Deforming {
 /// Those of [`load_mesh`](crate::load_mesh); `Unsupported` for files other than glTF, `Invalid` for skins, morph targets and animations that break
 /// the rules of glTF, or two of whose animations have one name.
 pub fn load_deforming(path: &Path, warnings: &mut Vec<String>) -> Result<Deforming> {
-    load_placed(path, None, &DAffine3::IDENTITY, warnings)
+    load_placed(path, None, &DAffine3::IDENTITY, None, warnings)
 }
 
-/// [`load_deforming`] of the subtree of the node called `node`, if given, in the place where a scene has it.
-pub(crate) fn load_placed(path: &Path, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Deforming> {
+/// [`load_deforming`] of the subtree of the node called `node`, if given, in the place where a scene has it, with the crease angle that it gives.
+pub(crate) fn load_placed(
+    path: &Path,
+    node: Option<&str>,
+    world_from_file: &DAffine3,
+    crease_deg: Option<f64>,
+    warnings: &mut Vec<String>,
+) -> Result<Deforming> {
     let place = Place::file(path);
     if !is_gltf(path) {
         return Err(Error::unsupported(&place, "only .gltf and .glb files hold shapes that deform; export it as one of them"));
     }
     let file = GltfFile::open(path)?;
     let nodes = file.nodes(node, world_from_file)?;
-    let mut builder = MeshBuilder::default();
+    let mut builder = MeshBuilder::with_crease(crease_deg);
     let mut bindings = Bindings::new(&file, &nodes);
     file.append(&nodes, &mut builder, |source, corners| bindings.append(source, corners))?;
-    let (rest, used) = builder.finish_and_tell(&place, warnings)?;
-    bindings.keep(&used);
+    let (rest, origins) = builder.finish_and_tell(&place, warnings)?;
+    bindings.keep(&origins);
     let Bindings { mut shape, targets_of_node, .. } = bindings;
     shape.clips = gltf_clips::read(&file, &nodes, &targets_of_node, &place)?;
     shape.nodes = nodes.hierarchy;
@@ -137,17 +142,20 @@ impl<'a> Bindings<'a> {
         Ok(())
     }
 
-    /// Leaves out the vertices that are not used, as the mesh did.
-    fn keep(&mut self, used: &[bool]) {
-        keep_used(&mut self.shape.positions, used);
-        keep_used(&mut self.shape.influences, used);
-        let kept_before = used.iter().scan(0, |kept, used| Some(std::mem::replace(kept, *kept + u32::from(*used))));
-        let new_index: Vec<u32> = kept_before.collect();
+    /// Makes the vertices those of the mesh; `origins` says which of the ones read each of them is.
+    fn keep(&mut self, origins: &[u32]) {
+        self.shape.positions = gathered(&self.shape.positions, Some(origins)).collect();
+        self.shape.influences = gathered(&self.shape.influences, Some(origins)).collect();
+        let mut kept: Vec<(u32, u32)> = origins.iter().copied().zip(0..).collect();
+        kept.sort_unstable();
         for target in &mut self.shape.morph_targets {
-            let flags: Vec<bool> = target.vertices.iter().map(|vertex| used[*vertex as usize]).collect();
-            keep_used(&mut target.vertices, &flags);
-            keep_used(&mut target.deltas, &flags);
-            target.vertices.iter_mut().for_each(|vertex| *vertex = new_index[*vertex as usize]);
+            let of_vertex =
+                |vertex: u32| kept[kept.partition_point(|(origin, _)| *origin < vertex)..].iter().take_while(move |(o, _)| *o == vertex);
+            let pairs = target.vertices.iter().zip(&target.deltas);
+            let mut moved: Vec<(u32, [f32; 3])> =
+                pairs.flat_map(|(vertex, delta)| of_vertex(*vertex).map(|(_, new)| (*new, *delta))).collect();
+            moved.sort_unstable_by_key(|(vertex, _)| *vertex);
+            (target.vertices, target.deltas) = moved.into_iter().unzip();
         }
     }
 }

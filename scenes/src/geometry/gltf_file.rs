@@ -65,8 +65,13 @@ impl GltfFile {
     }
 
     /// The geometry of `nodes` by material name, in order of first use, with the texture coordinates that each material's base colour asks for.
-    /// Adds what was ignored to `warnings`.
-    pub fn meshes_by_material(&self, nodes: &Placement<'_>, warnings: &mut Vec<String>) -> Result<Vec<(String, MeshBuilder)>> {
+    /// `crease_deg` is as in [`MeshBuilder`]. Adds what was ignored to `warnings`.
+    pub fn meshes_by_material(
+        &self,
+        nodes: &Placement<'_>,
+        crease_deg: Option<f64>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<(String, MeshBuilder)>> {
         let (mut tally, mut meshes) = (Tally::default(), Vec::<(String, MeshBuilder)>::new());
         self.each_primitive(nodes, &mut tally, |source, tally| {
             let material = source.primitive.material();
@@ -74,7 +79,7 @@ impl GltfFile {
             let uv_source = texture.map(|info| UvSource::of(&info)).unwrap_or_default();
             let name = super::gltf_materials::name_of(&material);
             let index = meshes.iter().position(|(known, _)| *known == name).unwrap_or(meshes.len());
-            let mut fresh = MeshBuilder::default();
+            let mut fresh = MeshBuilder::with_crease(crease_deg);
             let builder = meshes.get_mut(index).map_or(&mut fresh, |(_, builder)| builder);
             if let Some(read) = part(source, &uv_source, &self.buffers, builder, tally)? {
                 builder.append(&read.part, &read.world_from_part, &source.place)?;

@@ -1,8 +1,8 @@
 //! The triangles of glTF primitives.
 
-use super::builder::{area_vector, unit_or_zero};
 use super::gltf_buffers::Buffers;
 use super::gltf_file::Source;
+use super::normals::Smoothing;
 use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use glam::DAffine3;
 use gltf::mesh::Mode;
@@ -96,7 +96,7 @@ pub(super) fn part(
     if !part.normals.is_empty() {
         return Ok(Some(PrimitivePart { part, world_from_part, corners: None }));
     }
-    tally.flat += 1;
+    tally.flat += usize::from(builder.leaves_shading_to_file());
     builder.expect_room(3 * part.triangles.len(), part.triangles.len(), place)?;
     Ok(Some(PrimitivePart { part: flat(&part, place)?, world_from_part, corners: Some(part.triangles.into_flattened()) }))
 }
@@ -145,7 +145,7 @@ fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     }
 }
 
-/// Flat shading needs corners of their own for every triangle.
+/// Flat shading, which glTF asks for where there are no normals, needs corners of their own for every triangle.
 fn flat(part: &Part, place: &Place) -> Result<Part> {
     let mut flat = Part::default();
     for (index, triangle) in part.triangles.iter().enumerate() {
@@ -156,9 +156,9 @@ fn flat(part: &Part, place: &Place) -> Result<Part> {
         };
         let first = flat.positions.len() as u32;
         flat.positions.extend([a, b, c]);
-        flat.normals.extend([unit_or_zero(area_vector([a, b, c])); 3]);
         flat.uvs.extend(triangle.iter().filter_map(|v| part.uvs.get(*v as usize)));
         flat.triangles.push([first, first + 1, first + 2]);
     }
+    flat.smoothing = vec![Smoothing::Flat; flat.triangles.len()];
     Ok(flat)
 }

@@ -1,6 +1,7 @@
 //! Triangle geometry: from files and shapes, in their own spaces, to one clean [`Mesh`] in world space.
 
 mod builder;
+mod concave;
 mod gltf_buffers;
 mod gltf_clips;
 mod gltf_deforming;
@@ -12,8 +13,11 @@ mod gltf_skins;
 mod normals;
 mod obj_file;
 mod off_file;
+mod ply_body;
 mod ply_file;
+mod ply_header;
 mod polygons;
+mod text;
 
 pub(crate) use builder::{MeshBuilder, Part};
 pub(crate) use gltf_deforming::load_placed;
@@ -31,10 +35,17 @@ use std::path::Path;
 /// Largest number of vertices, and of triangles, in one object: their index must fit the tracer's 32 bits with room to spare.
 const MAX_ELEMENTS: usize = 1 << 26;
 
-/// Reads the geometry of `path` (of one glTF node if `node` is given) into world space. Adds what was mended to `warnings`.
-pub(crate) fn load_file(path: &Path, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Mesh> {
+/// Reads the geometry of `path` (of one glTF node if `node` is given) into world space, with the crease angle that the scene gives for faces without
+/// normals. Adds what was mended to `warnings`.
+pub(crate) fn load_file(
+    path: &Path,
+    node: Option<&str>,
+    world_from_file: &DAffine3,
+    crease_deg: Option<f64>,
+    warnings: &mut Vec<String>,
+) -> Result<Mesh> {
     let place = Place::file(path);
-    let mut builder = MeshBuilder::default();
+    let mut builder = MeshBuilder::with_crease(crease_deg);
     if is_gltf(path) {
         let file = GltfFile::open(path)?;
         file.append(&file.nodes(node, world_from_file)?, &mut builder, |_, _| Ok(()))?;
@@ -60,7 +71,7 @@ pub(crate) fn load_file(path: &Path, node: Option<&str>, world_from_file: &DAffi
 /// # Errors
 /// `Io` if the file cannot be read, `Unsupported` if it is of another kind, `Invalid` if it breaks the rules of its own.
 pub fn load_mesh(path: &Path, warnings: &mut Vec<String>) -> Result<Mesh> {
-    load_file(path, None, &DAffine3::IDENTITY, warnings)
+    load_file(path, None, &DAffine3::IDENTITY, None, warnings)
 }
 
 /// True if `path` is called as a glTF file.

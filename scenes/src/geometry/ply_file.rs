@@ -1,152 +1,140 @@
-//! PLY of Stanford, as text and binary of either byte order. Elements `vertex` and `face` are read, others and unknown properties skipped.
+//! PLY of Stanford, as text and binary of either byte order: the elements `vertex`, `face` and `tristrips`. Others and unknown properties are
+//! passed over, whatever they hold.
 
-use super::polygons::Triangulation;
+use super::normals::Smoothing;
+use super::ply_body::{Body, Record};
+use super::ply_header::{self, Element, Header};
+use super::polygons::Polygons;
 use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use crate::library::read_bytes;
 use glam::DAffine3;
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 
 /// The names that programs give to texture coordinates.
 const UV_NAMES: [[&str; 2]; 4] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
+/// The names that programs give to lists of vertices.
+const LIST_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Appends the geometry of `path`.
 pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &DAffine3) -> Result<()> {
     let place = Place::file(path);
     let bytes = read_bytes(path)?;
-    let mut reader = Reader::new(bytes.as_slice());
-    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| parse_error(&e, &place))?;
-    check_header(&header, &place)?;
-    let (mut part, mut polygons) = (Part::default(), Triangulation::default());
-    for element in header.elements.values() {
-        let mut source = Source { reader: &mut reader, header: &header, element, place: &place };
+    let header = ply_header::read(&bytes, &place)?;
+    let mut mesh =
+        PlyMesh { vertices: check_header(&header, &place)?, place: &place, part: Part::default(), polygons: Polygons::default() };
+    let mut body = Body::new(&header, &place);
+    for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => set_vertices(&mut part, &source.read()?, element),
-            "face" => source.read::<Face>()?.iter().for_each(|face| polygons.add(&face.0)),
-            _ => source.read::<Skipped>().map(drop)?,
+            "vertex" => mesh.read_vertices(element, &mut body)?,
+            "face" if list_of(element).is_some() => mesh.read_faces(element, &mut body)?,
+            "tristrips" if list_of(element).is_some() => mesh.read_strips(element, &mut body)?,
+            _ => body.read(element, &[], None, |_, _| Ok(()))?,
+        }
+        if element.name == "face" && element.find("texcoord").is_some() {
+            builder.notes.push("ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned());
         }
     }
-    builder.notes.extend(polygons.note());
-    part.triangles = polygons.triangles;
+    let PlyMesh { mut part, polygons, .. } = mesh;
+    let triangulation = polygons.triangulate(&part.positions);
+    builder.notes.extend(triangulation.notes());
+    part.triangles = triangulation.triangles;
     builder.append(&part, world_from_file, &place)
 }
 
-/// Refuses what would keep the parser busy or fill the memory without a byte of the file behind it, and files without a mesh.
-fn check_header(header: &Header, place: &Place) -> Result<()> {
-    for element in header.elements.values() {
-        if element.count > MAX_ELEMENTS {
-            return Err(Error::invalid(
-                place,
-                format!("{} of `{}`, more than {MAX_ELEMENTS}; split or simplify it", element.count, element.name),
-            ));
-        }
-    }
-    let has = |name: &str, properties: &[&str]| {
-        header.elements.get(name).is_some_and(|e| properties.iter().all(|property| e.properties.contains_key(*property)))
-    };
-    if !has("vertex", &["x", "y", "z"]) {
+/// The number of vertices. Refuses files without a mesh.
+fn check_header(header: &Header<'_>, place: &Place) -> Result<usize> {
+    let find = |name: &str| header.elements.iter().find(|element| element.name == name);
+    let has_list = |name: &&str| find(name).is_some_and(|element| list_of(element).is_some());
+    let Some(vertex) = find("vertex").filter(|vertex| ["x", "y", "z"].iter().all(|axis| single(vertex, axis).is_some())) else {
         return Err(Error::invalid(place, "has no element `vertex` with x, y and z; export it again"));
+    };
+    if !["face", "tristrips"].iter().any(|name| has_list(name)) {
+        return Err(Error::invalid(place, "has no element `face` or `tristrips` with a list `vertex_indices`; export it as a mesh"));
     }
-    if !has("face", &["vertex_indices"]) && !has("face", &["vertex_index"]) {
-        return Err(Error::invalid(place, "has no element `face` with a list `vertex_indices`; export it as a mesh"));
-    }
-    Ok(())
+    Ok(vertex.count)
 }
 
-/// Where the parser is.
-struct Source<'a, 'b> {
-    reader: &'a mut Reader<&'b [u8]>,
-    header: &'a Header,
-    element: &'a ElementDef,
+/// Where a property that is no list stands.
+fn single(element: &Element, name: &str) -> Option<usize> {
+    element.find(name).filter(|index| element.properties[*index].length.is_none())
+}
+
+/// Where the list of vertices stands.
+fn list_of(element: &Element) -> Option<usize> {
+    LIST_NAMES.iter().find_map(|name| element.find(name)).filter(|index| element.properties[*index].length.is_some())
+}
+
+/// What has been read so far.
+struct PlyMesh<'a> {
+    /// How many there are, which may stand behind the faces.
+    vertices: usize,
+    part: Part,
+    polygons: Polygons,
     place: &'a Place,
 }
 
-impl Source<'_, '_> {
-    fn read<E: PropertyAccess>(&mut self) -> Result<Vec<E>> {
-        let read = Parser::<E>::new().read_payload_for_element(self.reader, self.element, self.header);
-        read.map_err(|e| parse_error(&e, self.place))
+impl PlyMesh<'_> {
+    fn read_vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
+        let pick = |names: &[&str]| names.iter().map(|name| single(element, name)).collect::<Option<Vec<_>>>();
+        let normal = pick(&["nx", "ny", "nz"]);
+        let uv = UV_NAMES.iter().find_map(|names| pick(names));
+        let wanted = [pick(&["x", "y", "z"]).unwrap_or_default(), normal.clone().unwrap_or(Vec::new()), uv.clone().unwrap_or(Vec::new())];
+        let wanted: Vec<Option<usize>> = wanted.concat().into_iter().map(Some).collect();
+        let part = &mut self.part;
+        body.read(element, &wanted, None, |_, Record { values, .. }| {
+            let (position, rest) = values.split_at(3);
+            part.positions.push([position[0], position[1], position[2]].map(|x| x as f32));
+            if normal.is_some() {
+                part.normals.push([rest[0], rest[1], rest[2]].map(|x| x as f32));
+            }
+            if uv.is_some()
+                && let [.., u, v] = rest
+            {
+                // As in OBJ, v goes up from the image's last row.
+                part.uvs.push([*u as f32, 1.0 - *v as f32]);
+            }
+            Ok(())
+        })
+    }
+
+    fn read_faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
+        let (vertices, place, polygons) = (self.vertices, self.place, &mut self.polygons);
+        let mut corners = Vec::new();
+        body.read(element, &[], list_of(element), |index, record| {
+            corners.clear();
+            for corner in &record.list {
+                corners.push(vertex_of(*corner, vertices).ok_or_else(|| stray("face", index, *corner, vertices, place))?);
+            }
+            polygons.add(corners.iter().copied(), Smoothing::ByAngle, place)
+        })
+    }
+
+    /// Triangle strips, each as long as no −1 ends it; repeated vertices join parts of a strip and are no triangles.
+    fn read_strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
+        let (vertices, place, polygons) = (self.vertices, self.place, &mut self.polygons);
+        let ends = |corner: f64| corner == -1.0 || corner == f64::from(u32::MAX);
+        body.read(element, &[], list_of(element), |index, record| {
+            for strip in record.list.split(|corner| ends(*corner)) {
+                let corner = |corner: &f64| vertex_of(*corner, vertices).ok_or_else(|| stray("strip", index, *corner, vertices, place));
+                let strip = strip.iter().map(corner).collect::<Result<Vec<u32>>>()?;
+                for (number, corners) in strip.windows(3).enumerate() {
+                    let [a, b, c] = [corners[0], corners[1], corners[2]];
+                    if a != b && b != c && c != a {
+                        let triangle = if number % 2 == 0 { [a, b, c] } else { [b, a, c] };
+                        polygons.add(triangle, Smoothing::ByAngle, place)?;
+                    }
+                }
+            }
+            Ok(())
+        })
     }
 }
 
-/// The parser's messages run over many lines, quote the file and print their grammar: what goes wrong is on the first line and the last.
-fn parse_error(error: &ParseError, place: &Place) -> Error {
-    let message = error.to_string();
-    let plain = |line: &str| line.split("Error: ParseError").next().unwrap_or_default().trim_matches([' ', '\t', '.']).to_owned();
-    let first = message.lines().next().map(plain).unwrap_or_default();
-    let last = message.lines().skip(1).last().map(plain).filter(|last| !last.is_empty());
-    let last = last.map(|last| format!(": {last}")).unwrap_or_default();
-    Error::invalid(place, format!("not a PLY file that can be read: {first}{last}; export it again"))
+fn vertex_of(number: f64, vertices: usize) -> Option<u32> {
+    (number >= 0.0 && number.fract() == 0.0 && number < vertices.min(MAX_ELEMENTS) as f64).then_some(number as u32)
 }
 
-fn set_vertices(part: &mut Part, vertices: &[Vertex], element: &ElementDef) {
-    let has = |names: &[&str]| names.iter().all(|name| element.properties.contains_key(*name));
-    part.positions = vertices.iter().map(|v| v.position).collect();
-    if has(&["nx", "ny", "nz"]) {
-        part.normals = vertices.iter().map(|v| v.normal).collect();
-    }
-    if UV_NAMES.iter().any(|names| has(names)) {
-        // As in OBJ, v goes up from the image's last row.
-        part.uvs = vertices.iter().map(|v| [v.uv[0], 1.0 - v.uv[1]]).collect();
-    }
-}
-
-#[derive(Default)]
-struct Vertex {
-    position: [f32; 3],
-    normal: [f32; 3],
-    uv: [f32; 2],
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let target = match name {
-            "x" => &mut self.position[0],
-            "y" => &mut self.position[1],
-            "z" => &mut self.position[2],
-            "nx" => &mut self.normal[0],
-            "ny" => &mut self.normal[1],
-            "nz" => &mut self.normal[2],
-            _ => match UV_NAMES.iter().find_map(|names| names.iter().position(|known| *known == name)) {
-                Some(axis) => &mut self.uv[axis],
-                None => return PropertyAccessResult::Ignored,
-            },
-        };
-        let Some(value) = property.to_f32_lossy() else { return PropertyAccessResult::UnsupportedType };
-        *target = value;
-        PropertyAccessResult::Set
-    }
-}
-
-/// Vertex indices around a polygon.
-#[derive(Default)]
-struct Face(Vec<u32>);
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !matches!(name, "vertex_indices" | "vertex_index") {
-            return PropertyAccessResult::Ignored;
-        }
-        let Some(corners) = property.to_u32_list() else { return PropertyAccessResult::UnsupportedType };
-        self.0 = corners;
-        PropertyAccessResult::Set
-    }
-}
-
-/// An element that is passed over.
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
+fn stray(what: &str, index: usize, corner: f64, vertices: usize, place: &Place) -> Error {
+    Error::invalid(place, format!("{what} {index} names vertex {corner} of {vertices}, which count from 0; mend or export the file again"))
 }

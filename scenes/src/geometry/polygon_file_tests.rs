@@ -19,11 +19,11 @@ impl Folder {
 
     fn load(&self, name: &str, content: impl AsRef<[u8]>) -> (Mesh, Vec<String>) {
         let mut warnings = Vec::new();
-        (load_file(&self.write(name, content), None, &DAffine3::IDENTITY, &mut warnings).unwrap(), warnings)
+        (load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut warnings).unwrap(), warnings)
     }
 
     fn refusal(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let error = load_file(&self.write(name, content), None, &DAffine3::IDENTITY, &mut Vec::new()).unwrap_err();
+        let error = load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut Vec::new()).unwrap_err();
         let message = error.to_string();
         assert!(error.is_bad_input() && message.contains(name) && !message.contains('\n'), "{message}");
         message

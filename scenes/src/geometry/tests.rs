@@ -28,11 +28,11 @@ fn load(path: &Path) -> (Mesh, Vec<String>) {
 
 fn load_placed(path: &Path, node: Option<&str>, world_from_file: &DAffine3) -> (Mesh, Vec<String>) {
     let mut warnings = Vec::new();
-    (load_file(path, node, world_from_file, &mut warnings).unwrap(), warnings)
+    (load_file(path, node, world_from_file, None, &mut warnings).unwrap(), warnings)
 }
 
 fn refusal(path: &Path, node: Option<&str>) -> String {
-    let message = load_file(path, node, &DAffine3::IDENTITY, &mut Vec::new()).unwrap_err().to_string();
+    let message = load_file(path, node, &DAffine3::IDENTITY, None, &mut Vec::new()).unwrap_err().to_string();
     assert!(message.contains(&*path.file_name().unwrap().to_string_lossy()) && !message.contains('\n'), "{message}");
     message
 }

@@ -64,7 +64,7 @@ impl Import<'_> {
             context.warnings.push(format!("{place}: brings its materials, so that it does not deform; give it a `material` to let it"));
         }
         let nodes = file.nodes(object.node.as_deref(), &object.transform.world_from_local(&place)?)?;
-        let meshes = file.meshes_by_material(&nodes, &mut context.warnings)?;
+        let meshes = file.meshes_by_material(&nodes, object.crease_deg, &mut context.warnings)?;
         let names: Vec<String> = meshes.iter().map(|(name, _)| name.clone()).collect();
         for (name, material) in read_materials(&file, &names, &mut context.textures, &mut context.warnings)? {
             self.remember(name, material, &path)?;

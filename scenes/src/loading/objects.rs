@@ -66,10 +66,23 @@ pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
         if file.lights.is_some() && file.material.is_some() {
             return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
         }
+        check_crease(file, &place)?;
         check_spheres(file, &place)?;
         check_twist(file, &place, context.shapes_vary)?;
     }
     Ok(())
+}
+
+fn check_crease(file: &ObjectFile, place: &Place) -> Result<()> {
+    match file.crease_deg {
+        Some(_) if file.shape.is_some() => {
+            Err(Error::invalid(place, "`crease_deg` belongs to a file without normals, but the object is a shape; remove it"))
+        }
+        Some(angle) if !(0.0..=180.0).contains(&angle) => {
+            Err(Error::invalid(place, format!("crease_deg {angle} is outside 0..180; 0 makes every face flat, 180 everything smooth")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()> {
@@ -118,9 +131,9 @@ fn geometry_of(object: &ObjectFile, place: &Place, context: &mut Context<'_>) ->
     let Some(name) = &object.file else { return procedural(object, &world_from_local, place, context) };
     let (path, node) = (path_of(name, place, context)?, object.node.as_deref());
     if context.shapes_vary && is_gltf(&path) {
-        return geometry::load_placed(&path, node, &world_from_local, &mut context.warnings);
+        return geometry::load_placed(&path, node, &world_from_local, object.crease_deg, &mut context.warnings);
     }
-    let rest = geometry::load_file(&path, node, &world_from_local, &mut context.warnings)?;
+    let rest = geometry::load_file(&path, node, &world_from_local, object.crease_deg, &mut context.warnings)?;
     Ok(Deforming { rest, shape: DeformingMesh::default() })
 }
 
@@ -129,11 +142,11 @@ fn procedural(object: &ObjectFile, world_from_local: &DAffine3, place: &Place, c
     let part = Shape::from_object(shape, object, place)?.part();
     let mut builder = MeshBuilder::default();
     builder.append(&part, world_from_local, place)?;
-    let (rest, used) = builder.finish_and_tell(place, &mut context.warnings)?;
+    let (rest, origins) = builder.finish_and_tell(place, &mut context.warnings)?;
     let Some(twist) = Twist::from_keys(object.twist_deg, object.twist_s, place)? else {
         return Ok(Deforming { rest, shape: DeformingMesh::default() });
     };
-    let kept = part.positions.into_iter().zip(used).filter_map(|(position, used)| used.then_some(position));
+    let kept = origins.iter().filter_map(|vertex| part.positions.get(*vertex as usize).copied());
     let shape = twist.apply(kept.collect(), world_from_local, place)?;
     Ok(Deforming { rest, shape })
 }

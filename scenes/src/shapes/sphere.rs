@@ -19,7 +19,7 @@ pub fn icosphere(subdivisions: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 pub(super) fn part(subdivisions: u32) -> Part {
     let (points, triangles) = icosphere(subdivisions);
     let positions: Vec<[f32; 3]> = points.iter().map(|p| p.as_vec3().to_array()).collect();
-    let mut part = Part { normals: positions.clone(), positions, uvs: Vec::new(), triangles };
+    let mut part = Part { normals: positions.clone(), positions, triangles, ..Part::default() };
     wrap_map_around(&mut part);
     part
 }

@@ -59,8 +59,8 @@ fn the_deforming_mesh_is_the_mesh_vertex_by_vertex() {
         for world_from_file in [DAffine3::IDENTITY, mirror] {
             let path = file.write(&folder);
             let (mut warnings, mut of_mesh) = (Vec::new(), Vec::new());
-            let deforming = load_placed(&path, None, &world_from_file, &mut warnings).unwrap();
-            let mesh = load_file(&path, None, &world_from_file, &mut of_mesh).unwrap();
+            let deforming = load_placed(&path, None, &world_from_file, None, &mut warnings).unwrap();
+            let mesh = load_file(&path, None, &world_from_file, None, &mut of_mesh).unwrap();
             assert_eq!((&deforming.rest, &warnings), (&mesh, &of_mesh), "{name}");
             assert_eq!(at_rest(&deforming), mesh.positions, "{name}: to the last bit");
             assert_eq!(mesh.positions.len(), vertices, "{name}");
@@ -138,7 +138,7 @@ fn every_skin_has_joints_of_its_own() {
     // Two of its corners meet, so that two of its triangles are gone, but no vertex.
     assert_near(&rest[4..8], &second);
     let folder = tempfile::tempdir().unwrap();
-    let only = load_placed(&file.write(&folder), Some("second"), &DAffine3::IDENTITY, &mut Vec::new()).unwrap();
+    let only = load_placed(&file.write(&folder), Some("second"), &DAffine3::IDENTITY, None, &mut Vec::new()).unwrap();
     assert_near(&at_rest(&only), &second);
 }
 

@@ -90,4 +90,10 @@ mod tests;
 mod polygon_file_tests;
 
 #[cfg(test)]
+mod obj_file_tests;
+
+#[cfg(test)]
+mod normals_tests;
+
+#[cfg(test)]
 mod deforming_tests;

@@ -53,9 +53,7 @@ impl Solid {
     /// # Errors
     /// If the mesh encloses no volume.
     pub fn of(mesh: &Mesh, place: &Place) -> Result<Self> {
-        let mut notes = Vec::new();
-        let mut welded = Welded::of(mesh, &mut notes);
-        orient::orient(&welded.vertices, &mut welded.triangles, &mut notes);
+        let (welded, mut notes) = weld(mesh);
         let tree = TriangleTree::new(welded.vertices.clone(), welded.triangles.clone());
         let diagonal = tree.nodes.first().map_or(0.0, |root| (root.max - root.min).length());
         let doubts = if orient::is_closed(&welded.triangles) { clean::doubts(&tree, diagonal) } else { Doubts::Open };
@@ -97,6 +95,30 @@ impl Solid {
         let (kind, volume) = (Kind::WindingNumber { cells: CELLS }, volume(&boundary));
         Self { boundary, surface, kind, volume, diagonal, notes, welded: welded.index, mesh_vertex: welded.first }
     }
+}
+
+/// The mesh with its triangles turned to agree, and what was mended. Vertices that only rounding keeps apart are welded where that closes it; a mesh
+/// that is closed as it is, or open anyhow, keeps its least details.
+fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
+    let oriented = |mut welded: Welded| {
+        let mut notes = Vec::new();
+        orient::orient(&welded.vertices, &mut welded.triangles, &mut notes);
+        if welded.left_out > 0 {
+            notes.push(format!("{} triangles are there again or have no extent; they were left out", welded.left_out));
+        }
+        (welded, notes)
+    };
+    let exact = oriented(Welded::exactly(mesh));
+    if orient::is_closed(&exact.0.triangles) {
+        return exact;
+    }
+    let mut near = oriented(Welded::nearly(mesh));
+    if near.0.triangles.is_empty() || !orient::is_closed(&near.0.triangles) {
+        return exact;
+    }
+    let welded = exact.0.vertices.len() - near.0.vertices.len();
+    near.1.push(format!("welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh"));
+    near
 }
 
 /// Signed volume within a closed mesh.

@@ -85,6 +85,72 @@ fn split_vertices_are_welded_and_map_both_ways() {
     }
 }
 
+/// With corners of their own for every triangle, each moved by `move_by` of its number.
+fn split((vertices, triangles): Triangles, move_by: impl Fn(usize) -> DVec3) -> Triangles {
+    let corners = triangles.iter().flatten().map(|v| vertices[*v as usize]).enumerate().map(|(i, v)| v + move_by(i)).collect();
+    (corners, (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
+}
+
+#[test]
+fn seams_that_rounding_opens_are_welded() {
+    // The diagonal is 3.46: up to 1.7e-7 of it each way, and whatever the order of the copies.
+    let moved = |i: usize| 6e-7 * DVec3::new((i % 3) as f64 - 1.0, (i % 5) as f64 / 2.0 - 1.0, (i % 7) as f64 / 3.0 - 1.0);
+    let (exact, near) = (solid(cube(-1.0, 1.0)), solid(split(cube(-1.0, 1.0), moved)));
+    assert_eq!((near.kind, near.surface.vertices.len(), near.surface.triangles.len()), (Kind::Closed, 8, 12), "{:?}", near.notes);
+    assert!((near.volume - exact.volume).abs() < 1e-5, "{}", near.volume);
+    let welded = split(cube(-1.0, 1.0), moved)
+        .0
+        .iter()
+        .map(|v| v.as_vec3().to_array().map(f32::to_bits))
+        .collect::<std::collections::HashSet<_>>()
+        .len()
+        - 8;
+    assert_eq!(near.notes, [format!("welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh")]);
+    // A gap of 3e-5 of the diagonal is one.
+    assert_gridded(split(cube(-1.0, 1.0), |i| moved(i) * 100.0), 8.0, 0.1);
+}
+
+#[test]
+fn the_poles_of_a_computed_sphere_are_one_vertex_each() {
+    let (around, up) = (24, 12);
+    let point = |i: u32, j: u32| {
+        let (longitude, latitude) = (std::f32::consts::TAU * i as f32 / around as f32, std::f32::consts::PI * j as f32 / up as f32);
+        [latitude.sin() * longitude.cos(), latitude.cos(), -latitude.sin() * longitude.sin()].map(f64::from)
+    };
+    // Every longitude has its own pole, and the first one is there again at the end.
+    let vertices = (0..=up).flat_map(|j| (0..=around).map(move |i| DVec3::from(point(i, j)))).collect();
+    let at = |i: u32, j: u32| j * (around + 1) + i;
+    let quad = |i: u32, j: u32| [[at(i, j), at(i, j + 1), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i + 1, j)]];
+    let triangles = (0..up).flat_map(|j| (0..around).flat_map(move |i| quad(i, j))).collect();
+    let solid = solid((vertices, triangles));
+    assert_eq!((solid.kind, solid.surface.vertices.len()), (Kind::Closed, 2 + 11 * 24), "{:?}", solid.notes);
+    assert_eq!(solid.surface.triangles.len(), 2 * 24 * 11);
+}
+
+#[test]
+fn far_from_the_origin_the_last_place_is_near() {
+    // Single precision is in steps of 1/128 there.
+    let far = |v: DVec3| v + 1e5;
+    let (vertices, triangles) = cube(0.0, 1.0);
+    let step = |i: usize| DVec3::splat(if i % 2 == 0 { 0.0 } else { 1.0 / 128.0 });
+    let solid = solid(split((vertices.into_iter().map(far).collect(), triangles), step));
+    assert_eq!((solid.kind, solid.surface.vertices.len()), (Kind::Closed, 8), "{:?}", solid.notes);
+}
+
+#[test]
+fn welding_does_not_run_along_chains_nor_flatten_what_is_closed() {
+    // A closed plate thinner than the reach stays what it is.
+    let plate = super::weld(&mesh(cuboid(DVec3::splat(-1.0), DVec3::new(1.0, 1.0, -1.0 + 1e-6)))).0;
+    assert_eq!((plate.vertices.len(), plate.triangles.len()), (8, 12));
+    // Vertices every 0.6 of the reach along a line: every second stays, none moves by more than the reach.
+    let line = (0..400_000_u32).map(|i| DVec3::X * f64::from(i) * 0.6e-6).chain([DVec3::new(0.0, 0.97, 0.0)]);
+    let mesh = mesh((line.collect(), Vec::new()));
+    let welded = super::weld::Welded::nearly(&mesh);
+    let moved = |(p, i): (&[f32; 3], &u32)| DVec3::from_array(p.map(f64::from)).distance(welded.vertices[*i as usize]);
+    assert!(mesh.positions.iter().zip(&welded.index).map(moved).fold(0.0, f64::max) <= 1e-6);
+    assert!((199_000..202_000).contains(&welded.vertices.len()), "{}", welded.vertices.len());
+}
+
 #[test]
 fn parts_that_meet_are_united_on_the_grid() {
     // The grid cuts convex edges off and fills concave ones by at most half a cell squared along their length.

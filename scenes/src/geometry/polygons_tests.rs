@@ -188,4 +188,17 @@ proptest! {
         prop_assert!((sum - expected).abs() < 1e-5 * expected, "{} {}", sum, expected);
         prop_assert!(vectors.iter().all(|v| v.dot(normal) > -1e-6 * expected));
     }
+
+    #[test]
+    fn any_corners_at_all_give_triangles_of_them(corners in prop::collection::vec([0..4_i32, 0..4, 0..2], 4..14)) {
+        let points: Vec<[f32; 3]> = corners.iter().map(|c| c.map(|x| x as f32)).collect();
+        let done = triangulated(&points);
+        prop_assert!(!done.triangles.is_empty() && done.triangles.len() == done.smoothing.len());
+        prop_assert!(done.triangles.as_flattened().iter().all(|v| (*v as usize) < points.len()));
+        // Those of an outline that does not cross itself all face as it does on the mean.
+        let area_of = |t: &[u32; 3]| area_vector(t.map(|v| points[v as usize]));
+        let mean: DVec3 = (1..points.len() as u32 - 1).map(|i| area_of(&[0, i, i + 1])).sum();
+        prop_assert!(!done.notes().is_empty() || done.triangles.iter().all(|t| area_of(t).dot(mean) > -1e-9));
+        prop_assert_eq!(triangulated(&points).triangles, done.triangles);
+    }
 }

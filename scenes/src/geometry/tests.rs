@@ -138,6 +138,18 @@ fn transforms_keep_meshes_closed_and_facing_outwards() {
 }
 
 #[test]
+fn a_crease_angle_makes_gltf_without_normals_smooth() {
+    let folder = Folder::new();
+    let path = folder.write("t.gltf", document(data_uri(false), false).to_string());
+    let mut warnings = Vec::new();
+    let mesh = load_file(&path, Some("plain"), &DAffine3::IDENTITY, Some(180.0), &mut warnings).unwrap();
+    assert_eq!(mesh.positions.len(), 12);
+    let corner = mesh.positions.iter().zip(&mesh.normals).filter(|(p, _)| **p == [0.0; 3]).map(|(_, n)| Vec3::from(*n));
+    assert!(corner.clone().count() == 3 && corner.clone().all(|n| n.distance(Vec3::splat(-1.0).normalize()) < 1e-6), "{mesh:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("made normals for 12 of 12 vertices"), "{warnings:?}");
+}
+
+#[test]
 fn strips_and_fans_become_triangles() {
     // The square 0 1 / 2 3 as a strip and around vertex 0 as a fan: two triangles with the same facing.
     let folder = Folder::new();

@@ -87,6 +87,8 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("shape = \"quad\"", "", "object `floor`: give either `file` or `shape`"),
         ("shape = \"quad\"", "shape = \"quad\"\nfile = \"a.obj\"", "object `floor`: give either `file` or `shape`"),
         ("shape = \"quad\"", "shape = \"quad\"\nnode = \"a\"", "`node` belongs to a glTF file"),
+        ("shape = \"quad\"", "shape = \"quad\"\ncrease_deg = 9.0", "object `floor`: `crease_deg` belongs to a file without normals"),
+        ("shape = \"quad\"", "file = \"a.obj\"\ncrease_deg = 181.0", "crease_deg 181 is outside 0..180; 0 makes every face flat"),
         ("shape = \"sphere\"", "file = \"a.obj\"", "object `ball`: `subdivisions` belongs to a shape"),
         ("shape = \"quad\"", "file = \"a.obj\"", "a.obj: no such file, but "),
         ("shape = \"quad\"", "file = \"assets/a.obj\"", "run `make assets` to fetch it"),

@@ -148,8 +148,8 @@ impl MeshBuilder {
         if filled.by_angle > 0 {
             let (made, vertices, crease) = (filled.by_angle, mesh.positions.len(), crease_deg.unwrap_or(DEFAULT_CREASE_DEG));
             warnings.push(format!(
-                "{place}: made normals for {made} of {vertices} vertices, theirs are missing or zero: smooth where faces meet at less than {crease} degrees \
-                 (`crease_deg`)"
+                "{place}: made normals for {made} of {vertices} vertices, theirs are missing or zero: smooth where faces meet at less than \
+                 {crease} degrees (`crease_deg`)"
             ));
         } else if crease_deg.is_some() {
             warnings.push(format!("{place}: has normals of its own everywhere, which `crease_deg` leaves as they are"));

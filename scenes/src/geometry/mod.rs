@@ -90,6 +90,9 @@ mod tests;
 mod polygon_file_tests;
 
 #[cfg(test)]
+mod ply_off_tests;
+
+#[cfg(test)]
 mod obj_file_tests;
 
 #[cfg(test)]

@@ -10,8 +10,9 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// The angle at which edges become hard unless a scene says otherwise. Edges of boxes and chamfers of 45° are hard, cylinders of ten sides and more are
-/// smooth, and scanned surfaces stay nearly whole: of the Stanford bunny's 1,839 vertices 129 are split off, of the armadillo's 26,002 617, all in folds.
+/// The angle at which edges become hard unless a scene says otherwise. Edges of boxes and chamfers of 45° are hard, cylinders of ten sides and
+/// more are smooth, and scanned surfaces stay nearly whole: the Stanford bunny's 1,839 vertices become 1,968, the armadillo's 26,002 become 26,619,
+/// all in sharp folds.
 pub(crate) const DEFAULT_CREASE_DEG: f64 = 40.0;
 /// Faces that meet at less are coplanar but for rounding; they share vertices even where every face is to be flat.
 const COPLANAR_DEG: f64 = 1e-3;
@@ -151,8 +152,8 @@ impl Fans {
         }
     }
 
-    /// Joins the uses of one edge. Around it the normals of its faces lie on a circle: neighbours on the circle at less than the crease angle are joined, which
-    /// joins what a comparison of all with all would.
+    /// Joins the uses of one edge. Around it the normals of its faces lie on a circle: neighbours on the circle at less than the crease angle are
+    /// joined, which joins what a comparison of all with all would.
     fn join_uses(&mut self, uses: &[Side], starts_low: &[bool], axis: DVec3, smoothing: &impl Fn(usize) -> Smoothing) {
         let face = |i: usize| uses[i][2] as usize / 3;
         let first = self.faces[face(0)];

@@ -16,6 +16,7 @@ use std::path::Path;
 
 /// An index that a corner does not give.
 const NONE: u32 = u32::MAX;
+const TOO_MANY: &str = "more vertices or triangles than one object may have";
 /// What the indices of a corner are of.
 const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
@@ -113,11 +114,8 @@ impl ObjFile {
                 self.unknown.1 = if self.unknown.0 == 1 { line } else { self.unknown.1 };
             }
         }
-        let counts = [self.positions.len(), self.uvs.len(), self.normals.len(), self.corners.len() / 3, self.faces.len()];
-        if counts.into_iter().any(|count| count > MAX_ELEMENTS) {
-            return Err(format!("more than {MAX_ELEMENTS} vertices or triangles in one file"));
-        }
-        Ok(())
+        let counts = [self.positions.len(), self.uvs.len(), self.normals.len(), self.faces.len()];
+        if counts.into_iter().any(|count| count > MAX_ELEMENTS) { Err(TOO_MANY.to_owned()) } else { Ok(()) }
     }
 
     fn read_face<'w>(&mut self, words: impl Iterator<Item = &'w [u8]>, line: usize) -> std::result::Result<(), String> {
@@ -135,6 +133,9 @@ impl ObjFile {
                 return Err(format!("{} is no corner of a face, which has at most three numbers", quoted(word)));
             }
             self.corners.push(corner);
+            if self.corners.len() > 3 * MAX_ELEMENTS {
+                return Err(TOO_MANY.to_owned());
+            }
         }
         self.faces.push(Face { end: self.corners.len() as u32, line: line as u32, smoothing: self.smoothing });
         Ok(())

@@ -80,7 +80,7 @@ fn what_cannot_be_read_names_its_line() {
         ("f 1 2 3", "f 1 2 4", "line 4: names vertex 4, of 3"),
         ("f 1 2 3", "\r\nf 1 2 -4", "line 5: names vertex -4, but only 3 come before"),
         ("f 1 2 3", "f 1/1 2 3", "line 4: names texture coordinate 1, of 0"),
-        ("f 1 2 3", "f 1/1/1/1 2 3", "line 4: names texture coordinate 1, of 0"),
+        ("f 1 2 3", "f 1/1/1/1 2 3", "line 4: `1/1/1/1` is no corner of a face"),
         ("f 1 2 3", "f 1//// 2 3", "line 4: `1////` is no corner of a face, which has at most three numbers"),
         ("f 1 2 3", "f /1 2 3", "line 4: `` is no number of a vertex"),
         ("f 1 2 3", "f 1.5 2 3", "line 4: `1.5` is no number of a vertex"),

@@ -1,0 +1,156 @@
+//! PLY and OFF as other programs write them.
+
+use super::builder;
+use super::polygon_file_tests::Folder;
+
+/// A square of two triangles.
+const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+const BODY: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
+
+fn square_header(rest: &str) -> String {
+    format!("ply\nformat ascii 1.0\n{rest}element vertex 4\nproperty float x\nproperty float y\nproperty float z\n")
+}
+
+#[test]
+fn ply_as_other_programs_write_it() {
+    let folder = Folder::new();
+    let faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let plain = square_header("") + faces + BODY;
+    let expected = folder.load("t.ply", &plain).0;
+    assert_eq!((expected.positions.as_slice(), expected.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
+    let latin = [b"ply\nformat ascii 1.0\ncomment caf\xE9\n", &plain.as_bytes()[21..]].concat();
+    let blank = plain.replace("element vertex", "\nelement vertex").replace("1 0 0\n", "1 0 0\n\n  \n").replace("3 0 2 3", "\n3 0 2 3");
+    let commented = square_header("obj_info x 3\ncomment made by hand\ncomment\n") + "comment within\n" + faces + BODY;
+    let named = plain.replace("vertex_indices", "vertex_index").replace("uchar int", "uint8 int32").replace("float x", "float64 x");
+    let unread = square_header("").replace("property float y", "property float quality\nproperty float y")
+        + faces
+        + "0 nan 0 0\n1 -1.#IND 0 0\n1 x 1 0\n0 nan 1 0\n3 0 1 2\n3 0 2 3\n";
+    let lists = square_header("").replace("property float x", "property list int float rays\nproperty float x")
+        + faces
+        + "2 nan nan 0 0 0\n0 1 0 0\n1 5 1 1 0\n0 0 1 0\n3 0 1 2\n3 0 2 3\n";
+    let faces_first = "ply\nformat ascii 1.0\n".to_owned()
+        + faces.trim_end_matches("end_header\n")
+        + &square_header("")[21..]
+        + "end_header\n3 0 1 2\n3 0 2 3\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    let strips = square_header("")
+        + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n8 0 1 2 -1 0 2 3 3\n";
+    let unused = plain.replace("vertex 4", "vertex 5").replace("3 0 1 2", "nan nan nan\n3 0 1 2");
+    for (name, text) in [
+        ("latin", latin),
+        ("mark", [b"\xEF\xBB\xBF", plain.as_bytes()].concat()),
+        ("cr lf", plain.replace('\n', "\r\n").into()),
+        ("cr", plain.replace('\n', "\r").into()),
+        ("blank lines", blank.into()),
+        ("comments", commented.into()),
+        ("names", named.into()),
+        ("nan that nobody reads", unread.into()),
+        ("lists that nobody reads", lists.into()),
+        ("faces first", faces_first.into()),
+        ("strips", strips.into()),
+        ("nan that nobody uses", unused.into()),
+        ("trailing words", plain.replace("3 0 1 2", "3 0 1 2 255 0 0").into()),
+    ] {
+        assert_eq!(folder.load("t.ply", text).0, expected, "{name}");
+    }
+}
+
+#[test]
+fn every_number_of_binary_ply_is_read() {
+    let folder = Folder::new();
+    let header = |format: &str, scalar: &str, list: &str| {
+        format!(
+            "ply\r\nformat {format} 1.0\r\nelement vertex 4\r\nproperty {scalar} x\r\nproperty {scalar} y\r\nproperty {scalar} z\r\n\
+             element face 2\r\nproperty list {list} vertex_index\r\nend_header\r\n"
+        )
+    };
+    type Encode = fn(f32) -> Vec<u8>;
+    let scalars: [(&str, Encode); 16] = [
+        ("char", |x| (x as i8).to_le_bytes().to_vec()),
+        ("uchar", |x| (x as u8).to_le_bytes().to_vec()),
+        ("short", |x| (x as i16).to_le_bytes().to_vec()),
+        ("ushort", |x| (x as u16).to_le_bytes().to_vec()),
+        ("int", |x| (x as i32).to_le_bytes().to_vec()),
+        ("uint", |x| (x as u32).to_le_bytes().to_vec()),
+        ("float", |x| x.to_le_bytes().to_vec()),
+        ("double", |x| f64::from(x).to_le_bytes().to_vec()),
+        ("int8", |x| (x as i8).to_le_bytes().to_vec()),
+        ("uint8", |x| (x as u8).to_le_bytes().to_vec()),
+        ("int16", |x| (x as i16).to_le_bytes().to_vec()),
+        ("uint16", |x| (x as u16).to_le_bytes().to_vec()),
+        ("int32", |x| (x as i32).to_le_bytes().to_vec()),
+        ("uint32", |x| (x as u32).to_le_bytes().to_vec()),
+        ("float32", |x| x.to_le_bytes().to_vec()),
+        ("float64", |x| f64::from(x).to_le_bytes().to_vec()),
+    ];
+    for (big, format) in [(false, "binary_little_endian"), (true, "binary_big_endian")] {
+        for (name, encode) in scalars {
+            let mut bytes = header(format, name, &format!("{name} {name}")).into_bytes();
+            let numbers = SQUARE.as_flattened().iter().copied().chain([3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 2.0, 3.0]);
+            for number in numbers {
+                let mut encoded = encode(number);
+                if big {
+                    encoded.reverse();
+                }
+                bytes.extend(encoded);
+            }
+            let mesh = folder.load("t.ply", bytes).0;
+            assert_eq!(
+                (mesh.positions.as_slice(), mesh.triangles.as_slice()),
+                (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()),
+                "{format} {name}"
+            );
+        }
+    }
+    // A body whose first byte is that of a line feed: 10 vertices' worth of a list, behind a header with Macintosh's line ends.
+    let header = "ply\rformat binary_little_endian 1.0\relement other 1\rproperty uchar n\relement vertex 4\r\
+                  property float x\rproperty float y\rproperty float z\relement face 2\rproperty list uchar uchar vertex_index\rend_header\r";
+    let floats = SQUARE.as_flattened().iter().flat_map(|x| x.to_le_bytes());
+    let bytes: Vec<u8> = header.bytes().chain([b'\n']).chain(floats).chain([3, 0, 1, 2, 3, 0, 2, 3]).collect();
+    assert_eq!(folder.load("t.ply", bytes).0.positions, SQUARE);
+}
+
+#[test]
+fn off_as_other_programs_write_it() {
+    let folder = Folder::new();
+    let plain = "OFF\n4 2 0\n".to_owned() + BODY;
+    let expected = folder.load("t.off", &plain).0;
+    assert_eq!((expected.positions.as_slice(), expected.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
+    for (name, text) in [
+        ("counts on the first line", plain.replace("OFF\n", "OFF ").into_bytes()),
+        ("no keyword", plain.replace("OFF\n", "").into()),
+        ("no edges", plain.replace("4 2 0", "4 2").into()),
+        ("mark", [b"\xEF\xBB\xBF", plain.as_bytes()].concat()),
+        ("cr lf", plain.replace('\n', "\r\n").into()),
+        ("cr", plain.replace('\n', "\r").into()),
+        ("latin", [b"OFF # caf\xE9\n", &plain.as_bytes()[4..]].concat()),
+        ("blank lines and comments", plain.replace('\n', "\n\n # x\n").into()),
+        ("colours", plain.replace("3 0 1 2", "3 0 1 2 255 0 0").replace("3 0 2 3", "3 0 2 3 0.1 0.2 0.3 1").into()),
+        ("colours of vertices", plain.replace("1 1 0\n", "1 1 0 255 0 0 255\n").into()),
+    ] {
+        assert_eq!(folder.load("t.off", text).0, expected, "{name}");
+    }
+}
+
+#[test]
+fn concave_faces_of_every_format_have_their_area() {
+    let folder = Folder::new();
+    let points = ["0 0 0", "2 0 0", "2 1 0", "1 1 0", "1 2 0", "0 2 0"];
+    let lines = points.join("\n");
+    let obj = points.map(|p| format!("v {p}\n")).concat() + "f 1 2 3 4 5 6\n";
+    let off = format!("OFF 6 1 6\n{lines}\n6 0 1 2 3 4 5\n");
+    let ply = square_header("").replace("vertex 4", "vertex 6")
+        + &format!("element face 1\nproperty list uchar uint vertex_indices\nend_header\n{lines}\n6 0 1 2 3 4 5\n");
+    for (name, text) in [("t.obj", obj), ("t.off", off), ("t.ply", ply)] {
+        let (mesh, warnings) = folder.load(name, text);
+        let area: f64 = mesh.triangles.iter().map(|t| builder::area_vector(t.map(|v| mesh.positions[v as usize])).z / 2.0).sum();
+        assert_eq!((area, mesh.triangles.len()), (3.0, 4), "{name}");
+        assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 6]);
+        assert!(warnings.iter().all(|w| !w.contains("cross")), "{warnings:?}");
+    }
+    let (_, warnings) = folder.load("t.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 2 3 0\nf 1 2 3 4\n");
+    assert!(
+        warnings[0]
+            .ends_with("t.obj: 1 faces have outlines that cross themselves or have no inside; triangulated as fans, which may overlap"),
+        "{warnings:?}"
+    );
+}

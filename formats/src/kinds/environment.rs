@@ -3,11 +3,12 @@
 //! | section  | type | shape              | content |
 //! |----------|------|--------------------|---------|
 //! | `meta`   | u8   | record             | [`Meta`]: name and unit |
-//! | `texels` | f16  | [height, width, 3] | linear RGB radiance in [`Meta::unit`] W/(sr·m²), rows from +Y down |
+//! | `texels` | f16  | [height, width, 3] | linear RGB radiance in [`Meta::unit`] W/(sr·m²), rows from +Y down; 0 to [`MAX_RADIANCE`] |
 //!
 //! The direction (x, y, z) is found at u = 0.5 + atan2(x, −z)/2π, v = acos(y)/π.
 
 use crate::basis::EquirectMap;
+use super::names::fault_of_name;
 use crate::container::{Kind, Sections, Stored, Writer};
 use crate::error::Result;
 use half::f16;
@@ -15,6 +16,9 @@ use serde::{Deserialize, Serialize};
 
 /// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
 pub const MAX_WIDTH: u32 = 4096;
+
+/// Largest radiance of a map, W/(sr·m²): that of lights in scenes, fifty thousand times the sun's.
+pub const MAX_RADIANCE: f32 = 1e12;
 
 /// A named map.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +74,7 @@ impl Stored for Environment {
         if !(meta.unit.is_finite() && meta.unit >= 1.0 && meta.unit.log2().fract() == 0.0) {
             return Err(section.invalid(format!("unit {} is no power of two of at least 1", meta.unit)));
         }
+        section.expect(fault_of_name("the map", &meta.name))?;
         let section = sections.take("texels")?;
         let side = |n: u64| u32::try_from(n).ok().filter(|n| (1..=MAX_WIDTH).contains(n));
         let (width, height) = match section.info.shape[..] {
@@ -80,7 +85,8 @@ impl Stored for Environment {
             section.invalid(format!("has shape {:?}, expected [height, width, 3] of at most {MAX_WIDTH} each", section.info.shape))
         })?;
         let values: Vec<f32> = section.f16s()?.iter().map(|h| h.to_f32() * meta.unit).collect();
-        section.expect_finite(&values)?;
+        // Rounding to halves may have made the largest larger, by 2⁻¹¹ of it.
+        section.expect_at_most(&values, MAX_RADIANCE * 1.001)?;
         if values.iter().any(|v| *v < 0.0) {
             return Err(section.invalid("a radiance is negative"));
         }

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
 use crate::methods::{Method, Pieces, Playback, Setup};
 use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source, decode_all};
+use relume_formats::bundle::expect_name;
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::manifest::FILE_NAME;
 use relume_formats::kinds::transfer_images::Head;
@@ -152,17 +153,20 @@ impl Session {
     fn section_arrived(&mut self, arrival: Arrival) -> Result<()> {
         match arrival.kind {
             Kind::Scene => {
-                let place = arrival.section.place.clone();
+                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
                 if let Some(sections) = self.collect(arrival) {
                     let scene: StoredScene = decode_all(sections)?;
+                    expect_name(&scene.meta.name, &listed.unwrap_or_default(), &place)?;
                     self.scene = Some(scene.meta.clone());
                     self.playback = Some((self.method.start)(&self.gpu, Setup { scene, place, size: self.size })?);
                 }
             }
             Kind::Animation => {
-                let place = arrival.section.place.clone();
+                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
                 if let Some(sections) = self.collect(arrival) {
-                    self.animations.push(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
+                    let animation: Animation = decode_all(sections)?;
+                    expect_name(&animation.name, &listed.unwrap_or_default(), &place)?;
+                    self.animations.push(PlacedAnimation { animation, place });
                 }
             }
             _ => {

@@ -12,7 +12,9 @@ pub fn expect_files(method: Kind, files: &[(String, FileEntry)], place: &Place) 
     let mut count = |kind: Kind| std::iter::from_fn(|| rest.next_if_eq(&kind.name())).count();
     let (fits, expected) = match method {
         Kind::TransferImages => (count(Kind::BrdfBasis) == 1, "brdf-basis, transfer-images"),
-        Kind::SparseTransfer => (count(Kind::Environment) > 0 && count(Kind::Textures) < 2, "environments, perhaps textures, and sparse-transfer"),
+        Kind::SparseTransfer => {
+            (count(Kind::Environment) > 0 && count(Kind::Textures) < 2, "environments, perhaps textures, and sparse-transfer")
+        }
         _ => {
             let fits = count(Kind::Environment) > 0 && count(Kind::Textures) < 2;
             let _shapes = count(Kind::Shape);
@@ -45,11 +47,19 @@ mod tests {
         };
         let (e, t, shape, rows, shadows) = ("environment", "textures", "shape", "sparse-transfer", "sphere-shadows");
         assert!(fits(Kind::TransferImages, &["brdf-basis", "transfer-images"]));
-        for wrong in [&["transfer-images", "brdf-basis"][..], &["brdf-basis"], &["transfer-images"], &["brdf-basis", "transfer-images", "shape"], &[]] {
+        for wrong in [
+            &["transfer-images", "brdf-basis"][..],
+            &["brdf-basis"],
+            &["transfer-images"],
+            &["brdf-basis", "transfer-images", "shape"],
+            &[],
+        ] {
             assert!(!fits(Kind::TransferImages, wrong), "{wrong:?}");
         }
         assert!(fits(Kind::SparseTransfer, &[e, e, t, rows]) && fits(Kind::SparseTransfer, &[e, rows]));
-        for wrong in [&[rows][..], &[t, rows], &[e, t, t, rows], &[t, e, rows], &[e, rows, rows], &[e, shape, rows], &[e, t], &[e, "magic", rows]] {
+        for wrong in
+            [&[rows][..], &[t, rows], &[e, t, t, rows], &[t, e, rows], &[e, rows, rows], &[e, shape, rows], &[e, t], &[e, "magic", rows]]
+        {
             assert!(!fits(Kind::SparseTransfer, wrong), "{wrong:?}");
         }
         assert!(fits(Kind::SphereShadows, &[e, t, shape, shape, shadows]) && fits(Kind::SphereShadows, &[e, shadows]));

@@ -30,7 +30,10 @@ impl Maps {
         self.names.push(name.clone());
         self.texels += map.texels.len() as u64;
         if self.names.len() > MAX_MAPS || self.texels > MAX_MAP_TEXELS {
-            return refuse(place, format!("is one environment map too many: at most {MAX_MAPS} of {MAX_MAP_TEXELS} texels together are possible"));
+            return refuse(
+                place,
+                format!("is one environment map too many: at most {MAX_MAPS} of {MAX_MAP_TEXELS} texels together are possible"),
+            );
         }
         Ok(())
     }

@@ -51,7 +51,10 @@ impl Objects {
         self.sets.insert(object.to_owned());
         self.pairs += (set.spheres.len() as u64).pow(2);
         if self.pairs > MAX_SPHERE_PAIRS {
-            return refuse(place, format!("its spheres and those before it make {} pairs, at most {MAX_SPHERE_PAIRS} are possible", self.pairs));
+            return refuse(
+                place,
+                format!("its spheres and those before it make {} pairs, at most {MAX_SPHERE_PAIRS} are possible", self.pairs),
+            );
         }
         Ok(())
     }

@@ -114,7 +114,10 @@ fn unwritable(error: Error) -> Error {
     match error {
         Error::Invalid { place, reason } => {
             let reason = reason.strip_suffix(section::DAMAGED).unwrap_or(&reason).to_owned();
-            Error::Invalid { place, reason: format!("{reason}; no reader would accept that, so it is not written; change what it comes from") }
+            Error::Invalid {
+                place,
+                reason: format!("{reason}; no reader would accept that, so it is not written; change what it comes from"),
+            }
         }
         other => other,
     }

@@ -26,6 +26,11 @@ impl<R: Read> Reader<R> {
         Ok(Self { input, header, place, next: 0 })
     }
 
+    /// What it reads from.
+    pub fn input(&self) -> &R {
+        &self.input
+    }
+
     /// The validated header.
     pub fn header(&self) -> &Header {
         &self.header

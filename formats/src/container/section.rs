@@ -119,7 +119,7 @@ impl Section {
         self.expect_finite(values)?;
         match values.iter().position(|v| v.abs() > most) {
             None => Ok(()),
-            Some(at) => Err(self.invalid(format!("element {at}, {}, is beyond {most:e}, the most that makes sense", values[at]))),
+            Some(at) => Err(self.invalid(format!("element {at}, {:?}, is beyond {most:?}, the most that makes sense", values[at]))),
         }
     }
 
@@ -138,9 +138,6 @@ impl Section {
 
     /// An [`Error::Invalid`] that names this section.
     pub fn invalid(&self, reason: impl AsRef<str>) -> Error {
-        Error::invalid(
-            &self.place.part(format!("section `{}`", self.info.name)),
-            format!("{}{DAMAGED}", reason.as_ref()),
-        )
+        Error::invalid(&self.place.part(format!("section `{}`", self.info.name)), format!("{}{DAMAGED}", reason.as_ref()))
     }
 }

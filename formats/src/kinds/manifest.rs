@@ -8,7 +8,9 @@ use crate::error::{Error, Place, Result};
 use crate::state::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
+use std::io::Read as _;
 use std::path::Path;
+use xxhash_rust::xxh3::Xxh3;
 
 /// Name of the manifest within a bundle.
 pub const FILE_NAME: &str = "manifest.json";
@@ -85,6 +87,49 @@ impl FileEntry {
 /// xxh3-128 in hexadecimal.
 pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
+}
+
+/// [`content_hash`] of what comes piece by piece.
+#[derive(Clone, Default)]
+pub struct ContentHash(Xxh3);
+
+impl ContentHash {
+    /// Adds the next bytes.
+    pub fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Of all bytes so far.
+    pub fn text(&self) -> String {
+        format!("{:032x}", self.0.digest128())
+    }
+}
+
+impl FileEntry {
+    /// Fails unless the file in `folder` is there, as long as listed, and with the listed hash.
+    pub fn expect_whole(&self, folder: &Path) -> Result<()> {
+        let place = Place::file(folder.join(&self.file));
+        let io = |e| Error::io(&place, e);
+        let mut file = std::fs::File::open(&place.file).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => Error::invalid(&place, "is missing although the manifest lists it; bake it again"),
+            _ => io(e),
+        })?;
+        let length = file.metadata().map_err(io)?.len();
+        if length != self.bytes {
+            return Err(Error::invalid(&place, format!("{length} bytes, the manifest lists {}; bake it again", self.bytes)));
+        }
+        let (mut hash, mut buffer) = (ContentHash::default(), vec![0; 1 << 16]);
+        loop {
+            match file.read(&mut buffer).map_err(io)? {
+                0 => break,
+                read => hash.update(buffer.get(..read).unwrap_or_default()),
+            }
+        }
+        if hash.text() != self.hash {
+            return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
+        }
+        Ok(())
+    }
 }
 
 /// What a bundle calls the sphere set of `object`; a [plain name](is_plain_name) or not.

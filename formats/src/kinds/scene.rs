@@ -297,7 +297,8 @@ impl StoredScene {
         self.meta.validate(place)?;
         let elements = self.positions.len().max(self.triangles.len());
         let most = MAX_SECTION_BYTES as usize / size_of::<[f32; 3]>();
-        let too_many = (elements > most).then(|| format!("{elements} vertices or triangles, at most {most} of each fit; simplify the meshes"));
+        let too_many =
+            (elements > most).then(|| format!("{elements} vertices or triangles, at most {most} of each fit; simplify the meshes"));
         let uneven = || (self.normals.len() != self.positions.len()).then(|| "not every vertex has a normal".to_owned());
         let fault = too_many
             .or_else(uneven)
@@ -326,7 +327,8 @@ fn fault_of_positions(positions: &[[f32; 3]]) -> Option<String> {
     // Not so with NaN either.
     let at = positions.as_flattened().iter().position(|x| !(x.abs() <= MAX_COORDINATE))?;
     let value = positions.as_flattened()[at];
-    let fault = if value.is_finite() { format!("is {value}, farther from the origin than {MAX_COORDINATE:e} m") } else { NOT_FINITE.to_owned() };
+    let fault =
+        if value.is_finite() { format!("is {value:?}, farther from the origin than {MAX_COORDINATE:e} m") } else { NOT_FINITE.to_owned() };
     Some(format!("element {at} {fault}"))
 }
 

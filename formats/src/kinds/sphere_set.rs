@@ -257,7 +257,7 @@ fn fault_of_spheres(spheres: &[[f32; 4]], vertices: &[[f32; 3]], meta: &Meta) ->
     let is_near = |s: &[f32; 4]| (0..3).all(|k| (low[k] - most..=high[k] + most).contains(&f64::from(s[k]))) && f64::from(s[3]) <= most;
     let at = spheres.iter().position(|sphere| !is_near(sphere))?;
     let [x, y, z, radius] = spheres[at];
-    Some(format!("sphere {at} of radius {radius} about [{x}, {y}, {z}] is larger than {most}, or so far from the mesh"))
+    Some(format!("sphere {at} of radius {radius:?} about [{x:?}, {y:?}, {z:?}] is larger than {most}, or so far from the mesh"))
 }
 
 /// Every point lies in its sphere, as far as the set promises.

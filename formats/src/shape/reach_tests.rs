@@ -8,7 +8,8 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 #[test]
 fn the_norm_of_a_matrix_is_its_largest_stretch() {
     let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 1.1));
-    for (stretch, most) in [(DVec3::ONE, 1.0), (DVec3::new(2.0, -3.0, 0.5), 3.0), (DVec3::new(0.0, 0.0, 7e200), 7e200), (DVec3::ZERO, 0.0)] {
+    for (stretch, most) in [(DVec3::ONE, 1.0), (DVec3::new(2.0, -3.0, 0.5), 3.0), (DVec3::new(0.0, 0.0, 7e200), 7e200), (DVec3::ZERO, 0.0)]
+    {
         let found = norm(&(turn * DMat3::from_diagonal(stretch) * turn.transpose()));
         assert!((found - most).abs() <= 1e-12 * most, "{stretch}: {found}");
     }
@@ -39,10 +40,18 @@ fn the_bound_holds_and_is_met_where_all_points_one_way() {
     assert_eq!(chain(3, 2.0, still.clone()).reach(), ((8.0 * 2.0 + 1.0) * 2.0 + 1.0) * 2.0 + 1.0);
     // The same with a weight of 3 at most: (2 + 3·4)·2 = 28.
     assert_eq!(chain(3, 2.0, Track { values: vec![-3.0, 0.0], ..still }).reach(), ((28.0 * 2.0 + 1.0) * 2.0 + 1.0) * 2.0 + 1.0);
-    let mesh = chain(1, 1.0, track(Property::Translation(0), Interpolation::CubicSpline, &[
-        0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 27.0, 0.0, 0.0, //
-        -27.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-    ]));
+    let mesh = chain(
+        1,
+        1.0,
+        track(
+            Property::Translation(0),
+            Interpolation::CubicSpline,
+            &[
+                0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 27.0, 0.0, 0.0, //
+                -27.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+            ],
+        ),
+    );
     let (mut now, mut farthest) = (Vec::new(), 0.0f32);
     for step in 0..=200 {
         mesh.positions_at(&mesh.clips[0], step as f32 / 100.0, &mut now);

@@ -56,7 +56,10 @@ impl Camera {
             return Err(Error::invalid(place, "camera: every value must be a finite number"));
         }
         if let Some(far) = self.position.iter().chain(&self.target).find(|x| x.abs() > MAX_COORDINATE) {
-            return Err(Error::invalid(place, format!("camera: {far} m is farther from the origin than {MAX_COORDINATE:e} m; move the camera")));
+            return Err(Error::invalid(
+                place,
+                format!("camera: {far:?} m is farther from the origin than {MAX_COORDINATE:e} m; move the camera"),
+            ));
         }
         let way = Vec3::from(self.target) - Vec3::from(self.position);
         if way.try_normalize().is_none() {

@@ -175,7 +175,8 @@ impl Head {
 /// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are each in the order of pixels.
 fn fault_of_coverage(pixel: &[u32], editable: usize, coverage: &[f16]) -> Option<String> {
     let mut groups = [(0, editable), (editable, pixel.len())];
-    let next = |groups: &[(usize, usize); 2]| groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied();
+    let next =
+        |groups: &[(usize, usize); 2]| groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied();
     while let Some(here) = next(&groups) {
         let mut sum = 0.0;
         for (at, end) in &mut groups {

@@ -19,8 +19,8 @@ use crate::lit::{Surroundings, belongs};
 use crate::stream::{Arrival, decode_all};
 use receivers::{Receivers, Sets, Shapes};
 use relume_formats::Place;
-use relume_formats::bundle::{Objects, expect_receivers};
 use relume_formats::basis::two_level::SIDE;
+use relume_formats::bundle::{Objects, expect_receivers};
 use relume_formats::container::{Kind, Section};
 use relume_formats::evaluate::sphere_shadows::{Detail, lobe};
 use relume_formats::kinds::SphereShadows as Bake;
@@ -130,7 +130,7 @@ impl Playback for SphereShadows {
         match &mut self.waiting {
             Some(waiting) if belongs(arrival.kind) => waiting.surroundings.section_arrived(gpu, arrival),
             Some(_) if matches!(arrival.kind, Kind::SphereSet | Kind::Shape | Kind::SphereShadows) => {
-                let Arrival { kind, object, section, last } = arrival;
+                let Arrival { kind, name: object, section, last } = arrival;
                 let place = section.place.clone();
                 self.pending.push(section);
                 if !last {

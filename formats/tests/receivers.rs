@@ -76,7 +76,7 @@ fn broken_objects_and_rows_are_refused() {
         (|s| s.meta.terms = 5, "keeps 5 terms, expected 6 to 200"),
         (|s| s.meta.terms = 201, "keeps 201 terms, expected 6 to 200"),
         (|s| s.meta.objects.clear(), "there are no objects"),
-        (|s| s.meta.objects[2].name = "päper 0".to_owned(), "two of the objects have the same name, `päper 0`"),
+        (|s| s.meta.objects[2].name = "päper 0".to_owned(), "two objects are called `päper 0`"),
         (|s| s.meta.objects[0].first_vertex = 1, "object `päper 0` has 5 vertices from 1 on"),
         (|s| s.meta.objects[1].first_vertex = 4, "object `päper 1` has 4 vertices from 4 on, which do not follow those before"),
         (|s| s.meta.objects[1].vertices = 0, "object `päper 1` has 0 vertices"),

@@ -86,8 +86,8 @@ fn scenes_whose_shapes_are_none_are_refused() {
     let clip = |name: &str, duration_s| StoredClip { name: name.to_owned(), duration_s };
     let cases: [Case; 4] = [
         (|m| m.shapes[0].object = "ghost".to_owned(), "shape `ghost` is no object"),
-        (|m| m.shapes.push(m.shapes[0].clone()), "two of the objects that deform have the same name, `fox`"),
-        (|m| m.shapes[0].clips[1].name = "Walk".to_owned(), "two of the clips of shape `fox` have the same name, `Walk`"),
+        (|m| m.shapes.push(m.shapes[0].clone()), "two objects that deform are called `fox`"),
+        (|m| m.shapes[0].clips[1].name = "Walk".to_owned(), "two clips of shape `fox` are called `Walk`"),
         (|m| m.shapes[0].clips[1].duration_s = f32::NAN, "NaN s, is no number of at least 0"),
     ];
     for (change, expected) in cases {
@@ -143,14 +143,14 @@ fn shapes_that_break_the_rules_are_refused() {
     type Case = (fn(&mut DeformingMesh), &'static str);
     let cases: [Case; 10] = [
         (|s| s.clips[0].tracks[1].values.fill(1e30), "may take vertices"),
-        (|s| s.clips[0].name = "\u{9b}".to_owned(), "of the clips has control characters"),
+        (|s| s.clips[0].name = "\u{9b}".to_owned(), "of one of the clips has control characters"),
         (|s| s.positions[2][1] = f32::NAN, "vertex 2 is not a finite position"),
         (|s| s.influences[1].weights = [0.5, 0.0, 0.0, 0.0], "must have the sum 1"),
         (|s| s.influences[0].joints = [4, 4, 0, 0], "vertex 0: names joint 4 of 4"),
         (|s| s.joints[1].node = 9, "joint 1: names node 9 of 4"),
         (|s| s.nodes[0].parent = Some(3), "node 0: its parent 3 does not come before it"),
         (|s| s.morph_targets[0].vertices[0] = 4, "morph target 0: the vertices that it moves must increase"),
-        (|s| s.clips[1].name = "Läufer".to_owned(), "two of the clips have the same name, `Läufer`"),
+        (|s| s.clips[1].name = "Läufer".to_owned(), "two clips are called `Läufer`"),
         (|s| s.clips[0].tracks[1].times_s[1] = -1.0, "clip `Läufer`: track 1"),
     ];
     for (change, expected) in cases {

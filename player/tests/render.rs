@@ -64,7 +64,10 @@ fn files_of_different_bakes_are_refused() {
     bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
-    assert!(error.to_string().contains("film size [37, 23], the scene's is [23, 37]; bake the whole bundle again") && error.exit_code() == 2, "{error}");
+    assert!(
+        error.to_string().contains("film size [37, 23], the scene's is [23, 37]; bake the whole bundle again") && error.exit_code() == 2,
+        "{error}"
+    );
 
     let mut bundle = Bundle::write(true);
     let path = bundle.folder().join("basis.relume");

@@ -205,7 +205,7 @@ impl Manifest {
         fault_of_name("the scene", &self.scene)
             .or_else(|| self.animations.keys().find_map(|name| fault_of_name("an animation", name)))
             .or_else(|| self.sphere_sets.keys().find_map(|name| fault_of_name("an object", name)))
-            .or_else(|| fault_of_names("the methods", self.methods.iter().map(|method| method.name.as_str())))
+            .or_else(|| fault_of_names("methods", self.methods.iter().map(|method| method.name.as_str())))
     }
 
     /// Methods may share a file, which must then be the same for all; besides, each stands for one thing.

@@ -13,12 +13,12 @@ pub(crate) fn fault_of_name(what: &str, name: &str) -> Option<String> {
     name.chars().any(char::is_control).then(|| format!("the name `{name}` of {what} has control characters"))
 }
 
-/// What is wrong with the first of some names that are all of `what` and must differ.
+/// What is wrong with the first of some names that are all of `what`, in the plural, and must differ.
 pub(crate) fn fault_of_names<'a>(what: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let mut known = HashSet::new();
     names.into_iter().find_map(|name| {
-        let twice = || (!known.insert(name)).then(|| format!("two of {what} have the same name, `{name}`"));
-        fault_of_name(what, name).or_else(twice)
+        let twice = || (!known.insert(name)).then(|| format!("two {what} are called `{name}`"));
+        fault_of_name(&format!("one of the {what}"), name).or_else(twice)
     })
 }
 
@@ -30,7 +30,7 @@ mod tests {
     fn names_are_short_plain_and_differ() {
         assert_eq!(fault_of_names("materials", ["a", "päper", &"é".repeat(MAX_NAME)]), None);
         assert_eq!(fault_of_name("object", &"é".repeat(MAX_NAME + 1)).unwrap(), "the name of object has more than 128 characters");
-        assert_eq!(fault_of_names("maps", ["a", "b\u{1b}[2J"]).unwrap(), "the name `b\u{1b}[2J` of maps has control characters");
-        assert_eq!(fault_of_names("maps", ["a", "b", "a"]).unwrap(), "two of maps have the same name, `a`");
+        assert_eq!(fault_of_names("maps", ["a", "b\u{1b}[2J"]).unwrap(), "the name `b\u{1b}[2J` of one of the maps has control characters");
+        assert_eq!(fault_of_names("maps", ["a", "b", "a"]).unwrap(), "two maps are called `a`");
     }
 }

@@ -129,8 +129,8 @@ impl Meta {
         let map = self.environment.as_ref().and_then(|look| fault_of_name("the environment map", &look.map));
         fault_of_name("the scene", &self.name)
             .or(map)
-            .or_else(|| fault_of_names("the materials", self.materials.iter().map(|m| m.name.as_str())))
-            .or_else(|| fault_of_names("the objects", self.objects.iter().map(|o| o.name.as_str())))
+            .or_else(|| fault_of_names("materials", self.materials.iter().map(|m| m.name.as_str())))
+            .or_else(|| fault_of_names("objects", self.objects.iter().map(|o| o.name.as_str())))
             .or_else(|| self.fault_of_shapes())
             .or_else(|| {
                 let stranger = self.objects.iter().find(|o| o.material as usize >= materials)?;
@@ -143,7 +143,7 @@ impl Meta {
         let ghost = self.shapes.iter().find(|shape| !objects.contains(shape.object.as_str()));
         ghost
             .map(|shape| format!("shape `{}` is no object", shape.object))
-            .or_else(|| fault_of_names("the objects that deform", self.shapes.iter().map(|shape| shape.object.as_str())))
+            .or_else(|| fault_of_names("objects that deform", self.shapes.iter().map(|shape| shape.object.as_str())))
             .or_else(|| self.shapes.iter().find_map(StoredShape::fault))
     }
 
@@ -225,7 +225,7 @@ impl StoredShape {
         if let Some(clip) = self.clips.iter().find(|clip| !(clip.duration_s.is_finite() && clip.duration_s >= 0.0)) {
             return Some(format!("the duration of a clip of shape `{}`, {} s, is no number of at least 0", self.object, clip.duration_s));
         }
-        fault_of_names(&format!("the clips of shape `{}`", self.object), self.clips.iter().map(|clip| clip.name.as_str()))
+        fault_of_names(&format!("clips of shape `{}`", self.object), self.clips.iter().map(|clip| clip.name.as_str()))
     }
 }
 

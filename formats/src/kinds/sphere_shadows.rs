@@ -143,7 +143,7 @@ impl Meta {
         if self.objects.is_empty() {
             return Some("there are no objects".to_owned());
         }
-        fault_of_names("the objects", self.objects.iter().map(|object| object.name.as_str()))
+        fault_of_names("objects", self.objects.iter().map(|object| object.name.as_str()))
     }
 
     /// Of all objects.

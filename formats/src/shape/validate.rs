@@ -65,7 +65,7 @@ impl DeformingMesh {
     }
 
     fn expect_clips(&self) -> std::result::Result<(), String> {
-        if let Some(fault) = fault_of_names("the clips", self.clips.iter().map(|clip| clip.name.as_str())) {
+        if let Some(fault) = fault_of_names("clips", self.clips.iter().map(|clip| clip.name.as_str())) {
             return Err(fault);
         }
         for clip in &self.clips {

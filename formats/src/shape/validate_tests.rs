@@ -112,7 +112,7 @@ fn broken_clips_are_refused_with_their_name_and_track() {
         assert!(message.contains(part), "{message}");
     }
     let message = refusal(|mesh| mesh.clips.push(mesh.clips[0].clone()));
-    assert!(message.contains("two of the clips have the same name, `walk`"), "{message}");
+    assert!(message.contains("two clips are called `walk`"), "{message}");
 }
 
 #[test]

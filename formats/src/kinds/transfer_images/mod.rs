@@ -207,7 +207,7 @@ impl Meta {
         if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
             return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));
         }
-        section.expect(fault_of_names("the materials", self.materials.iter().map(String::as_str)))?;
+        section.expect(fault_of_names("materials", self.materials.iter().map(String::as_str)))?;
         if self.chromaticity.is_some_and(|c| !c.iter().all(|v| (0.0..=1.0).contains(v)) || !c.contains(&1.0)) {
             return Err(section.invalid("the chromaticity is outside 0..1, or has no channel of 1"));
         }

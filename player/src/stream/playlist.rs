@@ -47,6 +47,8 @@ pub struct Playlist {
     pub items: Vec<Item>,
     /// The method that plays them.
     pub method: Method,
+    /// The kinds of the main files of all methods of the bundle that are known.
+    pub kinds: Vec<Kind>,
 }
 
 impl Playlist {
@@ -85,7 +87,8 @@ impl Playlist {
                 .ok_or_else(|| FormatError::unsupported(&place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
             items.push(item(kind, entry));
         }
-        Ok(Self { items, method })
+        let kinds = manifest.methods.iter().filter_map(|entry| Some(Method::find(&entry.name)?.kind)).collect();
+        Ok(Self { items, method, kinds })
     }
 
     /// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.

@@ -145,6 +145,8 @@ pub fn run(
     job: &Job,
 ) -> Result<Summary> {
     methods.iter().try_for_each(|method| method.expect_fit(scene))?;
+    // By the very checks of its readers, before anything is traced.
+    stored_scene(scene, size).validate(&Place::file(&scene.file))?;
     let start = Instant::now();
     let unfinished = folder.join(UNFINISHED);
     // Of any method: publishing takes all that is unfinished away.

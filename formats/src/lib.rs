@@ -6,6 +6,7 @@
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
+//! * [`bundle`]: what must agree between the files of a bundle;
 //! * [`state`]: what may change at playback: materials, camera, animation;
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
 //! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
@@ -13,6 +14,7 @@
 //! This crate knows nothing of rays, windows or GPUs, uses threads only in [`fast`], and never panics on data from outside.
 
 pub mod basis;
+pub mod bundle;
 pub mod container;
 pub mod error;
 pub mod evaluate;

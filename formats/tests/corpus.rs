@@ -17,6 +17,7 @@ mod support {
 }
 
 use half::f16;
+use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::scene::StoredMaterial;
@@ -32,7 +33,7 @@ use support::{relighting, samples, scenes, shadows, spheres};
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);
 
-const CASES: [Case; 32] = [
+const CASES: [Case; 43] = [
     ("empty.relume", Kind::Scene, "the file ends early", Vec::new),
     ("text-mode-transfer.relume", Kind::Scene, "wrong magic", || {
         let mut file = triangle().bytes();
@@ -114,7 +115,7 @@ const CASES: [Case; 32] = [
             file.bytes()
         },
     ),
-    ("ggx-mirror.relume", Kind::BrdfBasis, "roughnesses above 0", || {
+    ("ggx-mirror.relume", Kind::BrdfBasis, "roughnesses of 0.32 to 1", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.functions = Functions::Ggx { roughness: vec![0.0], weights: vec![1.0; 3] };
         written(&basis)
@@ -141,7 +142,7 @@ const CASES: [Case; 32] = [
         file.sections[0].set_raw(&meta);
         file.bytes()
     }),
-    ("negative-radiance.relume", Kind::Environment, "a radiance is negative", || {
+    ("negative-radiance.relume", Kind::Environment, "a radiance is outside 0..1e12", || {
         let mut environment = relighting::environment(1, false);
         environment.map.texels[0] = [0.0, -1.0, 0.0];
         written(&environment)
@@ -186,6 +187,53 @@ const CASES: [Case; 32] = [
         scene.meta.materials[0] = StoredMaterial { name: "line\nbreak".to_owned(), brdf, varies: true, textured: true };
         written(&scene)
     }),
+    ("normal-of-no-length.relume", Kind::Scene, "the normal of vertex 1 is of length 0, not 1", || {
+        changed(&triangle(), "normals", |values| values[3..6].fill(0.0))
+    }),
+    ("vertex-beyond-the-world.relume", Kind::Scene, "element 4 is 1e30, farther from the origin than 1e9 m", || {
+        changed(&triangle(), "positions", |values| values[4] = 1e30)
+    }),
+    ("name-that-steers-a-terminal.relume", Kind::Scene, r"the name `a\u{1b}[2J` of the scene has control characters", || {
+        let mut scene: StoredScene = scenes::scene(3);
+        scene.meta.name = "a\u{1b}[2J".to_owned();
+        written(&scene)
+    }),
+    ("basis-of-one-exponent.relume", Kind::BrdfBasis, "section `parameters`: runs from 1 to 1.1, expected 1 to 200", || {
+        let mut basis = samples::basis(1, 2, true);
+        (basis.parameters, basis.coefficients) = (vec![1.0, 1.1], vec![1.0; 4]);
+        written(&basis)
+    }),
+    ("coefficients-that-overflow.relume", Kind::BrdfBasis, "section `coefficients`: element 0, 3e38, is beyond 10000.0", || {
+        let mut basis = samples::basis(1, 2, true);
+        basis.coefficients[0] = 3e38;
+        written(&basis)
+    }),
+    ("coverage-above-the-pixel.relume", Kind::TransferImages, "the fragments of pixel 0 cover 1.25 of it", || {
+        written(&covered([0.75, 0.5], 1.0))
+    }),
+    ("scale-that-overflows.relume", Kind::TransferImages, "section `scales`: element 0, 3e38, is beyond 1e18", || {
+        written(&covered([0.75, 0.25], 3e38))
+    }),
+    ("radiance-that-overflows.relume", Kind::Environment, "a radiance is outside 0..1e12", || {
+        let mut environment = relighting::environment(1, false);
+        environment.map.texels[0] = [1e38, 0.0, 0.0];
+        written(&environment)
+    }),
+    ("unit-that-overflows.relume", Kind::SparseTransfer, "section `scale/0000`: the values of vertex 0 reach", || {
+        let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
+        rows.meta.unit = 1e38;
+        written(&rows)
+    }),
+    ("sphere-as-large-as-the-sky.relume", Kind::SphereSet, "sphere 0 of radius 1e30 about [", || {
+        let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
+        set.spheres[0][3] = 1e30;
+        written(&set)
+    }),
+    ("sphere-of-other-points.relume", Kind::SphereSet, "outside its sphere", || {
+        let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
+        set.spheres.iter_mut().for_each(|sphere| sphere[3] = 1e-3);
+        written(&set)
+    }),
 ];
 
 /// Manifests, read as `manifest.json`.
@@ -200,13 +248,33 @@ const MANIFESTS: [(&str, &str, &str); 3] = [
 ];
 
 fn written(value: &impl Stored) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    value.write_file(&folder.path().join("a.relume")).unwrap()
+    value.to_bytes_unchecked(Place::file("a.relume")).unwrap()
+}
+
+/// `file` with the floats of one section changed.
+fn changed(file: &RawFile, section: &str, change: impl FnOnce(&mut [f32])) -> Vec<u8> {
+    let mut file = file.clone();
+    let section = file.sections.iter_mut().find(|s| s.name == section).unwrap();
+    let mut values: Vec<f32> = section.raw().as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    change(&mut values);
+    section.set_raw(&values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
+    file.bytes()
+}
+
+/// Images of one pixel that an editable material and a fixed one cover, their first scale `scale`.
+fn covered(coverage: [f32; 2], scale: f32) -> kinds::TransferImages {
+    let mut images = samples::images(1, 1, 2, true, [1, 1]);
+    let head = Arc::make_mut(&mut images.head);
+    (head.pixel, head.class, head.coverage) = (vec![0; 2], vec![0, 1], coverage.map(f16::from_f32).to_vec());
+    head.meta.editable_fragments = 1;
+    head.scales[0] = scale;
+    images.images.clear();
+    images
 }
 
 /// The first sections of shadows, for all of them are large; what is wrong with these is noticed before the end.
 fn first_sections(count: usize, change: fn(&mut kinds::SphereShadows)) -> Vec<u8> {
-    let mut shadows = shadows::sphere_shadows(1, &[2, 2], 0, 0);
+    let mut shadows = shadows::sphere_shadows(1, &[2, 2], 0);
     change(&mut shadows);
     shadows.lobes.resize(shadows.normals.len() * COEFFICIENTS, 0.0);
     shadows.order.resize(shadows.normals.len() * ORDERED, 0);

@@ -135,6 +135,7 @@ fn oversized_claims_are_refused() {
         ("more sections than the table holds", with(|f| f.section_count = 3), "section table is malformed"),
         ("sections without number", with(|f| f.section_count = u64::MAX), "section table is malformed"),
         ("too many sections", RawFile::new(1, empty_sections((1 << 16) + 1)), "65537 sections, kind `scene` has at most 4"),
+        ("sections of more than 4 GiB together", RawFile::new(8, claims(33)), "decode to 4429185024, more than 4294967296 are not read"),
         ("a name of all addresses", table_of(&[&u64::MAX.to_le_bytes()]), "section table is malformed"),
         (
             "dimensions without number",
@@ -207,6 +208,12 @@ fn claim(element: u32, shape: &[u64], raw_bytes: u64) -> RawFile {
 fn empty_sections(count: usize) -> Vec<RawSection> {
     let first = RawSection::new("s", 0, &[0], 0, &[]);
     (0..count).map(|i| RawSection { name: format!("s{i}"), ..first.clone() }).collect()
+}
+
+/// Sections of 128 MiB each, of nothing.
+fn claims(count: usize) -> Vec<RawSection> {
+    let longest = |section| RawSection { shape: vec![128 << 20], raw_bytes: 128 << 20, ..section };
+    empty_sections(count).into_iter().map(longest).collect()
 }
 
 /// A table that says it has one row, which begins with `parts`.

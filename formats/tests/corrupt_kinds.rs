@@ -11,23 +11,23 @@ mod support {
 }
 
 use half::f16;
-use relume_formats::Error;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages, VisibilityTable};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
+use relume_formats::{Error, Place};
 use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
 use support::{samples, scenes};
 
-/// Writing does not validate, so any value can be put in a file.
+/// Refused when it is read, and not even written.
 fn assert_refused<T: Stored>(value: &T, expected: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let bytes = value.write_file(&folder.path().join("a.relume")).unwrap();
-    assert_invalid(T::KIND, &bytes, expected);
+    assert_invalid(T::KIND, &value.to_bytes_unchecked(Place::file("a.relume")).unwrap(), expected);
+    let unwritten = value.to_bytes(Place::file("a.relume")).unwrap_err().to_string();
+    assert!(unwritten.contains(expected) && !unwritten.contains("damaged"), "`{expected}`: {unwritten}");
 }
 
 fn assert_invalid(kind: Kind, bytes: &[u8], expected: &str) {
@@ -92,7 +92,7 @@ fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
 #[test]
 fn broken_scenes() {
     type Change = fn(&mut StoredScene);
-    let cases: [(Change, &str); 20] = [
+    let cases: [(Change, &str); 33] = [
         (|s| s.meta.camera.fov_deg = 0.0, "fov_deg 0 is outside"),
         (|s| s.meta.camera.target = s.meta.camera.position, "position and target coincide"),
         (|s| s.meta.camera.position[1] = f32::NAN, "finite"),
@@ -106,15 +106,29 @@ fn broken_scenes() {
         (|s| wear(s, false, ggx(1.5, 0.5)), "metallic 1.5 must be numbers of 0 to 1"),
         (|s| wear(s, true, ggx(f32::NAN, 0.5)), "metallic NaN must be"),
         (|s| wear(s, true, ggx(0.1, 0.5)), "metallic 0.1 with a textured base colour"),
-        (|s| s.meta.materials.push(s.meta.materials[0].clone()), "the same name"),
-        (|s| s.meta.objects.push(s.meta.objects[0].clone()), "the same name"),
+        (|s| s.meta.materials.push(s.meta.materials[0].clone()), "are called `"),
+        (|s| s.meta.objects.push(s.meta.objects[0].clone()), "are called `"),
         (|s| s.meta.objects[0].material = s.meta.materials.len() as u32, "names a material that is not there"),
         (|s| s.meta.objects[0].triangles += 1, "do not cover the triangles"),
         (|s| s.positions[0][2] = f32::INFINITY, "section `positions`: element 2 is not a finite number"),
         (|s| s.normals[0][0] = f32::NAN, "section `normals`: element 0 is not a finite number"),
         (|s| s.triangles[0][1] = s.positions.len() as u32, "names a vertex that is not there"),
+        (|s| s.normals[0] = [0.0; 3], "section `normals`: the normal of vertex 0 is of length 0, not 1"),
+        (|s| s.normals[0][0] *= 1.0001, "section `normals`: the normal of vertex 0 is of length 1.0001, not 1"),
+        (|s| s.positions[0][1] = -1.001e9, "section `positions`: element 1 is -1001000000.0, farther from the origin than 1e9 m"),
+        (|s| s.meta.camera.target[0] = 3e38, "section `meta`: camera: 3e38 m is farther from the origin"),
+        (|s| s.meta.camera.target = s.meta.camera.position.map(|x| x + 1e-30), "position and target coincide"),
+        (|s| s.meta.camera.fov_deg = 180.0, "fov_deg 180 is outside"),
+        (|s| s.meta.name = "a\u{1b}[2J".to_owned(), "the name `a\\u{1b}[2J` of the scene has control characters"),
+        (|s| s.meta.objects[0].name = "\n".to_owned(), "the name `\\n` of one of the objects has control characters"),
+        (|s| s.meta.materials[0].name = "m".repeat(129), "the name of one of the materials has more than 128 characters"),
+        (|s| s.meta.materials = vec![s.meta.materials[0].clone(); 4097], "4097 materials and"),
+        (|s| s.meta.environment.as_mut().unwrap().gain[1] = f32::NAN, "gain [1.0, NaN, 1000000000.0] is outside"),
+        (|s| s.meta.environment.as_mut().unwrap().rotation_deg = f32::INFINITY, "rotation_deg must be a finite number"),
+        (|s| s.meta.environment.as_mut().unwrap().map = "\r".to_owned(), "of the environment map has control characters"),
     ];
-    let sound = (0..).map(scenes::scene).find(|s| !s.meta.objects.is_empty() && !s.triangles.is_empty()).unwrap();
+    let sound =
+        (0..).map(scenes::scene).find(|s| !s.meta.objects.is_empty() && !s.triangles.is_empty() && s.meta.environment.is_some()).unwrap();
     for (change, expected) in cases {
         let mut scene = sound.clone();
         change(&mut scene);
@@ -185,7 +199,7 @@ fn lobes(basis: &mut BrdfBasis) -> &mut Vec<f32> {
 #[test]
 fn broken_bases() {
     type Change = fn(&mut BrdfBasis);
-    let cases: [(Change, &str); 8] = [
+    let cases: [(Change, &str); 15] = [
         (|b| b.parameters.swap(0, 1), "increasing parameters"),
         (|b| b.parameters[1] = f32::NAN, "increasing parameters"),
         (|b| *b.parameters.last_mut().unwrap() = f32::INFINITY, "section `parameters`: element"),
@@ -194,6 +208,13 @@ fn broken_bases() {
         (|b| lobes(b)[77] = f32::NEG_INFINITY, "section `lobes`: element 77"),
         (|b| (b.coefficients, *lobes(b)) = (vec![1.0; b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
         (|b| *b = samples::basis(1, 33, true), "holds 33 bases, 2 to 32"),
+        (|b| *b.parameters.last_mut().unwrap() = 199.0, "section `parameters`: runs from 1 to 199, expected 1 to 200"),
+        (|b| b.parameters[0] = -5.0, "section `parameters`: runs from -5 to 200"),
+        (|b| b.parameters.iter_mut().for_each(|p| *p = 1.0 + *p * 1e-3), "section `parameters`: runs from 1.001 to 1.2"),
+        (|b| b.coefficients[1] = 3e38, "section `coefficients`: element 1, 3e38, is beyond 10000.0"),
+        (|b| lobes(b)[5] = -3e38, "section `lobes`: element 5"),
+        (|b| b.meta.error_between.mean = f64::NAN, "section `meta`: errors"),
+        (|b| b.meta.error_at_samples.worst = -1.0, "section `meta`: errors"),
     ];
     let sound = samples::basis(3, 3, true);
     for (change, expected) in cases {
@@ -222,12 +243,14 @@ fn samples_of(basis: &mut BrdfBasis) -> (&mut Vec<f32>, &mut Vec<f32>) {
 #[test]
 fn broken_ggx_bases() {
     type Change = fn(&mut BrdfBasis);
-    let cases: [(Change, &str); 10] = [
+    let cases: [(Change, &str); 12] = [
         (|b| b.parameters.reverse(), "increasing parameters"),
+        (|b| b.parameters[0] = 0.3, "section `parameters`: runs from 0.3 to 1, expected 0.32 to 1"),
+        (|b| samples_of(b).1[9] = 1e31, "section `weights`: element 9"),
         (|b| b.coefficients[11] = f32::NAN, "section `coefficients`: element 11"),
-        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
-        (|b| samples_of(b).0[1] = -0.5, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
-        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses above 0, up to 1"),
+        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
+        (|b| samples_of(b).0[1] = 0.3, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
+        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
         (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
         (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
         (|b| *b = samples::ggx_basis(1, 2, 65), "section `roughness`: needs 1 to 64"),
@@ -254,10 +277,10 @@ fn broken_ggx_bases() {
 #[test]
 fn broken_transfer_images() {
     type Change = fn(&mut Head);
-    let cases: [(Change, &str); 17] = [
+    let cases: [(Change, &str); 22] = [
         (|h| h.meta.size = [0, 3], "film size [0, 3]"),
         (|h| h.meta.size = [3, 16_385], "film size [3, 16385]"),
-        (|h| h.meta.materials[1] = "m0".to_owned(), "the same name"),
+        (|h| h.meta.materials[1] = "m0".to_owned(), "are called `"),
         (|h| h.meta.chromaticity = Some([1.0, 2.0, 0.0]), "chromaticity is outside"),
         (|h| h.meta.chromaticity = Some([1.0, f32::NAN, 0.0]), "chromaticity is outside"),
         (|h| h.meta.editable_fragments = h.pixel.len() as u32 + 1, "do not fit the film"),
@@ -272,6 +295,11 @@ fn broken_transfer_images() {
         (|h| h.coverage[0] = f16::from_f32(1.01), "a coverage is outside"),
         (|h| h.coverage[0] = f16::NAN, "a coverage is outside"),
         (|h| h.scales[2] = f32::INFINITY, "section `scales`: element 2"),
+        (|h| h.scales[2] = 3e38, "section `scales`: element 2, 3e38, is beyond 1e18"),
+        (|h| h.scales[2] = -1.0, "a scale is negative"),
+        (|h| h.coverage.fill(f16::from_f32(0.9)), "section `fragments/coverage`: the fragments of pixel"),
+        (|h| h.meta.chromaticity = Some([0.5, 0.25, 0.5]), "has no channel of 1"),
+        (|h| h.meta.materials[1] = "\u{7}".to_owned(), "has control characters"),
     ];
     let sound = samples::images(3, 2, 3, true, [4, 3]);
     for (change, expected) in cases {

@@ -13,6 +13,7 @@ mod support {
 }
 
 use proptest::prelude::*;
+use relume_formats::Place;
 use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereShadows;
@@ -23,20 +24,19 @@ use support::samples::Random;
 use support::shadows::sphere_shadows;
 
 fn sample() -> SphereShadows {
-    sphere_shadows(1, &[5, 4, 3], 2, 20)
+    sphere_shadows(1, &[5, 4, 3], 2)
 }
 
 fn written(shadows: &SphereShadows) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    shadows.write_file(&folder.path().join("a.relume")).unwrap()
+    shadows.to_bytes_unchecked(Place::file("a.relume")).unwrap()
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(8) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2) })]
 
     #[test]
-    fn shadows_come_back(seed: u64, vertices in prop::collection::vec(1u32..9, 1..5), exact in 0usize..9, terms in 0usize..300) {
-        let shadows = sphere_shadows(seed, &vertices, exact, terms);
+    fn shadows_come_back(seed: u64, vertices in prop::collection::vec(1u32..9, 1..5), exact in 0usize..9) {
+        let shadows = sphere_shadows(seed, &vertices, exact);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.relume");
         let bytes = shadows.write_file(&path).unwrap();
@@ -60,7 +60,6 @@ fn the_sections_are_those_documented() {
     assert_eq!((file.kind, file.kind_version), (12, 0));
 }
 
-/// Writing does not validate, so any value can be put in a file.
 fn assert_refused(change: impl FnOnce(&mut SphereShadows), expected: &str) {
     let mut shadows = sample();
     change(&mut shadows);
@@ -97,7 +96,7 @@ fn broken_objects_and_rows_are_refused() {
 #[test]
 fn broken_normals_and_lobes_are_refused() {
     type Case = (fn(&mut SphereShadows), &'static str);
-    let cases: [Case; 13] = [
+    let cases: [Case; 17] = [
         (|s| s.normals.truncate(NODES - 1), "section `normals`: has shape [383, 3], expected [384 to 4096, 3]"),
         (|s| s.normals = vec![[1.0, 0.0, 0.0]; 4097], "has shape [4097, 3]"),
         (|s| s.normals[385] = [0.0; 3], "the normal of row 385 is not of length 1"),
@@ -107,6 +106,10 @@ fn broken_normals_and_lobes_are_refused() {
         (|s| s.normals.swap(7, 9), "row 7 is not that node of the grid"),
         (|s| s.lobes[3] = f32::NAN, "section `lobes`: element 3 is not a finite number"),
         (|s| s.lobes[386 * 6144 - 1] = f32::NEG_INFINITY, "section `lobes`: element 2371583 is not"),
+        (|s| s.lobes.iter_mut().for_each(|c| *c *= 1000.0), "section `lobes`: coefficient 0 of row 0 is"),
+        (|s| s.lobes.iter_mut().for_each(|c| *c = -*c), "which is not that of the lobe of its normal"),
+        (|s| s.lobes[384 * 6144 + 77] += 1e-4, "section `lobes`: coefficient 77 of row 384"),
+        (|s| s.lobes[5 * 6144..6 * 6144].fill(0.0), "of row 5 is 0"),
         (|s| s.order[199] = 6144, "section `order`: the terms of row 0 are not the largest of its lobe in order"),
         (|s| s.order[385 * 200 + 8] = s.order[385 * 200 + 7], "the terms of row 385"),
         (|s| s.order.swap(3 * 200 + 6, 3 * 200 + 7), "the terms of row 3"),
@@ -146,7 +149,7 @@ fn sections_of_other_shapes_and_orders_are_refused() {
 #[test]
 fn damaged_and_shortened_files_are_refused() {
     let file = written(&sample());
-    for at in (0..file.len()).step_by(file.len() / 150) {
+    for at in (0..file.len()).step_by(file.len() / 25) {
         let mut damaged = file.clone();
         damaged[at] ^= 4;
         refusal(Kind::SphereShadows, &damaged);
@@ -175,15 +178,4 @@ fn terms_stand_by_size_after_the_scaling_functions() {
     for node in [0, 77, 383] {
         assert_ordered(&diffuse::lobe(diffuse::grid_normal(node)));
     }
-}
-
-#[test]
-fn a_file_of_real_lobes_comes_back() {
-    let mut shadows = sphere_shadows(2, &[3], 0, 0);
-    shadows.lobes = (0..NODES).flat_map(|node| diffuse::lobe(diffuse::grid_normal(node))).collect();
-    shadows.order = shadows.lobes.chunks_exact(COEFFICIENTS).flat_map(order).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.relume");
-    shadows.write_file(&path).unwrap();
-    assert!(SphereShadows::read_file(&path).unwrap() == shadows);
 }

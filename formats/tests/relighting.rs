@@ -14,6 +14,7 @@ mod support {
 
 use half::f16;
 use proptest::prelude::*;
+use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, cubemap, haar};
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
@@ -60,8 +61,7 @@ proptest! {
 
 /// A file with one section changed beyond what the types allow, or sections moved, is refused with `expected`.
 fn assert_forged_refused<T: Stored>(value: &T, change: impl Fn(&mut Vec<RawSection>), expected: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let file = RawFile::parse(&value.write_file(&folder.path().join("a.relume")).unwrap());
+    let file = RawFile::parse(&value.to_bytes_unchecked(Place::file("a.relume")).unwrap());
     let mut sections = file.sections.clone();
     change(&mut sections);
     let message = refusal(T::KIND, &RawFile::new(file.kind, sections).bytes()).to_string();
@@ -80,8 +80,10 @@ fn environments_that_are_none_are_refused() {
         broken.map.texels[0][1] = texel;
         broken
     };
-    assert_refused(&with(-1.0), "a radiance is negative");
-    assert_refused(&with(f32::NAN), "not a finite number");
+    assert_refused(&with(-1.0), "a radiance is outside 0..1e12");
+    assert_refused(&with(f32::NAN), "a radiance is outside 0..1e12");
+    assert_refused(&with(2e12), "a radiance is outside 0..1e12");
+    assert_refused(&Environment { name: "a\nb".to_owned(), ..sound.clone() }, "the name `a\\nb` of the map has control characters");
     let reshaped = |shape: [u64; 3]| move |sections: &mut Vec<RawSection>| sections[1].shape = shape.to_vec();
     let texels = sound.map.texels.len() as u64;
     assert_forged_refused(&sound, reshaped([1, 1, texels * 3]), "has shape");
@@ -112,9 +114,6 @@ fn textures_that_are_none_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let refused = many.write_file(&folder.path().join("a.relume")).unwrap_err().to_string();
     assert!(refused.contains("has at most"), "{refused}");
-    let place = relume_formats::Place::file("t.relume");
-    assert!(sound.expect_scene(sound.uvs.len(), 4, &place).is_ok());
-    assert!(sound.expect_scene(sound.uvs.len() + 1, 4, &place).is_err() && sound.expect_scene(sound.uvs.len(), 1, &place).is_err());
 }
 
 #[test]
@@ -126,7 +125,7 @@ fn rows_that_are_none_are_refused() {
         rows
     };
     type Case<'a> = (&'a dyn Fn(&mut SparseTransfer), &'a str);
-    let cases: [Case<'_>; 8] = [
+    let cases: [Case<'_>; 11] = [
         (&|r| r.meta.face_size = 3, "section `meta`: a light of 3 texels"),
         (&|r| r.meta.face_size = 128, "a light of 128 texels"),
         (&|r| r.meta.bounces = 3, "and 3 bounces are out of range"),
@@ -134,6 +133,9 @@ fn rows_that_are_none_are_refused() {
         (&|r| r.meta.face_size = 1, "a row has 1 to 6"),
         (&|r| r.blocks[1].indices[2] = 96, "section `index/0001`: an index is beyond the light's coefficients"),
         (&|r| r.blocks[2].scales[1] = f16::NAN, "section `scale/0002`: element 1 is not a finite number"),
+        (&|r| r.blocks[2].scales[1] = -f16::ONE, "section `scale/0002`: the values of vertex 1 reach -0.06"),
+        (&|r| r.meta.unit = 1e38, "section `scale/0000`: the values of vertex 0 reach"),
+        (&|r| r.blocks[0].scales[2] = f16::MAX, "section `scale/0000`: the values of vertex 2 reach 1048"),
         (&|r| r.meta.blocks[2].wide = true, "section `value/0002`: holds i8, expected i16"),
     ];
     // With face size 1 there are 6 coefficients, and indices up to 95: the count of terms, 6, is legal, so one more block makes it illegal.
@@ -142,8 +144,7 @@ fn rows_that_are_none_are_refused() {
         if number == 4 {
             broken.meta.blocks[0].terms = 2;
         }
-        let folder = tempfile::tempdir().unwrap();
-        match broken.write_file(&folder.path().join("a.relume")) {
+        match broken.to_bytes_unchecked(Place::file("a.relume")) {
             Ok(bytes) => {
                 let message = refusal(SparseTransfer::KIND, &bytes).to_string();
                 assert!(message.contains(expected), "`{expected}` is not in `{message}`");
@@ -207,7 +208,7 @@ fn a_whole_row_gives_the_irradiance() {
 
 #[test]
 fn gains_and_turns_are_those_of_the_state() {
-    let place = relume_formats::Place::file("s.toml");
+    let place = Place::file("s.toml");
     let state = |text: &str| relume_formats::state::parse_toml::<relume_formats::state::State>(text, &place).unwrap().environment.unwrap();
     let base = look([1.0; 3], 30.0);
     let changed = base.with(&state("environment = { map = 'b', gain = [2, 0, 0.5] }"), &place).unwrap();

@@ -164,17 +164,17 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let settings = prop::collection::btree_map(".{0,12}", value, 0..4);
     let errors = prop::collection::btree_map(".{0,12}", finite, 0..4);
     let set = (entry.clone(), settings.clone()).prop_map(|(file, settings)| SphereSetEntry { file, settings });
-    let sphere_sets = prop::collection::btree_map(".{0,12}", set, 0..3);
-    let method = (".{0,12}", files, settings, errors, ".{0,12}").prop_map(|(name, files, settings, errors, measured_on)| MethodEntry {
+    let sphere_sets = prop::collection::btree_map(r"\PC{0,12}", set, 0..3);
+    let method = (r"\PC{0,12}", files, settings, errors, ".{0,12}").prop_map(|(name, files, settings, errors, measured_on)| MethodEntry {
         name,
         files,
         settings,
         errors,
         measured_on,
     });
-    let animations = prop::collection::btree_map(".{0,12}", entry.clone(), 0..3);
-    (".{0,12}", "[0-9a-f]{32}", entry, animations, sphere_sets, prop::collection::vec(method, 1..3)).prop_map(
-        |(scene, scene_hash, scene_file, animations, sphere_sets, methods)| Manifest {
+    let animations = prop::collection::btree_map(r"\PC{0,12}", entry.clone(), 0..3);
+    (r"\PC{0,12}", "[0-9a-f]{32}", entry, animations, sphere_sets, prop::collection::vec(method, 1..3))
+        .prop_map(|(scene, scene_hash, scene_file, animations, sphere_sets, methods)| Manifest {
             version: 0,
             scene,
             scene_hash,
@@ -182,8 +182,8 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
             animations,
             sphere_sets,
             methods,
-        },
-    )
+        })
+        .prop_filter("every file and every method is listed once", |manifest| manifest.validate(&Place::file("manifest.json")).is_ok())
 }
 
 #[test]

@@ -26,8 +26,7 @@ use support::scenes;
 use support::shapes::shape;
 
 fn written(shape: &DeformingMesh) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    shape.write_file(&folder.path().join("a.relume")).unwrap()
+    shape.to_bytes_unchecked(Place::file("a.relume")).unwrap()
 }
 
 proptest! {
@@ -87,17 +86,16 @@ fn scenes_whose_shapes_are_none_are_refused() {
     let clip = |name: &str, duration_s| StoredClip { name: name.to_owned(), duration_s };
     let cases: [Case; 4] = [
         (|m| m.shapes[0].object = "ghost".to_owned(), "shape `ghost` is no object"),
-        (|m| m.shapes.push(m.shapes[0].clone()), "an object has two shapes"),
-        (|m| m.shapes[0].clips[1].name = "Walk".to_owned(), "the clips of shape `fox` have a name twice"),
-        (|m| m.shapes[0].clips[1].duration_s = f32::NAN, "or a duration that is no number"),
+        (|m| m.shapes.push(m.shapes[0].clone()), "two objects that deform are called `fox`"),
+        (|m| m.shapes[0].clips[1].name = "Walk".to_owned(), "two clips of shape `fox` are called `Walk`"),
+        (|m| m.shapes[0].clips[1].duration_s = f32::NAN, "NaN s, is no number of at least 0"),
     ];
     for (change, expected) in cases {
         let mut scene = scenes::scene(2);
         scene.meta.objects = vec![StoredObject { name: "fox".to_owned(), material: 0, triangles: scene.triangles.len() as u32 }];
         scene.meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk", 1.0), clip("Run", 0.0)] }];
         change(&mut scene.meta);
-        let folder = tempfile::tempdir().unwrap();
-        let bytes = scene.write_file(&folder.path().join("a.relume")).unwrap();
+        let bytes = scene.to_bytes_unchecked(Place::file("a.relume")).unwrap();
         let message = refusal(Kind::Scene, &bytes).to_string();
         assert!(message.contains(expected), "`{expected}` is not in `{message}`");
     }
@@ -140,11 +138,12 @@ fn the_sections_are_those_documented() {
     assert_eq!((file.kind, file.kind_version), (11, 0));
 }
 
-/// Writing does not validate, so any value can be put in a file.
 #[test]
 fn shapes_that_break_the_rules_are_refused() {
     type Case = (fn(&mut DeformingMesh), &'static str);
-    let cases: [Case; 8] = [
+    let cases: [Case; 10] = [
+        (|s| s.clips[0].tracks[1].values.fill(1e30), "may take vertices"),
+        (|s| s.clips[0].name = "\u{9b}".to_owned(), "of one of the clips has control characters"),
         (|s| s.positions[2][1] = f32::NAN, "vertex 2 is not a finite position"),
         (|s| s.influences[1].weights = [0.5, 0.0, 0.0, 0.0], "must have the sum 1"),
         (|s| s.influences[0].joints = [4, 4, 0, 0], "vertex 0: names joint 4 of 4"),

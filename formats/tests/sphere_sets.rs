@@ -13,23 +13,23 @@ mod support {
 }
 
 use proptest::prelude::*;
+use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::sphere_set::{MAX_SPHERES, Solid};
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
-use support::spheres::sphere_set;
+use support::spheres::{diagonal, sphere_set};
 
 fn written(set: &SphereSet) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    set.write_file(&folder.path().join("a.relume")).unwrap()
+    set.to_bytes_unchecked(Place::file("a.relume")).unwrap()
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
 
     #[test]
-    fn sphere_sets_come_back(seed: u64, vertices in 1usize..9, more in 0usize..20, spheres in 1usize..12, moved in -1e4f32..1e4) {
+    fn sphere_sets_come_back(seed: u64, vertices in 2usize..9, more in 0usize..20, spheres in 1usize..12, moved in -1e4f32..1e4) {
         let mut set = sphere_set(seed, vertices, vertices + more, spheres, 0.5);
         // What is far from the origin is legal too, with the roundings that it has there.
         set.points[..vertices].iter_mut().flatten().for_each(|x| *x += moved);
@@ -38,6 +38,8 @@ proptest! {
             let place = |axis: usize| (0..3).map(|k| set.points[corners[k] as usize][axis] * weights[k]).sum::<f32>();
             set.points[at] = [place(0), place(1), place(2)];
         }
+        set.spheres.iter_mut().for_each(|sphere| sphere[..3].iter_mut().for_each(|x| *x += moved));
+        set.meta.diagonal = diagonal(&set);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.relume");
         let bytes = set.write_file(&path).unwrap();
@@ -68,7 +70,6 @@ fn the_sections_are_those_documented() {
     assert_eq!((file.kind, file.kind_version), (9, 0));
 }
 
-/// Writing does not validate, so any value can be put in a file.
 fn assert_refused(change: impl FnOnce(&mut SphereSet), expected: &str) {
     let mut set = sphere_set(4, 5, 9, 3, 0.5);
     change(&mut set);
@@ -112,13 +113,20 @@ fn fits_that_are_none_are_refused() {
 #[test]
 fn spheres_and_points_that_are_none_are_refused() {
     type Case = (fn(&mut SphereSet), &'static str);
-    let cases: [Case; 17] = [
-        (|s| s.spheres.clear(), "section `spheres`: has shape [0, 4], expected [1 to 65536, 4]"),
-        (|s| s.spheres = vec![[1.0; 4]; MAX_SPHERES as usize + 1], "has shape [65537, 4]"),
+    let cases: [Case; 24] = [
+        (|s| s.spheres.clear(), "section `spheres`: has shape [0, 4], expected [1 to 4096, 4]"),
+        (|s| s.spheres = vec![[1.0; 4]; MAX_SPHERES as usize + 1], "has shape [4097, 4]"),
         (|s| s.spheres[1][3] = 0.0, "sphere 1 has a radius that is not above 0"),
         (|s| s.spheres[2][3] = -1.0, "sphere 2 has a radius"),
         (|s| s.spheres[1][3] = f32::INFINITY, "element 7 is not a finite number"),
         (|s| s.spheres[0][1] = f32::NAN, "section `spheres`: element 1 is not"),
+        (|s| s.spheres[1][3] = 1e30, "section `spheres`: sphere 1 of radius 1e30 about ["),
+        (|s| s.spheres[2][0] += 50.0, "or so far from the mesh"),
+        (|s| s.spheres.iter_mut().for_each(|s| s[3] *= 0.1), "outside its sphere"),
+        (|s| s.meta.diagonal *= 1.001, "section `spheres`: a mesh of diagonal"),
+        (|s| s.meta.mesh = "a\tb".to_owned(), "the name `a\\tb` of the mesh has control characters"),
+        (|s| s.meta.outside_volume = 0.6, "section `history`: ends with E/V(T) = 0.25, but the set has 0.3"),
+        (|s| (s.meta.volume, s.meta.outside_volume) = (1e-300, 1e300), "have no ratio"),
         (|s| s.points[7][2] = f32::NAN, "section `points`: element 23 is not a finite number"),
         (|s| s.points[7][2] += 1e-3, "section `point-weights`: point 7 is not where its vertices and weights put it"),
         (|s| s.point_vertices[8][1] = 5, "section `point-vertices`: point 8 names a vertex that is not there"),

@@ -1,12 +1,11 @@
 //! What the user sets: a state and an animation on top of the scene's defaults.
 
 use crate::error::{Error, Result};
-use glam::Vec3;
-use relume_formats::container::Kind;
-use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
-use relume_formats::state::{Animation, Brdf, Camera, Posed, State, Varies};
+use relume_formats::bundle::{expect_playable, sets_only};
+use relume_formats::state::{Animation, State};
 use relume_formats::{Error as FormatError, Place};
-use std::collections::BTreeMap;
+
+pub use relume_formats::bundle::{Look, Scope};
 
 /// A state, and where it came from, for messages.
 #[derive(Debug, Clone)]
@@ -26,30 +25,6 @@ pub struct PlacedAnimation {
     pub place: Place,
 }
 
-/// What of a scene may be set, and to what.
-#[derive(Debug, Clone)]
-pub struct Scope {
-    /// The scene.
-    pub scene: scene::Meta,
-    /// Kind of the main file of the method that plays, which decides what varies.
-    pub kind: Kind,
-    /// The environment maps that there are.
-    pub maps: Vec<String>,
-}
-
-/// How the scene looks at one moment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Look {
-    /// Parameters of every material, by name.
-    pub materials: BTreeMap<String, Brdf>,
-    /// The camera and its exposure.
-    pub camera: Camera,
-    /// The environment, if the scene has one.
-    pub environment: Option<EnvironmentLook>,
-    /// What objects that deform show, by name; those that rest are not there.
-    pub shapes: BTreeMap<String, Posed>,
-}
-
 /// Turns a time into a look. All it is given is checked when it is made, so playing cannot fail half-way.
 #[derive(Debug)]
 pub struct Controls {
@@ -57,19 +32,6 @@ pub struct Controls {
     scope: Scope,
     animation: Option<PlacedAnimation>,
     others: Vec<PlacedAnimation>,
-}
-
-impl Scope {
-    /// What may change at playback.
-    pub fn varies(&self) -> Varies<'_> {
-        self.scene.varies(self.kind)
-    }
-
-    /// The materials that may be edited, in the order of the scene.
-    pub fn materials(&self) -> impl Iterator<Item = &StoredMaterial> {
-        let varying = self.varies().materials;
-        self.scene.materials.iter().filter(move |material| varying.contains(&material.name.as_str()))
-    }
 }
 
 impl Controls {
@@ -84,15 +46,11 @@ impl Controls {
         state.state.expect_only(&varies, &state.place)?;
         let defaults = Look::default_of(&scope.scene);
         let base = defaults.with(&state.state, &scope, &state.place)?;
-        if let Some(animation) = &animation {
-            for time_s in animation.animation.key_times_s() {
-                let place = animation.place.part(format!("at {time_s} s"));
-                sample(&animation.animation, time_s, &place)?.expect_only(&varies, &place)?;
-            }
-            check_keys(animation, &base, &scope)?;
-        }
         others.retain(|other| sets_only(&other.animation, &varies));
-        others.iter().try_for_each(|other| check_keys(other, &defaults, &scope))?;
+        let animations = animation.iter().map(|placed| (placed, &base)).chain(others.iter().map(|placed| (placed, &defaults)));
+        for (placed, base) in animations {
+            expect_playable(&placed.animation, base, &scope, &placed.place)?;
+        }
         Ok(Self { base, scope, animation, others })
     }
 
@@ -101,7 +59,7 @@ impl Controls {
         let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(self.base.clone()) };
         let duration_s = f64::from(animation.duration_s);
         let time_s = if animation.looping { time_s.rem_euclid(duration_s) } else { time_s };
-        self.base.with(&sample(animation, time_s as f32, place)?, &self.scope, place)
+        Ok(self.base.with(&sample(animation, time_s as f32, place)?, &self.scope, place)?)
     }
 
     /// The look without any animation.
@@ -125,82 +83,17 @@ impl Controls {
     }
 }
 
-/// Whether an animation sets nothing but what varies.
-fn sets_only(animation: &Animation, varies: &Varies<'_>) -> bool {
-    // Every track has a value at any time, so one moment tells.
-    animation.sample(0.0).is_ok_and(|state| state.expect_only(varies, &Place::file(&animation.name)).is_ok())
-}
-
-/// If the looks at all keys are legal, so is everything between, but for the one thing that is not convex: a camera must not meet its target.
-fn check_keys(placed: &PlacedAnimation, base: &Look, scope: &Scope) -> Result<()> {
-    let mut last: Option<Camera> = None;
-    for time_s in placed.animation.key_times_s() {
-        let place = placed.place.part(format!("at {time_s} s"));
-        let camera = base.with(&sample(&placed.animation, time_s, &place)?, scope, &place)?.camera;
-        if last.is_some_and(|last| passes_its_target(&last, &camera)) {
-            let reason = "camera: on the way here the position meets the target; add a key that leads around it";
-            return Err(FormatError::invalid(&place, reason).into());
-        }
-        last = Some(camera);
-    }
-    Ok(())
-}
-
-/// Whether the way from target to position, linear between two moments, comes to nothing in between.
-fn passes_its_target(from: &Camera, to: &Camera) -> bool {
-    let way = |camera: &Camera| Vec3::from(camera.position) - Vec3::from(camera.target);
-    let (from, to) = (way(from), way(to));
-    from.dot(to) < 0.0 && from.cross(to).length() <= 1e-5 * from.length() * to.length()
-}
-
 fn sample(animation: &Animation, time_s: f32, place: &Place) -> Result<State> {
     animation.sample(time_s).map_err(|reason| Error::Format(FormatError::invalid(place, reason)))
-}
-
-impl Look {
-    /// How the scene file has it.
-    pub fn default_of(scene: &scene::Meta) -> Self {
-        let materials = scene.materials.iter().map(|material| (material.name.clone(), material.brdf)).collect();
-        Self { materials, camera: scene.camera, environment: scene.environment.clone(), shapes: BTreeMap::new() }
-    }
-
-    /// The look at another exposure.
-    pub fn exposed(&self, exposure_ev: f32) -> Self {
-        Self { camera: Camera { exposure_ev, ..self.camera }, ..self.clone() }
-    }
-
-    fn with(&self, state: &State, scope: &Scope, place: &Place) -> Result<Self> {
-        let mut look = self.clone();
-        for material in &scope.scene.materials {
-            if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
-                *brdf = material.with(brdf, change, place)?;
-            }
-        }
-        for shape in &scope.scene.shapes {
-            let Some(change) = state.shapes.get(&shape.object) else { continue };
-            if let Some(posed) = shape.with(self.shapes.get(&shape.object), change, place)? {
-                look.shapes.insert(shape.object.clone(), posed);
-            }
-        }
-        if let Some(change) = &state.camera {
-            look.camera = self.camera.with(change, place)?;
-        }
-        if let (Some(environment), Some(change)) = (&mut look.environment, &state.environment) {
-            *environment = environment.with(change, place)?;
-            if !scope.maps.contains(&environment.map) {
-                let reason = format!("environment: no map `{}`; this bundle has: {}", environment.map, scope.maps.join(", "));
-                return Err(FormatError::invalid(place, reason).into());
-            }
-        }
-        Ok(look)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::support;
-    use relume_formats::state::BlinnPhong;
+    use relume_formats::kinds::scene;
+    use relume_formats::state::{BlinnPhong, Posed};
+    use std::collections::BTreeMap;
 
     fn controls(state: &str, animation: Option<&str>) -> Result<Controls> {
         let place = Place::file("state.toml");

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
 use crate::methods::{Method, Pieces, Playback, Setup};
 use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source, decode_all};
+use relume_formats::bundle::{expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::manifest::FILE_NAME;
 use relume_formats::kinds::transfer_images::Head;
@@ -84,6 +85,8 @@ pub struct Session {
     gpu: Gpu,
     folder: PathBuf,
     method: Method,
+    /// Of all methods of the bundle.
+    kinds: Vec<Kind>,
     size: Option<[u32; 2]>,
     /// The method at work, as soon as the scene is there.
     playback: Option<Box<dyn Playback>>,
@@ -116,7 +119,7 @@ impl Session {
         let animations: Vec<_> = own.into_iter().collect();
         let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let method = playlist.method;
+        let (method, kinds) = (playlist.method, playlist.kinds.clone());
         let source = Source::start(playlist, request.limits)?;
         let gpu = open_gpu()?;
         method.expect_adapter(&gpu)?;
@@ -126,6 +129,7 @@ impl Session {
             gpu,
             folder: request.folder.to_owned(),
             method,
+            kinds,
             size: request.size,
             playback: None,
             pending: Vec::new(),
@@ -152,17 +156,20 @@ impl Session {
     fn section_arrived(&mut self, arrival: Arrival) -> Result<()> {
         match arrival.kind {
             Kind::Scene => {
-                let place = arrival.section.place.clone();
+                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
                 if let Some(sections) = self.collect(arrival) {
                     let scene: StoredScene = decode_all(sections)?;
+                    expect_name(&scene.meta.name, &listed.unwrap_or_default(), &place)?;
                     self.scene = Some(scene.meta.clone());
                     self.playback = Some((self.method.start)(&self.gpu, Setup { scene, place, size: self.size })?);
                 }
             }
             Kind::Animation => {
-                let place = arrival.section.place.clone();
+                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
                 if let Some(sections) = self.collect(arrival) {
-                    self.animations.push(PlacedAnimation { animation: decode_all::<Animation>(sections)?, place });
+                    let animation: Animation = decode_all(sections)?;
+                    expect_name(&animation.name, &listed.unwrap_or_default(), &place)?;
+                    self.animations.push(PlacedAnimation { animation, place });
                 }
             }
             _ => {
@@ -188,9 +195,21 @@ impl Session {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
             let animation = if self.plays_first { animations.next() } else { None };
             let scope = Scope { scene, kind: self.method.kind, maps };
+            self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
         }
         Ok(())
+    }
+
+    /// Fails if no method of the bundle can play an animation. One that another method plays is no fault.
+    fn expect_some_method_plays<'a>(&self, mut animations: impl Iterator<Item = &'a PlacedAnimation>, scope: &Scope) -> Result<()> {
+        let is_played = |placed: &PlacedAnimation| self.kinds.iter().any(|kind| sets_only(&placed.animation, &scope.scene.varies(*kind)));
+        animations.try_for_each(|placed| {
+            if is_played(placed) {
+                return Ok(());
+            }
+            Ok(expect_playable(&placed.animation, &Look::default_of(&scope.scene), scope, &placed.place)?)
+        })
     }
 
     fn check_loaded(&self, complete: bool) -> Result<()> {

@@ -64,7 +64,10 @@ fn files_of_different_bakes_are_refused() {
     bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
-    assert!(error.to_string().contains("different bakes") && error.exit_code() == 2, "{error}");
+    assert!(
+        error.to_string().contains("film size [37, 23], the scene's is [23, 37]; bake the whole bundle again") && error.exit_code() == 2,
+        "{error}"
+    );
 
     let mut bundle = Bundle::write(true);
     let path = bundle.folder().join("basis.relume");
@@ -74,7 +77,7 @@ fn files_of_different_bakes_are_refused() {
     bundle.manifest.methods[0].files[0].1 = FileEntry::of("basis.relume", &smaller.write_file(&path).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
-    assert!(error.to_string().contains("needs a BRDF basis of 4 functions") && error.exit_code() == 2, "{error}");
+    assert!(error.to_string().contains("4 bases, the BRDF basis has 2; bake the whole bundle again") && error.exit_code() == 2, "{error}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! What a file or a bundle holds, gathered from headers and small sections; big arrays stay unread.
+//! What a file or a bundle holds, once it has been checked: nothing is told of what no reader would accept.
 
 mod details;
 mod file_bake;
 
 use super::sphere_metrics::SphereMetrics;
-use super::{codec_name, info_text};
+use super::{codec_name, info_text, verify};
 pub(super) use file_bake::FileBake;
 use relume_formats::container::{CONTAINER_VERSION, SectionInfo, open};
 use relume_formats::kinds::Manifest;
@@ -15,6 +15,7 @@ use relume_formats::shape::Clip;
 use relume_formats::state::{Camera, Model, Rgb};
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// One `.relume` file.
@@ -208,8 +209,9 @@ pub(super) struct BundleInfo {
 /// Describes the `.relume` file or bundle folder at `path`: as aligned text, or as JSON that has every section.
 ///
 /// # Errors
-/// If a header or one of the small sections cannot be read. Big arrays are not looked at; that is [`super::verify`]'s work.
+/// Those of [`verify`].
 pub fn info(path: &Path, json: bool) -> Result<String> {
+    verify(path)?;
     if path.is_dir() {
         let bundle = bundle_info(path)?;
         return if json { to_json(&bundle, path) } else { Ok(info_text::bundle(&bundle)) };
@@ -225,12 +227,11 @@ fn to_json(value: &impl Serialize, path: &Path) -> Result<String> {
 fn bundle_info(folder: &Path) -> Result<BundleInfo> {
     let manifest = Manifest::read(folder)?;
     let mut files: Vec<FileInfo> = Vec::new();
+    let mut told = HashSet::new();
     for entry in manifest.entries() {
         // Methods may share a file.
-        let path = folder.join(&entry.file);
-        let name = path.display().to_string();
-        if files.iter().all(|f| f.file != name) {
-            files.push(file_info(&path)?);
+        if told.insert(&entry.file) {
+            files.push(file_info(&folder.join(&entry.file))?);
         }
     }
     let sum = |of: fn(&Totals) -> u64| files.iter().map(|f| of(&f.totals)).sum::<u64>();

@@ -1,234 +1,175 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
-mod sparse_transfer;
-mod sphere_set;
-mod sphere_shadows;
-
-use relume_formats::container::{Kind, Stored, open};
-use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
+use relume_formats::bundle::{
+    Look, Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_playable, expect_receivers, expect_shape,
+    expect_textures,
+};
+use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
+use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
+    BrdfBasis, Environment, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, check_file,
 };
 use relume_formats::shape::DeformingMesh;
-use relume_formats::state::{Animation, State};
+use relume_formats::state::Animation;
 use relume_formats::{Error, Place, Result};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Checks the `.relume` file or bundle folder at `path`; returns what was checked, a line for each file.
 ///
 /// # Errors
 /// The first thing found wrong, with file and section.
 pub fn verify(path: &Path) -> Result<String> {
-    if path.is_dir() { verify_bundle(path) } else { verify_file(path) }
-}
-
-fn verify_file(path: &Path) -> Result<String> {
-    match open(path)?.header().kind {
-        Kind::Scene => drop(StoredScene::read_file(path)?),
-        Kind::Animation => drop(<Animation as Stored>::read_file(path)?),
-        Kind::BrdfBasis => drop(BrdfBasis::read_file(path)?),
-        Kind::TransferImages => drop(TransferImages::read_file(path)?),
-        Kind::HaarTable => drop(HaarTable::read_file(path)?),
-        Kind::Environment => drop(Environment::read_file(path)?),
-        Kind::Textures => drop(Textures::read_file(path)?),
-        Kind::SparseTransfer => drop(SparseTransfer::read_file(path)?),
-        Kind::SphereSet => sphere_set::verify(&SphereSet::read_file(path)?, &Place::file(path))?,
-        Kind::Shape => drop(DeformingMesh::read_file(path)?),
-        Kind::SphereShadows => drop(SphereShadows::read_file(path)?),
-        Kind::VisibilityTable => drop(VisibilityTable::read_file(path)?),
-    }
-    sound(path)
+    if path.is_dir() { Bundle::open(path)?.verify() } else { Ok(sound(path, &check_file(path)?)) }
 }
 
 /// The line that says that a file was read whole.
-fn sound(path: &Path) -> Result<String> {
-    let header = open(path)?.header().clone();
+fn sound(path: &Path, header: &Header) -> String {
     let (kind, sections) = (header.kind.name(), header.sections.len());
-    Ok(format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display()))
+    format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display())
 }
 
-fn verify_bundle(folder: &Path) -> Result<String> {
-    let manifest = Manifest::read(folder)?;
-    for entry in manifest.entries() {
-        verify_entry(entry, folder)?;
-    }
-    let scene_path = folder.join(&manifest.scene_file.file);
-    let scene = StoredScene::read_file(&scene_path)?;
-    expect_name(&scene.meta.name, &manifest.scene, &scene_path)?;
-    let mut checked = sound(&scene_path)?;
-    let mut animations = Vec::new();
-    for (name, entry) in &manifest.animations {
-        let path = folder.join(&entry.file);
-        let animation = <Animation as Stored>::read_file(&path)?;
-        expect_name(&animation.name, name, &path)?;
-        checked += &sound(&path)?;
-        animations.push((Place::file(path), animation));
-    }
-    for (object, entry) in &manifest.sphere_sets {
-        let path = folder.join(&entry.file.file);
-        sphere_set::verify_object(&SphereSet::read_file(&path)?, object, &scene, &Place::file(&path))?;
-        checked += &sound(&path)?;
-    }
-    let mut played: Vec<Played> = Vec::new();
-    for method in &manifest.methods {
-        let (lines, method) = verify_method(method, &manifest, &scene, folder)?;
-        checked += &lines;
-        played.push(method);
-    }
-    animations.iter().try_for_each(|(place, animation)| verify_animation(animation, &played, &scene, place))?;
-    let files = manifest.entries().count();
-    let _ = writeln!(checked, "{}: {files} files as the manifest lists them, and they agree with each other", folder.display());
-    Ok(checked)
+/// A bundle being checked. Of large files only heads are kept.
+struct Bundle<'a> {
+    folder: &'a Path,
+    manifest: Manifest,
+    scene: StoredScene,
+    lines: String,
 }
 
-fn expect_name(name: &str, listed: &str, path: &Path) -> Result<()> {
-    if name == listed {
-        return Ok(());
-    }
-    Err(Error::invalid(&Place::file(path), format!("holds `{name}`, the manifest lists `{listed}`; bake it again")))
-}
-
-/// Present, as long as listed, and with the listed hash.
-fn verify_entry(entry: &FileEntry, folder: &Path) -> Result<()> {
-    let place = Place::file(folder.join(&entry.file));
-    let length = std::fs::metadata(&place.file).map(|m| m.len()).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::invalid(&place, "is missing although the manifest lists it; bake it again"),
-        _ => Error::io(&place, e),
-    })?;
-    if length != entry.bytes {
-        return Err(Error::invalid(&place, format!("{length} bytes, the manifest lists {}; bake it again", entry.bytes)));
-    }
-    let bytes = std::fs::read(&place.file).map_err(|e| Error::io(&place, e))?;
-    if content_hash(&bytes) != entry.hash {
-        return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
-    }
-    Ok(())
-}
-
-/// A method of a bundle, and the environment maps that it may show.
-struct Played {
-    kind: Kind,
-    maps: Vec<String>,
-}
-
-fn verify_method(method: &MethodEntry, manifest: &Manifest, scene: &StoredScene, folder: &Path) -> Result<(String, Played)> {
-    let place = Place::file(folder.join(manifest::FILE_NAME)).part(format!("method `{}`", method.name));
-    match Kind::ALL.into_iter().find(|kind| kind.name() == method.name) {
-        Some(kind @ Kind::TransferImages) => {
-            Ok((verify_transfer_images(method, scene, folder, &place)?, Played { kind, maps: Vec::new() }))
+impl<'a> Bundle<'a> {
+    /// Files are there, are those listed, and decode to no more than is read.
+    fn open(folder: &'a Path) -> Result<Self> {
+        let manifest = Manifest::read(folder)?;
+        let (mut decoded, mut stored) = (0u64, 0u64);
+        let files: BTreeMap<&str, &FileEntry> = manifest.entries().map(|entry| (entry.file.as_str(), entry)).collect();
+        for entry in files.into_values() {
+            entry.expect_whole(folder)?;
+            decoded += open(&folder.join(&entry.file))?.header().decoded_bytes();
+            stored += entry.bytes;
         }
-        Some(kind @ Kind::SparseTransfer) => {
-            let (lines, maps) = sparse_transfer::verify(method, scene, folder, &place)?;
-            Ok((lines, Played { kind, maps }))
-        }
-        Some(kind @ Kind::SphereShadows) => {
-            let (lines, maps) = sphere_shadows::verify(method, manifest, scene, folder, &place)?;
-            Ok((lines, Played { kind, maps }))
-        }
-        _ => Err(Error::unsupported(&place, "is unknown to this program; use a newer one")),
+        expect_decoded(decoded, stored, &Place::file(folder))?;
+        let path = folder.join(&manifest.scene_file.file);
+        let mut bundle = Self { folder, scene: StoredScene::read_file(&path)?, manifest, lines: String::new() };
+        expect_name(&bundle.scene.meta.name, &bundle.manifest.scene, &Place::file(&path))?;
+        bundle.is_sound(&path)?;
+        Ok(bundle)
     }
-}
 
-/// The maps of a method that the environment lights: the scene's own is among them, and none is there twice.
-fn expect_maps(maps: &[String], scene: &StoredScene, place: &Place) -> Result<()> {
-    match &scene.meta.environment {
-        Some(look) if maps.contains(&look.map) => {}
-        Some(look) => {
-            return Err(Error::invalid(place, format!("has no environment map `{}`, which the scene shows; bake it again", look.map)));
+    fn verify(mut self) -> Result<String> {
+        let animations = self.animations()?;
+        let objects = self.sphere_sets()?;
+        let mut scopes = Vec::new();
+        for method in self.manifest.methods.clone() {
+            scopes.push(self.method(&method, &objects)?);
         }
-        None => return Err(Error::invalid(place, "is lit by an environment, but the scene has none; bake it again")),
-    }
-    if let Some(twice) = maps.iter().enumerate().find(|(i, map)| maps[..*i].contains(map)) {
-        return Err(Error::invalid(place, format!("two environment maps are called `{}`; bake it again", twice.1)));
-    }
-    Ok(())
-}
-
-fn verify_transfer_images(method: &MethodEntry, scene: &StoredScene, folder: &Path, place: &Place) -> Result<String> {
-    // A player needs the basis before the first image.
-    let expected = [Kind::BrdfBasis.name(), Kind::TransferImages.name()];
-    let [(_, basis), (_, images)] = &method.files[..] else {
-        return Err(Error::invalid(place, format!("has {} files, expected {}; bake it again", method.files.len(), expected.join(", "))));
-    };
-    if method.files.iter().map(|(kind, _)| kind).ne(expected) {
-        return Err(Error::invalid(place, format!("its files are not {}, in this order; bake it again", expected.join(", "))));
-    }
-    let [basis_path, images_path] = [basis, images].map(|entry| Place::file(folder.join(&entry.file)));
-    let basis = BrdfBasis::read_file(&basis_path.file)?;
-    let images = TransferImages::read_file(&images_path.file)?;
-    verify_images(&images, &basis, scene, &images_path)?;
-    Ok(sound(&basis_path.file)? + &sound(&images_path.file)?)
-}
-
-/// Size, bases and materials agree with basis and scene.
-fn verify_images(images: &TransferImages, basis: &BrdfBasis, scene: &StoredScene, place: &Place) -> Result<()> {
-    let meta = &images.head.meta;
-    let refuse = |reason: String| Err(Error::invalid(&place.part("section `meta`"), format!("{reason}; bake it again")));
-    if meta.size != scene.meta.size {
-        return refuse(format!("film size {:?}, the scene's is {:?}", meta.size, scene.meta.size));
-    }
-    if meta.bases as usize != basis.bases() {
-        return refuse(format!("{} bases, the BRDF basis has {}", meta.bases, basis.bases()));
-    }
-    for name in &meta.materials {
-        match scene.meta.materials.iter().find(|m| m.name == *name) {
-            Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
-                return refuse(format!("material `{name}` is of another model than the BRDF basis"));
+        let base = Look::default_of(&self.scene.meta);
+        for (place, animation) in &animations {
+            // Some method can play it.
+            let mut verdicts = scopes.iter().map(|scope| expect_playable(animation, &base, scope, place));
+            let first = verdicts.next().unwrap_or(Ok(()));
+            if first.is_err() && !verdicts.any(|verdict| verdict.is_ok()) {
+                first?;
             }
-            Some(material) if material.varies => {}
-            Some(_) => return refuse(format!("material `{name}` does not vary in the scene")),
-            None => return refuse(format!("material `{name}` is not in the scene")),
         }
+        let files = self.manifest.entries().count();
+        let _ = writeln!(self.lines, "{}: {files} files as the manifest lists them, and they agree with each other", self.folder.display());
+        Ok(self.lines)
     }
-    if let Some(left_out) = scene.meta.materials.iter().find(|m| m.varies && !meta.materials.contains(&m.name)) {
-        return refuse(format!("material `{}` varies in the scene, but there are no images of it", left_out.name));
-    }
-    Ok(())
-}
 
-/// Some method can play the animation: the states at all keys are legal, and so is what lies between.
-fn verify_animation(animation: &Animation, methods: &[Played], scene: &StoredScene, place: &Place) -> Result<()> {
-    let mut verdict = Ok(());
-    for method in methods {
-        verdict = animation.key_times_s().into_iter().try_for_each(|time_s| {
-            let place = place.part(format!("state at {time_s} s"));
-            let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
-            verify_state(&state, method, scene, &place)
-        });
-        if verdict.is_ok() {
-            break;
+    /// Adds the line of a file that has been checked.
+    fn is_sound(&mut self, path: &Path) -> Result<()> {
+        self.lines += &sound(path, open(path)?.header());
+        Ok(())
+    }
+
+    fn animations(&mut self) -> Result<Vec<(Place, Animation)>> {
+        let mut animations = Vec::new();
+        for (name, entry) in self.manifest.animations.clone() {
+            let place = Place::file(self.folder.join(&entry.file));
+            let animation = <Animation as Stored>::read_file(&place.file)?;
+            expect_name(&animation.name, &name, &place)?;
+            self.is_sound(&place.file)?;
+            animations.push((place, animation));
         }
+        Ok(animations)
     }
-    verdict
-}
 
-fn verify_state(state: &State, method: &Played, scene: &StoredScene, place: &Place) -> Result<()> {
-    state.expect_only(&scene.meta.varies(method.kind), place)?;
-    if let Some(camera) = &state.camera {
-        scene.meta.camera.with(camera, place)?;
+    fn sphere_sets(&mut self) -> Result<Objects> {
+        let mut objects = Objects::new(&self.scene);
+        for (object, entry) in self.manifest.sphere_sets.clone() {
+            let place = Place::file(self.folder.join(&entry.file.file));
+            objects.add_set(&SphereSet::read_file(&place.file)?, &object, &self.scene, &place)?;
+            self.is_sound(&place.file)?;
+        }
+        Ok(objects)
     }
-    if let (Some(change), Some(look)) = (&state.environment, &scene.meta.environment) {
-        let look = look.with(change, place)?;
-        if !method.maps.contains(&look.map) {
-            let there = method.maps.join(", ");
+
+    /// Checks the files of `method`; returns what it lets vary.
+    fn method(&mut self, method: &MethodEntry, objects: &Objects) -> Result<Scope> {
+        let place = Place::file(self.folder.join(FILE_NAME)).part(format!("method `{}`", method.name));
+        let kind = [Kind::TransferImages, Kind::SparseTransfer, Kind::SphereShadows].into_iter().find(|kind| kind.name() == method.name);
+        let kind = kind.ok_or_else(|| Error::unsupported(&place, "is unknown to this program; use a newer one"))?;
+        expect_files(kind, &method.files, &place)?;
+        let files: Vec<(Kind, PathBuf)> = method
+            .files
+            .iter()
+            .filter_map(|(name, entry)| Some((Kind::ALL.into_iter().find(|kind| kind.name() == name)?, self.folder.join(&entry.file))))
+            .collect();
+        let maps = if kind == Kind::TransferImages { self.images(&files).map(|()| Maps::default()) } else { self.lit(&files, objects) }?;
+        files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
+        Ok(Scope { scene: self.scene.meta.clone(), kind, maps: maps.names().to_vec() })
+    }
+
+    fn images(&self, files: &[(Kind, PathBuf)]) -> Result<()> {
+        let [(_, basis), (_, images)] = files else { return Ok(()) };
+        let head = TransferImages::open(images)?.read(TransferImages::checked_head)?;
+        expect_images(&head, &BrdfBasis::read_file(basis)?, &self.scene.meta, &Place::file(images))
+    }
+
+    /// The files of a method that the environment lights.
+    fn lit(&self, files: &[(Kind, PathBuf)], objects: &Objects) -> Result<Maps> {
+        let (mut maps, mut textured, mut shapes) = (Maps::default(), false, Vec::new());
+        for (kind, path) in files {
+            let place = Place::file(path);
+            match kind {
+                Kind::Environment => maps.add(&Environment::read_file(path)?, &place)?,
+                Kind::Textures => {
+                    expect_textures(&Textures::read_file(path)?, &self.scene, &place)?;
+                    textured = true;
+                }
+                Kind::Shape => shapes.push((DeformingMesh::read_file(path)?, place)),
+                Kind::SparseTransfer => {
+                    let meta = SparseTransfer::open(path)?.read(SparseTransfer::checked_meta)?;
+                    expect_lit("rows", meta.vertices.into(), &self.scene, &maps, textured, &place)?;
+                }
+                _ => {
+                    let shadows = SphereShadows::read_file(path)?;
+                    expect_lit("lobes", shadows.meta.vertices(), &self.scene, &maps, textured, &place)?;
+                    self.expect_shadows(&shadows, &shapes, objects, &place)?;
+                }
+            }
+        }
+        Ok(maps)
+    }
+
+    fn expect_shadows(&self, shadows: &SphereShadows, shapes: &[(DeformingMesh, Place)], objects: &Objects, place: &Place) -> Result<()> {
+        expect_receivers(shadows, &self.scene, objects, place)?;
+        let (there, expected) = (shapes.len(), self.scene.meta.shapes.len());
+        if there != expected {
             return Err(Error::invalid(
                 place,
-                format!("environment map `{}` is not in the bundle, which has {there}; bake it again", look.map),
+                format!("has {there} shapes before it, the scene has {expected}; bake the whole bundle again"),
             ));
         }
-    }
-    for shape in &scene.meta.shapes {
-        if let Some(change) = state.shapes.get(&shape.object) {
-            shape.with(None, change, place)?;
+        let by_name: BTreeMap<&str, _> = shadows.meta.objects.iter().map(|object| (object.name.as_str(), object)).collect();
+        for ((shape, place), stored) in shapes.iter().zip(&self.scene.meta.shapes) {
+            let object = by_name.get(stored.object.as_str());
+            object.map_or(Ok(()), |object| expect_shape(shape, object, stored, &self.scene, place))?;
         }
+        Ok(())
     }
-    for material in &scene.meta.materials {
-        if let Some(change) = state.materials.get(&material.name) {
-            material.with(&material.brdf, change, place)?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -297,7 +238,7 @@ mod tests {
     /// A manifest whose text is changed; hashes and lengths stay those of the files.
     fn edit_manifest(from: &'static str, to: &'static str) -> impl Fn(&Path) {
         move |folder| {
-            let path = folder.join(manifest::FILE_NAME);
+            let path = folder.join(FILE_NAME);
             let text = std::fs::read_to_string(&path).unwrap();
             assert!(text.contains(from), "{text}");
             std::fs::write(&path, text.replace(from, to)).unwrap();
@@ -360,9 +301,9 @@ mod tests {
         };
         let with = |track: Track| move |b: &mut TestBundle| b.animation.tracks.insert(0, track.clone());
         let cases = [
-            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "state at 0 s: sets [environment]"),
+            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0 s: sets [environment]"),
             (track(&["camera", "fov_deg"], &[0.5], &[30.0]), "the camera's position, target or field of view"),
-            (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "state at 2 s: camera: exposure_ev 50"),
+            (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "at 2 s: camera: exposure_ev 50"),
             (track(&["materials", "../knot", "gloss"], &[0.5], &[3.0]), "unknown field `gloss`"),
             (track(&["lights", "lamp", "gain"], &[0.5], &[3.0]), "invalid type"),
         ];
@@ -371,10 +312,10 @@ mod tests {
         }
         let shininess = track(&["materials", "../knot", "shininess"], &[0.0, 1.5], &[10.0, 300.0]);
         let change = |b: &mut TestBundle| b.animation.tracks[1] = shininess.clone();
-        assert_refused(change, |_| (), &["state at 1.5 s: material `../knot`: shininess 300"]);
+        assert_refused(change, |_| (), &["at 1.5 s: material `../knot`: shininess 300"]);
         // kd alone stays below 1 at every key, kd + ks does not: ks is the scene's 0.25.
         let bright = |b: &mut TestBundle| b.animation.tracks[0].values = TrackValues::Vector(vec![vec![0.5; 3], vec![0.875; 3]]);
-        assert_refused(bright, |_| (), &["state at 2 s: material `../knot`: kd + ks"]);
+        assert_refused(bright, |_| (), &["at 2 s: material `../knot`: kd + ks"]);
         let other = |b: &mut TestBundle| b.animation.tracks[1].leaf[1] = "white".to_owned();
         assert_refused(other, |_| (), &["material `white`", "only material `../knot`, material `floor` vary"]);
     }

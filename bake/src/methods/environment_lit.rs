@@ -2,6 +2,7 @@
 
 use crate::error::{BakeError, Result};
 use relume_formats::Place;
+use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS};
 use relume_formats::container::Stored;
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
@@ -20,6 +21,15 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     if let Some(light) = scene.lights.first() {
         return refuse(format!("light `{}`: {name} lights by the environment alone; remove it, or paint it into the map", light.name));
     }
+    let maps = environments(scene);
+    let texels = maps.iter().map(|environment| environment.map.texels.len() as u64).sum::<u64>();
+    if maps.len() > MAX_MAPS || texels > MAX_MAP_TEXELS {
+        let count = maps.len();
+        return refuse(format!(
+            "has {count} environment maps of {texels} texels, {name} stores at most {MAX_MAPS} of {MAX_MAP_TEXELS}; leave some out"
+        ));
+    }
+    maps.iter().try_for_each(|map| map.validate(&place))?;
     let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref().map(|t| (&m.name, t)));
     if textures.clone().count() > MAX_TEXTURES {
         return refuse(format!("has {} textures, {name} stores at most {MAX_TEXTURES}; merge some", textures.count()));

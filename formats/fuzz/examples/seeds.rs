@@ -92,8 +92,11 @@ fn main() -> std::io::Result<()> {
         seed_kind("shape", number, &shapes::shape(number, number as usize))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;
-    // Its lobes are longer than what a recipe makes.
-    seed("sphere_shadows", "file", &[&[1], &write(&shadows::sphere_shadows(1, &[3, 2, 1], 2, 0))[..]].concat())?;
+    // Its lobes are longer than what a recipe makes, and true ones longer than what a fuzzer tries.
+    let mut dark = shadows::sphere_shadows(1, &[3, 2, 1], 2);
+    dark.lobes.fill(0.0);
+    let dark = dark.to_bytes_unchecked(relume_formats::Place::file("seed")).map_err(std::io::Error::other)?;
+    seed("sphere_shadows", "file", &[&[1], &dark[..]].concat())?;
     // The whole file is longer than what a fuzzer tries; a byte repeated has the shape at least.
     let mut visibility = RawFile::parse(&write(&VisibilityTable::bake()));
     visibility.sections.iter_mut().for_each(|section| section.set_raw(&[32]));

@@ -15,6 +15,7 @@ use super::haar::forward_cube;
 use super::two_level::SIDE;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// Nodes along a side of a face.
 pub const GRID: usize = 8;
@@ -30,14 +31,33 @@ pub fn lobe(normal: Vec3) -> Vec<f32> {
 
 /// The integral of max(0, n·ω)/π over each texel, [6·32·32].
 fn texels(normal: Vec3) -> Vec<f32> {
+    static TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| (0..FACES * SIDE * SIDE).map(Texel::new).collect());
     let normal = normal.as_dvec3();
-    let corner = |face: usize, x: usize, y: usize| direction(face, SIDE, x as f64, y as f64);
-    let texel = |i: usize| {
+    TEXELS.iter().map(|texel| (texel.irradiance(normal) / PI) as f32).collect()
+}
+
+/// What of a texel is the same for all normals.
+struct Texel {
+    corners: [DVec3; 4],
+    /// The irradiance from the whole texel is that vector times the normal.
+    vector: DVec3,
+}
+
+impl Texel {
+    fn new(i: usize) -> Self {
         let (face, x, y) = (i / (SIDE * SIDE), i % SIDE, i / SIDE % SIDE);
-        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| corner(face, x, y));
-        (irradiance(&above(&corners, normal), normal) / PI) as f32
-    };
-    (0..FACES * SIDE * SIDE).map(texel).collect()
+        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| direction(face, SIDE, x as f64, y as f64));
+        Self { corners, vector: light_vector(&corners) }
+    }
+
+    /// ∫ max(0, n·ω) dω.
+    fn irradiance(&self, normal: DVec3) -> f64 {
+        match self.corners.iter().filter(|corner| corner.dot(normal) >= 0.0).count() {
+            0 => 0.0,
+            4 => self.vector.dot(normal).abs(),
+            _ => light_vector(&above(&self.corners, normal)).dot(normal).abs(),
+        }
+    }
 }
 
 /// What of a convex polygon lies above the horizon.
@@ -56,15 +76,15 @@ fn above(corners: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// ∫ n·ω dω over a polygon above the horizon, given by vectors to its corners in either sense (Lambert 1760): half the sum over its edges of the angle
-/// that they span times the component of n along the normal of their plane.
-fn irradiance(corners: &[DVec3], normal: DVec3) -> f64 {
+/// The vector whose product with n is ± ∫ n·ω dω over a polygon above the horizon, given by vectors to its corners in either sense (Lambert 1760): half the
+/// sum over its edges of the angle that they span times the normal of their plane.
+fn light_vector(corners: &[DVec3]) -> DVec3 {
     let edge = |k: usize| {
         let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
         let cross = from.cross(to);
-        cross.length().atan2(from.dot(to)) * cross.normalize_or_zero().dot(normal)
+        cross.length().atan2(from.dot(to)) * cross.normalize_or_zero()
     };
-    0.5 * (0..corners.len()).map(edge).sum::<f64>().abs()
+    0.5 * (0..corners.len()).map(edge).sum::<DVec3>()
 }
 
 /// The unit normal of a node, `index` below [`NODES`].

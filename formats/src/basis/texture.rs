@@ -47,7 +47,8 @@ fn neighbours(coordinate: f32, count: u32, wrap: Wrap) -> (u32, u32, f32) {
     let position = coordinate * count as f32 - 0.5;
     let floor = position.floor();
     let texel = |index: f32| wrapped(index as i64, i64::from(count), wrap) as u32;
-    (texel(floor), texel(floor + 1.0), (position - floor).clamp(0.0, 1.0))
+    let share = if position.is_finite() { position - floor } else { 0.0 };
+    (texel(floor), texel(floor + 1.0), share)
 }
 
 fn wrapped(index: i64, count: i64, wrap: Wrap) -> i64 {

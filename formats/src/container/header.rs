@@ -1,7 +1,7 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
 use super::Stored as _;
-use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES};
+use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, expect_decoded};
 use crate::error::{Error, Place, Result};
 use crate::kinds;
 use crate::shape::DeformingMesh;
@@ -316,6 +316,7 @@ impl Header {
             expected_offset =
                 expected_offset.checked_add(info.stored_bytes).ok_or_else(|| Error::invalid(&part, "stored length overflows"))?;
         }
+        expect_decoded(self.decoded_bytes(), file_bytes, place)?;
         if expected_offset != file_bytes {
             return Err(Error::invalid(
                 place,
@@ -325,6 +326,11 @@ impl Header {
             ));
         }
         Ok(())
+    }
+
+    /// Bytes of all sections, decoded.
+    pub fn decoded_bytes(&self) -> u64 {
+        self.sections.iter().map(|info| info.raw_bytes).sum()
     }
 
     /// Fails by name unless the file holds `kind` at `version`.

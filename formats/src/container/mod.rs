@@ -37,6 +37,11 @@ pub const MAGIC: [u8; 8] = *b"\x89RELUME\n";
 pub const CONTAINER_VERSION: u32 = 0;
 /// No section is larger than this when decoded: the smallest binding limit a GPU may have.
 pub const MAX_SECTION_BYTES: u64 = 128 << 20;
+/// A file, and the files of a bundle together, decode to no more than this, or [`MAX_RATIO`] times their length if that is more. So memory follows the
+/// file however well it compresses.
+pub const MAX_DECODED_BYTES: u64 = 4 << 30;
+/// See [`MAX_DECODED_BYTES`]. Images compress best, for much in them may be 0; a black film of 4K that takes next to nothing is still below the other limit.
+pub const MAX_RATIO: u64 = 64;
 /// Upper bound on the section table, in bytes.
 pub const MAX_TABLE_BYTES: u32 = 16 << 20;
 /// Upper bound on the number of sections.
@@ -57,8 +62,23 @@ pub trait Stored: Sized {
     /// Rebuilds the value, checking every invariant. `sections` delivers them in file order.
     fn decode(sections: &mut Sections<'_>) -> Result<Self>;
 
+    /// Checks what [`Stored::decode`] checks. Kinds whose files are large keep no more than a part of them at a time.
+    fn check(sections: &mut Sections<'_>) -> Result<()> {
+        Self::decode(sections).map(drop)
+    }
+
     /// The whole file as it would be written; `place` is used in messages only.
+    ///
+    /// # Errors
+    /// For a value that readers would refuse: what they check is checked here, by the same code.
     fn to_bytes(&self, place: Place) -> Result<Vec<u8>> {
+        let bytes = self.to_bytes_unchecked(place.clone())?;
+        let read = Reader::new(&bytes[..], bytes.len() as u64, place).and_then(|reader| reader.read(Self::check));
+        read.map_err(unwritable).map(|()| bytes)
+    }
+
+    /// [`Stored::to_bytes`] of any value, whether readers accept it or not.
+    fn to_bytes_unchecked(&self, place: Place) -> Result<Vec<u8>> {
         let mut writer = Writer::new(Self::KIND, Self::VERSION, place);
         self.encode(&mut writer)?;
         writer.finish()
@@ -73,13 +93,33 @@ pub trait Stored: Sized {
 
     /// Reads the value from `path`.
     fn read_file(path: &Path) -> Result<Self> {
-        let mut reader = open(path)?;
+        Self::open(path)?.read(Self::decode)
+    }
+
+    /// Checks the file at `path` without keeping what it holds.
+    fn check_file(path: &Path) -> Result<()> {
+        Self::open(path)?.read(Self::check)
+    }
+
+    /// Opens a file of this kind.
+    fn open(path: &Path) -> Result<Reader<BufReader<File>>> {
+        let reader = open(path)?;
         reader.header().expect_kind(Self::KIND, Self::VERSION, reader.place())?;
-        let mut next = move || reader.next_section();
-        let mut sections = Sections { place: Place::file(path), next: &mut next };
-        let value = Self::decode(&mut sections)?;
-        sections.finish()?;
-        Ok(value)
+        Ok(reader)
+    }
+}
+
+/// What a reader says of a damaged file, said of a value that makes no file.
+fn unwritable(error: Error) -> Error {
+    match error {
+        Error::Invalid { place, reason } => {
+            let reason = reason.strip_suffix(section::DAMAGED).unwrap_or(&reason).to_owned();
+            Error::Invalid {
+                place,
+                reason: format!("{reason}; no reader would accept that, so it is not written; change what it comes from"),
+            }
+        }
+        other => other,
     }
 }
 
@@ -119,6 +159,16 @@ impl Sections<'_> {
             )),
         }
     }
+}
+
+/// Fails if `decoded` bytes are more than files of `stored` bytes may decode to; see [`MAX_DECODED_BYTES`].
+pub fn expect_decoded(decoded: u64, stored: u64, place: &Place) -> Result<()> {
+    let most = MAX_DECODED_BYTES.max(stored.saturating_mul(MAX_RATIO));
+    if decoded > most {
+        let reason = format!("{stored} bytes decode to {decoded}, more than {most} are not read; bake it again, smaller");
+        return Err(Error::invalid(place, reason));
+    }
+    Ok(())
 }
 
 /// Opens a file and validates its header and table; no payload is read yet.

@@ -1,7 +1,7 @@
 //! Reading a file front to back, a section at a time.
 
 use super::header::Fixed;
-use super::{Codec, FIXED_HEADER_BYTES, Header, Section, SectionInfo};
+use super::{Codec, FIXED_HEADER_BYTES, Header, Section, SectionInfo, Sections};
 use crate::error::{Error, Place, Result};
 use std::io::Read;
 use xxhash_rust::xxh3::xxh3_64;
@@ -26,6 +26,11 @@ impl<R: Read> Reader<R> {
         Ok(Self { input, header, place, next: 0 })
     }
 
+    /// What it reads from.
+    pub fn input(&self) -> &R {
+        &self.input
+    }
+
     /// The validated header.
     pub fn header(&self) -> &Header {
         &self.header
@@ -34,6 +39,16 @@ impl<R: Read> Reader<R> {
     /// The file, for messages.
     pub fn place(&self) -> &Place {
         &self.place
+    }
+
+    /// Hands all sections to `read`, which must take every one.
+    pub fn read<T>(mut self, read: impl FnOnce(&mut Sections<'_>) -> Result<T>) -> Result<T> {
+        let place = self.place.clone();
+        let mut next = move || self.next_section();
+        let mut sections = Sections { place, next: &mut next };
+        let value = read(&mut sections)?;
+        sections.finish()?;
+        Ok(value)
     }
 
     /// Reads, checks and decodes the next section; `None` after the last.
@@ -48,7 +63,7 @@ impl<R: Read> Reader<R> {
         if xxh3_64(&stored) != info.checksum {
             return Err(Error::invalid(&place, "checksum does not match; the file is damaged, bake it again"));
         }
-        let bytes = decode(&info, &stored, &place)?;
+        let bytes = decode(&info, stored, &place)?;
         Ok(Some(Section { place: self.place.clone(), info, bytes }))
     }
 }
@@ -60,13 +75,15 @@ fn read_exact(input: &mut impl Read, buffer: &mut [u8], place: &Place) -> Result
     })
 }
 
-fn decode(info: &SectionInfo, stored: &[u8], place: &Place) -> Result<Vec<u8>> {
+/// Takes the stored bytes, which are gone before the decoded ones are regrouped.
+fn decode(info: &SectionInfo, stored: Vec<u8>, place: &Place) -> Result<Vec<u8>> {
     // `raw_bytes` was capped when the header was validated.
-    let raw = zstd::bulk::decompress(stored, info.raw_bytes as usize)
+    let raw = zstd::bulk::decompress(&stored, info.raw_bytes as usize)
         .map_err(|e| Error::invalid(place, format!("cannot be decompressed ({e}); bake it again")))?;
     if raw.len() as u64 != info.raw_bytes {
         return Err(Error::invalid(place, format!("decompresses to {} bytes, expected {}; bake it again", raw.len(), info.raw_bytes)));
     }
+    drop(stored);
     Ok(match info.codec {
         Codec::Zstd => raw,
         Codec::ZstdPlanes => interleave(&raw, info.element.bytes() as usize),

@@ -4,6 +4,9 @@ use super::{Element, SectionInfo};
 use crate::error::{Error, Place, Result};
 use half::f16;
 
+/// What a section is, and what to do about it, if it is not as it should be.
+pub(super) const DAMAGED: &str = "; the file is damaged, bake it again";
+
 /// One decoded section.
 #[derive(Debug, Clone)]
 pub struct Section {
@@ -55,6 +58,20 @@ impl Section {
         f32s, f32, F32
     );
 
+    /// Rows of `N` floats, which the shape must say.
+    pub fn f32_rows<const N: usize>(&self) -> Result<Vec<[f32; N]>> {
+        self.expect_element(Element::F32)?;
+        self.expect_shape(&[self.bytes.len() as u64 / (4 * N as u64), N as u64])?;
+        Ok(self.bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().map(|row| row.map(f32::from_le_bytes)).collect())
+    }
+
+    /// Rows of `N` indices, which the shape must say.
+    pub fn u32_rows<const N: usize>(&self) -> Result<Vec<[u32; N]>> {
+        self.expect_element(Element::U32)?;
+        self.expect_shape(&[self.bytes.len() as u64 / (4 * N as u64), N as u64])?;
+        Ok(self.bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().map(|row| row.map(u32::from_le_bytes)).collect())
+    }
+
     fn expect_element(&self, element: Element) -> Result<()> {
         if self.info.element != element {
             return Err(self.invalid(format!("holds {}, expected {}", self.info.element.name(), element.name())));
@@ -97,11 +114,30 @@ impl Section {
         }
     }
 
+    /// Fails unless every value is finite and its size at most `most`.
+    pub fn expect_at_most(&self, values: &[f32], most: f32) -> Result<()> {
+        self.expect_finite(values)?;
+        match values.iter().position(|v| v.abs() > most) {
+            None => Ok(()),
+            Some(at) => Err(self.invalid(format!("element {at}, {:?}, is beyond {most:?}, the most that makes sense", values[at]))),
+        }
+    }
+
+    /// Fails with `fault` if there is one.
+    pub fn expect(&self, fault: Option<String>) -> Result<()> {
+        fault.map_or(Ok(()), |fault| Err(self.invalid(fault)))
+    }
+
+    /// Fails as `check` does, to which it gives the place of this section.
+    pub fn expect_valid(&self, check: impl FnOnce(&Place) -> Result<()>) -> Result<()> {
+        check(&self.place.part(format!("section `{}`", self.info.name))).map_err(|error| match error {
+            Error::Invalid { place, reason } => Error::Invalid { place, reason: reason + DAMAGED },
+            other => other,
+        })
+    }
+
     /// An [`Error::Invalid`] that names this section.
     pub fn invalid(&self, reason: impl AsRef<str>) -> Error {
-        Error::invalid(
-            &self.place.part(format!("section `{}`", self.info.name)),
-            format!("{}; the file is damaged, bake it again", reason.as_ref()),
-        )
+        Error::invalid(&self.place.part(format!("section `{}`", self.info.name)), format!("{}{DAMAGED}", reason.as_ref()))
     }
 }

@@ -1,8 +1,9 @@
 //! Kind `animation`, version 0: one [`Animation`], as a single record section `animation`.
 
+use super::names::fault_of_name;
 use crate::container::{Kind, Sections, Stored, Writer};
 use crate::error::Result;
-use crate::state::{Animation, Track};
+use crate::state::{Animation, Track, TrackValues};
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]
@@ -27,6 +28,16 @@ impl Stored for Animation {
         let Record { name, duration_s, looping, tracks } = section.record()?;
         let animation = Self { name, duration_s, looping, tracks };
         animation.validate(&sections.place)?;
+        section.expect(fault_of_names(&animation))?;
         Ok(animation)
     }
+}
+
+/// Names of things that are set, and names that they are set to.
+fn fault_of_names(animation: &Animation) -> Option<String> {
+    let of_track = |track: &Track| {
+        let values: &[String] = if let TrackValues::Name(names) = &track.values { names } else { &[] };
+        track.leaf.iter().chain(values).find_map(|name| fault_of_name("what a track sets", name))
+    };
+    fault_of_name("the animation", &animation.name).or_else(|| animation.tracks.iter().find_map(of_track))
 }

@@ -3,11 +3,13 @@
 //! | section        | type | shape                       | content |
 //! |----------------|------|-----------------------------|---------|
 //! | `meta`         | u8   | record                      | [`Meta`] |
-//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s, or roughness |
-//! | `coefficients` | f32  | [nodes, parts, bases]       | coefficients of each part of the unit lobe at each node |
+//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s from 1 to 200, or roughness from 0.32 to 1 |
+//! | `coefficients` | f32  | [nodes, parts, bases]       | coefficients of each part of the unit lobe at each node, of at most [`MAX_COEFFICIENT`] |
 //! | `lobes`        | f32  | [bases − 1, table]          | Blinn-Phong: glossy basis functions over the half angle, see [`crate::basis::lobe_table`] |
-//! | `roughness`    | f32  | [samples]                   | GGX, instead of `lobes`: the samples that basis functions combine |
+//! | `roughness`    | f32  | [samples]                   | GGX, instead of `lobes`: the samples that basis functions combine, 0.32 to 1 |
 //! | `weights`      | f32  | [bases − 1, 1 + 2·samples]  | GGX: of the diffuse lobe, of every D·V·(1 − w), of every D·V·w, w = (1 − v·h)⁵ |
+//!
+//! The first and the last parameter are the ends of the range of materials that vary, to 10⁻⁵ of themselves.
 //!
 //! Basis 0 is diffuse: 1/π, for GGX (1 − w)/π. Between nodes coefficients c are interpolated linearly.
 //!
@@ -19,7 +21,7 @@
 use crate::basis::{Angles, lobe_table, microfacet};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
-use crate::state::{BlinnPhong, Brdf, Ggx, Model, Rgb};
+use crate::state::{BlinnPhong, Brdf, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 
@@ -27,6 +29,13 @@ use std::f32::consts::FRAC_1_PI;
 pub const MAX_BASES: usize = 32;
 /// Most samples that basis functions of GGX may combine.
 pub const MAX_SAMPLES: usize = 64;
+
+/// Largest coefficient. Basis functions are scaled so that these are of the order of the BRDF, whose lobes reach 33 sr⁻¹.
+pub const MAX_COEFFICIENT: f32 = 1e4;
+/// Largest value of a basis function, and largest weight. Bases of hardly any lobe are noise, scaled up; sums of products are still numbers.
+pub const MAX_VALUE: f32 = 1e30;
+/// How far the ends of the range may be off, in parts of themselves.
+const RANGE_TOLERANCE: f32 = 1e-5;
 
 /// Errors of the basis: relative L2 over directions, for Blinn-Phong on the angle grid.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -87,6 +96,14 @@ impl Functions {
         match self {
             Self::BlinnPhong { .. } => Model::BlinnPhong,
             Self::Ggx { .. } => Model::Ggx,
+        }
+    }
+
+    /// The range of the parameters.
+    fn range(&self) -> [f32; 2] {
+        match self {
+            Self::BlinnPhong { .. } => [SHININESS_MIN, SHININESS_MAX],
+            Self::Ggx { .. } => [ROUGHNESS_MIN, 1.0],
         }
     }
 
@@ -214,50 +231,73 @@ impl Stored for BrdfBasis {
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
-        let meta = sections.take("meta")?.record()?;
-        let section = sections.take("parameters")?;
-        let nodes = section.length()?;
-        let parameters = if (2..=65_536).contains(&nodes) { section.f32s()? } else { Vec::new() };
+        let section = sections.take("meta")?;
+        let meta: Meta = section.record()?;
+        section.expect(meta.fault())?;
+        let of_parameters = sections.take("parameters")?;
+        let nodes = of_parameters.length()?;
+        let parameters = if (2..=65_536).contains(&nodes) { of_parameters.f32s()? } else { Vec::new() };
         if parameters.is_empty() || !parameters.is_sorted_by(|a, b| a < b) {
-            return Err(section.invalid("needs 2 to 65536 increasing parameters"));
+            return Err(of_parameters.invalid("needs 2 to 65536 increasing parameters"));
         }
-        section.expect_finite(&parameters)?;
+        of_parameters.expect_finite(&parameters)?;
 
         let section = sections.take("coefficients")?;
         let coefficients = section.f32s()?;
-        section.expect_finite(&coefficients)?;
+        section.expect_at_most(&coefficients, MAX_COEFFICIENT)?;
         let functions = decode_functions(sections)?;
         let bases = 1 + functions.glossy_bases() as u64;
         if !(2..=MAX_BASES as u64).contains(&bases) {
             return Err(section.invalid(format!("holds {bases} bases, 2 to {MAX_BASES} are allowed")));
         }
         section.expect_shape(&[nodes, functions.parts() as u64, bases])?;
+        of_parameters.expect(fault_of_range(&parameters, functions.range()))?;
         Ok(Self { meta, parameters, coefficients, functions })
     }
 }
 
+impl Meta {
+    fn fault(&self) -> Option<String> {
+        let BasisError { mean, worst, .. } = self.error_at_samples;
+        let between = self.error_between;
+        let errors = [mean, worst, between.mean, between.worst];
+        let is_error = |e: &f64| e.is_finite() && *e >= 0.0;
+        let places = [self.error_at_samples.worst_at, between.worst_at];
+        let sound = errors.iter().all(is_error) && places.iter().all(|at| at.is_finite());
+        (!sound).then(|| format!("errors {errors:?} at {places:?} are no numbers of at least 0"))
+    }
+}
+
+/// Materials may have any parameter of the range, and beyond the last node nothing is known of their lobes.
+fn fault_of_range(parameters: &[f32], [least, most]: [f32; 2]) -> Option<String> {
+    let (first, last) = (*parameters.first()?, *parameters.last()?);
+    let spans = (first - least).abs() <= RANGE_TOLERANCE * least && (last - most).abs() <= RANGE_TOLERANCE * most;
+    (!spans).then(|| format!("runs from {first} to {last}, expected {least} to {most}"))
+}
+
 fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
-    let finite = |section: &Section| {
+    let within = |section: &Section, most: f32| {
         let values = section.f32s()?;
-        section.expect_finite(&values)?;
+        section.expect_at_most(&values, most)?;
         Ok(values)
     };
     let first = sections.take_any()?;
     let first = first.ok_or_else(|| Error::invalid(&sections.place, "section `lobes` is missing; the file is damaged, bake it again"))?;
     match first.info.name.as_str() {
         "lobes" => {
-            let lobes = finite(&first)?;
+            let lobes = within(&first, MAX_VALUE)?;
             first.expect_shape(&[(lobes.len() / lobe_table::NODES) as u64, lobe_table::NODES as u64])?;
             Ok(Functions::BlinnPhong { lobes })
         }
         "roughness" => {
-            let roughness = finite(&first)?;
+            let roughness = within(&first, f32::MAX)?;
             let samples = first.length()?;
-            if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| (0.0..=1.0).contains(r) && *r > 0.0) {
-                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses above 0, up to 1")));
+            let legal = ROUGHNESS_MIN * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
+            if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| legal.contains(r)) {
+                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {ROUGHNESS_MIN} to 1")));
             }
             let section = sections.take("weights")?;
-            let weights = finite(&section)?;
+            let weights = within(&section, MAX_VALUE)?;
             let row = 1 + 2 * samples;
             section.expect_shape(&[weights.len() as u64 / row, row])?;
             Ok(Functions::Ggx { roughness, weights })

@@ -3,18 +3,22 @@
 //! | section  | type | shape              | content |
 //! |----------|------|--------------------|---------|
 //! | `meta`   | u8   | record             | [`Meta`]: name and unit |
-//! | `texels` | f16  | [height, width, 3] | linear RGB radiance in [`Meta::unit`] W/(sr·m²), rows from +Y down |
+//! | `texels` | f16  | [height, width, 3] | linear RGB radiance in [`Meta::unit`] W/(sr·m²), rows from +Y down; 0 to [`MAX_RADIANCE`] |
 //!
 //! The direction (x, y, z) is found at u = 0.5 + atan2(x, −z)/2π, v = acos(y)/π.
 
+use super::names::fault_of_name;
 use crate::basis::EquirectMap;
 use crate::container::{Kind, Sections, Stored, Writer};
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use half::f16;
 use serde::{Deserialize, Serialize};
 
 /// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
 pub const MAX_WIDTH: u32 = 4096;
+
+/// Largest radiance of a map, W/(sr·m²): that of lights in scenes, fifty thousand times the sun's.
+pub const MAX_RADIANCE: f32 = 1e12;
 
 /// A named map.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +50,25 @@ impl Environment {
         Self { name: self.name.clone(), map: EquirectMap { texels, ..self.map } }
     }
 
+    /// Checks what reading checks, of a map that is yet to be written.
+    ///
+    /// # Errors
+    /// `Invalid` with what is wrong.
+    pub fn validate(&self, place: &Place) -> Result<()> {
+        self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, format!("environment map `{}`: {fault}", self.name))))
+    }
+
+    fn fault(&self) -> Option<String> {
+        let EquirectMap { width, height, texels } = &self.map;
+        if ![width, height].iter().all(|n| (1..=MAX_WIDTH).contains(*n)) {
+            return Some(format!("{width}×{height} texels, 1 to {MAX_WIDTH} along each side are possible"));
+        }
+        // Rounding to halves may have made the largest larger, by 2⁻¹¹ of it.
+        let legal = 0.0..=MAX_RADIANCE * 1.001;
+        let sound = texels.as_flattened().iter().all(|radiance| legal.contains(radiance));
+        fault_of_name("the map", &self.name).or_else(|| (!sound).then(|| format!("a radiance is outside 0..{MAX_RADIANCE:e}")))
+    }
+
     /// The unit, a power of two, and the texels as halves in it, row-major [height, width, 3]: what is stored.
     pub fn halves(&self) -> (f32, Vec<f16>) {
         let values = self.map.texels.as_flattened();
@@ -71,19 +94,14 @@ impl Stored for Environment {
             return Err(section.invalid(format!("unit {} is no power of two of at least 1", meta.unit)));
         }
         let section = sections.take("texels")?;
-        let side = |n: u64| u32::try_from(n).ok().filter(|n| (1..=MAX_WIDTH).contains(n));
         let (width, height) = match section.info.shape[..] {
-            [height, width, 3] => side(width).zip(side(height)),
+            [height, width, 3] => u32::try_from(width).ok().zip(u32::try_from(height).ok()),
             _ => None,
         }
-        .ok_or_else(|| {
-            section.invalid(format!("has shape {:?}, expected [height, width, 3] of at most {MAX_WIDTH} each", section.info.shape))
-        })?;
+        .ok_or_else(|| section.invalid(format!("has shape {:?}, expected [height, width, 3]", section.info.shape)))?;
         let values: Vec<f32> = section.f16s()?.iter().map(|h| h.to_f32() * meta.unit).collect();
-        section.expect_finite(&values)?;
-        if values.iter().any(|v| *v < 0.0) {
-            return Err(section.invalid("a radiance is negative"));
-        }
-        Ok(Self { name: meta.name, map: EquirectMap { width, height, texels: values.as_chunks().0.to_vec() } })
+        let environment = Self { name: meta.name, map: EquirectMap { width, height, texels: values.as_chunks().0.to_vec() } };
+        section.expect(environment.fault())?;
+        Ok(environment)
     }
 }

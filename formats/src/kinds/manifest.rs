@@ -2,12 +2,15 @@
 //!
 //! Only what follows from the scene, the settings and the seed stands here; timings and machines go to `report.json`.
 
+use super::names::{fault_of_name, fault_of_names};
 use crate::container::replace_file;
 use crate::error::{Error, Place, Result};
 use crate::state::read_text;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::io::Read as _;
 use std::path::Path;
+use xxhash_rust::xxh3::Xxh3;
 
 /// Name of the manifest within a bundle.
 pub const FILE_NAME: &str = "manifest.json";
@@ -86,6 +89,49 @@ pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
 }
 
+/// [`content_hash`] of what comes piece by piece.
+#[derive(Clone, Default)]
+pub struct ContentHash(Xxh3);
+
+impl ContentHash {
+    /// Adds the next bytes.
+    pub fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Of all bytes so far.
+    pub fn text(&self) -> String {
+        format!("{:032x}", self.0.digest128())
+    }
+}
+
+impl FileEntry {
+    /// Fails unless the file in `folder` is there, as long as listed, and with the listed hash.
+    pub fn expect_whole(&self, folder: &Path) -> Result<()> {
+        let place = Place::file(folder.join(&self.file));
+        let io = |e| Error::io(&place, e);
+        let mut file = std::fs::File::open(&place.file).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => Error::invalid(&place, "is missing although the manifest lists it; bake it again"),
+            _ => io(e),
+        })?;
+        let length = file.metadata().map_err(io)?.len();
+        if length != self.bytes {
+            return Err(Error::invalid(&place, format!("{length} bytes, the manifest lists {}; bake it again", self.bytes)));
+        }
+        let (mut hash, mut buffer) = (ContentHash::default(), vec![0; 1 << 16]);
+        loop {
+            match file.read(&mut buffer).map_err(io)? {
+                0 => break,
+                read => hash.update(buffer.get(..read).unwrap_or_default()),
+            }
+        }
+        if hash.text() != self.hash {
+            return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
+        }
+        Ok(())
+    }
+}
+
 /// What a bundle calls the sphere set of `object`; a [plain name](is_plain_name) or not.
 pub fn sphere_set_file(object: &str) -> String {
     format!("spheres-{object}.relume")
@@ -133,7 +179,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Checks what readers rely on: plain file names, lengths that can be added up, a method, and errors that JSON can hold.
+    /// Checks what readers rely on: plain names, files that are each of one thing, lengths that can be added up, methods, and errors that JSON can hold.
     pub fn validate(&self, place: &Place) -> Result<()> {
         let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake it again")));
         if let Some(entry) = self.entries().find(|e| !is_plain_name(&e.file)) {
@@ -145,11 +191,33 @@ impl Manifest {
         if self.methods.is_empty() {
             return refuse("lists no method".to_owned());
         }
+        if let Some(fault) = self.fault_of_names().or_else(|| self.fault_of_files()) {
+            return refuse(fault);
+        }
         // JSON has no NaN; it would be written as null, which nothing can read back.
         match self.methods.iter().flat_map(|m| &m.errors).find(|(_, error)| !error.is_finite()) {
             Some((name, error)) => refuse(format!("measured error `{name}` is {error}")),
             None => Ok(()),
         }
+    }
+
+    fn fault_of_names(&self) -> Option<String> {
+        fault_of_name("the scene", &self.scene)
+            .or_else(|| self.animations.keys().find_map(|name| fault_of_name("an animation", name)))
+            .or_else(|| self.sphere_sets.keys().find_map(|name| fault_of_name("an object", name)))
+            .or_else(|| fault_of_names("methods", self.methods.iter().map(|method| method.name.as_str())))
+    }
+
+    /// Methods may share a file, which must then be the same for all; besides, each stands for one thing.
+    fn fault_of_files(&self) -> Option<String> {
+        let mut listed: HashMap<&str, (&FileEntry, usize)> = HashMap::new();
+        let shared = [&self.scene_file].into_iter().chain(self.animations.values()).chain(self.sphere_sets.values().map(|set| &set.file));
+        let of_methods = self.methods.iter().zip(1..).flat_map(|(method, user)| method.files.iter().map(move |(_, entry)| (entry, user)));
+        shared.map(|entry| (entry, 0)).chain(of_methods).find_map(|(entry, user)| match listed.insert(&entry.file, (entry, user)) {
+            Some((other, _)) if other != entry => Some(format!("`{}` is listed twice, with different lengths or hashes", entry.file)),
+            Some((_, other)) if other == user || other == 0 => Some(format!("`{}` is listed twice", entry.file)),
+            _ => None,
+        })
     }
 
     /// Writes the manifest into `folder`, last of all files: a bundle without one is unfinished.

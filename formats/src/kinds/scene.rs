@@ -3,17 +3,20 @@
 //! | section     | type | shape        | content |
 //! |-------------|------|--------------|---------|
 //! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, what varies, environment, materials, objects |
-//! | `positions` | f32  | [vertices, 3] | metres, world space |
-//! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space |
+//! | `positions` | f32  | [vertices, 3] | metres, world space, each coordinate of at most 10⁹ m |
+//! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space: of length 1 to 10⁻⁵ |
 //! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front |
 //!
-//! Objects own consecutive ranges of triangles.
+//! Objects own consecutive ranges of triangles. Names of materials, of objects and of the clips of a shape differ.
 
+use super::names::{fault_of_name, fault_of_names};
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
 use crate::error::{Error, Place, Result};
-use crate::state::{Brdf, Camera, EnvironmentState, MaterialState, Posed, Rgb, ShapeState, Varies};
+use crate::shape::MAX_CLIPS;
+use crate::state::{Brdf, Camera, EnvironmentState, MAX_COORDINATE, MaterialState, Posed, Rgb, ShapeState, Varies};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::HashSet;
 
 /// Names, camera, materials, objects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,7 +69,8 @@ impl EnvironmentLook {
         Ok(look)
     }
 
-    fn validate(&self, place: &Place) -> Result<()> {
+    /// Checks gain and rotation.
+    pub fn validate(&self, place: &Place) -> Result<()> {
         if !self.gain.iter().all(|g| (0.0..=MAX_GAIN).contains(g)) {
             return Err(Error::invalid(place, format!("environment: gain {:?} is outside 0..{MAX_GAIN}", self.gain)));
         }
@@ -77,7 +81,7 @@ impl EnvironmentLook {
     }
 }
 
-/// Largest gain of an environment: times the largest radiance of any map it is still a number.
+/// Largest gain of an environment: times the largest radiance of any map, 10¹², summed up by rows of as many terms as there can be, it is still a number.
 pub const MAX_GAIN: f32 = 1e9;
 
 /// A material and its default parameters.
@@ -93,7 +97,56 @@ pub struct StoredMaterial {
     pub textured: bool,
 }
 
+/// Most materials: each has a texture of its own on the GPU, if only of one texel.
+pub const MAX_MATERIALS: usize = 4096;
+/// Most objects: each is drawn by itself.
+pub const MAX_OBJECTS: usize = 1 << 16;
+/// How far the length of a normal may be from 1. Normals are normalised in double precision and rounded, which is off by 10⁻⁷.
+pub const NORMAL_TOLERANCE: f32 = 1e-5;
+
 impl Meta {
+    /// Checks everything that can be told without the meshes.
+    ///
+    /// # Errors
+    /// `Invalid` with what is wrong, and what else is possible.
+    pub fn validate(&self, place: &Place) -> Result<()> {
+        self.camera.validate(place)?;
+        if let Some(environment) = &self.environment {
+            environment.validate(place)?;
+        }
+        self.materials.iter().try_for_each(|material| material.validate(&material.brdf, place))?;
+        self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, fault)))
+    }
+
+    fn fault(&self) -> Option<String> {
+        if !is_legal_size(self.size) {
+            return Some(format!("film size {:?} is not one of 1 to {MAX_PIXELS} pixels", self.size));
+        }
+        let (materials, objects) = (self.materials.len(), self.objects.len());
+        if materials > MAX_MATERIALS || objects > MAX_OBJECTS {
+            return Some(format!("{materials} materials and {objects} objects, at most {MAX_MATERIALS} and {MAX_OBJECTS} are possible"));
+        }
+        let map = self.environment.as_ref().and_then(|look| fault_of_name("the environment map", &look.map));
+        fault_of_name("the scene", &self.name)
+            .or(map)
+            .or_else(|| fault_of_names("materials", self.materials.iter().map(|m| m.name.as_str())))
+            .or_else(|| fault_of_names("objects", self.objects.iter().map(|o| o.name.as_str())))
+            .or_else(|| self.fault_of_shapes())
+            .or_else(|| {
+                let stranger = self.objects.iter().find(|o| o.material as usize >= materials)?;
+                Some(format!("object `{}` names a material that is not there", stranger.name))
+            })
+    }
+
+    fn fault_of_shapes(&self) -> Option<String> {
+        let objects: HashSet<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
+        let ghost = self.shapes.iter().find(|shape| !objects.contains(shape.object.as_str()));
+        ghost
+            .map(|shape| format!("shape `{}` is no object", shape.object))
+            .or_else(|| fault_of_names("objects that deform", self.shapes.iter().map(|shape| shape.object.as_str())))
+            .or_else(|| self.shapes.iter().find_map(StoredShape::fault))
+    }
+
     /// What a method whose main file is of `kind` lets vary of this scene.
     pub fn varies(&self, kind: Kind) -> Varies<'_> {
         match kind {
@@ -165,15 +218,14 @@ impl StoredShape {
         change.posed(&self.object, now, &clips, place)
     }
 
-    fn fault(&self, objects: &[StoredObject]) -> Option<String> {
-        if !objects.iter().any(|object| object.name == self.object) {
-            return Some(format!("shape `{}` is no object", self.object));
+    fn fault(&self) -> Option<String> {
+        if self.clips.len() > MAX_CLIPS {
+            return Some(format!("shape `{}` has {} clips, at most {MAX_CLIPS} are possible", self.object, self.clips.len()));
         }
-        let names: BTreeSet<&String> = self.clips.iter().map(|clip| &clip.name).collect();
-        if names.len() != self.clips.len() || !self.clips.iter().all(|clip| clip.duration_s.is_finite() && clip.duration_s >= 0.0) {
-            return Some(format!("the clips of shape `{}` have a name twice, or a duration that is no number of at least 0", self.object));
+        if let Some(clip) = self.clips.iter().find(|clip| !(clip.duration_s.is_finite() && clip.duration_s >= 0.0)) {
+            return Some(format!("the duration of a clip of shape `{}`, {} s, is no number of at least 0", self.object, clip.duration_s));
         }
-        None
+        fault_of_names(&format!("clips of shape `{}`", self.object), self.clips.iter().map(|clip| clip.name.as_str()))
     }
 }
 
@@ -226,53 +278,75 @@ impl Stored for StoredScene {
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let section = sections.take("meta")?;
         let meta: Meta = section.record()?;
-        meta.camera.validate(&sections.place)?;
-        if !is_legal_size(meta.size) {
-            return Err(section.invalid(format!("film size {:?} is not one of 1 to {MAX_PIXELS} pixels", meta.size)));
-        }
-        if let Some(environment) = &meta.environment {
-            environment.validate(&sections.place)?;
-        }
-        for material in &meta.materials {
-            material.validate(&material.brdf, &sections.place)?;
-        }
-        let distinct = |names: Vec<&String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
-        if !distinct(meta.materials.iter().map(|m| &m.name).collect()) || !distinct(meta.objects.iter().map(|o| &o.name).collect()) {
-            return Err(section.invalid("two materials or two objects have the same name"));
-        }
-        if let Some(fault) = meta.shapes.iter().find_map(|shape| shape.fault(&meta.objects)) {
-            return Err(section.invalid(fault));
-        }
-        if !distinct(meta.shapes.iter().map(|s| &s.object).collect()) {
-            return Err(section.invalid("an object has two shapes"));
-        }
-        if meta.objects.iter().any(|o| o.material as usize >= meta.materials.len()) {
-            return Err(section.invalid("an object names a material that is not there"));
-        }
-
-        let positions = vectors(sections, "positions", None)?;
-        let vertices = positions.len() as u64;
-        let normals = vectors(sections, "normals", Some(vertices))?;
-
+        section.expect_valid(|place| meta.validate(place))?;
+        let positions = vectors(sections, "positions", None, fault_of_positions)?;
+        let normals = vectors(sections, "normals", Some(positions.len()), fault_of_normals)?;
         let section = sections.take("triangles")?;
-        let values = section.u32s()?;
-        let count = values.len() as u64 / 3;
-        section.expect_shape(&[count, 3])?;
-        if values.iter().any(|index| u64::from(*index) >= vertices) {
-            return Err(section.invalid("a triangle names a vertex that is not there"));
-        }
-        if meta.objects.iter().map(|o| u64::from(o.triangles)).sum::<u64>() != count {
-            return Err(section.invalid("the objects do not cover the triangles"));
-        }
-        Ok(Self { meta, positions, normals, triangles: values.as_chunks().0.to_vec() })
+        let triangles = section.u32_rows()?;
+        section.expect(fault_of_triangles(&triangles, positions.len(), &meta.objects))?;
+        Ok(Self { meta, positions, normals, triangles })
     }
 }
 
-/// A section of finite vectors, `count` of them where that is known. Its bytes are gone on return: a hostile scene's sections are large together.
-fn vectors(sections: &mut Sections<'_>, name: &str, count: Option<u64>) -> Result<Vec<[f32; 3]>> {
-    let section = sections.take(name)?;
-    let values = section.f32s()?;
-    section.expect_finite(&values)?;
-    section.expect_shape(&[count.unwrap_or(values.len() as u64 / 3), 3])?;
-    Ok(values.as_chunks().0.to_vec())
+impl StoredScene {
+    /// Checks what reading checks, of a scene that is yet to be written.
+    ///
+    /// # Errors
+    /// `Invalid` with what is wrong.
+    pub fn validate(&self, place: &Place) -> Result<()> {
+        self.meta.validate(place)?;
+        let elements = self.positions.len().max(self.triangles.len());
+        let most = MAX_SECTION_BYTES as usize / size_of::<[f32; 3]>();
+        let too_many =
+            (elements > most).then(|| format!("{elements} vertices or triangles, at most {most} of each fit; simplify the meshes"));
+        let uneven = || (self.normals.len() != self.positions.len()).then(|| "not every vertex has a normal".to_owned());
+        let fault = too_many
+            .or_else(uneven)
+            .or_else(|| fault_of_positions(&self.positions))
+            .or_else(|| fault_of_normals(&self.normals))
+            .or_else(|| fault_of_triangles(&self.triangles, self.positions.len(), &self.meta.objects));
+        fault.map_or(Ok(()), |fault| Err(Error::invalid(place, fault)))
+    }
 }
+
+/// A section of vectors, `count` of them where that is known, without `fault`. Its bytes are gone on return: a hostile scene's sections are large together.
+fn vectors(
+    sections: &mut Sections<'_>,
+    name: &str,
+    count: Option<usize>,
+    fault: fn(&[[f32; 3]]) -> Option<String>,
+) -> Result<Vec<[f32; 3]>> {
+    let section = sections.take(name)?;
+    let vectors = section.f32_rows()?;
+    section.expect_shape(&[count.unwrap_or(vectors.len()) as u64, 3])?;
+    section.expect(fault(&vectors))?;
+    Ok(vectors)
+}
+
+fn fault_of_positions(positions: &[[f32; 3]]) -> Option<String> {
+    // Not so with NaN either.
+    let at = positions.as_flattened().iter().position(|x| !(x.abs() <= MAX_COORDINATE))?;
+    let value = positions.as_flattened()[at];
+    let fault =
+        if value.is_finite() { format!("is {value:?}, farther from the origin than {MAX_COORDINATE:e} m") } else { NOT_FINITE.to_owned() };
+    Some(format!("element {at} {fault}"))
+}
+
+fn fault_of_normals(normals: &[[f32; 3]]) -> Option<String> {
+    let is_unit = |n: &[f32; 3]| (Vec3::from(*n).length() - 1.0).abs() <= NORMAL_TOLERANCE;
+    let vertex = normals.iter().position(|n| !is_unit(n))?;
+    match normals[vertex].iter().position(|x| !x.is_finite()) {
+        Some(axis) => Some(format!("element {} {NOT_FINITE}", 3 * vertex + axis)),
+        None => Some(format!("the normal of vertex {vertex} is of length {}, not 1", Vec3::from(normals[vertex]).length())),
+    }
+}
+
+fn fault_of_triangles(triangles: &[[u32; 3]], vertices: usize, objects: &[StoredObject]) -> Option<String> {
+    if let Some(triangle) = triangles.iter().position(|triangle| triangle.iter().any(|vertex| *vertex as usize >= vertices)) {
+        return Some(format!("triangle {triangle} names a vertex that is not there"));
+    }
+    let owned = objects.iter().map(|o| u64::from(o.triangles)).sum::<u64>();
+    (owned != triangles.len() as u64).then(|| "the objects do not cover the triangles".to_owned())
+}
+
+const NOT_FINITE: &str = "is not a finite number";

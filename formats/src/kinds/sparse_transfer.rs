@@ -4,11 +4,12 @@
 //! |---------------|------|-----------------------------|---------|
 //! | `meta`        | u8   | record                      | [`Meta`] |
 //! | `index/NNNN`  | u16  | [terms, vertices]           | block NNNN: which coefficient of the light each term multiplies |
-//! | `scale/NNNN`  | f16  | [vertices]                  | what one step of the block's values is worth in each row, in [`Meta::unit`] |
+//! | `scale/NNNN`  | f16  | [vertices]                  | what one step of the block's values is worth in each row, in [`Meta::unit`]; at least 0 |
 //! | `value/NNNN`  | i16 or i8 | [terms, vertices, channels] | its values in steps: i16 in wide blocks |
 //!
 //! A *row* is a vertex, in the order of kind `scene`; a *column* is every row's k-th most important term. Columns stand in *blocks*, the most
-//! important first, so any number of whole blocks is a complete, coarser bake. Terms that a row lacks have value 0.
+//! important first, so any number of whole blocks is a complete, coarser bake. Terms that a row lacks have value 0. No value may be able to exceed
+//! [`MAX_VALUE`]: unit × scale × 32767, or 127 where steps are bytes.
 //!
 //! The light is a cube map of [`Meta::face_size`]² texels a face, each the mean radiance over its solid angle, Haar-transformed face by face
 //! ([`crate::basis::haar`]). The sum of value × coefficient is the radiance that a white diffuse surface reflects at the vertex, W/(sr·m²); the player
@@ -25,6 +26,9 @@ use serde::{Deserialize, Serialize};
 pub const MAX_FACE_SIZE: u32 = 64;
 /// Most bounces.
 pub const MAX_BOUNCES: u32 = 2;
+/// Largest value. A white surface reflects what arrives and no more, each of [`MAX_BOUNCES`] bounces brings at most as much again, and no function of the
+/// light's basis is above 1: that makes 3, and this leaves room for the errors of a coarse gather.
+pub const MAX_VALUE: f32 = 16.0;
 /// Number of sections of a block.
 pub const BLOCK_SECTIONS: usize = 3;
 
@@ -140,13 +144,23 @@ impl Meta {
         let section = sections.take(&format!("scale/{block:04}"))?;
         section.expect_shape(&[vertices])?;
         let scales = section.f16s()?;
-        if let Some(at) = scales.iter().position(|scale| !scale.is_finite()) {
-            return Err(section.invalid(format!("element {at} is not a finite number")));
-        }
+        section.expect(self.fault_of_scales(&scales, shape.wide))?;
         let section = sections.take(&format!("value/{block:04}"))?;
         section.expect_shape(&[terms, vertices, channels])?;
         let steps = if shape.wide { Steps::Wide(section.i16s()?) } else { Steps::Bytes(section.i8s()?) };
         Ok(Block { indices, scales, steps })
+    }
+}
+
+impl Meta {
+    fn fault_of_scales(&self, scales: &[f16], wide: bool) -> Option<String> {
+        if let Some(at) = scales.iter().position(|scale| !scale.is_finite()) {
+            return Some(format!("element {at} is not a finite number"));
+        }
+        let step = self.unit * if wide { f32::from(i16::MAX) } else { f32::from(i8::MAX) };
+        // What rounding up to halves adds is far less than the room above what is possible.
+        let at = scales.iter().position(|scale| !(0.0..=MAX_VALUE).contains(&(scale.to_f32() * step)))?;
+        Some(format!("the values of vertex {at} reach {}, outside 0..{MAX_VALUE}", scales[at].to_f32() * step))
     }
 }
 
@@ -162,6 +176,15 @@ impl Block {
                 Steps::Bytes(steps) => f32::from(steps[at]),
             }
         })
+    }
+}
+
+impl SparseTransfer {
+    /// Checks all sections, a block at a time, and returns the small print.
+    pub fn checked_meta(sections: &mut Sections<'_>) -> Result<Meta> {
+        let meta = Meta::decode(sections)?;
+        (0..meta.blocks.len()).try_for_each(|block| meta.decode_block(block, sections).map(drop))?;
+        Ok(meta)
     }
 }
 
@@ -189,5 +212,9 @@ impl Stored for SparseTransfer {
         let meta = Meta::decode(sections)?;
         let blocks = (0..meta.blocks.len()).map(|block| meta.decode_block(block, sections)).collect::<Result<_>>()?;
         Ok(Self { meta, blocks })
+    }
+
+    fn check(sections: &mut Sections<'_>) -> Result<()> {
+        Self::checked_meta(sections).map(drop)
     }
 }

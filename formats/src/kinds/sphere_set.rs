@@ -3,23 +3,31 @@
 //! | section          | type | shape       | content |
 //! |------------------|------|-------------|---------|
 //! | `meta`           | u8   | record      | [`Meta`]: the mesh, the settings of the fit, and how good the fit is |
-//! | `spheres`        | f32  | [spheres, 4] | centre x, y, z and radius, mesh units |
+//! | `spheres`        | f32  | [spheres, 4] | centre x, y, z and radius, mesh units; within two diagonals of the vertices' box, and no larger |
 //! | `points`         | f32  | [points, 3] | where the points are at rest, mesh units |
 //! | `point-vertices` | u32  | [points, 3] | the vertices of the mesh that a point is made of |
 //! | `point-weights`  | f32  | [points, 3] | and the weights: at least 0, sum 1 |
-//! | `clusters`       | u32  | [points]    | the sphere that a point belongs to |
-//! | `history`        | f32  | [iterations] | E/V(T) after each iteration of the fit, never rising; the mean over rest and the poses that the fit looked at |
+//! | `clusters`       | u32  | [points]    | the sphere that a point belongs to; it lies in it, to 10⁻⁵ of the diagonal and what [`Meta::tight`] allows |
+//! | `history`        | f32  | [iterations] | E/V(T) after each iteration of the fit, never rising, at the end that of the set; the mean over rest and the poses that the fit looked at |
 //!
 //! The mesh itself is not stored. Its vertices are the first points, in their order: vertex v is made of v, v, v with weights 1, 0, 0. Points within
 //! triangles follow. T is the solid, E = Σ V(Sᵢ − T) the volume of the spheres outside it, each sphere counted by itself.
 //! What the points are for stands in [`crate::evaluate::sphere_set`].
 
+use super::names::fault_of_name;
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::Result;
+use crate::state::MAX_COORDINATE;
 use serde::{Deserialize, Serialize};
 
-/// Most spheres of a set.
-pub const MAX_SPHERES: u64 = 65_536;
+/// Most spheres of a set. Players compare every two of them.
+pub const MAX_SPHERES: u64 = 4096;
+/// How far spheres may be from the box of the vertices, and how large, in its diagonals. One diagonal covers all there is.
+const REACH: f64 = 2.0;
+/// How far the diagonal of the vertices' box may be from what is stored, in parts of it: for rounding, and for vertices that were moved to meet.
+const DIAGONAL_TOLERANCE: f64 = 1e-4;
+/// How far outside its sphere a point may lie for roundings, in parts of the diagonal.
+const COVER_TOLERANCE: f64 = 1e-5;
 /// How far the weights of a point may be from summing to 1.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-5;
 /// How far a point may be from where its vertices and weights put it, in parts of the largest coordinate and the diagonal: what the tolerance of the
@@ -139,6 +147,12 @@ impl Meta {
         if !(is_measure(f64::from(*diagonal)) && is_measure(*volume) && *diagonal > 0.0 && *volume > 0.0) {
             return Some(format!("diagonal {diagonal} and volume {volume} must be numbers above 0"));
         }
+        if let Some(fault) = fault_of_name("the mesh", &self.mesh) {
+            return Some(fault);
+        }
+        if !self.relative_outside_volume().is_finite() {
+            return Some(format!("outside volume {} and volume {volume} have no ratio", self.outside_volume));
+        }
         let measures = [("tight", f64::from(self.tight)), ("outside volume", self.outside_volume)];
         measures
             .into_iter()
@@ -199,8 +213,10 @@ impl Stored for SphereSet {
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let meta = Meta::decode(sections)?;
-        let spheres = decode_spheres(&sections.take("spheres")?)?;
+        let of_spheres = sections.take("spheres")?;
+        let spheres = decode_spheres(&of_spheres)?;
         let points = decode_points(&sections.take("points")?, &meta)?;
+        of_spheres.expect(fault_of_spheres(&spheres, points.get(..meta.vertices as usize).unwrap_or_default(), &meta))?;
         let point_vertices = decode_vertices(&sections.take("point-vertices")?, &meta, points.len())?;
         let point_weights = decode_weights(&sections.take("point-weights")?, &meta, &points, &point_vertices)?;
         let section = sections.take("clusters")?;
@@ -209,7 +225,8 @@ impl Stored for SphereSet {
         if let Some(at) = clusters.iter().position(|sphere| *sphere as usize >= spheres.len()) {
             return Err(section.invalid(format!("point {at} belongs to a sphere that is not there")));
         }
-        let history = decode_history(&sections.take("history")?)?;
+        of_spheres.expect(fault_of_cover(&spheres, &points, &clusters, &meta))?;
+        let history = decode_history(&sections.take("history")?, &meta)?;
         Ok(Self { meta, spheres, points, point_vertices, point_weights, clusters, history })
     }
 }
@@ -226,16 +243,50 @@ fn decode_spheres(section: &Section) -> Result<Vec<[f32; 4]>> {
     }
 }
 
+/// Spheres stand about their mesh. `vertices` are the mesh's, and their box has the diagonal that is stored.
+fn fault_of_spheres(spheres: &[[f32; 4]], vertices: &[[f32; 3]], meta: &Meta) -> Option<String> {
+    let along = |axis: usize| vertices.iter().map(move |v| f64::from(v[axis]));
+    let low = [0, 1, 2].map(|axis| along(axis).fold(f64::INFINITY, f64::min));
+    let high = [0, 1, 2].map(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max));
+    let diagonal = (0..3).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
+    let stored = f64::from(meta.diagonal);
+    if (diagonal - stored).abs() > DIAGONAL_TOLERANCE * stored {
+        return Some(format!("a mesh of diagonal {stored} is covered, but that of the points is {diagonal}"));
+    }
+    let most = REACH * stored;
+    let is_near = |s: &[f32; 4]| (0..3).all(|k| (low[k] - most..=high[k] + most).contains(&f64::from(s[k]))) && f64::from(s[3]) <= most;
+    let at = spheres.iter().position(|sphere| !is_near(sphere))?;
+    let [x, y, z, radius] = spheres[at];
+    Some(format!("sphere {at} of radius {radius:?} about [{x:?}, {y:?}, {z:?}] is larger than {most}, or so far from the mesh"))
+}
+
+/// Every point lies in its sphere, as far as the set promises.
+fn fault_of_cover(spheres: &[[f32; 4]], points: &[[f32; 3]], clusters: &[u32], meta: &Meta) -> Option<String> {
+    let allowed = (f64::from(meta.tight) + COVER_TOLERANCE) * f64::from(meta.diagonal);
+    let outside = |point: &[f32; 3], [x, y, z, radius]: &[f32; 4]| {
+        let squares = point.iter().zip([x, y, z]).map(|(p, c)| (f64::from(*p) - f64::from(*c)).powi(2));
+        squares.sum::<f64>().sqrt() - f64::from(*radius)
+    };
+    points.iter().zip(clusters).enumerate().find_map(|(at, (point, cluster))| {
+        let outside = spheres.get(*cluster as usize).map_or(f64::INFINITY, |sphere| outside(point, sphere));
+        (outside > allowed).then(|| format!("point {at} is {outside} outside its sphere {cluster}, {allowed} is allowed"))
+    })
+}
+
 fn decode_points(section: &Section, meta: &Meta) -> Result<Vec<[f32; 3]>> {
     match section.info.shape[..] {
-        [points, 3] if (u64::from(meta.vertices)..=u64::from(u32::MAX)).contains(&points) => finite_rows(section),
+        [points, 3] if (u64::from(meta.vertices)..=u64::from(u32::MAX)).contains(&points) => {
+            let points: Vec<[f32; 3]> = finite_rows(section)?;
+            section.expect_at_most(points.as_flattened(), MAX_COORDINATE)?;
+            Ok(points)
+        }
         _ => Err(section.invalid(format!("has shape {:?}, expected [at least {}, 3]", section.info.shape, meta.vertices))),
     }
 }
 
 fn decode_vertices(section: &Section, meta: &Meta, points: usize) -> Result<Vec<[u32; 3]>> {
     section.expect_shape(&[points as u64, 3])?;
-    let rows: Vec<[u32; 3]> = section.u32s()?.as_chunks().0.to_vec();
+    let rows: Vec<[u32; 3]> = section.u32_rows()?;
     if let Some(at) = rows.iter().position(|row| row.iter().any(|v| *v >= meta.vertices)) {
         return Err(section.invalid(format!("point {at} names a vertex that is not there")));
     }
@@ -266,7 +317,7 @@ fn decode_weights(section: &Section, meta: &Meta, points: &[[f32; 3]], vertices:
     Ok(rows)
 }
 
-fn decode_history(section: &Section) -> Result<Vec<f32>> {
+fn decode_history(section: &Section, meta: &Meta) -> Result<Vec<f32>> {
     if section.length()? == 0 {
         return Err(section.invalid("is empty"));
     }
@@ -275,14 +326,20 @@ fn decode_history(section: &Section) -> Result<Vec<f32>> {
     let rises = |pair: &[f32]| f64::from(pair[1]) > f64::from(pair[0]) * (1.0 + HISTORY_TOLERANCE);
     match history.windows(2).position(rises) {
         _ if history.iter().any(|e| *e < 0.0) => Err(section.invalid("a volume is negative")),
-        None => Ok(history),
+        None => section.expect(fault_of_end(&history, meta)).map(|()| history),
         Some(at) => Err(section.invalid(format!("rises from element {at} to the next"))),
     }
 }
 
-/// The rows of a section whose shape has been checked.
+/// The history ends with what the set has, unless it is one of poses too.
+fn fault_of_end(history: &[f32], meta: &Meta) -> Option<String> {
+    let (last, has) = (history.last().map_or(f64::NAN, |e| f64::from(*e)), meta.relative_outside_volume());
+    let ends = meta.poses > 0 || (last - has).abs() <= HISTORY_TOLERANCE * (1.0 + has);
+    (!ends).then(|| format!("ends with E/V(T) = {last}, but the set has {has}"))
+}
+
 fn finite_rows<const N: usize>(section: &Section) -> Result<Vec<[f32; N]>> {
-    let values = section.f32s()?;
-    section.expect_finite(&values)?;
-    Ok(values.as_chunks().0.to_vec())
+    let rows: Vec<[f32; N]> = section.f32_rows()?;
+    section.expect_finite(rows.as_flattened())?;
+    Ok(rows)
 }

@@ -5,21 +5,21 @@
 //! | `meta`    | u8   | record       | [`Meta`]: the grids, and the objects in the order of the scene |
 //! | `rows`    | u32  | [vertices]   | the row of each receiver's lobe, or [`NO_ROW`]: blend the grid's |
 //! | `normals` | f32  | [rows, 3]    | unit normals of the rows, world space: first the 384 nodes of the grid, then others |
-//! | `lobes`   | f32  | [rows, 6144] | Haar coefficients of ρ̃ = max(0, n·ω)/π · dω in the order of [`crate::basis::haar`], 6 × 32 × 32 |
+//! | `lobes`   | f32  | [rows, 6144] | Haar coefficients of ρ̃ = max(0, n·ω)/π · dω in the order of [`crate::basis::haar`], 6 × 32 × 32, to 10⁻⁶ |
 //! | `order`   | u16  | [rows, 200]  | the coefficients of each row that matter most, as [`order`] finds them |
 //!
 //! Receivers are the vertices of the scene's meshes. Grid and blending are those of [`crate::basis::diffuse`]. A row beyond the grid is exact for its normal
 //! and serves receivers that never turn: those of an object that deforms have none. A lobe is cut to its k largest terms by taking the first k of its order;
-//! a reader compares all of it. The sphere sets are files of their own, and so are the shapes of objects that deform.
+//! a reader compares all of it, and every lobe with that of its normal. The sphere sets are files of their own, and so are the shapes of objects that deform.
 
+use super::names::fault_of_names;
 use crate::basis::cubemap::FACES;
-use crate::basis::diffuse::{GRID, NODES, grid_normal};
+use crate::basis::diffuse::{self, GRID, NODES, grid_normal};
 use crate::basis::two_level::SIDE;
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::Result;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 
 /// Of a receiver whose lobe is blended from the grid's.
 pub const NO_ROW: u32 = u32::MAX;
@@ -31,6 +31,8 @@ pub const ORDERED: usize = 200;
 pub const MAX_ROWS: u64 = 4096;
 /// How far the length of a normal may be from 1, and each coordinate of a node from where the grid has it.
 const NORMAL_TOLERANCE: f32 = 1e-5;
+/// How far a coefficient of a lobe may be from what its normal gives: some roundings of the largest, 0.04, and what other mathematical libraries make of it.
+const LOBE_TOLERANCE: f32 = 1e-6;
 
 /// The receivers of a scene, and the lobes of their normals.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,18 +133,17 @@ impl Meta {
         if !(FACES..=ORDERED).contains(&(self.terms as usize)) {
             return Some(format!("keeps {} terms, expected {FACES} to {ORDERED}", self.terms));
         }
-        let mut names = BTreeSet::new();
         let mut next = Some(0u32);
         for ShadowObject { name, first_vertex, vertices, .. } in &self.objects {
-            if !names.insert(name) {
-                return Some(format!("two objects are called `{name}`"));
-            }
             if *vertices == 0 || Some(*first_vertex) != next {
                 return Some(format!("object `{name}` has {vertices} vertices from {first_vertex} on, which do not follow those before"));
             }
             next = first_vertex.checked_add(*vertices);
         }
-        self.objects.is_empty().then(|| "there are no objects".to_owned())
+        if self.objects.is_empty() {
+            return Some("there are no objects".to_owned());
+        }
+        fault_of_names("objects", self.objects.iter().map(|object| object.name.as_str()))
     }
 
     /// Of all objects.
@@ -177,6 +178,7 @@ impl Stored for SphereShadows {
         section.expect_shape(&[normals.len() as u64, COEFFICIENTS as u64])?;
         let lobes = section.f32s()?;
         section.expect_finite(&lobes)?;
+        section.expect(fault_of_lobes(&lobes, &normals))?;
         let order = decode_order(&sections.take("order")?, &lobes)?;
         Ok(Self { meta, rows, normals, lobes, order })
     }
@@ -187,7 +189,7 @@ fn decode_normals(section: &Section) -> Result<Vec<[f32; 3]>> {
         [rows, 3] if (NODES as u64..=MAX_ROWS).contains(&rows) => {}
         _ => return Err(section.invalid(format!("has shape {:?}, expected [{NODES} to {MAX_ROWS}, 3]", section.info.shape))),
     }
-    let normals: Vec<[f32; 3]> = section.f32s()?.as_chunks().0.to_vec();
+    let normals: Vec<[f32; 3]> = section.f32_rows()?;
     // Not so with NaN either.
     let is_unit = |n: &[f32; 3]| (Vec3::from(*n).length() - 1.0).abs() <= NORMAL_TOLERANCE;
     if let Some(row) = normals.iter().position(|n| !is_unit(n)) {
@@ -198,6 +200,16 @@ fn decode_normals(section: &Section) -> Result<Vec<[f32; 3]>> {
         None => Ok(normals),
         Some(node) => Err(section.invalid(format!("row {node} is not that node of the grid"))),
     }
+}
+
+/// Lobes follow from their normals, so every value can be compared.
+fn fault_of_lobes(lobes: &[f32], normals: &[[f32; 3]]) -> Option<String> {
+    let is_off = |(stored, right): (&f32, &f32)| (stored - right).abs() > LOBE_TOLERANCE;
+    let mut rows = lobes.as_chunks::<COEFFICIENTS>().0.iter().zip(normals).enumerate();
+    rows.find_map(|(row, (lobe, normal))| {
+        let at = lobe.iter().zip(&diffuse::lobe((*normal).into())).position(is_off)?;
+        Some(format!("coefficient {at} of row {row} is {}, which is not that of the lobe of its normal", lobe[at]))
+    })
 }
 
 fn fault_of_rows(meta: &Meta, rows: &[u32], count: usize) -> Option<String> {

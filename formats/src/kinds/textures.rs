@@ -8,8 +8,9 @@
 
 use crate::basis::{Texture, Wrap};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// Most textures of one scene.
 pub const MAX_TEXTURES: usize = 16;
@@ -88,28 +89,13 @@ impl Stored for Textures {
         if meta.len() > MAX_TEXTURES {
             return Err(section.invalid(format!("{} textures, at most {MAX_TEXTURES} are allowed", meta.len())));
         }
-        if meta.iter().enumerate().any(|(i, m)| meta[..i].iter().any(|other| other.material == m.material)) {
+        if meta.iter().map(|m| m.material).collect::<BTreeSet<_>>().len() != meta.len() {
             return Err(section.invalid("two textures are of one material"));
         }
         let section = sections.take("uvs")?;
-        let values = section.f32s()?;
-        section.expect_finite(&values)?;
-        section.expect_shape(&[values.len() as u64 / 2, 2])?;
-        let uvs = values.as_chunks().0.to_vec();
+        let uvs: Vec<[f32; 2]> = section.f32_rows()?;
+        section.expect_finite(uvs.as_flattened())?;
         let texture = |(index, meta): (usize, TextureMeta)| meta.decode(&sections.take(&texture_name(index))?);
         Ok(Self { uvs, textures: meta.into_iter().enumerate().map(texture).collect::<Result<_>>()? })
-    }
-}
-
-impl Textures {
-    /// Checks that these are the textures of a scene with so many vertices and materials.
-    ///
-    /// # Errors
-    /// `Invalid` if they are of another scene.
-    pub fn expect_scene(&self, vertices: usize, materials: usize, place: &crate::Place) -> Result<()> {
-        if self.uvs.len() != vertices || self.textures.iter().any(|t| t.material as usize >= materials) {
-            return Err(Error::invalid(place, "does not fit the scene beside it; bake the whole bundle again"));
-        }
-        Ok(())
     }
 }

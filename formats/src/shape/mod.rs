@@ -8,6 +8,7 @@ mod clip;
 mod node;
 mod normals;
 mod pose;
+mod reach;
 mod skin;
 mod validate;
 
@@ -53,6 +54,9 @@ mod normals_tests;
 
 #[cfg(test)]
 mod pose_tests;
+
+#[cfg(test)]
+mod reach_tests;
 
 #[cfg(test)]
 mod validate_tests;

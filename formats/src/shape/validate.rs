@@ -5,6 +5,7 @@ use super::{
     Property, Track, Transform,
 };
 use crate::error::{Error, Place, Result};
+use crate::kinds::names::fault_of_names;
 use std::collections::HashSet;
 
 /// How far the weights of a vertex may be from the sum 1, for rounding.
@@ -19,7 +20,8 @@ impl DeformingMesh {
             named("node", &self.nodes, |index, node| node.check(index))?;
             named("joint", &self.joints, |_, joint| joint.check(self.nodes.len()))?;
             named("morph target", &self.morph_targets, |_, target| target.check(self.positions.len()))?;
-            self.expect_clips()
+            self.expect_clips()?;
+            self.expect_reach()
         };
         check().map_err(|reason| Error::invalid(place, format!("{reason}; mend the model or export it again")))
     }
@@ -63,11 +65,10 @@ impl DeformingMesh {
     }
 
     fn expect_clips(&self) -> std::result::Result<(), String> {
-        let mut names = HashSet::new();
+        if let Some(fault) = fault_of_names("clips", self.clips.iter().map(|clip| clip.name.as_str())) {
+            return Err(fault);
+        }
         for clip in &self.clips {
-            if !names.insert(&clip.name) {
-                return Err(format!("two clips are called `{}`", clip.name));
-            }
             clip.check(self).map_err(|reason| format!("clip `{}`: {reason}", clip.name))?;
         }
         Ok(())

@@ -20,6 +20,10 @@ pub struct Camera {
     pub exposure_ev: f32,
 }
 
+/// Farthest from the origin that anything is, along an axis, metres. Products of four lengths, as in the areas of triangles, squared, are then still
+/// numbers in single precision.
+pub const MAX_COORDINATE: f32 = 1e9;
+
 /// The image plane of a camera at a given size: turns film positions into directions.
 #[derive(Debug, Clone, Copy)]
 pub struct Film {
@@ -51,7 +55,14 @@ impl Camera {
         if !numbers.copied().all(f32::is_finite) {
             return Err(Error::invalid(place, "camera: every value must be a finite number"));
         }
-        if self.position == self.target {
+        if let Some(far) = self.position.iter().chain(&self.target).find(|x| x.abs() > MAX_COORDINATE) {
+            return Err(Error::invalid(
+                place,
+                format!("camera: {far:?} m is farther from the origin than {MAX_COORDINATE:e} m; move the camera"),
+            ));
+        }
+        let way = Vec3::from(self.target) - Vec3::from(self.position);
+        if way.try_normalize().is_none() {
             return Err(Error::invalid(place, "camera: position and target coincide; move one of them"));
         }
         if !(0.1..=170.0).contains(&self.fov_deg) {

@@ -9,7 +9,7 @@ mod shape;
 mod strict_toml;
 
 pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
-pub use camera::{Camera, Film};
+pub use camera::{Camera, Film, MAX_COORDINATE};
 pub use material::{
     BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
 };

@@ -36,7 +36,7 @@ pub fn textures(seed: u64) -> Textures {
 pub fn rows(seed: u64, vertices: usize, face_size: u32, rgb: bool, blocks: &[(u32, bool)]) -> SparseTransfer {
     let random = &mut Random(seed);
     let blocks: Vec<_> = blocks.iter().map(|(terms, wide)| BlockShape { terms: *terms, wide: *wide }).collect();
-    let meta = Meta { vertices: vertices as u32, face_size, bounces: u32::from(rgb), rgb, unit: 0.25, blocks, rays_per_texel: 4 };
+    let meta = Meta { vertices: vertices as u32, face_size, bounces: u32::from(rgb), rgb, unit: 1.0 / 2048.0, blocks, rays_per_texel: 4 };
     let block = |shape: &BlockShape| {
         let values = shape.terms as usize * vertices * meta.channels();
         let indices = (0..shape.terms as usize * vertices).map(|_| random.below(meta.coefficients()) as u16).collect();

@@ -103,7 +103,7 @@ pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size:
         seed,
         editable_fragments: editable.len() as u32,
     };
-    let coverage = pixel.iter().map(|_| f16::from_f32((1 + random.below(64)) as f32 / 64.0)).collect();
+    let coverage = pixel.iter().map(|_| f16::from_f32((1 + random.below(64)) as f32 / (64 * (materials + 1)) as f32)).collect();
     let mut head = Head { meta, pixel, class, coverage, scales: Vec::new() };
     let layout = head.layout();
     head.scales = layout.slots.iter().map(|_| random.unit() * 3.0).collect();

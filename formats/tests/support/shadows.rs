@@ -1,13 +1,12 @@
 //! Small files of kind `sphere-shadows`, made from a seed.
 
 use super::samples::Random;
-use relume_formats::basis::diffuse::{NODES, grid_normal};
+use relume_formats::basis::diffuse::{NODES, grid_normal, lobe};
 use relume_formats::kinds::SphereShadows;
 use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Meta, NO_ROW, ShadowObject, order};
 
-/// Objects of `vertices` each, of which the second deforms and the third has no spheres; `exact` rows beyond the grid. Lobes are a few coefficients of
-/// any size, `terms` of them, for real ones make large files.
-pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize, terms: usize) -> SphereShadows {
+/// Objects of `vertices` each, of which the second deforms and the third has no spheres; `exact` rows beyond the grid.
+pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadows {
     let random = &mut Random(seed);
     let mut objects: Vec<ShadowObject> = Vec::new();
     for (number, vertices) in vertices.iter().enumerate() {
@@ -19,10 +18,7 @@ pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize, terms: usize) -
     let rows = objects.iter().flat_map(|o| vec![o.deforms; o.vertices as usize]).map(&mut row).collect();
     let mut normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).collect();
     normals.extend((0..exact).map(|k| [(k as f32).cos(), 0.0, (k as f32).sin()]));
-    let mut lobes = vec![0.0; normals.len() * COEFFICIENTS];
-    for lobe in lobes.chunks_exact_mut(COEFFICIENTS) {
-        (0..terms).for_each(|_| lobe[random.below(COEFFICIENTS)] = random.signed() * 10f32.powi(-(random.below(9) as i32)));
-    }
+    let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     let order = lobes.chunks_exact(COEFFICIENTS).flat_map(order).collect();
     SphereShadows { meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects }, rows, normals, lobes, order }
 }

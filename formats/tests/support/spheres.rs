@@ -58,5 +58,14 @@ pub fn sphere_set(seed: u64, vertices: usize, points: usize, spheres: usize, sla
         let radius = own.iter().map(distance).fold(0.0, f32::max) * (1.0 + 1e-6) + 1e-6 + slack;
         set.spheres.push([centre[0], centre[1], centre[2], radius]);
     }
+    set.meta.diagonal = diagonal(&set);
     set
+}
+
+/// Of the box around the vertices.
+pub fn diagonal(set: &SphereSet) -> f32 {
+    let vertices = &set.points[..set.meta.vertices as usize];
+    let along = |axis: usize| vertices.iter().map(move |v| f64::from(v[axis]));
+    let side = |axis: usize| along(axis).fold(f64::NEG_INFINITY, f64::max) - along(axis).fold(f64::INFINITY, f64::min);
+    (0..3).map(|axis| side(axis).powi(2)).sum::<f64>().sqrt() as f32
 }

@@ -5,9 +5,10 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::methods::Setup;
 use crate::stream::{Arrival, decode_all};
+use relume_formats::Place;
+use relume_formats::bundle::{Maps, expect_lit, expect_textures};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::{Environment, StoredScene, Textures, scene};
-use relume_formats::{Error as FormatError, Place};
 
 /// A scene and what shines on it, as far as it has arrived.
 pub(crate) struct Surroundings {
@@ -15,6 +16,8 @@ pub(crate) struct Surroundings {
     pub(crate) scene: StoredScene,
     size: [u32; 2],
     maps: Vec<Map>,
+    /// What is known of them.
+    known: Maps,
     /// The same for the CPU, if it is to work with them.
     environments: Vec<Environment>,
     textures: Option<Textures>,
@@ -38,7 +41,15 @@ impl Surroundings {
             let ([width, height], most) = (size, scene::MAX_PIXELS);
             return Err(Error::Usage(format!("--size {width}x{height} is too large; at most {most} pixels are drawn")));
         }
-        Ok(Self { scene: setup.scene, size, maps: Vec::new(), environments: Vec::new(), textures: None, pending: Vec::new() })
+        Ok(Self {
+            scene: setup.scene,
+            size,
+            maps: Vec::new(),
+            known: Maps::default(),
+            environments: Vec::new(),
+            textures: None,
+            pending: Vec::new(),
+        })
     }
 
     /// Takes the next section of a file that [belongs] here.
@@ -53,16 +64,13 @@ impl Surroundings {
             return self.map_arrived(gpu, decode_all(sections)?, &place);
         }
         let textures: Textures = decode_all(sections)?;
-        textures.expect_scene(self.scene.positions.len(), self.scene.meta.materials.len(), &place)?;
+        expect_textures(&textures, &self.scene, &place)?;
         self.textures = Some(textures);
         Ok(())
     }
 
     fn map_arrived(&mut self, gpu: &Gpu, environment: Environment, place: &Place) -> Result<()> {
-        if self.maps.iter().any(|map| map.name == environment.name) {
-            let reason = format!("is the second environment map called `{}`; bake it again", environment.name);
-            return Err(FormatError::invalid(place, reason).into());
-        }
+        self.known.add(&environment, place)?;
         self.maps.push(Map::new(gpu, &environment));
         self.environments.extend(gpu.radiance_on_cpu.then_some(environment));
         gpu.check()
@@ -71,26 +79,12 @@ impl Surroundings {
     /// Files of different bakes can each be sound and yet not fit together: fails if the main file at `place`, with what it calls `what` for so many
     /// `vertices`, does not fit what came before it.
     pub(crate) fn expect_bake(&self, what: &str, vertices: u64, place: &Place) -> relume_formats::Result<()> {
-        let refuse = |reason: String| Err(FormatError::invalid(place, format!("{reason}; bake the whole bundle again")));
-        let there = self.scene.positions.len();
-        if vertices != there as u64 {
-            return refuse(format!("has {what} for {vertices} vertices of a scene of {there}"));
-        }
-        if self.textures.is_none() && self.scene.meta.materials.iter().any(|material| material.textured) {
-            return refuse("needs the scene's textures before it".to_owned());
-        }
-        match &self.scene.meta.environment {
-            None => refuse("needs an environment, and the scene has none".to_owned()),
-            Some(look) if self.maps.iter().all(|map| map.name != look.map) => {
-                refuse(format!("needs the scene's environment map `{}` before it", look.map))
-            }
-            Some(_) => Ok(()),
-        }
+        expect_lit(what, vertices, &self.scene, &self.known, self.textures.is_some(), place)
     }
 
     /// Names of the maps, in the order of their arrival.
     pub(crate) fn map_names(&self) -> Vec<String> {
-        self.maps.iter().map(|map| map.name.clone()).collect()
+        self.known.names().to_vec()
     }
 
     /// The maps for the CPU, if it is to work with them; that takes them away.

@@ -11,7 +11,7 @@ pub use decode::{decode_all, decode_sections};
 pub use playlist::{Animations, Item, Playlist};
 
 use crate::error::{Error, Result};
-use relume_formats::container::{Kind, Section};
+use relume_formats::container::{Kind, Section, expect_decoded};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
@@ -34,8 +34,8 @@ pub struct Limits {
 pub struct Arrival {
     /// What its file holds.
     pub kind: Kind,
-    /// The object that its file is of, where the manifest says.
-    pub object: Option<String>,
+    /// What the manifest calls that which its file holds, or the object that it is of; `None` for files of a method.
+    pub name: Option<String>,
     /// The section, decoded and checked.
     pub section: Section,
     /// Whether it is the last one of its file.
@@ -129,16 +129,23 @@ impl Reader {
     }
 
     fn read(&mut self, playlist: &Playlist) -> relume_formats::Result<Event> {
-        let mut start = 0;
+        let (mut start, mut decoded) = (0, 0);
+        let length = playlist.items.iter().map(|item| item.bytes).sum();
         for item in &playlist.items {
             let mut sections = item.open(&mut self.pace)?;
+            decoded += sections.header().decoded_bytes();
+            expect_decoded(decoded, length, sections.place())?;
             let table = sections.header().sections.clone();
             for (index, info) in table.iter().enumerate() {
                 if self.limits.bytes.is_some_and(|budget| start + info.offset + info.stored_bytes > budget) {
                     return Ok(Event::End { complete: false });
                 }
                 let Some(section) = sections.next_section()? else { break };
-                let arrival = Arrival { kind: item.kind, object: item.object.clone(), section, last: index + 1 == table.len() };
+                let last = index + 1 == table.len();
+                if last {
+                    item.expect_hash(&sections)?;
+                }
+                let arrival = Arrival { kind: item.kind, name: item.name.clone(), section, last };
                 if self.sender.send(Ok(Event::Section(arrival))).is_err() {
                     return Ok(Event::End { complete: false });
                 }

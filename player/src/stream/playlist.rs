@@ -6,6 +6,7 @@
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
+use relume_formats::bundle::expect_files;
 use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::{Error as FormatError, Place};
@@ -19,10 +20,12 @@ pub struct Item {
     pub path: PathBuf,
     /// What the manifest says it holds.
     pub kind: Kind,
-    /// The object that it is of, where the manifest says.
-    pub object: Option<String>,
+    /// What the manifest calls that which it holds, or the object that it is of; `None` for files of a method.
+    pub name: Option<String>,
     /// How long the manifest says it is.
     pub bytes: u64,
+    /// Its hash, as the manifest has it.
+    pub hash: String,
 }
 
 /// Which of a bundle's animations to read.
@@ -44,6 +47,8 @@ pub struct Playlist {
     pub items: Vec<Item>,
     /// The method that plays them.
     pub method: Method,
+    /// The kinds of the main files of all methods of the bundle that are known.
+    pub kinds: Vec<Kind>,
 }
 
 impl Playlist {
@@ -53,19 +58,27 @@ impl Playlist {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
         let (method, entry) = choose(&manifest, method, folder)?;
-        let item = |kind, entry: &FileEntry| Item { path: folder.join(&entry.file), kind, object: None, bytes: entry.bytes };
-        let mut items = vec![item(Kind::Scene, &manifest.scene_file)];
+        expect_files(method.kind, &entry.files, &place.part(format!("method `{}`", entry.name)))?;
+        let item = |kind, entry: &FileEntry| Item {
+            path: folder.join(&entry.file),
+            kind,
+            name: None,
+            bytes: entry.bytes,
+            hash: entry.hash.clone(),
+        };
+        let named = |name: &str, kind, entry: &FileEntry| Item { name: Some(name.to_owned()), ..item(kind, entry) };
+        let mut items = vec![named(&manifest.scene, Kind::Scene, &manifest.scene_file)];
         let (Animations::Only(first) | Animations::All { first }) = animations;
         if let Some(name) = first {
-            items.push(item(Kind::Animation, animation_entry(&manifest, name)?));
+            items.push(named(name, Kind::Animation, animation_entry(&manifest, name)?));
         }
         if let Animations::All { .. } = animations {
             let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
-            items.extend(others.map(|(_, entry)| item(Kind::Animation, entry)));
+            items.extend(others.map(|(name, entry)| named(name, Kind::Animation, entry)));
         }
         if method.sphere_sets {
             let sets = manifest.sphere_sets.iter();
-            items.extend(sets.map(|(object, set)| Item { object: Some(object.clone()), ..item(Kind::SphereSet, &set.file) }));
+            items.extend(sets.map(|(object, set)| named(object, Kind::SphereSet, &set.file)));
         }
         for (kind, entry) in &entry.files {
             let kind = Kind::ALL
@@ -74,7 +87,8 @@ impl Playlist {
                 .ok_or_else(|| FormatError::unsupported(&place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
             items.push(item(kind, entry));
         }
-        Ok(Self { items, method })
+        let kinds = manifest.methods.iter().filter_map(|entry| Some(Method::find(&entry.name)?.kind)).collect();
+        Ok(Self { items, method, kinds })
     }
 
     /// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.
@@ -121,12 +135,21 @@ impl Item {
                 format!("has {length} bytes where {FILE_NAME} says {}; it is cut short or of another bake, bake it again", self.bytes);
             return Err(FormatError::invalid(&place, reason));
         }
-        let reader = Reader::new(Throttle { input: file, pace }, length, place.clone())?;
+        let reader = Reader::new(Throttle::new(file, pace), length, place.clone())?;
         reader.header().expect_kind(self.kind, self.kind.current_version(), &place)?;
         if reader.header().sections.is_empty() {
             return Err(FormatError::invalid(&place, "holds no sections; bake it again"));
         }
         Ok(reader)
+    }
+
+    /// Fails unless the file, of which all has been read, is the one that the manifest lists.
+    pub(super) fn expect_hash<R: std::io::Read>(&self, read: &Reader<Throttle<'_, R>>) -> relume_formats::Result<()> {
+        if read.input().hash() == self.hash {
+            return Ok(());
+        }
+        let reason = format!("its hash is not the one in {FILE_NAME}; the file was changed, bake it again");
+        Err(FormatError::invalid(&Place::file(&self.path), reason))
     }
 
     fn least_bytes(&self, method: Method) -> Result<u64> {

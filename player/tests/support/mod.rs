@@ -145,6 +145,13 @@ fn fragments(random: &mut Random) -> (Vec<(u32, u16)>, usize) {
     (editable, count)
 }
 
+/// Each fragment covers as much of its pixel as the others there.
+fn coverage(fragments: &[(u32, u16)]) -> Vec<f16> {
+    let mut counts = [0u32; PIXELS];
+    fragments.iter().for_each(|(pixel, _)| counts[*pixel as usize] += 1);
+    fragments.iter().map(|(pixel, _)| f16::from_f32(1.0 / counts[*pixel as usize] as f32)).collect()
+}
+
 /// Random images for the materials a and b.
 pub fn images(one_colour: bool) -> TransferImages {
     let mut random = Random(if one_colour { 1 } else { 2 });
@@ -162,7 +169,7 @@ pub fn images(one_colour: bool) -> TransferImages {
         meta,
         pixel: fragments.iter().map(|f| f.0).collect(),
         class: fragments.iter().map(|f| f.1).collect(),
-        coverage: vec![f16::ONE; fragments.len()],
+        coverage: coverage(&fragments),
         scales: Vec::new(),
     };
     let layout = head.layout();

@@ -112,6 +112,13 @@ fn worm(positions: &[[f32; 3]]) -> DeformingMesh {
     }
 }
 
+/// Of the box around `points`.
+fn diagonal(points: &[[f32; 3]]) -> f32 {
+    let along = |axis: usize| points.iter().map(move |p| p[axis]);
+    let side = |axis: usize| along(axis).fold(f32::NEG_INFINITY, f32::max) - along(axis).fold(f32::INFINITY, f32::min);
+    glam::Vec3::new(side(0), side(1), side(2)).length()
+}
+
 /// `count` spheres about `vertices`, each vertex of the nearest.
 fn spheres(name: &str, vertices: &[[f32; 3]], count: usize) -> SphereSet {
     let distance = |a: &[f32; 3], b: &[f32; 3]| glam::Vec3::from(*a).distance(glam::Vec3::from(*b));
@@ -137,7 +144,7 @@ fn spheres(name: &str, vertices: &[[f32; 3]], count: usize) -> SphereSet {
             tight: 0.0,
             poses: 0,
             solid: Solid::Closed,
-            diagonal: 1.0,
+            diagonal: diagonal(vertices),
             volume: 1.0,
             outside_volume: 1.0,
             quality: Quality {

@@ -18,6 +18,7 @@ mod visibility_table;
 
 pub use scene::export_scene;
 
+use super::verify;
 use out::Out;
 use relume_formats::Result;
 use relume_formats::container::{Kind, Stored, open};
@@ -34,8 +35,9 @@ use std::path::{Path, PathBuf};
 /// Existing files of the same names are replaced. Returns the files written.
 ///
 /// # Errors
-/// If something cannot be read, or written.
+/// Those of [`verify`], and if something cannot be written.
 pub fn export_file(path: &Path, out: &Path) -> Result<Vec<PathBuf>> {
+    verify(path)?;
     if !path.is_dir() {
         return export_one(path, out);
     }

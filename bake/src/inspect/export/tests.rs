@@ -319,9 +319,9 @@ fn tables_are_sound_and_always_the_same() {
     let (first, second) = (tables(folder.path(), "a"), tables(folder.path(), "deeper/b"));
     let described = ["16 Haar coefficients of each of 65,536 bitmaps", "136 directions, which the symmetries of the cube make all of"];
     for (table, description) in first.iter().zip(described) {
-        let checked = crate::inspect::verify(table).unwrap();
+        let checked = verify(table).unwrap();
         assert!(checked.ends_with("-table, 1 sections, every checksum and value checked\n"), "{checked}");
-        assert!(crate::inspect::info(table, false).unwrap().contains(description));
+        assert!(super::super::info(table, false).unwrap().contains(description));
     }
     for (first, second) in first.iter().zip(&second) {
         assert_eq!(std::fs::read(first).unwrap(), std::fs::read(second).unwrap());

@@ -1,8 +1,8 @@
 //! What the manifest beside a method's main file says of the bake that the file came from.
 
+use relume_formats::Result;
 use relume_formats::kinds::Manifest;
-use relume_formats::kinds::manifest::{FileEntry, MethodEntry, content_hash};
-use relume_formats::{Error, Place, Result};
+use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -43,11 +43,10 @@ impl FileBake {
         };
         let found: Option<(MethodEntry, FileEntry)> = manifest.methods.iter().find_map(listed);
         let Some((method, entry)) = found else { return Ok(None) };
-        let bytes = std::fs::read(path).map_err(|e| Error::io(&Place::file(path), e))?;
         let manifest = folder.join(relume_formats::kinds::manifest::FILE_NAME).display().to_string();
         let MethodEntry { name: method, settings, errors, measured_on, .. } = method;
         let listed = Self::Listed { manifest: manifest.clone(), method, settings, errors, measured_on };
-        Ok(Some(if content_hash(&bytes) == entry.hash { listed } else { Self::Stranger { manifest } }))
+        Ok(Some(if entry.expect_whole(folder).is_ok() { listed } else { Self::Stranger { manifest } }))
     }
 }
 

@@ -21,6 +21,7 @@ pub use sweep::SWEEP;
 use super::environment_lit;
 use crate::error::{BakeError, Result};
 use relume_formats::Place;
+use relume_formats::bundle::MAX_SPHERE_PAIRS;
 use relume_scenes::{Object, Scene};
 
 /// Name of the method.
@@ -35,6 +36,14 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.reflections > 1 {
         let reflections = scene.reflections;
         return refuse(format!("[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"));
+    }
+    let pairs = scene.objects.iter().filter_map(|object| object.spheres).map(|n| u64::from(n).pow(2)).sum::<u64>();
+    if pairs > MAX_SPHERE_PAIRS {
+        return refuse(format!("its spheres make {pairs} pairs within objects, {NAME} holds at most {MAX_SPHERE_PAIRS}; lower `spheres`"));
+    }
+    for object in &scene.objects {
+        let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
+        object.shape.iter().try_for_each(|shape| shape.validate(&place))?;
     }
     if !scene.objects.iter().any(|object| object.spheres.is_some()) {
         return refuse(format!("no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"));

@@ -5,7 +5,7 @@ use crate::job::{Interrupted, Stage};
 use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Layout, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Layout, MAX_SCALE, Meta, Slot, TransferImages};
 use std::sync::Arc;
 
 /// The largest stored half of an image: a power of two well below the largest half, so that scales are powers of two and scaling is exact.
@@ -51,11 +51,15 @@ pub fn pack(
     if !finite {
         return Err(log.refuse("holds radiance that is not finite: light this bright overflows; lower the lights").into());
     }
+    let scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
+    if scales.iter().any(|scale| *scale > MAX_SCALE) {
+        let most = MAX_SCALE * LARGEST_HALF;
+        return Err(log.refuse(&format!("holds radiance above {most:e}, at which pictures could overflow; lower the lights")).into());
+    }
     let fixed_class = layout.materials as u16;
     fragments.sort_by_key(|f| (f.class == fixed_class, f.pixel, f.class));
     let editable = fragments.partition_point(|f| f.class != fixed_class);
     meta.editable_fragments = editable as u32;
-    let scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
 
     // Second reading: every value to its place.
     let count_of = |slot: &Slot| if slot.fixed.is_some() { fragments.len() } else { editable };

@@ -5,8 +5,8 @@
 //! | `meta`               | u8   | record                | [`Meta`] |
 //! | `fragments/pixel`    | u32  | [fragments]           | y·width + x |
 //! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
-//! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0 |
-//! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot; 0 for an all-zero slot |
+//! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0; of a pixel 1 at most in all |
+//! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot, 0 to [`MAX_SCALE`]; 0 for an all-zero slot |
 //! | `image/NNNN`         | f16  | [channels, fragments] | one slot of the [`Layout`], channel by channel; brightest slots first |
 //!
 //! A *fragment* is one class of material seen through one pixel. Values are weighted by coverage already, so a pixel's radiance is the plain
@@ -18,6 +18,7 @@ mod layout;
 
 pub use layout::{FirstReflection, Layout, Slot};
 
+use super::names::fault_of_names;
 use super::scene::{MAX_PIXELS, is_legal_size};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
@@ -25,11 +26,15 @@ use crate::kinds::brdf_basis::MAX_BASES;
 use crate::state::Rgb;
 use half::f16;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Most editable materials that one bake may hold.
 pub const MAX_MATERIALS: usize = 64;
+/// Largest factor of a slot. A pixel is a sum over at most 65 fragments of 65,600 slots, each a half times two coefficients of materials of at most
+/// 2·10⁴: with this factor that is below 2·10³⁸, still a number.
+pub const MAX_SCALE: f32 = 1e18;
+/// How far above 1 the coverages of a pixel may be in all, for their rounding to halves.
+const COVERAGE_TOLERANCE: f32 = 1e-3;
 /// Number of sections before the first image.
 pub const HEAD_SECTIONS: usize = 5;
 
@@ -135,12 +140,13 @@ impl Head {
         if !coverage.iter().all(|c| *c > f16::ZERO && *c <= f16::ONE) {
             return Err(section.invalid("a coverage is outside 0..1"));
         }
+        section.expect(fault_of_coverage(&pixel, editable.len(), &coverage))?;
 
         let section = sections.take("scales")?;
         let scales = section.f32s()?;
         let head = Self { meta, pixel, class, coverage, scales };
         section.expect_shape(&[head.layout().slots.len() as u64])?;
-        section.expect_finite(&head.scales)?;
+        section.expect_at_most(&head.scales, MAX_SCALE)?;
         if head.scales.iter().any(|s| *s < 0.0) {
             return Err(section.invalid("a scale is negative"));
         }
@@ -166,6 +172,26 @@ impl Head {
     }
 }
 
+/// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are each in the order of pixels.
+fn fault_of_coverage(pixel: &[u32], editable: usize, coverage: &[f16]) -> Option<String> {
+    let mut groups = [(0, editable), (editable, pixel.len())];
+    let next =
+        |groups: &[(usize, usize); 2]| groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied();
+    while let Some(here) = next(&groups) {
+        let mut sum = 0.0;
+        for (at, end) in &mut groups {
+            while at < end && pixel.get(*at) == Some(&here) {
+                sum += coverage.get(*at).map_or(0.0, |c| c.to_f32());
+                *at += 1;
+            }
+        }
+        if sum > 1.0 + COVERAGE_TOLERANCE {
+            return Some(format!("the fragments of pixel {here} cover {sum} of it, more than all"));
+        }
+    }
+    None
+}
+
 /// Name of the section that holds `slot`.
 fn image_name(slot: usize) -> String {
     format!("image/{slot:04}")
@@ -181,11 +207,9 @@ impl Meta {
         if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
             return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));
         }
-        if self.materials.iter().collect::<BTreeSet<_>>().len() != self.materials.len() {
-            return Err(section.invalid("two materials have the same name"));
-        }
-        if self.chromaticity.is_some_and(|c| !c.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v))) {
-            return Err(section.invalid("the chromaticity is outside 0..1"));
+        section.expect(fault_of_names("materials", self.materials.iter().map(String::as_str)))?;
+        if self.chromaticity.is_some_and(|c| !c.iter().all(|v| (0.0..=1.0).contains(v)) || !c.contains(&1.0)) {
+            return Err(section.invalid("the chromaticity is outside 0..1, or has no channel of 1"));
         }
         Ok(())
     }
@@ -212,18 +236,34 @@ impl Stored for TransferImages {
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
-        let head = Head::decode(sections)?;
-        let layout = head.layout();
         let mut images = Vec::new();
-        while let Some(section) = sections.take_any()? {
-            images.push(head.decode_image(&layout, &section)?);
-        }
-        if images.len() != layout.slots.len() {
-            return Err(Error::invalid(
-                &sections.place,
-                format!("{} images, expected {}; bake it again", images.len(), layout.slots.len()),
-            ));
-        }
+        let head = for_each_image(sections, |image| images.push(image))?;
         Ok(Self { head: Arc::new(head), images })
     }
+
+    fn check(sections: &mut Sections<'_>) -> Result<()> {
+        Self::checked_head(sections).map(drop)
+    }
+}
+
+impl TransferImages {
+    /// Checks all sections, an image at a time, and returns the head.
+    pub fn checked_head(sections: &mut Sections<'_>) -> Result<Head> {
+        for_each_image(sections, drop)
+    }
+}
+
+/// Reads head and images, one at a time. Names of sections differ, so as many images as slots are one of each.
+fn for_each_image(sections: &mut Sections<'_>, mut each: impl FnMut(Image)) -> Result<Head> {
+    let head = Head::decode(sections)?;
+    let layout = head.layout();
+    let mut count = 0;
+    while let Some(section) = sections.take_any()? {
+        each(head.decode_image(&layout, &section)?);
+        count += 1;
+    }
+    if count != layout.slots.len() {
+        return Err(Error::invalid(&sections.place, format!("{count} images, expected {}; bake it again", layout.slots.len())));
+    }
+    Ok(head)
 }

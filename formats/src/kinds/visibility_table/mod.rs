@@ -122,6 +122,17 @@ fn bake_rings() -> Vec<u8> {
     stored_directions().flat_map(|v| centres.iter().map(|d| ring(centres[v], *d)).collect::<Vec<_>>()).collect()
 }
 
+/// The stored form, compared with what it must be.
+fn rings(sections: &mut Sections<'_>) -> Result<Vec<u8>> {
+    let section = sections.take("rings")?;
+    section.expect_shape(&SHAPE)?;
+    let rings = section.u8s()?;
+    match rings.iter().zip(&bake_rings()).position(|(stored, right)| stored != right) {
+        None => Ok(rings),
+        Some(at) => Err(section.invalid(format!("texel {} of stored direction {} is wrong", at % DIRECTIONS, at / DIRECTIONS))),
+    }
+}
+
 impl Stored for VisibilityTable {
     const KIND: Kind = Kind::VisibilityTable;
     const VERSION: u32 = 0;
@@ -131,12 +142,10 @@ impl Stored for VisibilityTable {
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
-        let section = sections.take("rings")?;
-        section.expect_shape(&SHAPE)?;
-        let rings = section.u8s()?;
-        match rings.iter().zip(&bake_rings()).position(|(stored, right)| stored != right) {
-            None => Ok(Self::expand(&rings)),
-            Some(at) => Err(section.invalid(format!("texel {} of stored direction {} is wrong", at % DIRECTIONS, at / DIRECTIONS))),
-        }
+        rings(sections).map(|rings| Self::expand(&rings))
+    }
+
+    fn check(sections: &mut Sections<'_>) -> Result<()> {
+        rings(sections).map(drop)
     }
 }

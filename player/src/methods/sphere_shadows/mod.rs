@@ -20,6 +20,7 @@ use crate::stream::{Arrival, decode_all};
 use receivers::{Receivers, Sets, Shapes};
 use relume_formats::Place;
 use relume_formats::basis::two_level::SIDE;
+use relume_formats::bundle::{Objects, expect_receivers};
 use relume_formats::container::{Kind, Section};
 use relume_formats::evaluate::sphere_shadows::{Detail, lobe};
 use relume_formats::kinds::SphereShadows as Bake;
@@ -57,13 +58,16 @@ struct SphereShadows {
 /// Everything that comes before the main file.
 struct Waiting {
     surroundings: Surroundings,
+    objects: Objects,
     sets: Sets,
     shapes: Shapes,
 }
 
 impl SphereShadows {
     fn new(setup: Setup) -> Result<Self> {
-        let waiting = Waiting { surroundings: Surroundings::new(setup)?, sets: Sets::new(), shapes: Shapes::new() };
+        let surroundings = Surroundings::new(setup)?;
+        let objects = Objects::new(&surroundings.scene);
+        let waiting = Waiting { surroundings, objects, sets: Sets::new(), shapes: Shapes::new() };
         Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })
     }
 
@@ -71,7 +75,9 @@ impl SphereShadows {
         let Some(waiting) = &mut self.waiting else { return Ok(()) };
         match (kind, object) {
             (Kind::SphereSet, Some(object)) => {
-                waiting.sets.insert(object, decode_all(sections)?);
+                let set = decode_all(sections)?;
+                waiting.objects.add_set(&set, &object, &waiting.surroundings.scene, place)?;
+                waiting.sets.insert(object, set);
             }
             (Kind::Shape, _) => {
                 // Shapes come in the order of the scene's.
@@ -80,11 +86,12 @@ impl SphereShadows {
                 let Some(shape) = shape else {
                     return Err(relume_formats::Error::invalid(place, "is a shape of no object; bake the whole bundle again").into());
                 };
-                waiting.shapes.insert(shape.object.clone(), mesh);
+                waiting.shapes.insert(shape.object.clone(), (mesh, place.clone()));
             }
             _ => {
                 let bake: Bake = decode_all(sections)?;
                 waiting.surroundings.expect_bake("lobes", bake.meta.vertices(), place)?;
+                expect_receivers(&bake, &waiting.surroundings.scene, &waiting.objects, place)?;
                 self.maps = Some(waiting.surroundings.map_names());
                 if let Some(waiting) = self.waiting.take() {
                     self.stage = Some(waiting.set_up(gpu, &bake, place)?);
@@ -123,7 +130,7 @@ impl Playback for SphereShadows {
         match &mut self.waiting {
             Some(waiting) if belongs(arrival.kind) => waiting.surroundings.section_arrived(gpu, arrival),
             Some(_) if matches!(arrival.kind, Kind::SphereSet | Kind::Shape | Kind::SphereShadows) => {
-                let Arrival { kind, object, section, last } = arrival;
+                let Arrival { kind, name: object, section, last } = arrival;
                 let place = section.place.clone();
                 self.pending.push(section);
                 if !last {

@@ -14,11 +14,11 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::{Arrival, decode_all, decode_sections};
 use images::Images;
+use relume_formats::Error as FormatError;
+use relume_formats::bundle::expect_images;
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
 use relume_formats::kinds::{BrdfBasis, scene};
-use relume_formats::{Error as FormatError, Place};
-use std::collections::BTreeSet;
 
 /// The method's line in the registry.
 pub const METHOD: Method = Method {
@@ -63,23 +63,12 @@ impl TransferImages {
             return Ok(());
         }
         let head: Head = decode_sections(&place, std::mem::take(&mut self.pending), Head::decode)?;
-        self.check_same_bake(&head, &place)?;
-        let Some(basis) = self.basis.take().filter(|basis| basis.bases() == head.meta.bases as usize) else {
-            let reason = format!("needs a BRDF basis of {} functions before it; bake the whole bundle again", head.meta.bases);
-            return Err(FormatError::invalid(&place, reason).into());
+        let Some(basis) = self.basis.take() else {
+            return Err(FormatError::invalid(&place, "needs a BRDF basis before it; bake the whole bundle again").into());
         };
+        expect_images(&head, &basis, &self.scene, &place)?;
         self.images = Some(Images::new(gpu, head, basis, place)?);
         gpu.check()
-    }
-
-    /// Files of different bakes can each be sound and yet not fit together.
-    fn check_same_bake(&self, head: &Head, place: &Place) -> Result<()> {
-        let varying: BTreeSet<_> = self.scene.materials.iter().filter(|m| m.varies).map(|m| &m.name).collect();
-        if self.scene.size != head.meta.size || varying != head.meta.materials.iter().collect() {
-            let reason = "film size or editable materials differ from the scene file's; the files are of different bakes, bake it again";
-            return Err(FormatError::invalid(place, reason).into());
-        }
-        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@ use super::*;
 use crate::gpu::Readback;
 use crate::stream::{Animations, Event, Limits, Playlist, Source};
 use crate::support::{self, Bundle};
+use relume_formats::Place;
 use relume_formats::container::Stored as _;
 use relume_formats::kinds::StoredScene;
 use relume_formats::state::{BlinnPhong, Brdf};

@@ -1,0 +1,35 @@
+//! Images against the basis that they stand on and the scene that they show.
+
+use super::refuse;
+use crate::error::{Place, Result};
+use crate::kinds::BrdfBasis;
+use crate::kinds::scene::{self, StoredMaterial};
+use crate::kinds::transfer_images::Head;
+use std::collections::{HashMap, HashSet};
+
+/// Fails unless size, bases and materials of the images at `place` are those of `basis` and `scene`: a material has images exactly if it varies.
+pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place: &Place) -> Result<()> {
+    let (meta, place) = (&head.meta, place.part("section `meta`"));
+    if meta.size != scene.size {
+        return refuse(&place, format!("film size {:?}, the scene's is {:?}", meta.size, scene.size));
+    }
+    if meta.bases as usize != basis.bases() {
+        return refuse(&place, format!("{} bases, the BRDF basis has {}", meta.bases, basis.bases()));
+    }
+    let known: HashMap<&str, &StoredMaterial> = scene.materials.iter().map(|m| (m.name.as_str(), m)).collect();
+    for name in &meta.materials {
+        match known.get(name.as_str()) {
+            Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
+                return refuse(&place, format!("material `{name}` is of another model than the BRDF basis"));
+            }
+            Some(material) if material.varies => {}
+            Some(_) => return refuse(&place, format!("material `{name}` does not vary in the scene")),
+            None => return refuse(&place, format!("material `{name}` is not in the scene")),
+        }
+    }
+    let shown: HashSet<&str> = meta.materials.iter().map(String::as_str).collect();
+    match scene.materials.iter().find(|m| m.varies && !shown.contains(m.name.as_str())) {
+        Some(left_out) => refuse(&place, format!("material `{}` varies in the scene, but there are no images of it", left_out.name)),
+        None => Ok(()),
+    }
+}

@@ -9,7 +9,7 @@ use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_bake::trace::world::World;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::state::{Brdf, Ggx};
-use relume_scenes::{Scene, Texture, Wrap};
+use relume_scenes::{Filter, Scene, Texture, Wrap};
 
 /// Random states from another sequence than the one that bakes measure themselves on.
 fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
@@ -105,7 +105,7 @@ fn ggx_converges_with_the_number_of_bases() {
 #[test]
 fn textured_materials_vary_as_exactly_as_plain_ones() {
     let texels = (0..16).map(|i| [(i * 16) as u8, 255 - (i * 13) as u8, ((i * 71) % 256) as u8, 255]).collect();
-    let texture = std::sync::Arc::new(Texture { size: [4, 4], wrap: [Wrap::Repeat; 2], texels });
+    let texture = std::sync::Arc::new(Texture { size: [4, 4], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels });
     for (mut scene, bases) in [(library_scene("cornell-knot"), 9), (in_ggx(), 12)] {
         for material in scene.materials.iter_mut().filter(|m| m.name == "walls") {
             material.texture = Some(texture.clone());

@@ -27,6 +27,7 @@ pub(super) fn build(
         }
     }
     for (name, file) in files {
+        expect_emission(name, file, &context.place)?;
         let material = match (file.brdf, materials.get(name)) {
             (Some(model), _) => described(name, file, model, context)?,
             (None, Some(imported)) => changed(imported, file, &context.place)?,
@@ -47,9 +48,24 @@ fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Con
     };
     let brdf = default.with(&leaves(file), name, &context.place)?;
     let place = context.place.part(format!("material `{name}`"));
+    if file.emission.is_some() {
+        let reason =
+            "`emission` scales what a material of a glTF file emits, but a material with `brdf` is described whole; remove one of them";
+        return Err(Error::invalid(&place, reason));
+    }
     let texture = file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
     let alpha_cutoff = alpha_cutoff(file, &place)?;
     Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })
+}
+
+fn expect_emission(name: &str, file: &MaterialFile, place: &Place) -> Result<()> {
+    match file.emission {
+        Some(emission) if !(emission.is_finite() && emission >= 0.0) => {
+            let place = place.part(format!("material `{name}`"));
+            Err(Error::invalid(&place, format!("emission {emission} must be a number of 0 or more; it scales what the material emits")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn read_texture(name: &str, place: &Place, context: &mut Context<'_>) -> Result<Arc<Texture>> {

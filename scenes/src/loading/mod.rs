@@ -5,6 +5,7 @@ mod environment;
 mod environment_map;
 mod imported;
 mod imported_lights;
+mod imported_materials;
 mod lights;
 mod materials;
 mod objects;
@@ -52,7 +53,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
     let vary = vary(&file.vary, &materials, &context.place)?;
     let objects = objects::build(&file.object, imported.objects, &materials, &mut context)?;
-    let lights = lights::build(&file.light, imported.lights, &context.place)?;
+    let lights = lights::build(&file.light, imported.lights, &mut context)?;
     let environment = file.environment.map(|e| environment::build(&e, folder, &context.place, &mut context.warnings)).transpose()?;
     let mut scene = Scene {
         name: scene_name(path, folder),

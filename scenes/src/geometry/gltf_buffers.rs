@@ -43,6 +43,11 @@ impl Buffers {
         Ok(Self(buffers))
     }
 
+    /// Three f32 per element.
+    pub fn exact_vectors(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<[f32; 3]>> {
+        self.numbers(accessor, Integers::None, Dimensions::Vec3, place)
+    }
+
     /// Three numbers per element.
     pub fn vectors(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<[f32; 3]>> {
         self.numbers(accessor, Integers::Plain, Dimensions::Vec3, place)
@@ -55,7 +60,7 @@ impl Buffers {
 
     /// Four joint weights per element.
     pub fn joint_weights(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<[f32; 4]>> {
-        self.numbers(accessor, Integers::Plain, Dimensions::Vec4, place)
+        self.numbers(accessor, Integers::Shares, Dimensions::Vec4, place)
     }
 
     /// Four rotation components per element.
@@ -104,7 +109,8 @@ impl Buffers {
             Integers::None => false,
         };
         let types = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
-        expect_type(accessor, if allowed { &types } else { &types[..1] }, dimensions, place)?;
+        let types = if allowed { types.as_slice() } else { &[DataType::F32] };
+        expect_type(accessor, types, dimensions, place)?;
         let elements = self.elements(accessor, place)?;
         Ok(elements.iter().map(|bytes| std::array::from_fn(|k| number_at(bytes, k, data_type, normalised))).collect())
     }

@@ -112,6 +112,6 @@ fn values(properties: &[Property], output: &gltf::Accessor<'_>, buffers: &Buffer
     match properties.first() {
         Some(Property::Rotation(_)) => Ok(buffers.quaternions(output, place)?.into_flattened()),
         Some(Property::MorphWeight(_)) => buffers.morph_weights(output, place),
-        _ => Ok(buffers.vectors(output, place)?.into_flattened()),
+        _ => Ok(buffers.exact_vectors(output, place)?.into_flattened()),
     }
 }

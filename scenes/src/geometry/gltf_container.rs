@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(split_of(&glb(&[(b"JSON", b"{}\0\0", 0), (b"BIN\0", bin, 1)], None)), whole);
         assert_eq!(split_of(&glb(&[(b"JSON", json, 2), (b"BIN\0", bin, 1)], None)), whole);
         assert_eq!(split_of(&glb(&[(b"JSON", json, 0), (b"BIN\0", bin, 0)], None)), whole);
-        assert_eq!(split_of(&glb(&[(b"JSON", b"\xEF\xBB\xBF{}\0", 0), (b"XTRA", b"abcd", 0), (b"BIN\0", bin, 0)], None)), whole);
+        assert_eq!(split_of(&glb(&[(b"JSON", b"\xEF\xBB\xBF{}\0\0\0", 0), (b"XTRA", b"abcd", 0), (b"BIN\0", bin, 0)], None)), whole);
         let mut trailing = glb(&[(b"JSON", b"{}  ", 0)], None);
         trailing.extend([7; 9]);
         assert_eq!(split_of(&trailing), Ok((b"{}  ".to_vec(), None)));

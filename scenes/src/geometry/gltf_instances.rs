@@ -25,7 +25,7 @@ pub(super) fn node_from_instances(file: &GltfFile, node: &Node<'_>, place: &Plac
         return Err(Error::invalid(place, reason));
     }
     let vectors =
-        |of: Option<Accessor<'_>>, value: f32| of.map_or_else(|| Ok(vec![[value; 3]; count]), |a| file.buffers.vectors(&a, place));
+        |of: Option<Accessor<'_>>, value: f32| of.map_or_else(|| Ok(vec![[value; 3]; count]), |a| file.buffers.exact_vectors(&a, place));
     let (translation, scale) = (vectors(translation, 0.0)?, vectors(scale, 1.0)?);
     let still = || Ok(vec![[0.0, 0.0, 0.0, 1.0]; count]);
     let rotation = rotation.map_or_else(still, |a| file.buffers.quaternions(&a, place))?;

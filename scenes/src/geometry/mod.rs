@@ -84,3 +84,6 @@ mod polygon_file_tests;
 
 #[cfg(test)]
 mod deforming_tests;
+
+#[cfg(test)]
+mod interchange_tests;

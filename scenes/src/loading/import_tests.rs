@@ -252,7 +252,7 @@ fn masks_fold_the_factor_into_the_cutoff() {
     assert_eq!(material(&masked(0.8, 0.4), "paint").alpha_cutoff, Some(0.5));
     assert_eq!(material(&masked(0.8, 0.0), "paint").alpha_cutoff, None);
     let gone = masked(0.25, 0.5);
-    assert_eq!(gone.objects.len(), 1);
+    assert_eq!(gone.objects.len(), 2);
     assert!(gone.warnings[0].contains("material `paint`: its mask leaves nothing of it"), "{:?}", gone.warnings);
     let plain = load_changed("", &[("/materials/2/alphaMode", json!("MASK"))]);
     assert_eq!(material(&plain, "material-2").alpha_cutoff, None, "an opaque factor needs no mask");
@@ -454,7 +454,7 @@ fn pictures_of_other_kinds_are_left_out_and_samplers_may_be_sharp() {
     ] {
         assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{:?}", scene.warnings);
     }
-    let fallback = json!([{"source": 0, "extensions": {"EXT_texture_webp": {"source": 1}}}, {"source": 1}]);
+    let fallback = json!([{"source": 0, "sampler": 0, "extensions": {"EXT_texture_webp": {"source": 1}}}, {"source": 1}]);
     let scene = load_changed("", &[("/textures", fallback), ("/samplers/0", json!({"magFilter": 9728}))]);
     let texture = material(&scene, "paint").texture.clone().unwrap();
     assert_eq!((texture.texels[0], texture.filter, texture.wrap), ([255, 0, 0, 255], Filter::Nearest, [Wrap::Repeat; 2]));

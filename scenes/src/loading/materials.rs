@@ -27,7 +27,6 @@ pub(super) fn build(
         }
     }
     for (name, file) in files {
-        expect_emission(name, file, &context.place)?;
         let material = match (file.brdf, materials.get(name)) {
             (Some(model), _) => described(name, file, model, context)?,
             (None, Some(imported)) => changed(imported, file, &context.place)?,
@@ -39,6 +38,15 @@ pub(super) fn build(
         materials.insert(name.clone(), material);
     }
     Ok(materials.into_values().collect())
+}
+
+/// Checks what can be checked before any file is read.
+pub(super) fn check(files: &BTreeMap<String, MaterialFile>, place: &Place) -> Result<()> {
+    let wrong = files.iter().find_map(|(name, file)| Some((name, file.emission.filter(|x| !(x.is_finite() && *x >= 0.0))?)));
+    wrong.map_or(Ok(()), |(name, emission)| {
+        let place = place.part(format!("material `{name}`"));
+        Err(Error::invalid(&place, format!("emission {emission} must be a number of 0 or more; it scales what the material emits")))
+    })
 }
 
 fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Context<'_>) -> Result<Material> {
@@ -56,16 +64,6 @@ fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Con
     let texture = file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
     let alpha_cutoff = alpha_cutoff(file, &place)?;
     Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })
-}
-
-fn expect_emission(name: &str, file: &MaterialFile, place: &Place) -> Result<()> {
-    match file.emission {
-        Some(emission) if !(emission.is_finite() && emission >= 0.0) => {
-            let place = place.part(format!("material `{name}`"));
-            Err(Error::invalid(&place, format!("emission {emission} must be a number of 0 or more; it scales what the material emits")))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn read_texture(name: &str, place: &Place, context: &mut Context<'_>) -> Result<Arc<Texture>> {

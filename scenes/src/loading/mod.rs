@@ -49,6 +49,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     let max_error = max_error(&file.error, &place.part("[error]"))?;
     let mut context = Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new() };
     objects::check(&file.object, &context)?;
+    materials::check(&file.materials, &context.place)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
     let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
     let vary = vary(&file.vary, &materials, &context.place)?;

@@ -190,7 +190,8 @@ fn mesh_light_irradiance() {
 /// Inside a closed surface that reflects the share a and emits L, the radiance is L / (1 − a) everywhere; after n reflections L (1 + a + … + aⁿ).
 #[test]
 fn a_surface_emits_and_reflects() {
-    let text = under_white_sky("box", 0.6, 0.0, 1.0).replace("[environment]\ngain = [1, 1, 1]\n", "").replace("[0, 0.3, 4]", "[0.1, 0.2, 0.3]");
+    let text =
+        under_white_sky("box", 0.6, 0.0, 1.0).replace("[environment]\ngain = [1, 1, 1]\n", "").replace("[0, 0.3, 4]", "[0.1, 0.2, 0.3]");
     let mut scene = scene(&text);
     let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
     mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -207,7 +208,10 @@ fn a_surface_emits_and_reflects() {
         let n = image.radiance.as_flattened().len() as f32;
         let mean = image.radiance.iter().flatten().sum::<f32>() / n;
         let error = image.variance.iter().flatten().sum::<f32>().sqrt() / n * 3.0f32.sqrt();
-        assert!((mean - expected).abs() < 4.0 * error + 1e-4 && error < 0.003 * expected, "{paths:?} {reflections}: {mean} ± {error}, expected {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 1e-4 && error < 0.003 * expected,
+            "{paths:?} {reflections}: {mean} ± {error}, expected {expected}"
+        );
     }
     // The back emits nothing.
     let (outside, _) = mean_radiance(&scene, 4, 64, |[x, y]| (v(0.2 * x, 0.2 * y, 5.0), Vec3A::NEG_Z));
@@ -242,8 +246,9 @@ fn holes_let_through_their_share_of_light() {
 #[test]
 fn textures_multiply_the_diffuse_colour() {
     let mut scene = scene(&under_white_sky("quad", 0.8, 0.0, 1.0));
-    scene.materials[0].texture =
-        Some(Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], filter: Filter::Linear, texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into());
+    scene.materials[0].texture = Some(
+        Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], filter: Filter::Linear, texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into(),
+    );
     for (x, share) in [(-0.4, 0.0), (0.0, 0.5), (0.125, 0.75), (0.4, 1.0)] {
         let (mean, error) = mean_radiance(&scene, 1, 1 << 10, |_| (v(x, 1.0, 0.1), Vec3A::NEG_Y));
         // sRGB 188/255 is 0.50289 linear; `mean_radiance` looks at green.

@@ -54,7 +54,8 @@ impl Case {
         let (scene, out) = (self.text("scene.toml"), self.text("r.exr"));
         expect_exit("bake", &[&["reference", &scene, "-o", &out], more].concat(), 0);
         let image = read_exr(Path::new(&out)).unwrap();
-        (image.pixels, image.size[0] as usize)
+        let [r, g, b] = ["R", "G", "B"].map(|channel| image.channel(channel).unwrap());
+        (r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect(), image.width)
     }
 }
 
@@ -70,8 +71,12 @@ fn legal_files_load_whole() {
         ("gltf-empty-scene", only("model", 1), None),
         ("gltf-instancing-silent", only("model", 2), None),
         ("gltf-sparse-position", only("model", 1), None),
-        ("gltf-same-material-name", vec![("model/Mat".to_owned(), 1), ("model/Mat-2".to_owned(), 1)], Some("names of materials repeat; numbered `Mat-2`")),
-        ("gltf-one-degenerate-material", only("model/a", 1), Some("material `b`: its triangles have no area, its surfaces are left out")),
+        (
+            "gltf-same-material-name",
+            vec![("model/Mat".to_owned(), 1), ("model/Mat-2".to_owned(), 1)],
+            Some("names of materials repeat; numbered `Mat-2`"),
+        ),
+        ("gltf-one-degenerate-material", only("model/a", 2), Some("material `b`: its triangles have no area, its surfaces are left out")),
     ] {
         let (found, _, warnings) = Case::new(case).loaded();
         assert_eq!(found, objects, "{case}");
@@ -105,8 +110,9 @@ fn a_plate_with_a_few_glowing_texels_keeps_its_picture() {
     let lit = added.iter().filter(|x| **x > 0.2).count();
     let plate = dark.iter().filter(|pixel| pixel[1] > 0.1).count();
     assert!((4..40).contains(&lit) && plate > width * 10, "{lit} {plate}");
-    assert!(added.iter().all(|x| (-1e-3..1.05).contains(x)), "{added:?}");
-    assert!(added.iter().filter(|x| x.abs() > 0.02).count() < 80);
+    // At the edge of the texels their light fades; elsewhere there is noise, for lights are chosen at random.
+    assert!(added.iter().all(|x| (-0.03..1.05).contains(x)), "{added:?}");
+    assert!(added.iter().filter(|x| x.abs() > 0.03).count() < 80);
 }
 
 /// Where the light varies, methods leave a faint glow out and say so; what glows brightly is refused with a remedy.
@@ -121,10 +127,11 @@ fn a_few_glowing_texels_do_not_make_a_scene_unbakeable() {
     let told = String::from_utf8_lossy(&plan.stdout).into_owned() + &String::from_utf8_lossy(&plan.stderr);
     assert!(plan.status.success() && told.contains("leaves out what its almost black texture emits"), "{told}");
     case.edit("lamp.gltf", ", \"emissiveTexture\": {\"index\": 1}", "");
-    let message = expect_exit("bake", &["plan", &case.text("scene.toml")], 2);
+    let message = expect_exit("bake", &["run", &case.text("scene.toml"), "-o", &case.text("out")], 2);
     assert!(message.contains("light `model/m0`") && message.contains("write `emission = 0` in [materials.\"m0\"]"), "{message}");
     std::fs::write(case.path("scene.toml"), varying + "[materials.m0]\nemission = 0\n").unwrap();
-    expect_exit("bake", &["plan", &case.text("scene.toml")], 0);
+    let plan = run("bake", &["plan", &case.text("scene.toml")]);
+    assert!(String::from_utf8_lossy(&plan.stdout).contains("sparse-transfer: fits"), "{plan:?}");
 }
 
 /// Four sharp squares: red and green above blue and yellow.
@@ -144,7 +151,12 @@ fn texels_are_sharp_where_the_sampler_says_so() {
     };
     let bright = |[r, g, b]: [f32; 3]| [r > 0.3, g > 0.3, b > 0.3];
     let share = |[r, g, b]: [f32; 3]| r.min(g).min(b) / r.max(g).max(b);
-    for (x, y, expected) in [(0.0, 1.0, [true, false, false]), (1.0, 1.0, [false, true, false]), (0.0, 0.0, [false, false, true]), (1.0, 0.0, [true, true, false])] {
+    for (x, y, expected) in [
+        (0.0, 1.0, [true, false, false]),
+        (1.0, 1.0, [false, true, false]),
+        (0.0, 0.0, [false, false, true]),
+        (1.0, 0.0, [true, true, false]),
+    ] {
         let corner = |reach: f64| colour(0.5 + (x - 0.5) * reach, 0.5 + (y - 0.5) * reach);
         // As clear at a tenth of the way to the corner as at the corner, but for the pixel that an edge crosses.
         for reach in [0.12, 0.5, 0.9] {

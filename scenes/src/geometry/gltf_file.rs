@@ -2,7 +2,7 @@
 
 use super::MeshBuilder;
 use super::gltf_buffers::Buffers;
-use super::gltf_instances::node_from_instances;
+use super::gltf_instances::{MAX_INSTANCES, node_from_instances};
 use super::gltf_json::{InstanceAccessors, Structure, parse};
 use super::gltf_materials::material_names;
 use super::gltf_nodes::Placement;
@@ -131,10 +131,15 @@ impl GltfFile {
         mut visit: impl FnMut(&Source<'_>, &mut Tally) -> Result<()>,
     ) -> Result<()> {
         let place = Place::file(&self.path);
-        let mut skins = Skins::new(nodes, &self.buffers);
+        let (mut skins, mut instances) = (Skins::new(nodes, &self.buffers), 0usize);
         for (node, world_from_node) in &nodes.wanted {
             let Some(mesh) = node.mesh() else { continue };
-            for node_from_mesh in node_from_instances(self, node, &place)? {
+            let all = node_from_instances(self, node, &place)?;
+            instances += all.len();
+            if self.instances.contains_key(&node.index()) && instances > MAX_INSTANCES {
+                return Err(Error::invalid(&place, format!("more than {MAX_INSTANCES} instances of meshes; split the file")));
+            }
+            for node_from_mesh in all {
                 let rest_pose = skins.rest_pose(node, &(*world_from_node * node_from_mesh), &place)?;
                 for primitive in mesh.primitives() {
                     let place = place.part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));

@@ -1,13 +1,14 @@
 //! Instances of meshes by EXT_mesh_gpu_instancing: each is the mesh of a node in another place, in the space of the node.
 
+use super::MAX_ELEMENTS;
 use super::gltf_file::GltfFile;
 use super::gltf_json::InstanceAccessors;
 use glam::{DAffine3, DQuat, DVec3};
-use gltf::{Accessor, Node};
+use gltf::{Accessor, Node, Semantic};
 use relume_formats::{Error, Place, Result};
 
-/// Most instances of one node.
-const MAX_INSTANCES: usize = 1 << 20;
+/// Most instances in one file.
+pub(super) const MAX_INSTANCES: usize = 1 << 20;
 
 /// The maps from each instance of the mesh of `node` to the node; the identity alone where there are no instances.
 pub(super) fn node_from_instances(file: &GltfFile, node: &Node<'_>, place: &Place) -> Result<Vec<DAffine3>> {
@@ -22,6 +23,12 @@ pub(super) fn node_from_instances(file: &GltfFile, node: &Node<'_>, place: &Plac
     let count = counts.first().copied().unwrap_or_default();
     if counts.iter().any(|other| *other != count) || count > MAX_INSTANCES {
         let reason = format!("{counts:?} values, as many of each are needed and at most {MAX_INSTANCES}; export the file again");
+        return Err(Error::invalid(place, reason));
+    }
+    let positions = node.mesh().into_iter().flat_map(|mesh| mesh.primitives()).filter_map(|p| Some(p.get(&Semantic::Positions)?.count()));
+    let vertices = positions.fold(0usize, usize::saturating_add);
+    if count.saturating_mul(vertices) > MAX_ELEMENTS {
+        let reason = format!("{count} instances of {vertices} vertices, at most {MAX_ELEMENTS} vertices are read; split or simplify it");
         return Err(Error::invalid(place, reason));
     }
     let vectors =

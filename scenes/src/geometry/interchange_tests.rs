@@ -188,7 +188,7 @@ fn instances_are_meshes_in_their_places() {
     }
     file.document["accessors"][0]["count"] = json!(100_000);
     file.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
-    assert!(file.refusal().contains("more than 67108864 vertices or triangles in one object"));
+    assert!(file.refusal().contains("instances of node 0: 1000000 instances of 100000 vertices, at most 67108864"));
 }
 
 #[test]
@@ -294,7 +294,8 @@ fn what_is_required_and_not_read_is_named_with_a_remedy() {
     }
     // Data for an extension alone, which the file does not say that it requires.
     let mut file = File::triangle();
-    file.document["meshes"][0]["primitives"][0]["extensions"] = json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}});
+    file.document["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}});
     assert_eq!(file.load().0.triangles.len(), 1, "vertices are there without it too");
     file.document["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     assert!(file.refusal().contains("stores vertices by KHR_draco_mesh_compression, which is not supported"));
@@ -330,6 +331,19 @@ fn text_is_read_however_it_is_wrapped_and_refused_in_words() {
         let message = load(text.as_bytes()).unwrap_err();
         assert!(message.contains(part) && !message.contains('\n'), "{part}: {message}");
     }
+}
+
+#[test]
+fn hidden_and_flattened_nodes_leave_the_rest() {
+    let mut file = File::triangle();
+    file.document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    let singular = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 5.0, 1.0];
+    file.document["nodes"] =
+        json!([{"mesh": 0}, {"mesh": 0, "scale": [0, 0, 0]}, {"mesh": 0, "scale": [1, 0, 1]}, {"mesh": 0, "matrix": singular}]);
+    let (mesh, warnings) = file.load();
+    assert_eq!(areas(&mesh), [0.5, 0.5]);
+    assert_eq!((mesh.positions[3], mesh.normals[3]), ([0.0, 0.0, 5.0], [0.0, 0.0, 1.0]));
+    assert!(is_told(&warnings, "dropped 2 of 4 triangles, which are degenerate (zero area)"), "{warnings:?}");
 }
 
 #[test]

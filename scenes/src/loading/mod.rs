@@ -72,6 +72,9 @@ pub fn load(path: &Path) -> Result<Scene> {
         warnings: context.warnings,
     };
     scene.warn_of_idle_parts();
+    // Objects of one file say the same of it.
+    let mut told = HashSet::new();
+    scene.warnings.retain(|warning| told.insert(warning.clone()));
     scene.animations = animations::read_all(&scene, folder)?;
     Ok(scene)
 }

@@ -50,7 +50,7 @@ pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     if !strange.is_empty() {
         notes.push(format!("the file uses {}, which is ignored", strange.join(", ")));
     }
-    whole_numbers(&mut json);
+    tidy(&mut json);
     mend(&mut json, &mut notes);
     let instances = instances(&json);
     let root = Root::deserialize(&json).map_err(|e| misfit(&json, &e, place))?;
@@ -132,14 +132,17 @@ fn unsupported_extension(name: &str, verb: &str, place: &Place) -> Error {
     Error::unsupported(place, format!("{verb} {}, which is not supported; {remedy}", tidy_name(name)))
 }
 
-/// Some programs write whole numbers as 3.0, which the parser takes for no index.
-fn whole_numbers(json: &mut Value) {
+/// Drops what has no meaning: `extras`, which may be anything, and nulls. Some programs write whole numbers as 3.0, which the parser takes for no index.
+fn tidy(json: &mut Value) {
     match json {
-        Value::Array(values) => values.iter_mut().for_each(whole_numbers),
-        Value::Object(map) => map.values_mut().for_each(whole_numbers),
+        Value::Array(values) => values.iter_mut().for_each(tidy),
+        Value::Object(map) => {
+            map.retain(|key, value| key != "extras" && !value.is_null());
+            map.values_mut().for_each(tidy);
+        }
         Value::Number(number) => {
-            let whole = number.as_f64().filter(|x| number.is_f64() && x.fract() == 0.0 && (0.0..9e15).contains(x));
-            if let Some(whole) = whole.filter(|x| x.is_sign_positive()) {
+            let whole = number.as_f64().filter(|x| number.is_f64() && x.is_sign_positive() && x.fract() == 0.0 && *x < 9e15);
+            if let Some(whole) = whole {
                 *json = Value::from(whole as u64);
             }
         }
@@ -158,6 +161,13 @@ fn mend(json: &mut Value, notes: &mut Vec<String>) {
         for object in items_mut(json, list).filter_map(Value::as_object_mut) {
             object.entry(key).or_insert_with(|| Value::Array(Vec::new()));
         }
+    }
+    let scenes = items(json, "scenes").count();
+    if index(json, "scene").is_some_and(|default| default >= scenes)
+        && let Some(root) = json.as_object_mut()
+    {
+        root.remove("scene");
+        notes.push("its default scene is not there; took what there is".to_owned());
     }
     let mut dropped = 0;
     for channels in items_mut(json, "animations").filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
@@ -213,7 +223,8 @@ fn misfit(json: &Value, error: &serde_json::Error, place: &Place) -> Error {
         .or_else(|| first::<json::Skin>(json, "skins"))
         .or_else(|| first::<json::Texture>(json, "textures"));
     let place = part.map_or_else(|| place.clone(), |part| place.part(part));
-    Error::invalid(&place, format!("not a glTF 2.0 file ({error}); export it again"))
+    let what = error.to_string().replace("index into child of root", "an index");
+    Error::invalid(&place, format!("not a glTF 2.0 file ({what}); export it again"))
 }
 
 /// The parser's own checks, but for those of what is legal or does no harm.

@@ -54,7 +54,7 @@ impl File {
         let mesh = load_file(&path, node, &DAffine3::IDENTITY, &mut warnings)?;
         // What moves is the same at rest, with the same warnings.
         let mut again = Vec::new();
-        let deforming = gltf_deforming::load_placed(&path, node, &DAffine3::IDENTITY, &mut again)?;
+        let deforming = load_placed(&path, node, &DAffine3::IDENTITY, &mut again)?;
         assert_eq!((&deforming.rest, &again), (&mesh, &warnings));
         let mut posed = Vec::new();
         deforming.shape.positions(&deforming.shape.rest_pose(), &mut posed);
@@ -115,8 +115,22 @@ fn scenes_may_be_empty_or_missing() {
     }
     let mut file = File::triangle();
     file.document.as_object_mut().unwrap().remove("scenes");
+    let (mesh, warnings) = file.load();
+    assert!(mesh.triangles.len() == 1 && is_told(&warnings, "its default scene is not there; took what there is"), "{warnings:?}");
     file.document.as_object_mut().unwrap().remove("scene");
     assert_eq!(file.load().0.triangles.len(), 1);
+}
+
+#[test]
+fn extras_may_be_anything_and_nulls_are_nothing() {
+    let mut file = File::triangle();
+    for extras in [json!("text"), json!(5), json!([1, {}]), json!(null), json!({"a": null})] {
+        for pointer in ["", "/asset", "/nodes/0", "/meshes/0", "/meshes/0/primitives/0", "/accessors/0", "/scenes/0"] {
+            file.document.pointer_mut(pointer).unwrap()["extras"] = extras.clone();
+        }
+        file.document["nodes"][0]["skin"] = json!(null);
+        assert_eq!(file.load().0.triangles.len(), 1, "{extras}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_bake::trace::world::World;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::state::{Brdf, Ggx};
-use relume_scenes::{Scene, Texture, Wrap};
+use relume_scenes::{Emitter, Filter, Light, Scene, Texture, Wrap};
 
 /// Random states from another sequence than the one that bakes measure themselves on.
 fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
@@ -101,11 +101,30 @@ fn ggx_converges_with_the_number_of_bases() {
     }
 }
 
+/// What a surface emits stays whatever its material becomes, and lights the rest.
+#[test]
+fn materials_of_surfaces_that_emit_vary_as_exactly_as_others() {
+    let mut scene = library_scene("cornell-knot");
+    let object = scene.objects.iter().position(|o| scene.vary.materials.contains(&o.material)).unwrap();
+    let emitter = Emitter::Mesh { object, radiance: [0.5, 0.4, 0.3], glow: None };
+    scene.lights.push(Light { name: "glow".to_owned(), emitter });
+    let settings = settings(32, 16, 9, 1);
+    let (basis, images) = bake(&scene, &settings, true);
+    for state in &states(&scene)[..2] {
+        let reference = references(&scene, std::slice::from_ref(state), &settings, Paths::Gather).swap_remove(0);
+        let played = evaluate(&images, &on_bases(&basis, state));
+        let error = relative_l2(&played, &reference.radiance);
+        assert!(error < 0.003, "{error}");
+        let glowing = reference.radiance.iter().filter(|pixel| pixel[0] >= 0.5 && pixel[1] >= 0.4 && pixel[2] >= 0.3).count();
+        assert!(glowing > 50, "{glowing}");
+    }
+}
+
 /// A texture that multiplies the diffuse colour of materials that vary is baked in: as exact as without, whatever the colours become.
 #[test]
 fn textured_materials_vary_as_exactly_as_plain_ones() {
     let texels = (0..16).map(|i| [(i * 16) as u8, 255 - (i * 13) as u8, ((i * 71) % 256) as u8, 255]).collect();
-    let texture = std::sync::Arc::new(Texture { size: [4, 4], wrap: [Wrap::Repeat; 2], texels });
+    let texture = std::sync::Arc::new(Texture { size: [4, 4], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels });
     for (mut scene, bases) in [(library_scene("cornell-knot"), 9), (in_ggx(), 12)] {
         for material in scene.materials.iter_mut().filter(|m| m.name == "walls") {
             material.texture = Some(texture.clone());
@@ -128,7 +147,7 @@ fn coloured_lights_and_three_materials() {
     scene.vary.materials.push(red);
     let mut lamp = scene.lights[0].clone();
     lamp.name = "green".into();
-    lamp.emitter = relume_scenes::Emitter::Point { position: [-0.6, 1.2, 0.6], intensity: [0.2, 1.5, 0.4], cone: None };
+    lamp.emitter = Emitter::Point { position: [-0.6, 1.2, 0.6], intensity: [0.2, 1.5, 0.4], cone: None };
     scene.lights.push(lamp);
     assert_eq!(transfer_images::chromaticity(&scene), None);
     let (median, worst) = errors(&scene, &settings(32, 64, 9, 1), true);

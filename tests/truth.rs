@@ -4,9 +4,10 @@ use crate::support::{mean_radiance, render, scene};
 use glam::Vec3A;
 use relume_bake::brdf::blinn_phong::glossy_albedo;
 use relume_bake::trace::reference::Paths;
-use relume_formats::state::{Brdf, Ggx};
-use relume_scenes::{Cone, Emitter, Mesh, Texture, Wrap};
+use relume_formats::state::{BlinnPhong, Brdf, Ggx};
+use relume_scenes::{Cone, Emitter, Filter, Glow, Light, Material, Mesh, Object, Scene, Texture, Wrap};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn v(x: f32, y: f32, z: f32) -> Vec3A {
     Vec3A::new(x, y, z)
@@ -147,26 +148,74 @@ fn spot_light_irradiance() {
     }
 }
 
-/// A mesh that emits is the area light of its shape, however many triangles it has.
+/// Makes `scene`, which has a lamp, lit by `mesh` instead, which is black but for what it emits.
+fn lit_by(scene: &mut Scene, mesh: Mesh, glow: Option<Glow>) {
+    let black = Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 });
+    scene.materials.push(Material { name: "black".to_owned(), brdf: black, ..scene.materials[0].clone() });
+    let material = scene.materials.len() - 1;
+    scene.objects.push(Object { name: "lamp".to_owned(), material, mesh: mesh.into(), ..scene.objects[0].clone() });
+    scene.lights[0].emitter = Emitter::Mesh { object: scene.objects.len() - 1, radiance: [2.0; 3], glow };
+}
+
+/// A mesh that emits is the area light of its shape, however many triangles it has; with a texture only where that glows.
 #[test]
 fn mesh_light_irradiance() {
     let lamp = [[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]];
-    let expected = 0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &lamp);
-    let mut scene = scene(LIT_FLOOR);
-    // A fan of four unequal triangles that faces down.
+    let whole = 0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &lamp);
+    // A fan of four unequal triangles that faces down, and the texel of its texture that glows.
     let mut positions: Vec<[f32; 3]> = lamp.iter().map(|p| p.map(|x| x as f32)).collect();
     positions.push([0.2, 1.0, -0.3]);
     let triangles = (0..4).map(|i| [i, (i + 1) % 4, 4]).collect();
+    let uvs: Vec<[f32; 2]> = positions.iter().map(|[x, _, z]| [x + 0.5, z + 0.5]).collect();
     let mesh = Mesh { normals: vec![[0.0, -1.0, 0.0]; 5], positions, uvs: Vec::new(), triangles };
-    scene.lights[0].emitter = Emitter::Mesh { mesh: mesh.into(), radiance: [2.0; 3] };
-    for paths in [Paths::Best, Paths::Gather] {
-        let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
-        let (radiance, sigma) = (f64::from(image.radiance[0][0]), f64::from(image.variance[0][0]).sqrt());
+    let mut texels = vec![[0, 0, 0, 255]; 20];
+    texels[5 * 3 + 1] = [255; 4];
+    let texture = Texture { size: [5, 4], wrap: [Wrap::Clamp; 2], filter: Filter::Nearest, texels };
+    let texel = [[-0.3, 1.0, 0.25], [-0.1, 1.0, 0.25], [-0.1, 1.0, 0.5], [-0.3, 1.0, 0.5]];
+    let part = 0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &texel);
+    for (glow, expected) in [(None, whole), (Some(Glow { texture: texture.into(), uvs: uvs.into() }), part)] {
+        let mut scene = scene(LIT_FLOOR);
+        lit_by(&mut scene, mesh.clone(), glow);
+        for paths in [Paths::Best, Paths::Gather] {
+            let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
+            let (radiance, sigma) = (f64::from(image.radiance[0][0]), f64::from(image.variance[0][0]).sqrt());
+            assert!(
+                (radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected,
+                "{paths:?}: {radiance}, expected {expected} ± {sigma}"
+            );
+        }
+    }
+}
+
+/// Inside a closed surface that reflects the share a and emits L, the radiance is L / (1 − a) everywhere; after n reflections L (1 + a + … + aⁿ).
+#[test]
+fn a_surface_emits_and_reflects() {
+    let text =
+        under_white_sky("box", 0.6, 0.0, 1.0).replace("[environment]\ngain = [1, 1, 1]\n", "").replace("[0, 0.3, 4]", "[0.1, 0.2, 0.3]");
+    let mut scene = scene(&text);
+    let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
+    mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    mesh.normals.iter_mut().flatten().for_each(|x| *x = -*x);
+    scene.lights.push(Light { name: "walls".to_owned(), emitter: Emitter::Mesh { object: 0, radiance: [2.0; 3], glow: None } });
+    for (paths, reflections, expected) in [
+        (Paths::Best, 0, 2.0),
+        (Paths::Best, 1, 2.0 * 1.6),
+        (Paths::Best, 1000, 2.0 / 0.4),
+        (Paths::Gather, 1, 2.0 * 1.6),
+        (Paths::Gather, 2, 2.0 * (1.0 + 0.6 + 0.36)),
+    ] {
+        let image = render(&scene, [12, 12], 256, reflections, paths, 1);
+        let n = image.radiance.as_flattened().len() as f32;
+        let mean = image.radiance.iter().flatten().sum::<f32>() / n;
+        let error = image.variance.iter().flatten().sum::<f32>().sqrt() / n * 3.0f32.sqrt();
         assert!(
-            (radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected,
-            "{paths:?}: {radiance}, expected {expected} ± {sigma}"
+            (mean - expected).abs() < 4.0 * error + 1e-4 && error < 0.003 * expected,
+            "{paths:?} {reflections}: {mean} ± {error}, expected {expected}"
         );
     }
+    // The back emits nothing.
+    let (outside, _) = mean_radiance(&scene, 4, 64, |[x, y]| (v(0.2 * x, 0.2 * y, 5.0), Vec3A::NEG_Z));
+    assert_eq!(outside, 0.0);
 }
 
 /// Light through a sheet with holes: what arrives below is the share of holes, and shadow rays and paths agree on them.
@@ -179,7 +228,7 @@ fn holes_let_through_their_share_of_light() {
     let sheet = scene.materials.iter().position(|m| m.name == "sheet").unwrap();
     // Fine stripes: one texel column in four is a hole. Interpolated alpha crosses one half midway between texel centres.
     let texels = (0..4096).map(|i| [255, 255, 255, if i % 4 == 0 { 0 } else { 255 }]).collect();
-    scene.materials[sheet].texture = Some(Texture { size: [4096, 1], wrap: [Wrap::Repeat; 2], texels }.into());
+    scene.materials[sheet].texture = Some(Texture { size: [4096, 1], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels }.into());
     scene.materials[sheet].alpha_cutoff = Some(0.5);
     for paths in [Paths::Best, Paths::Gather] {
         let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
@@ -197,8 +246,9 @@ fn holes_let_through_their_share_of_light() {
 #[test]
 fn textures_multiply_the_diffuse_colour() {
     let mut scene = scene(&under_white_sky("quad", 0.8, 0.0, 1.0));
-    scene.materials[0].texture =
-        Some(Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into());
+    scene.materials[0].texture = Some(
+        Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], filter: Filter::Linear, texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into(),
+    );
     for (x, share) in [(-0.4, 0.0), (0.0, 0.5), (0.125, 0.75), (0.4, 1.0)] {
         let (mean, error) = mean_radiance(&scene, 1, 1 << 10, |_| (v(x, 1.0, 0.1), Vec3A::NEG_Y));
         // sRGB 188/255 is 0.50289 linear; `mean_radiance` looks at green.

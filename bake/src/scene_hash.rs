@@ -4,7 +4,7 @@
 
 use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
-use relume_scenes::{Cone, Emitter, NamedMap, Scene};
+use relume_scenes::{Cone, Emitter, Glow, NamedMap, Scene, Texture};
 use xxhash_rust::xxh3::Xxh3;
 
 /// xxh3-128 over the parts of `scene` that results depend on.
@@ -25,8 +25,7 @@ pub fn scene_hash(scene: &Scene) -> u128 {
         hash.number(material.brdf.model() as u64);
         if let Some(texture) = &material.texture {
             hash.floats(&[material.alpha_cutoff.unwrap_or(-1.0)]);
-            hash.text(&format!("{:?} {:?}", texture.size, texture.wrap));
-            hash.bytes(texture.texels.as_flattened());
+            hash.texture(texture);
         }
     }
     hash.number(scene.objects.len() as u64);
@@ -97,6 +96,11 @@ impl Hasher {
         self.text("shape");
     }
 
+    fn texture(&mut self, texture: &Texture) {
+        self.text(&format!("{:?} {:?} {:?}", texture.size, texture.wrap, texture.filter));
+        self.bytes(texture.texels.as_flattened());
+    }
+
     fn brdf(&mut self, brdf: &Brdf) {
         match brdf {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => self.vectors(&[kd, ks, &[*shininess]]),
@@ -107,9 +111,13 @@ impl Hasher {
     fn emitter(&mut self, emitter: &Emitter) {
         match emitter {
             Emitter::Area { corner, edge_u, edge_v, radiance } => self.vectors(&[corner, edge_u, edge_v, radiance]),
-            Emitter::Mesh { mesh, radiance } => {
-                self.vectors(&[mesh.positions.as_flattened(), radiance]);
-                self.bytes(bytemuck::cast_slice(&mesh.triangles));
+            Emitter::Mesh { object, radiance, glow } => {
+                self.number(*object as u64);
+                self.floats(radiance);
+                if let Some(Glow { texture, uvs }) = glow {
+                    self.texture(texture);
+                    self.floats(uvs.as_flattened());
+                }
             }
             Emitter::Point { position, intensity, cone } => {
                 self.vectors(&[position, intensity]);

@@ -2,8 +2,9 @@
 
 use crate::library::read_bytes;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
-use relume_formats::basis::{Texture, Wrap};
+use relume_formats::basis::{Filter, Texture, Wrap};
 use relume_formats::{Error, Place, Result};
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,7 +16,7 @@ const MAX_SIDE: u32 = 8192;
 const MAX_DECODED_BYTES: u64 = 64 << 20;
 
 /// What makes a texture: a file, the picture's number in it if it holds several, and how it goes on beyond its edge.
-#[derive(PartialEq)]
+#[derive(PartialEq, Eq, Hash)]
 pub(crate) struct TextureKey {
     /// The file that holds the picture or names it.
     pub file: PathBuf,
@@ -23,33 +24,35 @@ pub(crate) struct TextureKey {
     pub image: Option<usize>,
     /// Along u and along v.
     pub wrap: [Wrap; 2],
+    /// Between its texels.
+    pub filter: Filter,
 }
 
 /// Every texture of a scene so far.
 #[derive(Default)]
-pub(crate) struct Textures(Vec<(TextureKey, Arc<Texture>)>);
+pub(crate) struct Textures(HashMap<TextureKey, Arc<Texture>>);
 
 impl Textures {
     /// The texture in the file at `path`, repeated beyond its edge.
     pub fn read(&mut self, path: &Path) -> Result<Arc<Texture>> {
-        let key = TextureKey { file: path.to_path_buf(), image: None, wrap: [Wrap::Repeat; 2] };
+        let key = TextureKey { file: path.to_path_buf(), image: None, wrap: [Wrap::Repeat; 2], filter: Filter::Linear };
         let place = Place::file(path);
         self.get_or_decode(key, &place, || read_bytes(path))
     }
 
     /// The texture of that key, made from the picture that `read` gives if there is none yet.
     pub fn get_or_decode(&mut self, key: TextureKey, place: &Place, read: impl FnOnce() -> Result<Vec<u8>>) -> Result<Arc<Texture>> {
-        if let Some((_, texture)) = self.0.iter().find(|(known, _)| *known == key) {
+        if let Some(texture) = self.0.get(&key) {
             return Ok(texture.clone());
         }
-        let texture = Arc::new(decode(&read()?, key.wrap, place)?);
-        self.0.push((key, texture.clone()));
+        let texture = Arc::new(Texture { wrap: key.wrap, filter: key.filter, ..decode(&read()?, place)? });
+        self.0.insert(key, texture.clone());
         Ok(texture)
     }
 }
 
-/// Decodes a picture to 8 bits per channel. Its sizes are capped before its texels are allocated.
-fn decode(bytes: &[u8], wrap: [Wrap; 2], place: &Place) -> Result<Texture> {
+/// Decodes a picture to 8 bits per channel, repeated and smooth. Its sizes are capped before its texels are allocated.
+fn decode(bytes: &[u8], place: &Place) -> Result<Texture> {
     let format = image::guess_format(bytes).ok().filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
     let format = format.ok_or_else(|| Error::unsupported(place, "not a picture this version reads; it reads PNG and JPEG"))?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -64,7 +67,8 @@ fn decode(bytes: &[u8], wrap: [Wrap; 2], place: &Place) -> Result<Texture> {
         return Err(too_large(&format!("{width}×{height} texels"), place));
     }
     let image = DynamicImage::from_decoder(decoder).map_err(|e| refused(&e, place))?.into_rgba8();
-    Ok(Texture { size: [width, height], wrap, texels: image.as_raw().as_chunks().0.to_vec() })
+    let texels = image.as_raw().as_chunks().0.to_vec();
+    Ok(Texture { size: [width, height], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels })
 }
 
 fn too_large(what: &str, place: &Place) -> Error {

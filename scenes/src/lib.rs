@@ -8,6 +8,7 @@ mod geometry;
 mod image_file;
 mod library;
 mod loading;
+mod numbering;
 mod scene;
 mod shapes;
 mod skies;
@@ -17,8 +18,8 @@ mod transform;
 pub use geometry::{Deforming, load_deforming, load_mesh};
 pub use library::{library, resolve};
 pub use loading::load;
-pub use relume_formats::basis::{EquirectMap, Texture, Wrap};
-pub use scene::{Cone, Emitter, Environment, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary};
+pub use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
+pub use scene::{Cone, Emitter, Environment, Glow, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary};
 pub use shapes::icosphere;
 
 #[cfg(test)]

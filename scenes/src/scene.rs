@@ -1,6 +1,6 @@
 //! A loaded scene: everything in world space, validated, ready for tracing.
 
-use relume_formats::basis::{EquirectMap, Texture};
+use relume_formats::basis::{EquirectMap, Texture, linear_from_srgb};
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, Brdf, Camera, Rgb};
 use std::path::PathBuf;
@@ -117,12 +117,14 @@ pub enum Emitter {
         /// Emitted radiance, W/(sr·m²).
         radiance: Rgb,
     },
-    /// A mesh whose front emits evenly, and which reflects nothing.
+    /// The front of an object's mesh emits, and reflects by the object's material as well.
     Mesh {
-        /// In world space, with at least one triangle.
-        mesh: Arc<Mesh>,
-        /// Emitted radiance, W/(sr·m²).
+        /// Index into [`Scene::objects`].
+        object: usize,
+        /// Emitted radiance, W/(sr·m²); what `glow` multiplies.
         radiance: Rgb,
+        /// Where how much of it is emitted; evenly all of it without one.
+        glow: Option<Glow>,
     },
     /// A point that emits evenly in all directions, or within a cone.
     Point {
@@ -140,6 +142,27 @@ pub enum Emitter {
         /// Irradiance on a surface that faces it, W/m².
         irradiance: Rgb,
     },
+}
+
+/// A texture of emitted light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Glow {
+    /// Its alpha means nothing.
+    pub texture: Arc<Texture>,
+    /// Texture coordinates, one per vertex of the object's mesh.
+    pub uvs: Arc<[[f32; 2]]>,
+}
+
+/// What a texture emits at most, as a share of one that is white all over, where methods lit by the environment alone leave it out.
+const FAINT: f64 = 0.05;
+
+impl Glow {
+    /// True if the texture is almost black: a few lamps on a surface that otherwise reflects.
+    pub fn is_faint(&self) -> bool {
+        let largest = |[r, g, b, _]: &[u8; 4]| f64::from(linear_from_srgb((*r).max(*g).max(*b)));
+        let sum: f64 = self.texture.texels.iter().map(largest).sum();
+        sum <= FAINT * self.texture.texels.len() as f64
+    }
 }
 
 /// The cone of a spot light. Intensity falls from the inner to the outer angle as the square of a linear ramp in the cosine

@@ -126,6 +126,7 @@ pub(crate) fn exact(scene: &Scene) -> Vec<Rgb> {
             geometric_normal: receiver.normal,
             shading_normal: receiver.normal,
             owner: Owner::Material(0),
+            light: None,
             albedo: Vec3A::ONE,
             front: true,
             outgoing: receiver.normal,

@@ -6,7 +6,8 @@ use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS};
 use relume_formats::container::Stored;
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
-use relume_scenes::{NamedMap, Scene};
+use relume_scenes::{Emitter, Light, NamedMap, Scene};
+use std::collections::BTreeSet;
 
 /// Widest environment map in a bundle.
 const MAP_WIDTH: u32 = 2048;
@@ -18,8 +19,12 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     if scene.environment.is_none() {
         return refuse(format!("has no [environment], which is the light of {name}; add one"));
     }
-    if let Some(light) = scene.lights.first() {
-        return refuse(format!("light `{}`: {name} lights by the environment alone; remove it, or paint it into the map", light.name));
+    if let Some(light) = scene.lights.iter().find(|light| faint_glow(scene, light).is_none()) {
+        let remedy = match emitting_material(scene, light) {
+            Some(material) => format!("write `emission = 0` in [materials.\"{material}\"] to let it reflect only"),
+            None => "remove it, or paint it into the map".to_owned(),
+        };
+        return refuse(format!("light `{}`: {name} lights by the environment alone; {remedy}", light.name));
     }
     let maps = environments(scene);
     let texels = maps.iter().map(|environment| environment.map.texels.len() as u64).sum::<u64>();
@@ -40,13 +45,29 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     }
 }
 
-/// What of the materials is left out, a sentence each: highlights, and that they vary.
+/// The material of the surface that is a light.
+fn emitting_material<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
+    let Emitter::Mesh { object, .. } = light.emitter else { return None };
+    scene.materials.get(scene.objects.get(object)?.material).map(|material| material.name.as_str())
+}
+
+/// The material of the surface that is a light, if hardly any of it emits.
+fn faint_glow<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
+    match &light.emitter {
+        Emitter::Mesh { glow: Some(glow), .. } if glow.is_faint() => emitting_material(scene, light),
+        _ => None,
+    }
+}
+
+/// What of lights and materials is left out, a sentence each: faint glows, highlights, and that materials vary.
 pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
+    let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
+    let glows = glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its almost black texture emits"));
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
     let highlights = highlights.map(|m| format!("material `{}`: {name} shows its diffuse part only", m.name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
     let varying = varying.map(|material| format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them"));
-    highlights.chain(varying).collect()
+    glows.chain(highlights).chain(varying).collect()
 }
 
 /// The maps that a bundle carries, as it stores them.

@@ -26,6 +26,16 @@ pub enum GatherPath {
     Surface(EyeVertex),
 }
 
+impl GatherPath {
+    /// True if what the eye sees emits light itself, whatever its materials.
+    pub fn shows_light(&self) -> bool {
+        match self {
+            Self::Light(_) => true,
+            Self::Surface(eye) => eye.emitted != Vec3A::ZERO,
+        }
+    }
+}
+
 /// The surface that the eye sees.
 #[derive(Debug, Clone, Copy)]
 pub struct EyeVertex {
@@ -33,6 +43,8 @@ pub struct EyeVertex {
     pub material: u32,
     /// What its texture multiplies the diffuse colour with.
     pub albedo: Vec3A,
+    /// Radiance that it emits itself.
+    pub emitted: Vec3A,
     /// Light that arrives directly.
     pub direct: Reflections,
     /// Light that arrives by way of another surface.
@@ -104,7 +116,7 @@ impl<'a> Gather<'a> {
             return GatherPath::Light(self.lights.background(direction));
         };
         match surface.owner {
-            Owner::Light(index) => GatherPath::Light(if surface.front { self.lights.emitted(index) } else { Vec3A::ZERO }),
+            Owner::Light(_) => GatherPath::Light(self.lights.emitted(&surface)),
             Owner::Material(material) => GatherPath::Surface(self.eye_vertex(&surface, material, sample)),
         }
     }
@@ -120,7 +132,7 @@ impl<'a> Gather<'a> {
             (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
             _ => None,
         };
-        EyeVertex { material, albedo: surface.albedo, direct, indirect }
+        EyeVertex { material, albedo: surface.albedo, emitted: self.lights.emitted(surface), direct, indirect }
     }
 
     fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
@@ -148,14 +160,11 @@ impl<'a> Gather<'a> {
     fn light_seen(&self, surface: &Surface, bounce: &Bounce, hit: Option<&Surface>) -> Option<Reflection> {
         let (radiance, density) = match hit {
             None => (self.lights.background(bounce.direction), self.lights.density_of_background(bounce.direction)),
-            Some(hit) => match hit.owner {
-                Owner::Light(index) if hit.front => (self.lights.emitted(index), self.lights.density_of_area(index, surface.position, hit)),
-                _ => return None,
-            },
+            Some(hit) => (self.lights.emitted(hit), self.lights.density_of_surface(surface.position, hit)),
         };
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
-        (light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
+        (radiance != Vec3A::ZERO && light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
     }
 
     /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them and need no ray.

@@ -1,8 +1,8 @@
 //! All lights of a scene as one thing to sample: one light is chosen by its power, then a point or direction on it.
 
 use super::environment::EnvironmentLight;
-use super::light_mesh::LightMesh;
-use super::world::{Surface, World, rounding_of};
+use super::light_mesh::{Chosen, LightMesh};
+use super::world::{OnLight, Surface, World, rounding_of};
 use glam::Vec3A;
 use relume_scenes::{Cone, Emitter, Scene};
 use std::f32::consts::PI;
@@ -36,7 +36,7 @@ pub struct LightSample {
 }
 
 impl LightSample {
-    /// Light from a point chosen evenly on a surface of `area` that emits `radiance` on the side of `normal`.
+    /// Light from a point chosen with the density 1 / `area` on a surface that emits `radiance` there, on the side of `normal`.
     fn of_surface(from: Vec3A, point: Vec3A, normal: Vec3A, area: f32, radiance: Vec3A) -> Option<Self> {
         let to = point - from;
         let distance = to.length();
@@ -50,7 +50,7 @@ impl LightSample {
 impl Lights {
     /// Prepares the lights of `scene`.
     pub fn new(scene: &Scene, world: &World) -> Self {
-        let lights: Vec<_> = scene.lights.iter().map(|l| PreparedLight::new(&l.emitter)).collect();
+        let lights: Vec<_> = scene.lights.iter().map(|l| PreparedLight::new(&l.emitter, scene)).collect();
         let environment = scene.environment.as_ref().and_then(EnvironmentLight::new);
         let cross_section = PI * world.radius * world.radius;
         let powers = lights.iter().map(|l| l.power(cross_section)).chain(environment.iter().map(|e| e.total() * cross_section));
@@ -114,10 +114,12 @@ impl Lights {
         })
     }
 
-    /// Radiance that the front of area light or mesh `index` emits.
-    pub fn emitted(&self, index: u32) -> Vec3A {
-        match self.lights.get(index as usize) {
-            Some(PreparedLight::Area { radiance, .. } | PreparedLight::Mesh { radiance, .. }) => *radiance,
+    /// Radiance that `surface` emits towards where the ray came from: that of the area light or mesh that it belongs to, on its front.
+    pub fn emitted(&self, surface: &Surface) -> Vec3A {
+        let Some(at) = surface.light.as_ref().filter(|_| surface.front) else { return Vec3A::ZERO };
+        match self.lights.get(at.light as usize) {
+            Some(PreparedLight::Area { radiance, .. }) => *radiance,
+            Some(PreparedLight::Mesh { mesh, radiance }) => *radiance * mesh.share(at.triangle, at.barycentric),
             _ => Vec3A::ZERO,
         }
     }
@@ -127,15 +129,16 @@ impl Lights {
         self.environment.as_ref().map_or(Vec3A::ZERO, |e| e.radiance(direction))
     }
 
-    /// Density per steradian with which [`Lights::sample`] at `from` chooses the point `hit` of area light or mesh `index`.
-    pub fn density_of_area(&self, index: u32, from: Vec3A, hit: &Surface) -> f32 {
-        let area = match self.lights.get(index as usize) {
+    /// Density per steradian with which [`Lights::sample`] at `from` chooses the point `hit`; 0 where it does not shine.
+    pub fn density_of_surface(&self, from: Vec3A, hit: &Surface) -> f32 {
+        let Some(OnLight { light, triangle, barycentric }) = hit.light else { return 0.0 };
+        let area = match self.lights.get(light as usize) {
             Some(PreparedLight::Area { area, .. }) => *area,
-            Some(PreparedLight::Mesh { mesh, .. }) => mesh.area(),
+            Some(PreparedLight::Mesh { mesh, .. }) => mesh.area_at(triangle, barycentric),
             _ => return 0.0,
         };
         let distance_squared = from.distance_squared(hit.position);
-        self.chance(index as usize) * distance_squared / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
+        self.chance(light as usize) * distance_squared / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
     }
 
     /// Density per steradian with which [`Lights::sample`] chooses the background in `direction`.
@@ -149,9 +152,13 @@ impl Lights {
 }
 
 impl PreparedLight {
-    fn new(emitter: &Emitter) -> Self {
+    fn new(emitter: &Emitter, scene: &Scene) -> Self {
         match emitter {
-            Emitter::Mesh { mesh, radiance } => Self::Mesh { mesh: LightMesh::new(mesh), radiance: Vec3A::from(*radiance) },
+            Emitter::Mesh { object, radiance, glow } => {
+                let object = &scene.objects[*object];
+                let mesh = LightMesh::new(&object.mesh, glow.as_ref(), scene.materials.get(object.material));
+                Self::Mesh { mesh, radiance: Vec3A::from(*radiance) }
+            }
             Emitter::Area { corner, edge_u, edge_v, radiance } => {
                 let [corner, edge_u, edge_v, radiance] = [corner, edge_u, edge_v, radiance].map(|v| Vec3A::from(*v));
                 let cross = edge_u.cross(edge_v);
@@ -201,8 +208,8 @@ impl PreparedLight {
                 LightSample::of_surface(from, point, normal, area, radiance)
             }
             Self::Mesh { ref mesh, radiance } => {
-                let (point, normal) = mesh.sample([u, v]);
-                LightSample::of_surface(from, point, normal, mesh.area(), radiance)
+                let Chosen { point, normal, area, share } = mesh.sample([u, v])?;
+                LightSample::of_surface(from, point, normal, area, radiance * share)
             }
             Self::Point { position, intensity, cone } => {
                 let to = position - from;

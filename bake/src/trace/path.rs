@@ -84,12 +84,9 @@ impl<'a> PathTracer<'a> {
     fn emitted(&self, origin: Vec3A, direction: Vec3A, hit: Option<&Surface>, density: Option<f32>) -> Vec3A {
         let (light, light_density) = match hit {
             None => (self.lights.background(direction), self.lights.density_of_background(direction)),
-            Some(surface) => match surface.owner {
-                Owner::Light(index) if surface.front => (self.lights.emitted(index), self.lights.density_of_area(index, origin, surface)),
-                _ => return Vec3A::ZERO,
-            },
+            Some(surface) => (self.lights.emitted(surface), self.lights.density_of_surface(origin, surface)),
         };
-        light * density.map_or(1.0, |d| d / (d + light_density))
+        if light == Vec3A::ZERO { light } else { light * density.map_or(1.0, |d| d / (d + light_density)) }
     }
 
     /// Light that arrives straight from a light and is reflected.

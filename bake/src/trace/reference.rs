@@ -108,7 +108,7 @@ pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3
                 let light = reflect(first.material, first.albedo, &first.reflections);
                 light * brdf(eye.material, eye.albedo, &first.eye_angles)
             });
-            reflect(eye.material, eye.albedo, &eye.direct) + indirect
+            eye.emitted + reflect(eye.material, eye.albedo, &eye.direct) + indirect
         }
     }
 }

@@ -40,6 +40,17 @@ pub enum Owner {
     Light(u32),
 }
 
+/// A point of an area light or of a mesh that emits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OnLight {
+    /// Index of the light.
+    pub light: u32,
+    /// Index of the triangle in its mesh.
+    pub triangle: u32,
+    /// Weights of the triangle's second and third corner.
+    pub barycentric: [f32; 2],
+}
+
 /// All triangles of a scene in one bounding volume hierarchy.
 pub struct World {
     hierarchy: CwBvh,
@@ -47,6 +58,8 @@ pub struct World {
     triangles: Vec<[Vec3A; 3]>,
     normals: Vec<[Vec3A; 3]>,
     owners: Vec<Owner>,
+    /// For triangles that emit the light, and their index in its mesh.
+    lights: Vec<Option<[u32; 2]>>,
     coatings: Coatings,
     /// Hierarchy units per metre: a power of two.
     units_per_metre: f32,
@@ -65,6 +78,8 @@ pub struct Surface {
     pub shading_normal: Vec3A,
     /// Whose it is.
     pub owner: Owner,
+    /// Where on a light it is, if its front emits.
+    pub light: Option<OnLight>,
     /// What a texture multiplies the diffuse colour with; 1 without one.
     pub albedo: Vec3A,
     /// True if the ray came from the front.
@@ -112,29 +127,25 @@ pub fn rounding_of(corners: &[Vec3A]) -> f32 {
 impl World {
     /// Builds the hierarchy.
     pub fn new(scene: &Scene) -> Self {
-        let (mut triangles, mut normals, mut owners) = (Vec::new(), Vec::new(), Vec::new());
-        let mut add = |mesh: &Mesh, owner: Owner| {
-            for corner in &mesh.triangles {
-                triangles.push(corner.map(|i| Vec3A::from(mesh.positions[i as usize])));
-                normals.push(corner.map(|i| Vec3A::from(mesh.normals[i as usize])));
-                owners.push(owner);
-            }
-        };
-        for object in &scene.objects {
-            add(&object.mesh, Owner::Material(object.material as u32));
-        }
-        for (index, light) in scene.lights.iter().enumerate() {
-            let owner = Owner::Light(index as u32);
-            match &light.emitter {
-                Emitter::Mesh { mesh, .. } => add(mesh, owner),
-                Emitter::Area { corner, edge_u, edge_v, .. } => add(&parallelogram(*corner, *edge_u, *edge_v), owner),
-                Emitter::Point { .. } | Emitter::Directional { .. } => {}
+        let mut given = Given::default();
+        let mut light_of: Vec<Option<u32>> = vec![None; scene.objects.len()];
+        for (index, light) in (0..).zip(&scene.lights) {
+            if let Emitter::Mesh { object, .. } = light.emitter {
+                light_of[object] = Some(index);
             }
         }
-        Self::from_triangles(&triangles, &normals, &owners, Coatings::new(scene), Vec3A::from(scene.camera.position))
+        for (object, light) in scene.objects.iter().zip(light_of) {
+            given.add(&object.mesh, Owner::Material(object.material as u32), light);
+        }
+        for (index, light) in (0..).zip(&scene.lights) {
+            if let Emitter::Area { corner, edge_u, edge_v, .. } = light.emitter {
+                given.add(&parallelogram(corner, edge_u, edge_v), Owner::Light(index), Some(index));
+            }
+        }
+        Self::from_triangles(given, Coatings::new(scene), Vec3A::from(scene.camera.position))
     }
 
-    fn from_triangles(triangles: &[[Vec3A; 3]], normals: &[[Vec3A; 3]], owners: &[Owner], coatings: Coatings, eye: Vec3A) -> Self {
+    fn from_triangles(Given { triangles, normals, owners, lights }: Given, coatings: Coatings, eye: Vec3A) -> Self {
         // What rounding errors are relative to.
         let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
         let bounds = Aabb::from_points(triangles.as_flattened());
@@ -149,7 +160,8 @@ impl World {
         Self {
             triangles: order.clone().map(|i| triangles[i]).collect(),
             normals: order.clone().map(|i| normals[i]).collect(),
-            owners: order.map(|i| owners[i]).collect(),
+            owners: order.clone().map(|i| owners[i]).collect(),
+            lights: order.map(|i| lights[i]).collect(),
             coatings: coatings.reordered(&hierarchy.primitive_indices),
             hierarchy,
             units_per_metre,
@@ -242,7 +254,28 @@ impl World {
             Owner::Material(material) => self.coatings.albedo(material, triangle as u32, [v, w]),
             Owner::Light(_) => Vec3A::ONE,
         };
-        Surface { position, geometric_normal, shading_normal, owner, albedo, front, outgoing: -direction, rounding }
+        let light = self.lights[triangle].map(|[light, triangle]| OnLight { light, triangle, barycentric: [v, w] });
+        Surface { position, geometric_normal, shading_normal, owner, light, albedo, front, outgoing: -direction, rounding }
+    }
+}
+
+/// Triangles before they are in a hierarchy, objects first.
+#[derive(Default)]
+struct Given {
+    triangles: Vec<[Vec3A; 3]>,
+    normals: Vec<[Vec3A; 3]>,
+    owners: Vec<Owner>,
+    lights: Vec<Option<[u32; 2]>>,
+}
+
+impl Given {
+    fn add(&mut self, mesh: &Mesh, owner: Owner, light: Option<u32>) {
+        for (index, corner) in (0..).zip(&mesh.triangles) {
+            self.triangles.push(corner.map(|i| Vec3A::from(mesh.positions[i as usize])));
+            self.normals.push(corner.map(|i| Vec3A::from(mesh.normals[i as usize])));
+            self.owners.push(owner);
+            self.lights.push(light.map(|light| [light, index]));
+        }
     }
 }
 

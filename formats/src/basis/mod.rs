@@ -17,4 +17,4 @@ pub mod two_level;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;
-pub use texture::{Texture, Wrap, linear_from_srgb, srgb_from_linear};
+pub use texture::{Filter, Texture, Wrap, linear_from_srgb, srgb_from_linear};

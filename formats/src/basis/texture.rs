@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// How a texture goes on beyond its edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Wrap {
     /// It starts again.
     Repeat,
@@ -13,6 +13,15 @@ pub enum Wrap {
     Clamp,
 }
 
+/// What lies between the centres of texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Filter {
+    /// One texel flows into the next.
+    Linear,
+    /// Every texel is a sharp rectangle of its own colour.
+    Nearest,
+}
+
 /// An image on a surface. The first row lies at v = 0, as in glTF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
@@ -20,25 +29,36 @@ pub struct Texture {
     pub size: [u32; 2],
     /// Along u and along v.
     pub wrap: [Wrap; 2],
+    /// Between texel centres.
+    pub filter: Filter,
     /// Row-major red, green, blue (sRGB-encoded) and alpha (linear).
     pub texels: Vec<[u8; 4]>,
 }
 
 impl Texture {
-    /// Linear red, green and blue, and alpha, each in 0..=1, at texture coordinates `uv`; interpolated linearly between texel centres.
+    /// Linear red, green and blue, and alpha, each in 0..=1, at texture coordinates `uv`; between texel centres as the filter says.
     pub fn sample(&self, uv: [f32; 2]) -> [f32; 4] {
+        if self.filter == Filter::Nearest {
+            let [x, y] = std::array::from_fn(|axis| nearest(uv[axis], self.size[axis], self.wrap[axis]));
+            return self.texel(x, y);
+        }
         let [(x0, x1, fx), (y0, y1, fy)] = std::array::from_fn(|axis| neighbours(uv[axis], self.size[axis], self.wrap[axis]));
-        let texel = |x: u32, y: u32| {
-            let bytes = self.texels.get((y * self.size[0] + x) as usize).copied().unwrap_or([255; 4]);
-            let [r, g, b, a] = bytes;
-            [linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), f32::from(a) / 255.0]
-        };
-        let [a, b, c, d] = [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)];
+        let [a, b, c, d] = [self.texel(x0, y0), self.texel(x1, y0), self.texel(x0, y1), self.texel(x1, y1)];
         std::array::from_fn(|k| {
             let (top, bottom) = (a[k] + (b[k] - a[k]) * fx, c[k] + (d[k] - c[k]) * fx);
             top + (bottom - top) * fy
         })
     }
+
+    fn texel(&self, x: u32, y: u32) -> [f32; 4] {
+        let [r, g, b, a] = self.texels.get((y * self.size[0] + x) as usize).copied().unwrap_or([255; 4]);
+        [linear_from_srgb(r), linear_from_srgb(g), linear_from_srgb(b), f32::from(a) / 255.0]
+    }
+}
+
+/// The texel that a coordinate falls on.
+fn nearest(coordinate: f32, count: u32, wrap: Wrap) -> u32 {
+    wrapped((coordinate * count as f32).floor() as i64, i64::from(count), wrap) as u32
 }
 
 /// The texels on either side of a coordinate, and how far it is from the first to the second.
@@ -85,7 +105,19 @@ mod tests {
 
     fn ramp(wrap: Wrap) -> Texture {
         let texels = (0..8).map(|i| [0, 0, 0, [0, 51, 102, 153, 204, 255, 204, 153][i]]).collect();
-        Texture { size: [4, 2], wrap: [wrap, Wrap::Clamp], texels }
+        Texture { size: [4, 2], wrap: [wrap, Wrap::Clamp], filter: Filter::Linear, texels }
+    }
+
+    #[test]
+    fn the_nearest_texel_is_a_sharp_rectangle() {
+        for (wrap, beyond) in [(Wrap::Clamp, [0.0, 0.6]), (Wrap::Repeat, [0.6, 0.0]), (Wrap::Mirror, [0.0, 0.6])] {
+            let sharp = Texture { filter: Filter::Nearest, ..ramp(wrap) };
+            let alpha = |u, v| sharp.sample([u, v])[3];
+            let within = [0.0, 0.01, 0.249, 0.25, 0.499, 0.5, 0.75, 0.999].map(|u| alpha(u, 0.499));
+            assert_eq!(within, [0.0, 0.0, 0.0, 0.2, 0.2, 0.4, 0.6, 0.6]);
+            assert_eq!([alpha(0.1, 0.5), alpha(0.3, 0.99)], [0.8, 1.0]);
+            assert_eq!([alpha(-0.1, 0.25), alpha(1.1, 0.25)], beyond);
+        }
     }
 
     #[test]
@@ -112,8 +144,10 @@ mod tests {
     fn no_coordinate_is_too_strange() {
         for u in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30, f32::MIN_POSITIVE] {
             for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-                let sample = ramp(wrap).sample([u, u]);
-                assert!(sample.iter().all(|x| x.is_nan() || (0.0..=1.0).contains(x)));
+                for filter in [Filter::Linear, Filter::Nearest] {
+                    let sample = Texture { filter, ..ramp(wrap) }.sample([u, u]);
+                    assert!(sample.iter().all(|x| x.is_nan() || (0.0..=1.0).contains(x)));
+                }
             }
         }
     }

@@ -6,7 +6,7 @@
 //! | `uvs`          | f32  | [vertices, 2]      | texture coordinates of the scene's vertices; (0, 0) where a mesh has none |
 //! | `texture/NNNN` | u8   | [height, width, 4] | sRGB-encoded red, green, blue, and linear alpha, the first row at v = 0 |
 
-use crate::basis::{Texture, Wrap};
+use crate::basis::{Filter, Texture, Wrap};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,7 @@ struct TextureMeta {
     material: u32,
     alpha_cutoff: Option<f32>,
     wrap: [Wrap; 2],
+    filter: Filter,
 }
 
 fn texture_name(index: usize) -> String {
@@ -63,7 +64,7 @@ impl TextureMeta {
             return Err(section.invalid("its alpha cutoff is outside 0..1"));
         }
         let texels = section.u8s()?.as_chunks().0.to_vec();
-        let texture = Texture { size: [width, height], wrap: self.wrap, texels };
+        let texture = Texture { size: [width, height], wrap: self.wrap, filter: self.filter, texels };
         Ok(MaterialTexture { material: self.material, alpha_cutoff: self.alpha_cutoff, texture })
     }
 }
@@ -73,7 +74,12 @@ impl Stored for Textures {
     const VERSION: u32 = 0;
 
     fn encode(&self, out: &mut Writer) -> Result<()> {
-        let meta = |t: &MaterialTexture| TextureMeta { material: t.material, alpha_cutoff: t.alpha_cutoff, wrap: t.texture.wrap };
+        let meta = |t: &MaterialTexture| TextureMeta {
+            material: t.material,
+            alpha_cutoff: t.alpha_cutoff,
+            wrap: t.texture.wrap,
+            filter: t.texture.filter,
+        };
         out.record("meta", &self.textures.iter().map(meta).collect::<Vec<_>>())?;
         out.f32s("uvs", &[self.uvs.len() as u64, 2], self.uvs.as_flattened())?;
         for (index, MaterialTexture { texture, .. }) in self.textures.iter().enumerate() {

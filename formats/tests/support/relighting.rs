@@ -2,7 +2,7 @@
 
 use super::samples::Random;
 use half::f16;
-use relume_formats::basis::{EquirectMap, Texture, Wrap};
+use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Steps};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, SparseTransfer, Textures};
@@ -26,7 +26,8 @@ pub fn textures(seed: u64) -> Textures {
     let texture = |random: &mut Random| {
         let size = [1 + random.below(7) as u32, 1 + random.below(7) as u32];
         let texels = (0..size[0] * size[1]).map(|_| (random.bits() as u32).to_le_bytes()).collect();
-        Texture { size, wrap: [wraps[random.below(3)], wraps[random.below(3)]], texels }
+        let filter = [Filter::Linear, Filter::Nearest][random.below(2)];
+        Texture { size, wrap: [wraps[random.below(3)], wraps[random.below(3)]], filter, texels }
     };
     let material = |material| MaterialTexture { material, alpha_cutoff: (random.below(2) == 0).then_some(0.5), texture: texture(random) };
     let textures = (0..count).map(material).collect();

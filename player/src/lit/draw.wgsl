@@ -24,6 +24,8 @@ struct Material {
     wrap: vec2<u32>,
     // 1 if there is a texture, else 0.
     textured: u32,
+    // 1 if texels are sharp, 0 if one flows into the next.
+    nearest: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -77,9 +79,14 @@ fn texel(column: i32, row: i32, wrap: vec2<u32>) -> vec4<f32> {
 }
 
 // The GPU twin of `relume_formats::basis::Texture::sample`.
-fn sample(uv: vec2<f32>, wrap: vec2<u32>) -> vec4<f32> {
+fn sample(uv: vec2<f32>, wrap: vec2<u32>, nearest: u32) -> vec4<f32> {
     // Coordinates so large that they have no fraction left fall somewhere legal.
-    let at = clamp(uv * vec2<f32>(textureDimensions(image)) - 0.5, vec2<f32>(-1e9), vec2<f32>(1e9));
+    let scaled = clamp(uv * vec2<f32>(textureDimensions(image)), vec2<f32>(-1e9), vec2<f32>(1e9));
+    if nearest == 1u {
+        let hit = vec2<i32>(floor(scaled));
+        return texel(hit.x, hit.y, wrap);
+    }
+    let at = scaled - 0.5;
     let first = floor(at);
     let share = at - first;
     let column = i32(first.x);
@@ -94,7 +101,7 @@ fn surface(seen: Corner, @builtin(front_facing) front: bool) -> @location(0) vec
     let material = materials[seen.material];
     var albedo = material.albedo;
     if material.textured == 1u {
-        let texture = sample(seen.uv, material.wrap);
+        let texture = sample(seen.uv, material.wrap, material.nearest);
         if texture.a < material.alpha_cutoff {
             discard;
         }

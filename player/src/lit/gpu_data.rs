@@ -42,7 +42,7 @@ pub(crate) struct Material {
     pub(crate) alpha_cutoff: f32,
     pub(crate) wrap: [u32; 2],
     pub(crate) textured: u32,
-    pub(crate) unused: u32,
+    pub(crate) nearest: u32,
 }
 
 #[cfg(test)]
@@ -59,6 +59,6 @@ mod tests {
         }
         let environment = layout_of!(Environment { sin_rotation, cos_rotation, unit, face_size, points });
         expect(super::super::ENVIRONMENT, "Environment", &environment);
-        expect(super::super::DRAW, "Material", &layout_of!(Material { albedo, alpha_cutoff, wrap, textured } unused));
+        expect(super::super::DRAW, "Material", &layout_of!(Material { albedo, alpha_cutoff, wrap, textured, nearest }));
     }
 }

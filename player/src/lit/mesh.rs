@@ -2,7 +2,7 @@
 
 use super::gpu_data::Material;
 use crate::gpu::Gpu;
-use relume_formats::basis::Wrap;
+use relume_formats::basis::{Filter, Wrap};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{StoredScene, Textures};
 use std::ops::Range;
@@ -74,7 +74,7 @@ fn material(albedo: [f32; 3], texture: Option<&MaterialTexture>) -> Material {
         alpha_cutoff: texture.and_then(|texture| texture.alpha_cutoff).unwrap_or(0.0),
         wrap: texture.map_or([0; 2], |texture| texture.texture.wrap.map(wrap)),
         textured: u32::from(texture.is_some()),
-        unused: 0,
+        nearest: u32::from(texture.is_some_and(|texture| texture.texture.filter == Filter::Nearest)),
     }
 }
 

@@ -4,7 +4,7 @@
 use super::Random;
 use half::f16;
 use relume_formats::Place;
-use relume_formats::basis::{EquirectMap, Texture, Wrap};
+use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
@@ -128,13 +128,13 @@ pub fn scope() -> Scope {
 }
 
 /// A texture for the grid of [`scene`], with holes, over two repetitions mirrored one way.
-pub fn textures(scene: &StoredScene) -> Textures {
+pub fn textures(scene: &StoredScene, filter: Filter) -> Textures {
     let mut random = Random(11);
     let mut texel = |i: usize| {
         let [r, g, b, ..] = random.bits().to_le_bytes();
         [r, g, b, if i.is_multiple_of(5) { 0 } else { 255 }]
     };
-    let texture = Texture { size: [8, 4], wrap: [Wrap::Mirror, Wrap::Repeat], texels: (0..32).map(&mut texel).collect() };
+    let texture = Texture { size: [8, 4], wrap: [Wrap::Mirror, Wrap::Repeat], filter, texels: (0..32).map(&mut texel).collect() };
     let uvs = scene.positions.iter().map(|[x, y, _]| [x + 0.3, 0.4 - y]).collect();
     Textures { uvs, textures: vec![MaterialTexture { material: 0, alpha_cutoff: Some(0.5), texture }] }
 }

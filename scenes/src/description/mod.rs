@@ -65,6 +65,8 @@ pub(crate) struct MaterialFile {
     pub base_color: Option<Rgb>,
     pub metallic: Option<f32>,
     pub roughness: Option<f32>,
+    /// A factor on what the material of a glTF file emits.
+    pub emission: Option<f32>,
     pub texture: Option<String>,
     pub alpha_cutoff: Option<f32>,
 }

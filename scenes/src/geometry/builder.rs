@@ -63,6 +63,21 @@ impl MeshBuilder {
         Ok(())
     }
 
+    /// True if nothing was added yet.
+    pub fn is_empty(&self) -> bool {
+        self.mesh.positions.is_empty()
+    }
+
+    /// True if any vertex has texture coordinates.
+    pub fn has_uvs(&self) -> bool {
+        !self.mesh.uvs.is_empty()
+    }
+
+    /// True if any triangle has an area, so that [`MeshBuilder::finish`] has something to give.
+    pub fn has_area(&self) -> bool {
+        self.mesh.triangles.iter().any(|triangle| !is_degenerate(triangle.map(|v| self.mesh.positions[v as usize])))
+    }
+
     /// Adds `part`; fronts stay fronts even if `world_from_part` mirrors. `place` names the part in messages.
     pub fn append(&mut self, part: &Part, world_from_part: &DAffine3, place: &Place) -> Result<()> {
         self.expect_room(part.positions.len(), part.triangles.len(), place)?;

@@ -4,6 +4,7 @@ use super::gltf_buffers::Buffers;
 use super::gltf_file::GltfFile;
 use super::gltf_nodes::Placement;
 use super::tidy_name;
+use crate::numbering::{listed, numbered};
 use gltf::Animation;
 use gltf::animation::{Interpolation as GltfInterpolation, Property as GltfProperty, Sampler};
 use gltf::json::validation::Checked;
@@ -11,14 +12,27 @@ use relume_formats::shape::{Clip, Interpolation, MAX_CLIP_KEYS, MAX_CLIPS, Prope
 use relume_formats::{Error, Place, Result};
 use std::collections::HashMap;
 
-/// Every animation of `file` that moves anything; `targets_of_node` are the morph targets of nodes, by their number in the file.
-pub(super) fn read(file: &GltfFile, nodes: &Placement<'_>, targets_of_node: &HashMap<usize, Vec<u32>>, place: &Place) -> Result<Vec<Clip>> {
+/// Every animation of `file` that moves anything; `targets_of_node` are the morph targets of nodes, by their number in the file. Names that repeat are
+/// numbered, which is added to `warnings`.
+pub(super) fn read(
+    file: &GltfFile,
+    nodes: &Placement<'_>,
+    targets_of_node: &HashMap<usize, Vec<u32>>,
+    place: &Place,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Clip>> {
     if file.document.animations().count() > MAX_CLIPS {
         return Err(Error::invalid(place, format!("more than {MAX_CLIPS} animations; remove some")));
     }
     let mut reader = Reader { file, nodes, targets_of_node, keys: 0 };
     let clips = file.document.animations().map(|animation| reader.clip(&animation, place)).collect::<Result<Vec<_>>>()?;
-    Ok(clips.into_iter().filter(|clip| !clip.tracks.is_empty()).collect())
+    let mut clips: Vec<Clip> = clips.into_iter().filter(|clip| !clip.tracks.is_empty()).collect();
+    let (names, changed) = numbered(clips.iter().map(|clip| clip.name.clone()));
+    if !changed.is_empty() {
+        warnings.push(format!("{place}: names of animations repeat; numbered {}", listed(&changed)));
+    }
+    clips.iter_mut().zip(names).for_each(|(clip, name)| clip.name = name);
+    Ok(clips)
 }
 
 struct Reader<'a> {
@@ -98,6 +112,6 @@ fn values(properties: &[Property], output: &gltf::Accessor<'_>, buffers: &Buffer
     match properties.first() {
         Some(Property::Rotation(_)) => Ok(buffers.quaternions(output, place)?.into_flattened()),
         Some(Property::MorphWeight(_)) => buffers.morph_weights(output, place),
-        _ => Ok(buffers.vectors(output, place)?.into_flattened()),
+        _ => Ok(buffers.exact_vectors(output, place)?.into_flattened()),
     }
 }

@@ -29,7 +29,7 @@ pub struct Deforming {
 ///
 /// # Errors
 /// Those of [`load_mesh`](crate::load_mesh); `Unsupported` for files other than glTF, `Invalid` for skins, morph targets and animations that break
-/// the rules of glTF, or two of whose animations have one name.
+/// the rules of glTF.
 pub fn load_deforming(path: &Path, warnings: &mut Vec<String>) -> Result<Deforming> {
     load_placed(path, None, &DAffine3::IDENTITY, None, warnings)
 }
@@ -46,15 +46,15 @@ pub(crate) fn load_placed(
     if !is_gltf(path) {
         return Err(Error::unsupported(&place, "only .gltf and .glb files hold shapes that deform; export it as one of them"));
     }
-    let file = GltfFile::open(path)?;
-    let nodes = file.nodes(node, world_from_file)?;
+    let file = GltfFile::open(path, warnings)?;
+    let nodes = file.nodes(node, world_from_file, warnings)?;
     let mut builder = MeshBuilder::with_crease(crease_deg);
     let mut bindings = Bindings::new(&file, &nodes);
     file.append(&nodes, &mut builder, |source, corners| bindings.append(source, corners))?;
     let (rest, origins) = builder.finish_and_tell(&place, warnings)?;
     bindings.keep(&origins);
     let Bindings { mut shape, targets_of_node, .. } = bindings;
-    shape.clips = gltf_clips::read(&file, &nodes, &targets_of_node, &place)?;
+    shape.clips = gltf_clips::read(&file, &nodes, &targets_of_node, &place, warnings)?;
     shape.nodes = nodes.hierarchy;
     shape.validate(&place)?;
     Ok(Deforming { rest, shape })
@@ -85,7 +85,7 @@ impl<'a> Bindings<'a> {
         let accessor = source.primitive.get(&Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
         let positions = buffers.vectors(&accessor, place)?;
         let influences = match &source.rest_pose.skin {
-            Some((_, skin)) => influences(&source.primitive, skin.joints.len(), buffers, place)?,
+            Some((_, skin)) => influences(&source.primitive, skin.joints.len(), buffers, place)?.0,
             None => vec![Influences::rigid(0); positions.len()],
         };
         let offset = self.joint_offset(source)?;
@@ -101,7 +101,7 @@ impl<'a> Bindings<'a> {
         let next = self.shape.joints.len() as u32;
         let Some((index, skin)) = &source.rest_pose.skin else {
             let node = self.nodes.index_of(source.node.index()).unwrap_or_default();
-            let joint = Joint { node, node_from_mesh: DAffine3::IDENTITY };
+            let joint = Joint { node, node_from_mesh: source.node_from_mesh };
             // The primitives of a mesh come one after the other.
             if self.shape.joints.last() == Some(&joint) {
                 return Ok(next - 1);

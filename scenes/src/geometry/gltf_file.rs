@@ -1,15 +1,19 @@
 //! glTF 2.0, text and binary: nodes give the placement, primitives the geometry, skins and morph targets the rest pose. Cameras are ignored.
 
 use super::MeshBuilder;
-use super::gltf_buffers::{Buffers, read_uri};
+use super::gltf_buffers::Buffers;
+use super::gltf_instances::{MAX_INSTANCES, node_from_instances};
+use super::gltf_json::{InstanceAccessors, Structure, parse};
+use super::gltf_materials::material_names;
 use super::gltf_nodes::Placement;
 use super::gltf_primitives::{Tally, UvSource, part};
 use super::gltf_skins::{RestPose, Skins};
+use super::gltf_uris::read_uri;
 use crate::library::read_bytes;
 use glam::DAffine3;
-use gltf::json::validation::Checked;
-use gltf::{Document, Gltf, Node, Primitive, Semantic};
+use gltf::{Document, Material, Node, Primitive};
 use relume_formats::{Error, Place, Result};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// An opened file and the bytes that it refers to, but for its pictures.
@@ -19,29 +23,49 @@ pub(crate) struct GltfFile {
     /// Its structure, checked by the parser.
     pub document: Document,
     pub(super) buffers: Buffers,
+    pub(super) instances: HashMap<usize, InstanceAccessors>,
+    /// By material, that of primitives without one last; no two are alike.
+    pub(super) material_names: Vec<String>,
 }
 
 /// A primitive, and what the node that carries it makes of it.
 pub(super) struct Source<'a> {
     pub node: &'a Node<'a>,
+    /// The map from the mesh to the node.
+    pub node_from_mesh: DAffine3,
     pub primitive: Primitive<'a>,
     pub rest_pose: &'a RestPose,
     /// Where to look for it in messages.
     pub place: Place,
 }
 
+/// All that wears one material of a file.
+pub(crate) struct MaterialPart {
+    /// The number of the material, that of primitives without one last.
+    pub number: usize,
+    /// A mesh that wears it, and the primitive.
+    first: [usize; 2],
+    /// The material's name in the file, which no other has.
+    pub name: String,
+    /// With the texture coordinates that the base colour asks for, or else the emission.
+    pub mesh: MeshBuilder,
+    /// The same with the texture coordinates that the emission asks for, if those are others.
+    pub glow_mesh: Option<MeshBuilder>,
+}
+
 impl GltfFile {
-    /// Opens the file at `path`.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// Opens the file at `path`. Adds what is ignored to `warnings`.
+    pub fn open(path: &Path, warnings: &mut Vec<String>) -> Result<Self> {
         let place = Place::file(path);
-        let (document, blob) = parse(&read_bytes(path)?, &place)?;
-        let buffers = Buffers::load(&document, blob, path)?;
-        Ok(Self { path: path.to_path_buf(), document, buffers })
+        let Structure { document, binary, instances, notes } = parse(&read_bytes(path)?, &place)?;
+        warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
+        let buffers = Buffers::load(&document, binary, path)?;
+        Ok(Self { path: path.to_path_buf(), material_names: material_names(&document), document, buffers, instances })
     }
 
-    /// The nodes of the default scene, or of the subtree of the node called `node`.
-    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3) -> Result<Placement<'_>> {
-        Placement::new(&self.document, node, world_from_file, &Place::file(&self.path))
+    /// The nodes of the default scene, or of the subtree of the node called `node`. Adds what is mended to `warnings`.
+    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Placement<'_>> {
+        Placement::new(&self.document, node, world_from_file, &Place::file(&self.path), warnings)
     }
 
     /// Appends the geometry of `nodes` at rest, whatever its materials; it takes the first set of texture coordinates along. Shows `watch` where each
@@ -60,38 +84,49 @@ impl GltfFile {
             }
             Ok(())
         })?;
-        builder.notes.extend(tally.notes(false));
+        builder.notes.extend(tally.notes());
         Ok(())
     }
 
-    /// The geometry of `nodes` by material name, in order of first use, with the texture coordinates that each material's base colour asks for.
-    /// `crease_deg` is as in [`MeshBuilder`]. Adds what was ignored to `warnings`.
-    pub fn meshes_by_material(
+    /// The geometry of `nodes` by material, in order of first use; `crease_deg` is as in [`MeshBuilder`]. Adds what was ignored to `warnings`.
+    pub fn parts_by_material(
         &self,
         nodes: &Placement<'_>,
         crease_deg: Option<f64>,
         warnings: &mut Vec<String>,
-    ) -> Result<Vec<(String, MeshBuilder)>> {
-        let (mut tally, mut meshes) = (Tally::default(), Vec::<(String, MeshBuilder)>::new());
+    ) -> Result<Vec<MaterialPart>> {
+        let (mut tally, mut parts, mut known) = (Tally::default(), Vec::<MaterialPart>::new(), HashMap::new());
         self.each_primitive(nodes, &mut tally, |source, tally| {
             let material = source.primitive.material();
-            let texture = material.pbr_metallic_roughness().base_color_texture();
-            let uv_source = texture.map(|info| UvSource::of(&info)).unwrap_or_default();
-            let name = super::gltf_materials::name_of(&material);
-            let index = meshes.iter().position(|(known, _)| *known == name).unwrap_or(meshes.len());
-            let mut fresh = MeshBuilder::with_crease(crease_deg);
-            let builder = meshes.get_mut(index).map_or(&mut fresh, |(_, builder)| builder);
-            if let Some(read) = part(source, &uv_source, &self.buffers, builder, tally)? {
-                builder.append(&read.part, &read.world_from_part, &source.place)?;
-                if index == meshes.len() {
-                    meshes.push((name, fresh));
-                }
+            let number = material.index().unwrap_or(self.document.materials().len());
+            let at = *known.entry(number).or_insert(parts.len());
+            if at == parts.len() {
+                let name = self.material_names.get(number).cloned().unwrap_or_default();
+                let first = [source.node.mesh().map_or(0, |mesh| mesh.index()), source.primitive.index()];
+                parts.push(MaterialPart { number, first, name, mesh: MeshBuilder::with_crease(crease_deg), glow_mesh: None });
             }
-            Ok(())
+            let MaterialPart { mesh, glow_mesh, .. } = &mut parts[at];
+            let uv_of = |info: Option<gltf::texture::Info<'_>>| info.map(|info| UvSource::of(&info));
+            let base = uv_of(material.pbr_metallic_roughness().base_color_texture());
+            let glow = uv_of(material.emissive_texture());
+            if let (Some(base), Some(glow)) = (&base, &glow)
+                && base != glow
+            {
+                let again = &mut Tally::default();
+                append_part(source, glow, &self.buffers, glow_mesh.get_or_insert_with(|| MeshBuilder::with_crease(crease_deg)), again)?;
+            }
+            append_part(source, &base.or(glow).unwrap_or_default(), &self.buffers, mesh, tally)
         })?;
         let place = Place::file(&self.path);
-        warnings.extend(tally.notes(true).into_iter().map(|note| format!("{place}: {note}")));
-        Ok(meshes)
+        warnings.extend(tally.notes().into_iter().map(|note| format!("{place}: {note}")));
+        parts.retain(|part| !part.mesh.is_empty());
+        Ok(parts)
+    }
+
+    /// The material that `part` wears.
+    pub fn material_of(&self, part: &MaterialPart) -> Option<Material<'_>> {
+        let [mesh, primitive] = part.first;
+        Some(self.document.meshes().nth(mesh)?.primitives().nth(primitive)?.material())
     }
 
     fn each_primitive(
@@ -101,13 +136,20 @@ impl GltfFile {
         mut visit: impl FnMut(&Source<'_>, &mut Tally) -> Result<()>,
     ) -> Result<()> {
         let place = Place::file(&self.path);
-        let mut skins = Skins::new(nodes, &self.buffers);
+        let (mut skins, mut instances) = (Skins::new(nodes, &self.buffers), 0usize);
         for (node, world_from_node) in &nodes.wanted {
             let Some(mesh) = node.mesh() else { continue };
-            let rest_pose = skins.rest_pose(node, world_from_node, &place)?;
-            for primitive in mesh.primitives() {
-                let place = place.part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
-                visit(&Source { node, primitive, rest_pose: &rest_pose, place }, tally)?;
+            let all = node_from_instances(self, node, &place)?;
+            instances += all.len();
+            if self.instances.contains_key(&node.index()) && instances > MAX_INSTANCES {
+                return Err(Error::invalid(&place, format!("more than {MAX_INSTANCES} instances of meshes; split the file")));
+            }
+            for node_from_mesh in all {
+                let rest_pose = skins.rest_pose(node, &(*world_from_node * node_from_mesh), &place)?;
+                for primitive in mesh.primitives() {
+                    let place = place.part(format!("mesh {}, primitive {}", mesh.index(), primitive.index()));
+                    visit(&Source { node, node_from_mesh, primitive, rest_pose: &rest_pose, place }, tally)?;
+                }
             }
         }
         Ok(())
@@ -126,39 +168,9 @@ impl GltfFile {
     }
 }
 
-/// The crate takes the header's own 12 bytes off the length that a GLB declares, however small that is.
-fn expect_whole_header(bytes: &[u8], place: &Place) -> Result<()> {
-    let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8)?.try_into().ok()).map(u32::from_le_bytes);
-    match length {
-        Some(length @ ..12) => Err(Error::invalid(place, format!("not a glTF 2.0 file (declares {length} bytes); export it again"))),
-        _ => Ok(()),
+fn append_part(source: &Source<'_>, uv_source: &UvSource, buffers: &Buffers, builder: &mut MeshBuilder, tally: &mut Tally) -> Result<()> {
+    if let Some(read) = part(source, uv_source, buffers, builder, tally)? {
+        builder.append(&read.part, &read.world_from_part, &source.place)?;
     }
-}
-
-/// The validated structure and the binary part. The crate's validation looks into the accessor of positions before it checks that there is one.
-fn parse(bytes: &[u8], place: &Place) -> Result<(Document, Option<Vec<u8>>)> {
-    expect_whole_header(bytes, place)?;
-    let gltf = Gltf::from_slice_without_validation(bytes).map_err(|e| parse_error(&e, place))?;
-    let json = gltf.document.into_json();
-    let attributes = json.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.attributes);
-    let mut positions = attributes.filter_map(|attributes| attributes.get(&Checked::Valid(Semantic::Positions)));
-    if let Some(stray) = positions.find(|index| index.value() >= json.accessors.len()) {
-        let reason = format!("not valid glTF (POSITION is accessor {}, of {}); export it again", stray.value(), json.accessors.len());
-        return Err(Error::invalid(place, reason));
-    }
-    Ok((Document::from_json(json).map_err(|e| parse_error(&e, place))?, gltf.blob))
-}
-
-fn parse_error(error: &gltf::Error, place: &Place) -> Error {
-    let gltf::Error::Validation(faults) = error else {
-        return Error::invalid(place, format!("not a glTF 2.0 file ({error}); export it again"));
-    };
-    let Some((at, fault)) = faults.first() else { return Error::invalid(place, "not valid glTF") };
-    let place = place.part(at.to_string());
-    match fault {
-        gltf::json::validation::Error::Unsupported => {
-            Error::unsupported(&place, "a required extension that is not supported; export without it")
-        }
-        _ => Error::invalid(&place, format!("not valid glTF ({fault}); export it again")),
-    }
+    Ok(())
 }

@@ -1,10 +1,13 @@
 //! The hierarchy of a glTF scene: every node in the world, parents before children.
 
+use super::tidy_name;
+use crate::numbering::{Names, listed};
 use crate::suggest::unknown_name;
 use glam::{DAffine3, DMat4, Mat4};
 use gltf::{Document, Node};
 use relume_formats::shape::{self, Transform};
 use relume_formats::{Error, Place, Result};
+use std::collections::HashSet;
 
 /// A node and the map from its space to the world.
 pub(crate) type PlacedNode<'a> = (Node<'a>, DAffine3);
@@ -22,31 +25,44 @@ pub(crate) struct Placement<'a> {
 }
 
 impl<'a> Placement<'a> {
-    /// The nodes of the default scene of `document`, of which only the subtree of the node called `wanted`, if given, is wanted.
-    pub(super) fn new(document: &'a Document, wanted: Option<&str>, world_from_file: &DAffine3, place: &Place) -> Result<Self> {
-        let scene = document.default_scene().or_else(|| document.scenes().next());
-        let scene = scene.ok_or_else(|| Error::invalid(place, "the file has no scene; export it with one"))?;
+    /// The nodes of the default scene of `document`, of which only the subtree of the node called `wanted`, if given, is wanted. Adds what is mended to
+    /// `warnings`.
+    pub(super) fn new(
+        document: &'a Document,
+        wanted: Option<&str>,
+        world_from_file: &DAffine3,
+        place: &Place,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self> {
         let mut placement = Self {
             wanted: Vec::new(),
             hierarchy: vec![shape::Node { parent: None, rest: Transform::Fixed(*world_from_file) }],
             world_from_node: vec![*world_from_file],
             index_of: vec![None; document.nodes().len()],
         };
-        let mut names = Vec::new();
-        let mut stack: Vec<_> = scene.nodes().map(|node| (node, 0, wanted.is_none())).collect();
+        let wanted = wanted.map(tidy_name);
+        let mut names = NodeNames { wanted: wanted.as_deref(), names: Names::default(), all: Vec::new(), others: Vec::new() };
+        let mut stack: Vec<_> = roots(document, place, warnings).into_iter().map(|node| (node, 0, wanted.is_none())).collect();
         stack.reverse();
         while let Some((node, parent, parent_inside)) = stack.pop() {
             let index = placement.add(&node, parent, place)?;
-            names.extend(node.name());
-            let inside = parent_inside || (wanted.is_some() && node.name() == wanted);
+            let inside = names.is_wanted(&node) || parent_inside;
             let children: Vec<_> = node.children().map(|child| (child, index, inside)).collect();
             stack.extend(children.into_iter().rev());
             if inside {
                 placement.wanted.push((node, placement.world_from_node[index as usize]));
             }
         }
+        let NodeNames { all, others, .. } = names;
         match wanted {
-            Some(name) if placement.wanted.is_empty() => Err(Error::invalid(place, unknown_name("node", name, names))),
+            Some(name) if placement.wanted.is_empty() => {
+                Err(Error::invalid(place, unknown_name("node", &name, all.iter().map(String::as_str))))
+            }
+            Some(name) if !others.is_empty() => {
+                let what = format!("{} nodes are called `{name}`; took the first, the others are {}", others.len() + 1, listed(&others));
+                warnings.push(format!("{place}: {what}"));
+                Ok(placement)
+            }
             _ => Ok(placement),
         }
     }
@@ -72,6 +88,44 @@ impl<'a> Placement<'a> {
         self.world_from_node.push(self.world_from_node[parent as usize] * rest.parent_from_node());
         self.hierarchy.push(shape::Node { parent: Some(parent), rest });
         Ok(index)
+    }
+}
+
+/// The nodes without parents in the scene to show: the default one, or the first. A file without a scene, or whose scene is empty, shows all its nodes.
+fn roots<'a>(document: &'a Document, place: &Place, warnings: &mut Vec<String>) -> Vec<Node<'a>> {
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let roots: Vec<_> = scene.iter().flat_map(|scene| scene.nodes()).collect();
+    if !roots.is_empty() || document.nodes().len() == 0 {
+        return roots;
+    }
+    if scene.is_some() {
+        warnings.push(format!("{place}: its default scene is empty; took all nodes of the file"));
+    }
+    let children: HashSet<usize> = document.nodes().flat_map(|node| node.children()).map(|child| child.index()).collect();
+    document.nodes().filter(|node| !children.contains(&node.index())).collect()
+}
+
+/// Which node is meant by a name: the first so called, or, by a number after its name, a later one.
+struct NodeNames<'a> {
+    wanted: Option<&'a str>,
+    names: Names,
+    all: Vec<String>,
+    /// Names of further nodes that are called so.
+    others: Vec<String>,
+}
+
+impl NodeNames<'_> {
+    /// Whether `node`, the next in the order of the hierarchy, is the one.
+    fn is_wanted(&mut self, node: &Node<'_>) -> bool {
+        let Some((wanted, given)) = self.wanted.zip(node.name()) else { return false };
+        let given = tidy_name(given);
+        let name = self.names.take(&given);
+        let found = name == wanted;
+        if given == wanted && !found {
+            self.others.push(name.clone());
+        }
+        self.all.push(name);
+        found
     }
 }
 

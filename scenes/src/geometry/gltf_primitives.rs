@@ -15,24 +15,28 @@ pub(super) struct Tally {
     pub primitives: usize,
     pub flat: usize,
     pub not_triangles: usize,
+    pub without_positions: usize,
     pub coloured: usize,
     /// With more than four joints per vertex.
     pub many_joints: usize,
+    /// Vertices whose joint weights were mended.
+    pub weights: usize,
 }
 
 impl Tally {
-    /// One line for each thing that the mesh lacks; vertex colours matter only where the file's materials do.
-    pub fn notes(&self, with_materials: bool) -> Vec<String> {
-        let of = self.primitives;
-        let coloured = if with_materials { self.coloured } else { 0 };
+    /// One line for each thing that the mesh lacks or that is ignored.
+    pub fn notes(&self) -> Vec<String> {
+        let (of, coloured) = (self.primitives, self.coloured);
         [
             (self.flat, format!("{} of {of} primitives have no normals; made flat ones", self.flat)),
             (self.not_triangles, format!("ignored {} of {of} primitives, which are points or lines", self.not_triangles)),
+            (self.without_positions, format!("ignored {} of {of} primitives, which have no positions", self.without_positions)),
             (coloured, format!("{coloured} of {of} primitives have vertex colours, which are ignored")),
             (
                 self.many_joints,
                 format!("{} of {of} primitives have more than four joints per vertex; kept the first four", self.many_joints),
             ),
+            (self.weights, format!("mended the joint weights of {} vertices, which were below 0 or all 0", self.weights)),
         ]
         .into_iter()
         .filter_map(|(count, note)| (count > 0).then_some(note))
@@ -41,7 +45,7 @@ impl Tally {
 }
 
 /// Which texture coordinates a primitive takes along, and how they are moved.
-#[derive(Default)]
+#[derive(Default, PartialEq)]
 pub(super) struct UvSource {
     set: u32,
     /// Offset, rotation in radians and scale.
@@ -75,7 +79,7 @@ pub(super) struct PrimitivePart {
     pub corners: Option<Vec<u32>>,
 }
 
-/// The geometry of a primitive; none if it is not made of triangles.
+/// The geometry of a primitive; none if it is not made of triangles, or of nothing.
 pub(super) fn part(
     source: &Source<'_>,
     uv_source: &UvSource,
@@ -89,10 +93,15 @@ pub(super) fn part(
         tally.not_triangles += 1;
         return Ok(None);
     }
+    if primitive.get(&Semantic::Positions).is_none() {
+        tally.without_positions += 1;
+        return Ok(None);
+    }
     tally.coloured += usize::from(primitive.get(&Semantic::Colors(0)).is_some());
     tally.many_joints += usize::from(source.rest_pose.skin.is_some() && primitive.get(&Semantic::Joints(1)).is_some());
     let mut part = stored(primitive, uv_source, buffers, builder, place)?;
-    let world_from_part = source.rest_pose.apply(&mut part, primitive, buffers, place)?;
+    let (world_from_part, weights) = source.rest_pose.apply(&mut part, primitive, buffers, place)?;
+    tally.weights += weights;
     if !part.normals.is_empty() {
         return Ok(Some(PrimitivePart { part, world_from_part, corners: None }));
     }

@@ -44,7 +44,7 @@ impl<'a> Skins<'a> {
         Self { placement, buffers, known: HashMap::new() }
     }
 
-    /// The rest pose of the mesh that `node` carries.
+    /// The rest pose of the mesh that `node` carries, if it stands at `world_from_node`.
     pub fn rest_pose(&mut self, node: &Node<'_>, world_from_node: &DAffine3, place: &Place) -> Result<RestPose> {
         let default_weights = node.mesh().and_then(|mesh| mesh.weights());
         let morph_weights = node.weights().or(default_weights).unwrap_or_default().to_vec();
@@ -85,8 +85,9 @@ fn joints(skin: &Skin<'_>, placement: &Placement<'_>, buffers: &Buffers, place: 
     skin.joints().zip(matrices).map(joint).collect()
 }
 
-/// What each vertex of `primitive` follows, of `joints` joints: the four of its first set, with weights scaled to the sum 1.
-pub(super) fn influences(primitive: &Primitive<'_>, joints: usize, buffers: &Buffers, place: &Place) -> Result<Vec<Influences>> {
+/// What each vertex of `primitive` follows, of `joints` joints: the four of its first set, with weights scaled to the sum 1. Also how many vertices had
+/// weights below 0, which count as 0, or none above, which follow their first joint.
+pub(super) fn influences(primitive: &Primitive<'_>, joints: usize, buffers: &Buffers, place: &Place) -> Result<(Vec<Influences>, usize)> {
     let (indices, weights) = (primitive.get(&Semantic::Joints(0)), primitive.get(&Semantic::Weights(0)));
     let Some((indices, weights)) = indices.zip(weights) else {
         return Err(Error::invalid(place, "its node has a skin, but it lacks JOINTS_0 or WEIGHTS_0; export the file again"));
@@ -96,19 +97,23 @@ pub(super) fn influences(primitive: &Primitive<'_>, joints: usize, buffers: &Buf
         let reason = format!("joints for {} vertices but weights for {}; export the file again", indices.len(), weights.len());
         return Err(Error::invalid(place, reason));
     }
+    let mended = weights.iter().filter(|of| of.iter().any(|weight| *weight < 0.0) || of.iter().all(|weight| *weight <= 0.0)).count();
     let vertices = indices.into_iter().zip(weights).enumerate();
-    vertices
-        .map(|(vertex, (joints_of, weights))| {
-            influences_of(joints_of, weights, joints)
-                .map_err(|reason| Error::invalid(place, format!("vertex {vertex} {reason}; mend the mesh")))
-        })
-        .collect()
+    let influences = vertices.map(|(vertex, (joints_of, weights))| {
+        influences_of(joints_of, weights, joints)
+            .map_err(|reason| Error::invalid(place, format!("vertex {vertex} {reason}; mend the mesh")))
+    });
+    Ok((influences.collect::<Result<_>>()?, mended))
 }
 
-fn influences_of(mut indices: [u32; 4], weights: [f32; 4], joints: usize) -> std::result::Result<Influences, String> {
+fn influences_of(mut indices: [u32; 4], given: [f32; 4], joints: usize) -> std::result::Result<Influences, String> {
+    let mut weights = given.map(|weight| if weight < 0.0 { 0.0 } else { weight });
+    if weights == [0.0; 4] {
+        weights[0] = 1.0;
+    }
     let sum: f32 = weights.iter().sum();
-    if !weights.iter().all(|weight| *weight >= 0.0) || !sum.is_finite() || sum == 0.0 {
-        return Err(format!("has the joint weights {weights:?}, which must be at least 0 and not all 0"));
+    if !sum.is_finite() {
+        return Err(format!("has the joint weights {given:?}, which must be finite"));
     }
     for (index, weight) in indices.iter_mut().zip(weights) {
         // Without a weight a joint means nothing, and some programs leave anything there.
@@ -123,14 +128,14 @@ fn influences_of(mut indices: [u32; 4], weights: [f32; 4], joints: usize) -> std
 }
 
 impl RestPose {
-    /// Poses `part`, as `primitive` stores it, and returns the map from where it is then to the world.
-    pub fn apply(&self, part: &mut Part, primitive: &Primitive<'_>, buffers: &Buffers, place: &Place) -> Result<DAffine3> {
+    /// Poses `part`, as `primitive` stores it, and returns the map from where it is then to the world, and how many vertices had weights to mend.
+    pub fn apply(&self, part: &mut Part, primitive: &Primitive<'_>, buffers: &Buffers, place: &Place) -> Result<(DAffine3, usize)> {
         self.morph(part, primitive, buffers, place)?;
-        let Some((_, skin)) = &self.skin else { return Ok(self.world_from_node) };
-        let influences = influences(primitive, skin.joints.len(), buffers, place)?;
+        let Some((_, skin)) = &self.skin else { return Ok((self.world_from_node, 0)) };
+        let (influences, mended) = influences(primitive, skin.joints.len(), buffers, place)?;
         super::gltf_primitives::expect_count(influences.len(), part.positions.len(), "joints and weights", place)?;
         skin.pose(part, &influences);
-        Ok(DAffine3::IDENTITY)
+        Ok((DAffine3::IDENTITY, mended))
     }
 
     fn morph(&self, part: &mut Part, primitive: &Primitive<'_>, buffers: &Buffers, place: &Place) -> Result<()> {

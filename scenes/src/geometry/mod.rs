@@ -4,12 +4,16 @@ mod builder;
 mod concave;
 mod gltf_buffers;
 mod gltf_clips;
+mod gltf_container;
 mod gltf_deforming;
 mod gltf_file;
+mod gltf_instances;
+mod gltf_json;
 mod gltf_materials;
 mod gltf_nodes;
 mod gltf_primitives;
 mod gltf_skins;
+mod gltf_uris;
 mod normals;
 mod obj_file;
 mod off_file;
@@ -22,8 +26,8 @@ mod text;
 pub(crate) use builder::{MeshBuilder, Part};
 pub(crate) use gltf_deforming::load_placed;
 pub use gltf_deforming::{Deforming, load_deforming};
-pub(crate) use gltf_file::GltfFile;
-pub(crate) use gltf_materials::{GltfMaterial, read_materials, tidy_name};
+pub(crate) use gltf_file::{GltfFile, MaterialPart};
+pub(crate) use gltf_materials::{GltfMaterial, MaterialReader, tidy_name};
 pub(crate) use gltf_nodes::PlacedNode;
 
 use crate::library::has_extension;
@@ -47,8 +51,8 @@ pub(crate) fn load_file(
     let place = Place::file(path);
     let mut builder = MeshBuilder::with_crease(crease_deg);
     if is_gltf(path) {
-        let file = GltfFile::open(path)?;
-        file.append(&file.nodes(node, world_from_file)?, &mut builder, |_, _| Ok(()))?;
+        let file = GltfFile::open(path, warnings)?;
+        file.append(&file.nodes(node, world_from_file, warnings)?, &mut builder, |_, _| Ok(()))?;
         return builder.finish(&place, warnings);
     }
     let append = match extension_of(path).as_str() {
@@ -100,3 +104,6 @@ mod normals_tests;
 
 #[cfg(test)]
 mod deforming_tests;
+
+#[cfg(test)]
+mod interchange_tests;

@@ -8,7 +8,7 @@ fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
 }
 
 fn decoded(bytes: &[u8]) -> Result<Texture> {
-    decode(bytes, [Wrap::Repeat; 2], &Place::file("t.png"))
+    decode(bytes, &Place::file("t.png"))
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn a_file_is_read_once_per_way_of_wrapping() {
     let mut textures = Textures::default();
     let first = textures.read(&path).unwrap();
     assert!(Arc::ptr_eq(&first, &textures.read(&path).unwrap()));
-    let key = TextureKey { file: path.clone(), image: None, wrap: [Wrap::Clamp; 2] };
+    let key = TextureKey { file: path.clone(), image: None, wrap: [Wrap::Clamp; 2], filter: Filter::Nearest };
     let clamped = textures.get_or_decode(key, &Place::file(&path), || read_bytes(&path)).unwrap();
     assert!(!Arc::ptr_eq(&first, &clamped) && clamped.texels == first.texels);
     assert!(textures.read(&folder.path().join("gone.png")).unwrap_err().is_bad_input());

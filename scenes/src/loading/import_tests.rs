@@ -1,9 +1,9 @@
 //! glTF files that bring their own materials, textures and lights.
 
 use super::*;
-use crate::Wrap;
-use crate::scene::{Cone, Emitter};
+use crate::scene::{Cone, Emitter, Light};
 use crate::test_support::Scratch;
+use crate::{Filter, Wrap};
 use base64::Engine;
 use relume_formats::state::{Brdf, FIXED_ROUGHNESS_MIN, Ggx, ROUGHNESS_MIN};
 use serde_json::{Value, json};
@@ -127,8 +127,8 @@ fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
 #[test]
 fn a_file_brings_materials_textures_and_lights() {
     let scene = load_changed("", &[]);
-    assert_eq!(scene.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(), ["it/paint", "it/material-2"]);
-    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["material-2", "paint"]);
+    assert_eq!(scene.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(), ["it/paint", "it/glow", "it/material-2"]);
+    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["glow", "material-2", "paint"]);
     let paint = material(&scene, "paint");
     assert_eq!(paint.brdf, Brdf::Ggx(Ggx { base_color: [0.8, 0.6, 0.4], metallic: 0.0, roughness: 0.5 }));
     let texture = paint.texture.as_ref().unwrap();
@@ -137,10 +137,13 @@ fn a_file_brings_materials_textures_and_lights() {
     // f32 and normalised u16 coordinates say the same.
     assert_eq!(object(&scene, "it/paint").mesh.uvs, UVS);
     assert_eq!(object(&scene, "it/material-2").mesh.uvs, UVS);
-    // Emissive strength times factor is radiance; the square glows where its node is.
-    assert_eq!((scene.lights.len(), scene.lights[0].name.as_str()), (1, "it/glow"));
-    let Emitter::Mesh { mesh, radiance } = &scene.lights[0].emitter else { panic!() };
-    assert_eq!((*radiance, mesh.positions[0], mesh.triangles.len()), ([8.0, 4.0, 0.0], [0.0, 3.0, 0.0], 2));
+    // Emissive strength times factor is radiance; the square glows where its node is, and reflects.
+    assert_eq!(
+        scene.lights,
+        [Light { name: "it/glow".to_owned(), emitter: Emitter::Mesh { object: 1, radiance: [8.0, 4.0, 0.0], glow: None } }]
+    );
+    let mesh = &scene.objects[1].mesh;
+    assert_eq!((mesh.positions[0], mesh.triangles.len()), ([0.0, 3.0, 0.0], 2));
     assert_eq!(scene.warnings, [] as [&str; 0]);
 }
 
@@ -154,7 +157,7 @@ fn a_named_node_selects_geometry_materials_and_lights() {
     let wall = only("wall").unwrap();
     assert_eq!((wall.objects.len(), wall.lights.len(), wall.materials.len()), (1, 0, 1));
     let lamp = only("lamp").unwrap();
-    assert_eq!((lamp.objects.len(), lamp.lights.len(), lamp.materials.len()), (0, 1, 0));
+    assert_eq!((lamp.objects.len(), lamp.lights.len(), lamp.materials.len()), (1, 1, 1));
 }
 
 #[test]
@@ -182,11 +185,11 @@ fn texture_coordinates_are_chosen_and_moved_as_the_texture_says() {
     }
     let other_set = uvs(json!({"index": 0, "texCoord": 7, "extensions": {"KHR_texture_transform": {"texCoord": 1, "scale": [2.0, 3.0]}}}));
     assert_eq!(other_set, UVS.map(|[u, v]| [2.0 * u, 3.0 * v]));
-    let message = refusal("", &[("/materials/0/pbrMetallicRoughness/baseColorTexture", json!({"index": 0, "texCoord": 7}))]);
-    assert!(
-        message.contains("object `it/paint`: its material `paint` has a texture, but its mesh has no texture coordinates"),
-        "{message}"
-    );
+    // Without the set that it asks for a part goes without its texture.
+    let bare = load_changed("", &[("/materials/0/pbrMetallicRoughness/baseColorTexture", json!({"index": 0, "texCoord": 7}))]);
+    assert!(material(&bare, "paint").texture.is_none() && object(&bare, "it/paint").mesh.uvs.is_empty());
+    let note = "material `paint`: has a texture, but some that wear it have no texture coordinates; they go without";
+    assert!(bare.warnings.len() == 1 && bare.warnings[0].ends_with(note), "{:?}", bare.warnings);
 }
 
 #[test]
@@ -208,8 +211,11 @@ fn the_scene_file_changes_or_replaces_materials() {
             "[materials.pant]\nroughness = 0.8",
             "material `pant`: has no `brdf`, and there is no material of a glTF file `pant`; did you mean `paint`?",
         ),
-        ("[materials.glow]\nroughness = 0.8", "material `glow`: emits light and reflects none; give"),
-        ("[vary]\nmaterials = ['glow']", "no material `glow`"),
+        ("[materials.glow]\nemission = -1", "material `glow`: emission -1 must be a number of 0 or more"),
+        ("[materials.glow]\nemission = nan", "material `glow`: emission NaN must be a number of 0 or more"),
+        ("[materials.glow]\nemission = 1e30", "material `glow`: emissive factor times strength"),
+        ("[materials.glow]\nbrdf = 'ggx'\nemission = 1", "material `glow`: `emission` scales what a material of a glTF file emits"),
+        ("[materials.paint]\nemission = 1", "material `paint`: has `emission`, but emits nothing that it could scale"),
         ("[vary]\nmaterials = ['paint']\n[materials.paint]\nroughness = 0.2", "roughness 0.2 is outside 0.32..1"),
         ("[vary]\nmaterials = ['paint']\n[materials.paint]\nmetallic = 1", "metallic 1 with a textured base colour"),
     ] {
@@ -246,7 +252,7 @@ fn masks_fold_the_factor_into_the_cutoff() {
     assert_eq!(material(&masked(0.8, 0.4), "paint").alpha_cutoff, Some(0.5));
     assert_eq!(material(&masked(0.8, 0.0), "paint").alpha_cutoff, None);
     let gone = masked(0.25, 0.5);
-    assert_eq!(gone.objects.len(), 1);
+    assert_eq!(gone.objects.len(), 2);
     assert!(gone.warnings[0].contains("material `paint`: its mask leaves nothing of it"), "{:?}", gone.warnings);
     let plain = load_changed("", &[("/materials/2/alphaMode", json!("MASK"))]);
     assert_eq!(material(&plain, "material-2").alpha_cutoff, None, "an opaque factor needs no mask");
@@ -275,18 +281,57 @@ fn what_is_not_modelled_is_told_once_per_kind() {
         "t.gltf: 1 of 3 materials have an occlusion texture, which is ignored",
         "t.gltf: 1 of 3 materials have alpha mode BLEND, which is shown opaque",
         "t.gltf: 1 of 3 materials have a metallic-roughness texture, whose mean is taken",
-        "t.gltf: 1 of 3 materials have an emissive texture, whose mean is taken",
         "t.gltf: the file uses KHR_materials_ior, which is ignored",
-        "t.gltf: material `glow`: emits light, so that its base colour reflects none",
     ] {
         assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{part}: {:?}", scene.warnings);
     }
-    assert_eq!(scene.warnings.len(), 7, "{:?}", scene.warnings);
-    // The second picture is grey 188 and black: means of 94/255 as plain numbers, of 0.5028865/2 as light.
+    assert_eq!(scene.warnings.len(), 5, "{:?}", scene.warnings);
+    // The second picture is grey 188 and black: means of 94/255 as plain numbers.
     let Brdf::Ggx(ggx) = material(&scene, "material-2").brdf else { panic!() };
     assert!((ggx.metallic - 94.0 / 255.0).abs() < 1e-6 && (ggx.roughness - 0.8 * 94.0 / 255.0).abs() < 1e-6, "{ggx:?}");
-    let Emitter::Mesh { radiance, .. } = scene.lights[0].emitter else { panic!() };
-    assert!((radiance[0] - 8.0 * 0.502_886_5 / 2.0).abs() < 1e-5 && (radiance[1] - radiance[0] / 2.0).abs() < 1e-6);
+}
+
+#[test]
+fn emission_follows_its_texture_and_can_be_scaled_or_left_out() {
+    let textured = |info: Value| [("/materials/0/emissiveFactor", json!([1.0, 0.5, 0.25])), ("/materials/0/emissiveTexture", info)];
+    let glow_of = |scene: &Scene| match scene.lights.iter().find(|light| light.name == "it/paint").map(|light| light.emitter.clone()) {
+        Some(Emitter::Mesh { object, radiance, glow }) => Some((scene.objects[object].name.clone(), radiance, glow.unwrap())),
+        _ => None,
+    };
+    // Through the coordinates that it asks for itself, whatever the base colour asks for.
+    let moved = json!({"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2.0, 3.0]}}});
+    for (info, scale) in [(json!({"index": 1}), [1.0, 1.0]), (moved, [2.0, 3.0])] {
+        let scene = load_changed("[materials.paint]\nemission = 2", &textured(info));
+        let (object_name, radiance, glow) = glow_of(&scene).unwrap();
+        assert_eq!((object_name.as_str(), radiance), ("it/paint", [2.0, 1.0, 0.5]));
+        assert_eq!(*glow.uvs, UVS.map(|[u, v]| [scale[0] * u, scale[1] * v]));
+        assert_eq!((glow.texture.texels[0], glow.is_faint()), ([188, 188, 188, 255], false));
+        assert_eq!((object(&scene, "it/paint").mesh.uvs.as_slice(), scene.warnings.len()), (UVS.as_slice(), 0));
+        assert!(material(&scene, "paint").texture.is_some());
+    }
+    // Without base colour texture, and where the coordinates are missing.
+    let plain = json!({"baseColorFactor": [0.8, 0.6, 0.4, 1.0]});
+    let mut changes = textured(json!({"index": 1, "texCoord": 1})).to_vec();
+    changes.push(("/materials/0/pbrMetallicRoughness", plain));
+    assert_eq!(*glow_of(&load_changed("", &changes)).unwrap().2.uvs, UVS);
+    let missing = load_changed("", &textured(json!({"index": 1, "texCoord": 7})));
+    assert!(glow_of(&missing).is_none() && missing.objects.len() == 3);
+    assert!(missing.warnings[0].ends_with("emits by a texture, but has no texture coordinates; what it emits is left out"));
+    // Left out, the surfaces stay.
+    let scratch = Scratch::scene(&(scene("") + "lights = false\n"));
+    scratch.write("t.gltf", changed(&textured(json!({"index": 1}))).to_string());
+    for dark in [
+        scratch.load().unwrap(),
+        load_changed("[materials.paint]\nemission = 0\n[materials.glow]\nemission = 0.0", &textured(json!({"index": 1}))),
+    ] {
+        assert_eq!((dark.objects.len(), dark.lights.len(), dark.materials.len(), dark.warnings.len()), (3, 0, 3, 1), "{:?}", dark.warnings);
+        assert!(dark.warnings[0].ends_with("neither a light nor an environment, everything is black"));
+    }
+    // A texture that is black all over emits nothing.
+    let black = json!({"uri": format!("data:image/png;base64,{}", base64(&png([0, 0, 0])))});
+    let mut changes = textured(json!({"index": 1})).to_vec();
+    changes.push(("/images/1", black));
+    assert!(glow_of(&load_changed("", &changes)).is_none());
 }
 
 /// The document with a light of KHR_lights_punctual at its first node.
@@ -333,28 +378,88 @@ fn light_names_are_made_unique_and_lights_can_be_left_out() {
     let scene = try_load(twice, &document).unwrap();
     assert_eq!(names(&scene), ["lamp", "lamp-2", "again/glow", "lamp-3", "it/glow"]);
     // The same file twice is read as the same materials and textures.
-    assert_eq!((scene.objects.len(), scene.materials.len()), (4, 2));
+    assert_eq!((scene.objects.len(), scene.materials.len()), (6, 3));
+    assert!(scene.warnings.iter().any(|w| w.ends_with("names of lights repeat; numbered `lamp-2`, `lamp-3`")), "{:?}", scene.warnings);
     let scratch = Scratch::scene(&(import_tests::scene("") + "lights = false\n"));
     scratch.write("t.gltf", document.to_string());
     let dark = scratch.load().unwrap();
-    assert!(dark.lights.is_empty() && dark.objects.len() == 2);
+    assert!(dark.lights.is_empty() && dark.objects.len() == 3);
+}
+
+#[test]
+fn a_name_in_two_files_stands_for_one_material_or_is_numbered() {
+    let scratch = Scratch::scene(&scene("[[object]]\nname = 'other'\nfile = 'u.gltf'\n[[object]]\nname = 'again'\nfile = 'u.gltf'"));
+    scratch.write("t.gltf", document().to_string());
+    scratch.write("u.gltf", document().to_string());
+    assert_eq!(scratch.load().unwrap().materials.len(), 3);
+    scratch.write("u.gltf", changed(&[("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(0.7))]).to_string());
+    let scene = scratch.load().unwrap();
+    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["glow", "material-2", "paint", "paint-2"]);
+    let worn = |name: &str| scene.materials[object(&scene, name).material].name.as_str();
+    assert_eq!([worn("other/paint"), worn("again/paint"), worn("it/paint-2")], ["paint", "paint", "paint-2"]);
+    let told: Vec<_> = scene.warnings.iter().filter(|w| w.contains("material `paint` differs from the one of this name in")).collect();
+    assert!(told.len() == 1 && told[0].ends_with("called it `paint-2`"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn names_that_repeat_in_a_file_are_numbered() {
+    let scene = load_changed("", &[("/materials/1/name", json!("paint")), ("/materials/0/name", json!("material-2"))]);
+    let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+    assert_eq!(names, ["it/material-2", "it/paint", "it/material-2-2"]);
     assert!(
-        dark.warnings.iter().any(|w| w.contains("material `glow`: emits light, which `lights = false` leaves out")),
+        scene.warnings.len() == 1 && scene.warnings[0].ends_with("names of materials repeat; numbered `material-2-2`"),
         "{:?}",
-        dark.warnings
+        scene.warnings
+    );
+    let scene = load_changed("", &[("/materials/1/name", json!("paint"))]);
+    assert_eq!(scene.lights[0].name, "it/paint-2");
+    let bases: Vec<_> = scene.materials.iter().map(|m| (m.name.as_str(), m.brdf)).collect();
+    assert!(matches!(bases[1], ("paint", Brdf::Ggx(Ggx { base_color: [0.8, 0.6, 0.4], .. }))), "{bases:?}");
+    assert!(matches!(bases[2], ("paint-2", Brdf::Ggx(Ggx { base_color: [0.0, 0.0, 0.0], .. }))), "{bases:?}");
+}
+
+#[test]
+fn parts_that_cannot_be_seen_are_left_out() {
+    let hidden = load_changed("", &[("/nodes/1/scale", json!([0.0, 0.0, 0.0]))]);
+    assert_eq!((hidden.objects.len(), hidden.lights.len(), hidden.materials.len()), (2, 0, 2));
+    assert!(
+        hidden.warnings[0].ends_with("material `glow`: its triangles have no area, its surfaces are left out"),
+        "{:?}",
+        hidden.warnings
+    );
+    let zero = json!([0.0, 0.0, 0.0]);
+    let all = refusal("", &[("/nodes/0/scale", zero.clone()), ("/nodes/1/scale", zero.clone()), ("/nodes/2/scale", zero)]);
+    assert!(
+        all.contains("object `it`: nothing of ") && all.contains("is left to show: material `paint`: its triangles have no area"),
+        "{all}"
+    );
+    // A light that has no direction left is left out alone.
+    let sun = try_load("", &lit(&json!({"type": "directional"}), json!({"name": "sun", "scale": [0.0, 0.0, 0.0]}))).unwrap();
+    assert!(sun.lights.iter().all(|light| light.name != "sun"));
+    assert!(
+        sun.warnings.iter().any(|w| w.ends_with("light `sun`: its node's scale leaves it no direction, left it out")),
+        "{:?}",
+        sun.warnings
     );
 }
 
 #[test]
-fn equal_names_in_two_files_must_mean_equal_materials() {
-    let scratch = Scratch::scene(&scene("[[object]]\nname = 'other'\nfile = 'u.gltf'"));
-    scratch.write("t.gltf", document().to_string());
-    scratch.write("u.gltf", document().to_string());
-    assert_eq!(scratch.load().unwrap().materials.len(), 2);
-    scratch.write("u.gltf", changed(&[("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(0.7))]).to_string());
-    let message = scratch.load().unwrap_err().to_string();
-    assert!(
-        message.contains("material `paint` differs from the one of this name in") && message.ends_with("rename one of them"),
-        "{message}"
-    );
+fn pictures_of_other_kinds_are_left_out_and_samplers_may_be_sharp() {
+    let webp = json!([{"sampler": 0, "extensions": {"EXT_texture_webp": {"source": 0}}}, {"source": 1}]);
+    let scene = load_changed("", &[("/textures", webp), ("/extensionsUsed", json!(["EXT_texture_webp"]))]);
+    assert!(material(&scene, "paint").texture.is_none());
+    for part in [
+        "1 of 3 materials have a texture whose picture is of a kind that is not read, which is ignored",
+        "uses EXT_texture_webp, which is ignored",
+    ] {
+        assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{:?}", scene.warnings);
+    }
+    let fallback = json!([{"source": 0, "sampler": 0, "extensions": {"EXT_texture_webp": {"source": 1}}}, {"source": 1}]);
+    let scene = load_changed("", &[("/textures", fallback), ("/samplers/0", json!({"magFilter": 9728}))]);
+    let texture = material(&scene, "paint").texture.clone().unwrap();
+    assert_eq!((texture.texels[0], texture.filter, texture.wrap), ([255, 0, 0, 255], Filter::Nearest, [Wrap::Repeat; 2]));
+    // Without a filter for nearby pictures they are smooth, as in every viewer.
+    for sampler in [json!({"minFilter": 9728}), json!({"magFilter": 9729, "minFilter": 9984}), json!({})] {
+        assert_eq!(material(&load_changed("", &[("/samplers/0", sampler)]), "paint").texture.clone().unwrap().filter, Filter::Linear);
+    }
 }

@@ -2,15 +2,15 @@
 
 use super::Context;
 use super::imported_lights::punctual_lights;
+use super::imported_materials::Materials;
 use super::lights::expect_radiometric;
 use super::objects::{path_of, place_of};
 use crate::description::{MaterialFile, ObjectFile};
-use crate::geometry::{GltfFile, GltfMaterial, MeshBuilder, is_gltf, read_materials};
-use crate::scene::{Emitter, Light, Material, Mesh};
-use relume_formats::state::Brdf;
+use crate::geometry::{GltfFile, MaterialPart, MaterialReader, is_gltf};
+use crate::scene::{Emitter, Glow, Light, Material, Mesh};
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The part of an object that wears one of the file's materials.
@@ -26,127 +26,123 @@ pub(super) struct ImportedObject {
 /// What all glTF files of a scene bring.
 #[derive(Default)]
 pub(super) struct Imported {
-    /// Materials that reflect, each once.
+    /// Each once.
     pub materials: Vec<Material>,
     /// For each `[[object]]`, the objects that stand for it; none if it names its material.
     pub objects: Vec<Vec<ImportedObject>>,
-    /// Lights; names may occur more than once.
+    /// Lights; names may occur more than once. Surfaces that emit are named by the index that their object has when all objects are in a row.
     pub lights: Vec<Light>,
 }
 
 /// Reads the files of all objects that name no material. `described` are the materials of the scene file.
 pub(super) fn read(files: &[ObjectFile], described: &BTreeMap<String, MaterialFile>, context: &mut Context<'_>) -> Result<Imported> {
-    let mut import = Import { described, known: BTreeMap::new(), imported: Imported::default() };
+    let mut materials = Materials::new(described);
+    let (mut objects, mut lights, mut before) = (Vec::new(), Vec::new(), 0);
     for file in files {
-        let objects = if file.material.is_some() { Vec::new() } else { import.object(file, context)? };
-        import.imported.objects.push(objects);
+        let mut import =
+            Import { object: file, path: PathBuf::new(), before, materials: &mut materials, lights: &mut lights, left_out: None };
+        let brought = if file.material.is_some() { Vec::new() } else { import.read(context)? };
+        before += if file.material.is_some() { 1 } else { brought.len() };
+        objects.push(brought);
     }
-    Ok(import.imported)
+    Ok(Imported { materials: materials.finish(&context.place)?, objects, lights })
 }
 
-struct Import<'a> {
-    described: &'a BTreeMap<String, MaterialFile>,
-    /// Every material met, and the file it was met in.
-    known: BTreeMap<String, (GltfMaterial, PathBuf)>,
-    imported: Imported,
+/// An `[[object]]` being read.
+struct Import<'a, 'b> {
+    object: &'a ObjectFile,
+    /// Its file.
+    path: PathBuf,
+    /// Objects of the scene that come before it.
+    before: usize,
+    materials: &'a mut Materials<'b>,
+    lights: &'a mut Vec<Light>,
+    /// The first reason why something of it is not there.
+    left_out: Option<String>,
 }
 
-impl Import<'_> {
-    fn object(&mut self, object: &ObjectFile, context: &mut Context<'_>) -> Result<Vec<ImportedObject>> {
-        let place = place_of(object, context);
+impl Import<'_, '_> {
+    fn read(&mut self, context: &mut Context<'_>) -> Result<Vec<ImportedObject>> {
+        let (object, place) = (self.object, place_of(self.object, context));
         let needs_material = || Error::invalid(&place, "needs a `material`; only a glTF file brings its own");
-        let path = path_of(object.file.as_ref().ok_or_else(needs_material)?, &place, context)?;
-        if !is_gltf(&path) {
+        self.path = path_of(object.file.as_ref().ok_or_else(needs_material)?, &place, context)?;
+        if !is_gltf(&self.path) {
             return Err(needs_material());
         }
-        let file = GltfFile::open(&path)?;
+        let file = GltfFile::open(&self.path, &mut context.warnings)?;
         if context.shapes_vary && file.document.animations().len() > 0 {
             context.warnings.push(format!("{place}: brings its materials, so that it does not deform; give it a `material` to let it"));
         }
-        let nodes = file.nodes(object.node.as_deref(), &object.transform.world_from_local(&place)?)?;
-        let meshes = file.meshes_by_material(&nodes, object.crease_deg, &mut context.warnings)?;
-        let names: Vec<String> = meshes.iter().map(|(name, _)| name.clone()).collect();
-        for (name, material) in read_materials(&file, &names, &mut context.textures, &mut context.warnings)? {
-            self.remember(name, material, &path)?;
-        }
-        let before = self.imported.lights.len();
+        let nodes = file.nodes(object.node.as_deref(), &object.transform.world_from_local(&place)?, &mut context.warnings)?;
+        let parts = file.parts_by_material(&nodes, object.crease_deg, &mut context.warnings)?;
+        let before = self.lights.len();
         if object.lights != Some(false) {
-            self.imported.lights.extend(punctual_lights(&file, &nodes.wanted, &mut context.warnings)?);
+            self.lights.extend(punctual_lights(&file, &nodes.wanted, &mut context.warnings)?);
         }
-        let mut objects = Vec::new();
-        for (material, builder) in meshes {
-            objects.extend(self.surface(object, &material, builder, &path, context)?);
-        }
-        if objects.is_empty() && self.imported.lights.len() == before {
-            return Err(Error::invalid(
-                &place,
-                format!("{} brings neither a surface nor a light; check the file, or `node`", path.display()),
-            ));
+        let objects = self.surfaces(&file, parts, context)?;
+        if objects.is_empty() && self.lights.len() == before {
+            let file = self.path.display();
+            let reason = match &self.left_out {
+                Some(reason) => format!("nothing of {file} is left to show: {reason}; mend the file, or remove the object"),
+                None => format!("{file} brings neither a surface nor a light; check the file, or `node`"),
+            };
+            return Err(Error::invalid(&place, reason));
         }
         Ok(objects)
     }
 
-    /// A name stands for one material in the whole scene.
-    fn remember(&mut self, name: String, material: GltfMaterial, path: &Path) -> Result<()> {
-        match self.known.get(&name) {
-            Some((same, _)) if *same == material => {}
-            Some((_, other)) => {
-                let reason = format!("material `{name}` differs from the one of this name in {}; rename one of them", other.display());
-                return Err(Error::invalid(&Place::file(path), reason));
-            }
-            None => {
-                self.known.insert(name, (material, path.to_path_buf()));
-            }
+    fn surfaces(&mut self, file: &GltfFile, parts: Vec<MaterialPart>, context: &mut Context<'_>) -> Result<Vec<ImportedObject>> {
+        let Context { textures, warnings, .. } = context;
+        let mut reader = MaterialReader::new(file, textures);
+        let mut objects = Vec::new();
+        for part in parts {
+            let index = self.before + objects.len();
+            objects.extend(self.surface(index, file, part, &mut reader, warnings)?);
         }
-        Ok(())
+        reader.finish(warnings);
+        Ok(objects)
     }
 
-    /// The part of `object` that wears `name`: an object that reflects, or a light.
+    /// What wears one of the file's materials; object `index` of the scene if there is anything of it.
     fn surface(
         &mut self,
-        object: &ObjectFile,
-        name: &str,
-        builder: MeshBuilder,
-        path: &Path,
-        context: &mut Context<'_>,
+        index: usize,
+        file: &GltfFile,
+        part: MaterialPart,
+        reader: &mut MaterialReader<'_>,
+        warnings: &mut Vec<String>,
     ) -> Result<Option<ImportedObject>> {
-        let place = Place::file(path).part(format!("material `{name}`"));
-        let Some((source, _)) = self.known.get(name) else { return Ok(None) };
-        let described = self.described.get(name);
-        // A material that the scene file describes whole replaces all of the file's.
-        let replaced = described.is_some_and(|file| file.brdf.is_some());
-        if source.invisible && !replaced {
-            context.warnings.push(format!("{place}: its mask leaves nothing of it, its surfaces are left out"));
+        let Some(source) = file.material_of(&part) else { return Ok(None) };
+        let source = reader.read(&part.name, &source)?;
+        let has_uvs = part.mesh.has_uvs();
+        let name = self.materials.scene_name(&self.path, part.number, &part.name, &source, has_uvs, warnings);
+        let place = Place::file(&self.path).part(format!("material `{name}`"));
+        let replaced = self.materials.is_replaced(&name);
+        let reason = match () {
+            () if source.invisible && !replaced => Some("its mask leaves nothing of it"),
+            () if !part.mesh.has_area() => Some("its triangles have no area"),
+            () => None,
+        };
+        if let Some(reason) = reason {
+            warnings.push(format!("{place}: {reason}, its surfaces are left out"));
+            self.left_out.get_or_insert_with(|| format!("material `{name}`: {reason}"));
             return Ok(None);
         }
-        let full_name = format!("{}/{name}", object.name);
-        let emits = source.emission != [0.0; 3] && !replaced;
-        if emits && described.is_some() {
-            return Err(Error::invalid(
-                &place,
-                "emits light and reflects none; give [materials] its `brdf` too to make it reflect instead",
-            ));
-        }
-        if emits && object.lights == Some(false) {
-            context.warnings.push(format!("{place}: emits light, which `lights = false` leaves out with its surfaces"));
-            return Ok(None);
-        }
-        let mesh = Arc::new(builder.finish(&place, &mut context.warnings)?);
-        if emits {
-            expect_radiometric(source.emission, "emissive factor times strength", &place)?;
-            if !is_black(&source.material.brdf) {
-                context.warnings.push(format!("{place}: emits light, so that its base colour reflects none"));
+        let mesh = Arc::new(part.mesh.finish(&place, warnings)?);
+        let full_name = format!("{}/{name}", self.object.name);
+        let radiance = source.emission.map(|x| x * self.materials.emission(&name));
+        if radiance != [0.0; 3] && !replaced && self.object.lights != Some(false) {
+            expect_radiometric(radiance, "emissive factor times strength", &place)?;
+            let glow_mesh = part.glow_mesh.map(|builder| builder.finish(&place, &mut Vec::new())).transpose()?;
+            let uvs = &glow_mesh.as_ref().unwrap_or(&mesh).uvs;
+            if source.glow.is_some() && uvs.is_empty() {
+                warnings.push(format!("{place}: emits by a texture, but has no texture coordinates; what it emits is left out"));
+            } else {
+                let glow = source.glow.map(|texture| Glow { texture, uvs: uvs.as_slice().into() });
+                self.lights.push(Light { name: full_name.clone(), emitter: Emitter::Mesh { object: index, radiance, glow } });
             }
-            self.imported.lights.push(Light { name: full_name, emitter: Emitter::Mesh { mesh, radiance: source.emission } });
-            return Ok(None);
         }
-        if !replaced && !self.imported.materials.iter().any(|m| m.name == name) {
-            self.imported.materials.push(source.material.clone());
-        }
-        Ok(Some(ImportedObject { name: full_name, material: name.to_owned(), mesh }))
+        self.materials.wear(&name);
+        Ok(Some(ImportedObject { name: full_name, material: name, mesh }))
     }
-}
-
-fn is_black(brdf: &Brdf) -> bool {
-    matches!(brdf, Brdf::Ggx(ggx) if ggx.base_color == [0.0; 3])
 }

@@ -16,7 +16,11 @@ pub(super) fn punctual_lights(file: &GltfFile, nodes: &[PlacedNode<'_>], warning
         let Some(source) = node.light() else { continue };
         let name = [node.name(), source.name()].into_iter().flatten().map(tidy_name).find(|name| !name.is_empty());
         let name = name.unwrap_or_else(|| format!("light-{}", source.index()));
-        let emitter = emitter(&source, world_from_node, &place.part(format!("light `{name}`")))?;
+        let place = place.part(format!("light `{name}`"));
+        let Some(emitter) = emitter(&source, world_from_node, &place)? else {
+            warnings.push(format!("{place}: its node's scale leaves it no direction, left it out"));
+            continue;
+        };
         ranges += usize::from(source.range().is_some());
         lights.push(Light { name, emitter });
     }
@@ -26,25 +30,26 @@ pub(super) fn punctual_lights(file: &GltfFile, nodes: &[PlacedNode<'_>], warning
     Ok(lights)
 }
 
-fn emitter(source: &Source<'_>, world_from_node: &DAffine3, place: &Place) -> Result<Emitter> {
+/// None if the light has no direction, though it needs one.
+fn emitter(source: &Source<'_>, world_from_node: &DAffine3, place: &Place) -> Result<Option<Emitter>> {
     let emission = source.color().map(|x| x * source.intensity());
     expect_radiometric(emission, "color times intensity", place)?;
-    Ok(match source.kind() {
-        Kind::Directional => Emitter::Directional { direction: direction(world_from_node, place)?, irradiance: emission },
-        Kind::Point => Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone: None },
-        Kind::Spot { inner_cone_angle, outer_cone_angle } => {
-            let direction = direction(world_from_node, place)?;
+    let direction = direction(world_from_node);
+    Ok(match (source.kind(), direction) {
+        (Kind::Point, _) => Some(Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone: None }),
+        (_, None) => None,
+        (Kind::Directional, Some(direction)) => Some(Emitter::Directional { direction, irradiance: emission }),
+        (Kind::Spot { inner_cone_angle, outer_cone_angle }, Some(direction)) => {
             let cone = Some(cone(direction, inner_cone_angle, outer_cone_angle, place)?);
-            Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone }
+            Some(Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone })
         }
     })
 }
 
 /// Where the light looks: along its node's −Z.
-fn direction(world_from_node: &DAffine3, place: &Place) -> Result<[f32; 3]> {
-    let direction = world_from_node.transform_vector3(DVec3::NEG_Z).try_normalize();
-    let direction = direction.ok_or_else(|| Error::invalid(place, "its node's scale leaves it no direction; export it with another"))?;
-    Ok(direction.as_vec3().to_array())
+fn direction(world_from_node: &DAffine3) -> Option<[f32; 3]> {
+    let direction = world_from_node.transform_vector3(DVec3::NEG_Z).try_normalize()?;
+    Some(direction.as_vec3().to_array())
 }
 
 fn cone(direction: [f32; 3], inner: f32, outer: f32, place: &Place) -> Result<Cone> {

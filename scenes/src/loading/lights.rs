@@ -1,27 +1,26 @@
 //! `[[light]]`. In its own space a light emits along −Z, as in glTF; an area light is the unit square in z = 0.
 
-use super::expect_unique;
+use super::{Context, expect_unique};
 use crate::description::{LightFile, LightKind};
+use crate::numbering::{listed, numbered};
 use crate::scene::{Emitter, Light};
 use crate::transform::is_mirroring;
 use glam::{DAffine3, DVec3, Vec3};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
-use std::collections::HashSet;
 
 /// Every light, in file order, then the imported ones; those whose name is taken are numbered.
-pub(super) fn build(files: &[LightFile], imported: Vec<Light>, scene_place: &Place) -> Result<Vec<Light>> {
-    expect_unique(files.iter().map(|l| l.name.as_str()), "light", scene_place)?;
-    let lights = files.iter().map(|file| light(file, &scene_place.part(format!("light `{}`", file.name))));
+pub(super) fn build(files: &[LightFile], imported: Vec<Light>, context: &mut Context<'_>) -> Result<Vec<Light>> {
+    expect_unique(files.iter().map(|l| l.name.as_str()), "light", &context.place)?;
+    let lights = files.iter().map(|file| light(file, &context.place.part(format!("light `{}`", file.name))));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
-    let mut taken: HashSet<String> = lights.iter().map(|l| l.name.clone()).collect();
-    for light in imported {
-        let numbered = (2..).map(|number| format!("{}-{number}", light.name));
-        let name = std::iter::once(light.name.clone()).chain(numbered).find(|name| !taken.contains(name));
-        let name = name.unwrap_or_default();
-        taken.insert(name.clone());
-        lights.push(Light { name, ..light });
+    let wanted = lights.iter().chain(&imported).map(|light| light.name.clone());
+    let (names, changed) = numbered(wanted);
+    if !changed.is_empty() {
+        context.warnings.push(format!("{}: names of lights repeat; numbered {}", context.place, listed(&changed)));
     }
+    let described = lights.len();
+    lights.extend(imported.into_iter().zip(names.into_iter().skip(described)).map(|(light, name)| Light { name, ..light }));
     Ok(lights)
 }
 

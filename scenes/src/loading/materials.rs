@@ -40,6 +40,15 @@ pub(super) fn build(
     Ok(materials.into_values().collect())
 }
 
+/// Checks what can be checked before any file is read.
+pub(super) fn check(files: &BTreeMap<String, MaterialFile>, place: &Place) -> Result<()> {
+    let wrong = files.iter().find_map(|(name, file)| Some((name, file.emission.filter(|x| !(x.is_finite() && *x >= 0.0))?)));
+    wrong.map_or(Ok(()), |(name, emission)| {
+        let place = place.part(format!("material `{name}`"));
+        Err(Error::invalid(&place, format!("emission {emission} must be a number of 0 or more; it scales what the material emits")))
+    })
+}
+
 fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Context<'_>) -> Result<Material> {
     let default = match model {
         BrdfName::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }),
@@ -47,6 +56,11 @@ fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Con
     };
     let brdf = default.with(&leaves(file), name, &context.place)?;
     let place = context.place.part(format!("material `{name}`"));
+    if file.emission.is_some() {
+        let reason =
+            "`emission` scales what a material of a glTF file emits, but a material with `brdf` is described whole; remove one of them";
+        return Err(Error::invalid(&place, reason));
+    }
     let texture = file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
     let alpha_cutoff = alpha_cutoff(file, &place)?;
     Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })

@@ -5,6 +5,7 @@ mod environment;
 mod environment_map;
 mod imported;
 mod imported_lights;
+mod imported_materials;
 mod lights;
 mod materials;
 mod objects;
@@ -48,11 +49,12 @@ pub fn load(path: &Path) -> Result<Scene> {
     let max_error = max_error(&file.error, &place.part("[error]"))?;
     let mut context = Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new() };
     objects::check(&file.object, &context)?;
+    materials::check(&file.materials, &context.place)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
     let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
     let vary = vary(&file.vary, &materials, &context.place)?;
     let objects = objects::build(&file.object, imported.objects, &materials, &mut context)?;
-    let lights = lights::build(&file.light, imported.lights, &context.place)?;
+    let lights = lights::build(&file.light, imported.lights, &mut context)?;
     let environment = file.environment.map(|e| environment::build(&e, folder, &context.place, &mut context.warnings)).transpose()?;
     let mut scene = Scene {
         name: scene_name(path, folder),
@@ -70,6 +72,9 @@ pub fn load(path: &Path) -> Result<Scene> {
         warnings: context.warnings,
     };
     scene.warn_of_idle_parts();
+    // Objects of one file say the same of it.
+    let mut told = HashSet::new();
+    scene.warnings.retain(|warning| told.insert(warning.clone()));
     scene.animations = animations::read_all(&scene, folder)?;
     Ok(scene)
 }

@@ -7,10 +7,12 @@ use crate::geometry::{self, Deforming, MeshBuilder, is_gltf};
 use crate::library::{expect_file, locate};
 use crate::scene::{MAX_SPHERES, Material, Object};
 use crate::shapes::{Shape, Twist};
+use crate::suggest::unknown_name;
 use glam::DAffine3;
 use relume_formats::kinds::manifest::{is_plain_name, sphere_set_file};
 use relume_formats::shape::DeformingMesh;
 use relume_formats::{Error, Place, Result};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -28,6 +30,7 @@ pub(super) fn build(
         name.map(|name| index_of(name, "material", &names, &place_of(file, context))).transpose()
     };
     let indices = files.iter().map(index).collect::<Result<Vec<_>>>()?;
+    let index: HashMap<&str, usize> = names.iter().copied().zip(0..).collect();
     let mut objects = Vec::new();
     for (position, (file, material)) in files.iter().zip(indices).enumerate() {
         let place = place_of(file, context);
@@ -37,7 +40,8 @@ pub(super) fn build(
             objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(rest), shape, spheres: file.spheres });
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
-            let material = index_of(&part.material, "material", &names, &place)?;
+            let unknown = || Error::invalid(&place, unknown_name("material", &part.material, names.iter().copied()));
+            let material = *index.get(part.material.as_str()).ok_or_else(unknown)?;
             objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: None });
         }
     }

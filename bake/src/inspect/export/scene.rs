@@ -59,10 +59,11 @@ enum EmitterFile {
         edge_v: [f32; 3],
         radiance: Rgb,
     },
-    /// Emits on the front; `triangles` of its own mesh.
+    /// The front of an object, which reflects as well; `textured` if a texture says where how much of `radiance` is emitted.
     Mesh {
-        triangles: usize,
+        object: String,
         radiance: Rgb,
+        textured: bool,
     },
     Point {
         position: [f32; 3],
@@ -136,16 +137,19 @@ fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: O
         camera: scene.camera,
         materials,
         objects,
-        lights: scene.lights.iter().map(|l| LightFile { name: &l.name, emitter: emitter(&l.emitter) }).collect(),
+        lights: scene.lights.iter().map(|l| LightFile { name: &l.name, emitter: emitter(&l.emitter, scene) }).collect(),
         environment,
         warnings: &scene.warnings,
     }
 }
 
-fn emitter(emitter: &Emitter) -> EmitterFile {
+fn emitter(emitter: &Emitter, scene: &Scene) -> EmitterFile {
     match *emitter {
         Emitter::Area { corner, edge_u, edge_v, radiance } => EmitterFile::Area { corner, edge_u, edge_v, radiance },
-        Emitter::Mesh { ref mesh, radiance } => EmitterFile::Mesh { triangles: mesh.triangles.len(), radiance },
+        Emitter::Mesh { object, radiance, ref glow } => {
+            let object = scene.objects.get(object).map(|object| object.name.clone()).unwrap_or_default();
+            EmitterFile::Mesh { object, radiance, textured: glow.is_some() }
+        }
         Emitter::Point { position, intensity, cone: None } => EmitterFile::Point { position, intensity },
         Emitter::Point { position, intensity, cone: Some(Cone { direction, cos_inner, cos_outer }) } => {
             EmitterFile::Spot { position, intensity, direction, cos_inner, cos_outer }

@@ -112,7 +112,7 @@ fn without_lights(scene: &Scene, world: &World, some: Vec<u32>) -> Vec<u32> {
     let gather = Gather::new(scene, world, &lights, SIZE, 1, 0);
     let shows_none = |pixel: &u32| {
         let mut shows_none = true;
-        gather.pixel(*pixel, SAMPLES, |path| shows_none &= !matches!(path, GatherPath::Light(_)));
+        gather.pixel(*pixel, SAMPLES, |path| shows_none &= !path.shows_light());
         shows_none
     };
     some.into_par_iter().filter(shows_none).collect()

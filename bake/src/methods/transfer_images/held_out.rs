@@ -142,7 +142,7 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
         stage.check()?;
         let mut paths = Vec::with_capacity(samples as usize);
         gather.pixel(pixel, samples, |path| paths.push(*path));
-        let shows_light = paths.iter().any(|path| matches!(path, GatherPath::Light(_)));
+        let shows_light = paths.iter().any(GatherPath::shows_light);
         let squares = states.iter().zip(&coefficients).flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
         let squares = if shows_light { Vec::new() } else { squares.collect() };
         stage.advance(1);
@@ -184,7 +184,7 @@ fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Br
     let mut sums = vec![DVec3::ZERO; states.len()];
     let mut shows_light = false;
     gather.pixel(pixel, samples, |path| {
-        shows_light |= matches!(path, GatherPath::Light(_));
+        shows_light |= path.shows_light();
         for (sum, materials) in sums.iter_mut().zip(states) {
             *sum += radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles)).as_dvec3();
         }

@@ -27,6 +27,7 @@ pub use method::{Bases, Wanted};
 use project::Projector;
 use rayon::prelude::*;
 use relume_formats::Place;
+use relume_formats::basis::linear_from_srgb;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
@@ -105,11 +106,7 @@ pub fn basis_for(scene: &Scene, bases: usize) -> Result<BrdfBasis> {
 
 /// The one colour of all light in `scene`, its largest channel 1; `None` if colours differ.
 pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
-    let colours = scene.lights.iter().map(|light| match &light.emitter {
-        Emitter::Area { radiance, .. } | Emitter::Mesh { radiance, .. } => *radiance,
-        Emitter::Point { intensity, .. } => *intensity,
-        Emitter::Directional { irradiance, .. } => *irradiance,
-    });
+    let colours = scene.lights.iter().flat_map(|light| colours_of(&light.emitter));
     let environment = scene.environment.iter().flat_map(|e| {
         let gain = e.gain;
         e.map.map.texels.iter().map(move |t| [t[0] * gain[0], t[1] * gain[1], t[2] * gain[2]])
@@ -128,6 +125,19 @@ pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
         }
     }
     Some(common.unwrap_or([1.0; 3]))
+}
+
+/// Every colour that a light has somewhere.
+fn colours_of(emitter: &Emitter) -> Box<dyn Iterator<Item = Rgb> + '_> {
+    match emitter {
+        Emitter::Mesh { radiance, glow: Some(glow), .. } => Box::new(glow.texture.texels.iter().map(|texel| {
+            let share = |k: usize| linear_from_srgb(texel[k]);
+            std::array::from_fn(|k| radiance[k] * share(k))
+        })),
+        Emitter::Area { radiance, .. } | Emitter::Mesh { radiance, .. } => Box::new(std::iter::once(*radiance)),
+        Emitter::Point { intensity, .. } => Box::new(std::iter::once(*intensity)),
+        Emitter::Directional { irradiance, .. } => Box::new(std::iter::once(*irradiance)),
+    }
 }
 
 /// Fails if a file of the bundle could not hold what `size` and the meshes ask for; better now than after hours of tracing.

@@ -74,7 +74,15 @@ impl<'a> Projector<'a> {
                 add_rgb(sums, 0, *radiance);
             }
             GatherPath::Surface(eye) => match self.materials[eye.material as usize] {
-                Reflector::Editable(class) => self.add_editable(eye, &mut records.classes[class]),
+                Reflector::Editable(class) => {
+                    self.add_editable(eye, &mut records.classes[class]);
+                    if eye.emitted != Vec3A::ZERO {
+                        // What a surface emits does not follow its material.
+                        let (count, sums) = &mut records.classes[self.layout.materials];
+                        *count += 1;
+                        add_rgb(sums, 0, eye.emitted);
+                    }
+                }
                 Reflector::Fixed(material) => self.add_fixed(eye, &material, &mut records.classes[self.layout.materials]),
             },
         }
@@ -93,7 +101,7 @@ impl<'a> Projector<'a> {
 
     fn add_fixed(&self, eye: &EyeVertex, material: &Brdf, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
-        add_rgb(sums, 0, reflect(&eye.direct, eye.albedo, material));
+        add_rgb(sums, 0, eye.emitted + reflect(&eye.direct, eye.albedo, material));
         if let Some(first) = &eye.indirect {
             let at_eye = brdf::evaluate(material, eye.albedo, &first.eye_angles);
             self.each_first(first, |reflection, light| add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye));

@@ -37,9 +37,7 @@ fn broken_skins_are_refused() {
     // Weights, and a matrix, byte by byte.
     let offset = |file: &File, accessor: usize| file.document["bufferViews"][accessor]["byteOffset"].as_u64().unwrap() as usize;
     for (accessor, number, part) in [
-        (WEIGHTS, 0.0f32, "vertex 0 has the joint weights [0.0, 0.0, 0.0, 0.0], which must be at least 0 and not all 0"),
-        (WEIGHTS, -1.0, "vertex 0 has the joint weights [-1.0, 0.0, 0.0, 0.0]"),
-        (WEIGHTS, f32::NAN, "vertex 0 has the joint weights [NaN, 0.0, 0.0, 0.0]"),
+        (WEIGHTS, f32::NAN, "vertex 0 has the joint weights [NaN, 0.0, 0.0, 0.0], which must be finite"),
         (WEIGHTS, f32::INFINITY, "vertex 0 has the joint weights [inf, 0.0, 0.0, 0.0]"),
         (MATRICES, f32::NAN, "vertex 0 at [NaN, NaN, NaN] is not a finite position"),
     ] {
@@ -53,7 +51,7 @@ fn broken_skins_are_refused() {
 
 #[test]
 fn broken_animations_and_morph_targets_are_refused() {
-    let cases: [Case; 9] = [
+    let cases: [Case; 8] = [
         (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0, 0.0], &[[0.0; 3]; 2]), "clip `A`: track 0: key times must increase"),
         (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0, f32::NAN], &[[0.0; 3]; 2]), "finite times"),
         (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0], &[[0.0, f32::NAN, 0.0]]), "values must be finite"),
@@ -65,13 +63,6 @@ fn broken_animations_and_morph_targets_are_refused() {
             "animation 0, channel 0: names a node or property that is not there",
         ),
         (|f| f.animate("A", 0, "colour", "LINEAR", &[0.0], &[[1.0; 3]]), "names a node or property that is not there"),
-        (
-            |f| {
-                f.animate("A", 0, "scale", "LINEAR", &[0.0], &[[1.0; 3]]);
-                f.animate("A", 1, "scale", "LINEAR", &[0.0], &[[1.0; 3]]);
-            },
-            "two clips are called `A`; mend the model or export it again",
-        ),
     ];
     for (change, part) in cases {
         let mut file = arm();

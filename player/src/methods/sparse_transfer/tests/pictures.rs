@@ -1,6 +1,7 @@
 //! Pictures of which every pixel is known.
 
 use super::*;
+use relume_formats::basis::Filter;
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::state::{BlinnPhong, Brdf, Film as FilmPlane};
 
@@ -156,12 +157,17 @@ fn what_is_nearer_hides_what_is_farther() {
 #[test]
 fn textures_colour_surfaces_and_cut_holes() {
     let Some(gpu) = gpu() else { return };
+    textures_are_those_of_the_cpu(&gpu, Filter::Linear);
+    textures_are_those_of_the_cpu(&gpu, Filter::Nearest);
+}
+
+fn textures_are_those_of_the_cpu(gpu: &Gpu, filter: Filter) {
     let scene = sparse::scene([4, 4]);
-    let textures = sparse::textures(&scene);
+    let textures = sparse::textures(&scene, filter);
     let bundle = Bundle::of(scene, sparse::maps(), Some(&textures), sparse::even_transfer(16, 4, 1.0));
-    let mut method = load_all(&gpu, &bundle);
+    let mut method = load_all(gpu, &bundle);
     let camera = close_up();
-    draw(&gpu, &mut method, &Look { camera, ..look(&bundle, &environment("even", 0.0, [1.0; 3])) });
+    draw(gpu, &mut method, &Look { camera, ..look(&bundle, &environment("even", 0.0, [1.0; 3])) });
     let MaterialTexture { texture, alpha_cutoff, .. } = &textures.textures[0];
     let (mut holes, even) = (std::cell::Cell::new(0), [2.0, 1.0, 0.5]);
     let seen = |direction: [f32; 3]| {
@@ -177,7 +183,7 @@ fn textures_colour_surfaces_and_cut_holes() {
     let expected = averaged(sparse::SIZE, &camera.film(sparse::SIZE[0], sparse::SIZE[1]), seen);
     // Alpha at the very edge of a hole may fall to either side.
     let differ = |(ours, theirs): &(Rgb, &Rgb)| ours.iter().zip(*theirs).any(|(a, b)| (a - b).abs() > 1e-4);
-    let differing = film(&gpu, &method).into_iter().zip(&expected).filter(differ).count();
-    assert!(differing <= 3, "{differing} pixels differ");
+    let differing = film(gpu, &method).into_iter().zip(&expected).filter(differ).count();
+    assert!(differing <= 3, "{filter:?}: {differing} pixels differ");
     assert!((100..2000).contains(holes.get_mut()), "{holes:?}");
 }

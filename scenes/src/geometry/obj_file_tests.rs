@@ -94,6 +94,6 @@ fn what_cannot_be_read_names_its_line() {
         assert!(message.contains(part), "{to:?}: {message}");
     }
     let wide: Vec<u8> = TRIANGLE.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert!(folder.refusal("t.obj", [&[0xFF, 0xFE], wide.as_slice()].concat()).contains("UTF-16 text; save it as ASCII or UTF-8"));
+    assert!(folder.refusal("t.obj", [b"\xFF\xFE", wide.as_slice()].concat()).contains("UTF-16 text; save it as ASCII or UTF-8"));
     assert!(folder.refusal("t.obj", wide).contains("UTF-16"));
 }

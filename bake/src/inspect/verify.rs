@@ -294,7 +294,7 @@ mod tests {
         };
         let with = |track: Track| move |b: &mut TestBundle| b.animation.tracks.insert(0, track.clone());
         let cases = [
-            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0 s: sets [environment]"),
+            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0.5 s: sets [environment]"),
             (track(&["camera", "fov_deg"], &[0.5], &[30.0]), "the camera's position, target or field of view"),
             (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "at 2 s: camera: exposure_ev 50"),
             (track(&["materials", "../knot", "gloss"], &[0.5], &[3.0]), "unknown field `gloss`"),

@@ -1,6 +1,7 @@
 //! A small synthetic bundle: every value known, nothing traced.
 
 use half::f16;
+use relume_formats::Place;
 use relume_formats::basis::lobe_table;
 use relume_formats::container::Stored;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions, Meta as BasisMeta};
@@ -28,16 +29,14 @@ impl TestBundle {
 
     /// Writes all files into `folder`, the manifest last.
     pub fn write(&self, folder: &Path) {
-        let entry = |file: &str, bytes: Vec<u8>| FileEntry::of(file, &bytes);
-        let at = |file: &str| folder.join(file);
-        let basis = entry("brdf-basis.relume", self.basis.write_file(&at("brdf-basis.relume")).unwrap());
-        let images = entry("transfer-images.relume", self.images.write_file(&at("transfer-images.relume")).unwrap());
-        let animation = entry("animation-glow.relume", self.animation.write_file(&at("animation-glow.relume")).unwrap());
+        let basis = put(&self.basis, folder, "brdf-basis.relume");
+        let images = put(&self.images, folder, "transfer-images.relume");
+        let animation = put(&self.animation, folder, "animation-glow.relume");
         let manifest = Manifest {
             version: VERSION,
             scene: "test room".to_owned(),
             scene_hash: "0123456789abcdef".to_owned(),
-            scene_file: entry("scene.relume", self.scene.write_file(&at("scene.relume")).unwrap()),
+            scene_file: put(&self.scene, folder, "scene.relume"),
             animations: BTreeMap::from([("glow".to_owned(), animation)]),
             sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
@@ -50,6 +49,13 @@ impl TestBundle {
         };
         manifest.write(folder).unwrap();
     }
+}
+
+/// Writes a value, whether readers accept it or not.
+fn put(value: &impl Stored, folder: &Path, file: &str) -> FileEntry {
+    let bytes = value.to_bytes_unchecked(Place::file(file)).unwrap();
+    std::fs::write(folder.join(file), &bytes).unwrap();
+    FileEntry::of(file, &bytes)
 }
 
 fn scene() -> StoredScene {

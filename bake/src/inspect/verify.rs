@@ -1,8 +1,7 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
 use relume_formats::bundle::{
-    Look, Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_playable, expect_receivers, expect_shape,
-    expect_textures,
+    Look, Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_playable, expect_receivers, expect_textures,
 };
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
@@ -28,6 +27,10 @@ pub fn verify(path: &Path) -> Result<String> {
 fn sound(path: &Path, header: &Header) -> String {
     let (kind, sections) = (header.kind.name(), header.sections.len());
     format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display())
+}
+
+fn refused(place: &Place, reason: &str) -> Error {
+    Error::invalid(place, format!("{reason}; bake the whole bundle again"))
 }
 
 /// A bundle being checked. Of large files only heads are kept.
@@ -130,7 +133,7 @@ impl<'a> Bundle<'a> {
 
     /// The files of a method that the environment lights.
     fn lit(&self, files: &[(Kind, PathBuf)], objects: &Objects) -> Result<Maps> {
-        let (mut maps, mut textured, mut shapes) = (Maps::default(), false, Vec::new());
+        let (mut maps, mut textured, mut shapes) = (Maps::default(), false, self.scene.meta.shapes.iter());
         for (kind, path) in files {
             let place = Place::file(path);
             match kind {
@@ -139,7 +142,11 @@ impl<'a> Bundle<'a> {
                     expect_textures(&Textures::read_file(path)?, &self.scene, &place)?;
                     textured = true;
                 }
-                Kind::Shape => shapes.push((DeformingMesh::read_file(path)?, place)),
+                Kind::Shape => {
+                    let shape = DeformingMesh::read_file(path)?;
+                    let stored = shapes.next().ok_or_else(|| refused(&place, "is a shape of no object"))?;
+                    objects.expect_shape(&shape, stored, &self.scene, &place)?;
+                }
                 Kind::SparseTransfer => {
                     let meta = SparseTransfer::open(path)?.read(SparseTransfer::checked_meta)?;
                     expect_lit("rows", meta.vertices.into(), &self.scene, &maps, textured, &place)?;
@@ -147,28 +154,14 @@ impl<'a> Bundle<'a> {
                 _ => {
                     let shadows = SphereShadows::read_file(path)?;
                     expect_lit("lobes", shadows.meta.vertices(), &self.scene, &maps, textured, &place)?;
-                    self.expect_shadows(&shadows, &shapes, objects, &place)?;
+                    expect_receivers(&shadows, &self.scene, objects, &place)?;
+                    if let Some(missing) = shapes.next() {
+                        return Err(refused(&place, &format!("needs the shape of object `{}` before it", missing.object)));
+                    }
                 }
             }
         }
         Ok(maps)
-    }
-
-    fn expect_shadows(&self, shadows: &SphereShadows, shapes: &[(DeformingMesh, Place)], objects: &Objects, place: &Place) -> Result<()> {
-        expect_receivers(shadows, &self.scene, objects, place)?;
-        let (there, expected) = (shapes.len(), self.scene.meta.shapes.len());
-        if there != expected {
-            return Err(Error::invalid(
-                place,
-                format!("has {there} shapes before it, the scene has {expected}; bake the whole bundle again"),
-            ));
-        }
-        let by_name: BTreeMap<&str, _> = shadows.meta.objects.iter().map(|object| (object.name.as_str(), object)).collect();
-        for ((shape, place), stored) in shapes.iter().zip(&self.scene.meta.shapes) {
-            let object = by_name.get(stored.object.as_str());
-            object.map_or(Ok(()), |object| expect_shape(shape, object, stored, &self.scene, place))?;
-        }
-        Ok(())
     }
 }
 
@@ -301,7 +294,7 @@ mod tests {
         };
         let with = |track: Track| move |b: &mut TestBundle| b.animation.tracks.insert(0, track.clone());
         let cases = [
-            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0 s: sets [environment]"),
+            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0.5 s: sets [environment]"),
             (track(&["camera", "fov_deg"], &[0.5], &[30.0]), "the camera's position, target or field of view"),
             (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "at 2 s: camera: exposure_ev 50"),
             (track(&["materials", "../knot", "gloss"], &[0.5], &[3.0]), "unknown field `gloss`"),

@@ -6,7 +6,7 @@
 //! * [`expect_files`]: the files of a method and their order; [`expect_name`]: what the manifest calls a file's content;
 //! * [`expect_images`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
-//! * [`Objects`], [`expect_receivers`] and [`expect_shape`]: sphere sets, receivers and shapes against the scene;
+//! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
 //! * [`Scope`], [`Look`] and [`expect_playable`]: what of a scene may be set, and whether an animation sets nothing else.
 
 mod animations;
@@ -21,7 +21,7 @@ pub use files::{expect_files, expect_name};
 pub use images::expect_images;
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};
-pub use shadows::{MAX_SPHERE_PAIRS, Objects, expect_receivers, expect_shape};
+pub use shadows::{MAX_SPHERE_PAIRS, Objects, expect_receivers};
 
 use crate::error::{Error, Place, Result};
 

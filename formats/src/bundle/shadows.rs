@@ -58,6 +58,27 @@ impl Objects {
         }
         Ok(())
     }
+
+    /// Fails unless the shape at `place`, that of the object of `stored`, rests where the object does and has the clips that `scene` lists.
+    pub fn expect_shape(&self, shape: &DeformingMesh, stored: &StoredShape, scene: &StoredScene, place: &Place) -> Result<()> {
+        let object = &stored.object;
+        let clips = shape.clips.iter().map(|clip| (&clip.name, clip.duration_s));
+        if !clips.eq(stored.clips.iter().map(|clip| (&clip.name, clip.duration_s))) {
+            return refuse(place, format!("its clips are not those that the scene lists of object `{object}`"));
+        }
+        let mut rest = Vec::new();
+        shape.positions(&shape.rest_pose(), &mut rest);
+        let here = self.vertices.get(object).and_then(|range| scene.positions.get(range.clone())).unwrap_or_default();
+        if rest.len() != here.len() {
+            return refuse(place, format!("{} vertices, object `{object}` has {}", rest.len(), here.len()));
+        }
+        let extent = here.as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
+        let is_off = |(a, b): (&f32, &f32)| (a - b).abs() > TOLERANCE * extent;
+        match rest.as_flattened().iter().zip(here.as_flattened()).position(is_off) {
+            None => Ok(()),
+            Some(at) => refuse(place, format!("vertex {} does not rest where object `{object}` has it", at / 3)),
+        }
+    }
 }
 
 /// Fails unless the receivers at `place` are the vertices of `scene`, and their objects those of `scene` with the sphere sets that came before them in
@@ -76,39 +97,12 @@ pub fn expect_receivers(shadows: &SphereShadows, scene: &StoredScene, objects: &
             return refuse(place, format!("object `{name}` deforms here or in the scene, but not in both"));
         }
     }
-    let mut first_triangle = 0;
-    for (object, stored) in shadows.meta.objects.iter().zip(&scene.meta.objects) {
-        let own = object.first_vertex..object.first_vertex + object.vertices;
-        let end = first_triangle + stored.triangles as usize;
-        let triangles = scene.triangles.get(first_triangle..end).unwrap_or_default();
-        if triangles.as_flattened().iter().any(|vertex| !own.contains(vertex)) {
-            return refuse(place, format!("object `{}` has other vertices than in the scene", object.name));
-        }
-        first_triangle = end;
+    let own = |object: &ShadowObject| object.first_vertex as usize..(object.first_vertex + object.vertices) as usize;
+    if let Some(other) = shadows.meta.objects.iter().find(|object| objects.vertices.get(&object.name) != Some(&own(object))) {
+        return refuse(place, format!("object `{}` has other vertices than in the scene", other.name));
     }
     let is_near = |row: &[f32; 3], normal: &[f32; 3]| row.iter().zip(normal).all(|(a, b)| (a - b).abs() <= TOLERANCE);
     let exact = shadows.rows.iter().zip(&scene.normals).enumerate().filter(|(_, (row, _))| **row != NO_ROW);
     let mut wrong = exact.filter(|(_, (row, normal))| !shadows.normals.get(**row as usize).is_some_and(|n| is_near(n, normal)));
     wrong.next().map_or(Ok(()), |(vertex, _)| refuse(place, format!("vertex {vertex} has a row of another normal than its own")))
-}
-
-/// Fails unless the shape at `place`, that of `object`, rests where the object does and shows what the scene says, `stored`.
-pub fn expect_shape(shape: &DeformingMesh, object: &ShadowObject, stored: &StoredShape, scene: &StoredScene, place: &Place) -> Result<()> {
-    let clips = shape.clips.iter().map(|clip| (&clip.name, clip.duration_s));
-    if !clips.eq(stored.clips.iter().map(|clip| (&clip.name, clip.duration_s))) {
-        return refuse(place, format!("its clips are not those that the scene lists of object `{}`", object.name));
-    }
-    let mut rest = Vec::new();
-    shape.positions(&shape.rest_pose(), &mut rest);
-    let first = object.first_vertex as usize;
-    let here = scene.positions.get(first..first + object.vertices as usize).unwrap_or_default();
-    if rest.len() != here.len() {
-        return refuse(place, format!("{} vertices, object `{}` has {}", rest.len(), object.name, here.len()));
-    }
-    let extent = here.as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
-    let is_off = |(a, b): (&f32, &f32)| (a - b).abs() > TOLERANCE * extent;
-    match rest.as_flattened().iter().zip(here.as_flattened()).position(is_off) {
-        None => Ok(()),
-        Some(at) => refuse(place, format!("vertex {} does not rest where object `{}` has it", at / 3, object.name)),
-    }
 }

@@ -39,8 +39,8 @@ pub const CONTAINER_VERSION: u32 = 0;
 pub const MAX_SECTION_BYTES: u64 = 128 << 20;
 /// A file, and the files of a bundle together, decode to no more than this, or [`MAX_RATIO`] times their length if that is more. So memory follows the
 /// file however well it compresses.
-pub const MAX_DECODED_BYTES: u64 = 4 << 30;
-/// See [`MAX_DECODED_BYTES`]. Images compress best, for much in them may be 0; a black film of 4K that takes next to nothing is still below the other limit.
+pub const MAX_DECODED_BYTES: u64 = 2 << 30;
+/// See [`MAX_DECODED_BYTES`]. Images compress best, for whole slots may be 0; a black film of Full HD that takes next to nothing is below the other limit.
 pub const MAX_RATIO: u64 = 64;
 /// Upper bound on the section table, in bytes.
 pub const MAX_TABLE_BYTES: u32 = 16 << 20;

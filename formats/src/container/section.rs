@@ -23,7 +23,7 @@ macro_rules! typed {
         $(#[$doc])*
         pub fn $name(&self) -> Result<Vec<$type>> {
             self.expect_element(Element::$element)?;
-            Ok(self.bytes.chunks_exact(size_of::<$type>()).filter_map(|c| c.try_into().ok().map(<$type>::from_le_bytes)).collect())
+            Ok(self.bytes.as_chunks().0.iter().map(|bytes| <$type>::from_le_bytes(*bytes)).collect())
         }
     };
 }

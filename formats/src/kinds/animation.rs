@@ -27,7 +27,7 @@ impl Stored for Animation {
         let section = sections.take("animation")?;
         let Record { name, duration_s, looping, tracks } = section.record()?;
         let animation = Self { name, duration_s, looping, tracks };
-        animation.validate(&sections.place)?;
+        section.expect_valid(|place| animation.validate(place))?;
         section.expect(fault_of_names(&animation))?;
         Ok(animation)
     }

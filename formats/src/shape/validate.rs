@@ -14,6 +14,14 @@ const WEIGHT_TOLERANCE: f32 = 1e-3;
 impl DeformingMesh {
     /// Checks counts, indices and numbers; `place` is where the mesh comes from.
     pub fn validate(&self, place: &Place) -> Result<()> {
+        match self.fault() {
+            None => Ok(()),
+            Some(fault) => Err(Error::invalid(place, format!("{fault}; mend the model or export it again"))),
+        }
+    }
+
+    /// What is wrong with it, if anything is.
+    pub(crate) fn fault(&self) -> Option<String> {
         let check = || -> std::result::Result<(), String> {
             self.expect_counts()?;
             self.expect_vertices()?;
@@ -23,7 +31,7 @@ impl DeformingMesh {
             self.expect_clips()?;
             self.expect_reach()
         };
-        check().map_err(|reason| Error::invalid(place, format!("{reason}; mend the model or export it again")))
+        check().err()
     }
 
     fn expect_counts(&self) -> std::result::Result<(), String> {

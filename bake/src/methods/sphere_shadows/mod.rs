@@ -27,7 +27,7 @@ use relume_scenes::{Object, Scene};
 /// Name of the method.
 pub const NAME: &str = "sphere-shadows";
 /// Changes whenever the same scene and settings give other bytes than before, spheres included.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
 pub fn expect_fit(scene: &Scene) -> Result<()> {

@@ -20,7 +20,7 @@
 mod records;
 
 use crate::container::{Kind, Section, Sections, Stored, Writer};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::shape::{DeformingMesh, Influences, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget};
 use records::{ClipRecord, JointRecord, NodeRecord};
 
@@ -61,8 +61,10 @@ impl Stored for DeformingMesh {
             morph_targets,
             clips: records::clips(clips, &times_s, &values, &sections.place)?,
         };
-        mesh.validate(&sections.place)?;
-        Ok(mesh)
+        match mesh.fault() {
+            None => Ok(mesh),
+            Some(fault) => Err(Error::invalid(&sections.place, format!("{fault}; the file is damaged, bake it again"))),
+        }
     }
 }
 

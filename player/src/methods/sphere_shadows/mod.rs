@@ -86,7 +86,8 @@ impl SphereShadows {
                 let Some(shape) = shape else {
                     return Err(relume_formats::Error::invalid(place, "is a shape of no object; bake the whole bundle again").into());
                 };
-                waiting.shapes.insert(shape.object.clone(), (mesh, place.clone()));
+                waiting.objects.expect_shape(&mesh, shape, &waiting.surroundings.scene, place)?;
+                waiting.shapes.insert(shape.object.clone(), mesh);
             }
             _ => {
                 let bake: Bake = decode_all(sections)?;

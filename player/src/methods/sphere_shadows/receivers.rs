@@ -1,10 +1,8 @@
 //! Receivers and spheres as they stand now: what a pose does to them, on the CPU.
 
 use relume_formats::basis::diffuse::blend;
-use relume_formats::bundle::expect_shape;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, neighbours, receivers};
-use relume_formats::kinds::scene::StoredShape;
 use relume_formats::kinds::sphere_shadows::ShadowObject;
 use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
 use relume_formats::shape::{DeformingMesh, ShadingNormals};
@@ -15,8 +13,8 @@ use std::ops::Range;
 
 /// Sphere sets, by the name of their object.
 pub(super) type Sets = BTreeMap<String, SphereSet>;
-/// Meshes that deform and where they come from, by the name of their object.
-pub(super) type Shapes = BTreeMap<String, (DeformingMesh, Place)>;
+/// Meshes that deform, by the name of their object.
+pub(super) type Shapes = BTreeMap<String, DeformingMesh>;
 
 /// The vertices of a scene, what blocks their view, and what moves them.
 pub(super) struct Receivers {
@@ -40,25 +38,23 @@ struct Moving {
 }
 
 impl Receivers {
-    /// Those of `scene` as the main file `bake` at `place` has them, at rest; bake and sets are known to fit the scene.
+    /// Those of `scene` as the main file `bake` at `place` has them, at rest; all that is there is known to fit the scene.
     ///
     /// # Errors
-    /// If shapes are missing or do not fit.
+    /// If a shape is missing.
     pub(super) fn new(scene: &StoredScene, bake: &SphereShadows, mut sets: Sets, mut shapes: Shapes, place: &Place) -> Result<Self> {
         let mut found = Self { now: Vec::new(), sets: Vec::new(), moving: Vec::new() };
         let (mut own_sets, mut end) = (Vec::new(), 0);
-        let stored_shapes: BTreeMap<&str, &StoredShape> = scene.meta.shapes.iter().map(|shape| (shape.object.as_str(), shape)).collect();
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
             let set = sets.remove(&object.name);
             found.sets.extend(set.as_ref().map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }));
             let triangles = end..end + stored.triangles as usize;
             end = triangles.end;
-            if let Some(stored) = stored_shapes.get(object.name.as_str()) {
-                let Some((mesh, at)) = shapes.remove(&object.name) else {
+            if object.deforms {
+                let Some(mesh) = shapes.remove(&object.name) else {
                     let reason = format!("needs the shape of object `{}` before it; bake the whole bundle again", object.name);
                     return Err(Error::invalid(place, reason));
                 };
-                expect_shape(&mesh, object, stored, scene, &at)?;
                 found.add_moving(scene, object, triangles, mesh, set.as_ref());
             }
             own_sets.extend(set);

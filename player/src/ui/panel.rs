@@ -6,12 +6,14 @@ use super::light_panel;
 use super::material_panel::{self, Yielded};
 use super::messages;
 use super::shape_panel;
-use egui::{Button, Color32, Grid, RichText, ScrollArea, Slider, SliderClamping, Ui};
+use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
 /// Draws the panel; returns what to save.
 pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded) -> Vec<Save> {
     let mut save = Vec::new();
     messages::show(ui, facts, note, yielded.text(ui.ctx()));
+    // Otherwise what scrolls would reach a few points into the messages.
+    ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
         if let Some(editor) = editor {
@@ -57,7 +59,7 @@ fn animation(ui: &mut Ui, editor: &mut Editor) {
 
 /// Plays and scrubs the chosen animation. Its row keeps its place where there is none.
 fn player(ui: &mut Ui, editor: &mut Editor) {
-    let duration_s = editor.animation().map_or(0.0, |animation| f64::from(animation.duration_s));
+    let duration_s = editor.animation().map_or(1.0, |animation| f64::from(animation.duration_s));
     ui.horizontal(|ui| {
         let label = if editor.is_playing() { "Pause" } else { "Play" };
         if ui.add(Button::new(label).min_size([58.0, 0.0].into())).on_hover_text(HOLD_RULE).clicked() {

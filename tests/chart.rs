@@ -3,11 +3,11 @@
 //! `cargo build --release --workspace && cargo test --release -p relume-tests chart:: -- --ignored --nocapture`
 
 use crate::support::relit::BALL;
+use crate::support::waiting::{interrupt, wait_for};
 use crate::support::{command, expect_exit, write_scene};
 use relume_bake::chart::figures::Chart;
 use std::path::Path;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
 
 /// A ball over a plane under a sky, which turns.
 fn outdoors() -> String {
@@ -38,13 +38,9 @@ fn an_interrupted_chart_keeps_its_references() {
     let scene = write_scene(folder.path(), &outdoors().replace("[32, 24]", "[256, 256]"));
     let output = folder.path().join("chart");
     let arguments = ["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "--progress", "none"];
-    let child = command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
-    let start = Instant::now();
-    while references(&output).is_empty() {
-        assert!(start.elapsed() < Duration::from_secs(300), "no reference is done");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let mut child = command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    wait_for(&mut child, "a reference", || references(&output).first().cloned());
+    interrupt(&child);
     let ended = child.wait_with_output().unwrap();
     let error = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(130), "{error}");

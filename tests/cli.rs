@@ -1,10 +1,10 @@
 //! The binaries as a user runs them.
 
+use crate::support::waiting::{interrupt, wait_for};
 use crate::support::{command, expect_exit, relative_l2, run, write_scene};
 use relume_bake::exr_file::read_exr;
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
 
 /// A room small enough to bake in a second.
 const ROOM: &str = "
@@ -170,18 +170,15 @@ fn start_long_bake(w: &Workshop, more: &[&str]) -> Child {
 
 fn start_bake(w: &Workshop, samples: &str, more: &[&str]) -> Child {
     let (scene, output) = (w.path("scene.toml"), w.path("bundle"));
-    let arguments = [&["run", &scene, "-o", &output, "--spp", samples, "--bases", "4", "--progress", "none"], more].concat();
+    // On one thread, which is far from done when the first tiles are, however many a machine has.
+    let arguments =
+        [&["run", &scene, "-o", &output, "--spp", samples, "--bases", "4", "--progress", "none", "--threads", "1"], more].concat();
     command("bake").args(arguments).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 fn wait_for_log(w: &Workshop, child: &mut Child, bytes: u64) {
     let log = w.folder.path().join("bundle/unfinished/transfer-images.log");
-    let start = Instant::now();
-    while std::fs::metadata(&log).map_or(0, |m| m.len()) <= bytes {
-        assert!(start.elapsed() < Duration::from_secs(120), "the bake does not get going");
-        assert!(child.try_wait().unwrap().is_none(), "the bake ended too soon");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for(child, "tiles in the log", || std::fs::metadata(&log).ok().filter(|file| file.len() > bytes));
 }
 
 fn log_length(w: &Workshop) -> u64 {
@@ -194,8 +191,7 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
     w.bake("whole", &["--spp", "2048", "--bases", "4"]);
     let mut child = start_long_bake(&w, &[]);
     wait_for_log(&w, &mut child, 16);
-    let signal = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(signal.success());
+    interrupt(&child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(!w.folder.path().join("bundle/manifest.json").exists());
@@ -218,26 +214,28 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
 }
 
 /// Killed at twenty moments spread over the whole run, start, measuring and publishing included, and once more while going on: a bake that is resumed
-/// ends in the same bytes.
+/// ends in the same bytes. Moments are told by the processor time that the bake has had.
+#[cfg(target_os = "linux")]
 #[test]
 fn twenty_kills_change_nothing() {
+    use crate::support::waiting::let_work;
     let w = Workshop::new();
     let settings = ["--spp", "256", "--bases", "4"];
-    w.bake("whole", &settings);
-    // Up to publishing: the player's frames, timed afterwards, are no part of the bundle.
-    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(w.path("whole/report.json")).unwrap()).unwrap();
-    let duration = Duration::from_secs_f64(report["seconds"].as_f64().unwrap());
-    let expected = contents(&w.path("whole"));
     let scene = w.path("scene.toml");
+    let start = |bundle: &str| {
+        let arguments = ["run", &scene, "-o", bundle, "--progress", "none", "--resume"];
+        command("bake").args(arguments).args(settings).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap()
+    };
+    // The player's frames, timed at the end, are another process.
+    let whole_s = let_work(&mut start(&w.path("whole")), f64::INFINITY);
+    let expected = contents(&w.path("whole"));
     let mut unfinished = 0;
     for trial in 0..20u32 {
         let bundle = w.path(&format!("trial-{trial}"));
         // Fractions of the golden ratio spread evenly, however many there are.
         for kill in [trial, trial + 20] {
-            let moment = duration.mul_f64((f64::from(kill) * 0.618_033_988_75).fract());
-            let arguments = ["run", &scene, "-o", &bundle, "--progress", "none", "--resume"];
-            let mut child = command("bake").args(arguments).args(settings).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
-            std::thread::sleep(moment);
+            let mut child = start(&bundle);
+            let_work(&mut child, whole_s * (f64::from(kill) * 0.618_033_988_75).fract());
             child.kill().unwrap();
             child.wait().unwrap();
         }

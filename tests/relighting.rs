@@ -1,6 +1,7 @@
 //! sparse-transfer from bake to radiance: closed forms, the path tracer, files that repeat.
 
 use crate::support::relit::{BALL, Baked, bake, wanted};
+use crate::support::waiting::wait_for;
 use crate::support::{command, expect_exit, mean_radiance, relative_l2, run, scene, write_scene};
 use glam::Vec3A;
 use relume_bake::methods::sparse_transfer::{Settings, Terms, Wanted};
@@ -133,12 +134,10 @@ fn bytes_repeat_at_any_thread_count_and_after_a_kill() {
     let expected = contents(&bundle("one"));
     assert_eq!(contents(&bundle("two")), expected);
 
-    let mut child = command("bake").args(arguments("killed", &[])).spawn().unwrap();
+    // On one thread, which is far from done when the first rows are.
+    let mut child = command("bake").args(arguments("killed", &["--threads", "1"])).spawn().unwrap();
     let log = bundle("killed").join("unfinished/sparse-transfer.log");
-    while std::fs::metadata(&log).map_or(0, |m| m.len()) < 100_000 {
-        assert!(child.try_wait().unwrap().is_none(), "the bake ended too soon");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    wait_for(&mut child, "rows in the log", || std::fs::metadata(&log).ok().filter(|file| file.len() >= 100_000));
     child.kill().unwrap();
     child.wait().unwrap();
     // Another method would take the unfinished work of this one away.

@@ -1,5 +1,6 @@
 //! Sphere sets as a user makes them: `bake spheres`, and objects of a scene that ask for some.
 
+use crate::support::waiting::{interrupt, wait_for};
 use crate::support::{command, expect_exit, run, write_scene};
 use relume_formats::container::Stored;
 use relume_formats::kinds::{Manifest, SphereSet};
@@ -308,11 +309,8 @@ fn an_interrupted_bake_keeps_its_spheres() {
     };
     let mut child = command("bake").args(arguments("65536", w.path("bundle"), &[])).stderr(Stdio::piped()).spawn().unwrap();
     let log = w.folder.path().join("bundle/unfinished/transfer-images.log");
-    while !log.exists() {
-        assert!(child.try_wait().unwrap().is_none(), "the bake ended too soon");
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    wait_for(&mut child, "the log of tiles", || log.exists().then_some(()));
+    interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(!w.folder.path().join("bundle/manifest.json").exists());
     let again = arguments("65536", w.path("bundle"), &[]);

@@ -13,7 +13,7 @@ use crate::interrupt::Interrupt;
 use crate::live::Live;
 use crate::output::write_whole;
 use crate::session::Session;
-use crate::ui::{self, Note, Screen, Stage, Wishes};
+use crate::ui::{self, Note, Screen, Wishes};
 use canvas::{Canvas, Drawing, Painted};
 use std::path::Path;
 use std::sync::Arc;
@@ -234,9 +234,7 @@ impl Open {
     fn redraw(&mut self) -> Result<bool> {
         let began = Instant::now();
         self.pass_time();
-        let (drawing, wishes) = self.draw_ui();
-        let close = wishes.close;
-        self.save(wishes);
+        let (drawing, close) = self.draw_ui();
         self.live.draw()?;
         match self.canvas.paint(self.live.session().gpu(), self.size, &drawing) {
             Painted::Yes => {}
@@ -259,7 +257,8 @@ impl Open {
         self.played_at = None;
     }
 
-    fn draw_ui(&mut self) -> (Drawing, Wishes) {
+    /// Shows the screen and does what the user asks for. Returns what is to be drawn, and whether the window is to be closed.
+    fn draw_ui(&mut self) -> (Drawing, bool) {
         let context = self.input.egui_ctx().clone();
         let facts = self.live.facts();
         if self.picture.is_none()
@@ -268,14 +267,12 @@ impl Open {
             self.picture = Some(self.canvas.register(self.live.session().gpu(), &texture));
         }
         let raw_input = self.take_input();
-        let mut wishes = Wishes::default();
-        let output = context.run_ui(raw_input, |ui| {
-            let stage = self.live.shown().zip(self.picture);
-            let stage =
-                stage.map(|(shown, picture)| Stage { editor: &mut shown.editor, picker: shown.picker.as_ref(), size: shown.size, picture });
-            let new = self.screen.show(ui, stage, &facts, self.note.as_ref());
-            wishes.save.extend(new.save);
-            wishes.close |= new.close;
+        let mut close = false;
+        let output = ui::run_in_turns(&context, raw_input, |ui| {
+            let stage = self.live.shown().zip(self.picture).map(|(shown, picture)| shown.stage(picture));
+            let wishes = self.screen.show(ui, stage, &facts, self.note.as_ref());
+            close |= wishes.close;
+            self.save(&wishes);
         });
         self.input.handle_platform_output(&self.window, output.platform_output);
         let now = Instant::now();
@@ -284,7 +281,7 @@ impl Open {
         self.played_at = self.live.shown().filter(|shown| shown.editor.is_playing()).map(|_| now);
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
-        (Drawing { primitives, textures: output.textures_delta, pixels_per_point }, wishes)
+        (Drawing { primitives, textures: output.textures_delta, pixels_per_point }, close)
     }
 
     /// What [`egui_winit::State::take_egui_input`] does, without asking the window for its size.
@@ -304,9 +301,9 @@ impl Open {
         self.window.request_redraw();
     }
 
-    fn save(&mut self, wishes: Wishes) {
-        for what in wishes.save {
-            self.note = Some(self.live.save(what, Path::new("")).map_err(|error| error.to_string()));
+    fn save(&mut self, wishes: &Wishes) {
+        for what in &wishes.save {
+            self.note = Some(self.live.save(*what, Path::new("")).map_err(|error| error.to_string()));
             self.window.request_redraw();
         }
     }
@@ -328,7 +325,7 @@ fn open_window(event_loop: &ActiveEventLoop, cli: &Cli) -> Result<Opened> {
     let attributes = Window::default_attributes()
         .with_title("Relume player")
         .with_inner_size(LogicalSize::new(1200.0, 820.0))
-        .with_min_inner_size(LogicalSize::new(480.0, 320.0))
+        .with_min_inner_size(LogicalSize::new(320.0, 240.0))
         .with_visible(false);
     let window = Arc::new(event_loop.create_window(attributes).map_err(|e| no_display(&format!(" ({e})")))?);
     let display = Box::new(event_loop.owned_display_handle());

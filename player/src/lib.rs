@@ -4,7 +4,7 @@
 //! * [`gpu`]: device, buffers, read-back, timestamps;
 //! * [`methods`]: one folder per method, the GPU twins of `relume_formats::evaluate`;
 //! * `lit`: meshes in the light of an environment map, which several methods draw;
-//! * [`controls`]: state and animation on top of the scene's defaults;
+//! * [`controls`]: state and animation on top of the scene's defaults; [`surfaces`]: what stands in the camera's way;
 //! * [`session`]: a bundle being played;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
 //! * [`live`]: a bundle shown and edited while it plays; [`ui`]: what the user sees of that; [`app`]: the window around it;
@@ -27,6 +27,7 @@ pub mod output;
 pub mod session;
 pub mod stats;
 pub mod stream;
+pub mod surfaces;
 pub mod ui;
 
 // What tests share is used from outside too.

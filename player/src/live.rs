@@ -6,7 +6,8 @@ use crate::gpu::Tonemap;
 use crate::output::{display_value, encode_exr, encode_png, write_numbered};
 use crate::session::{Cost, Progress, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
-use crate::ui::{Editor, Facts, Loading, Picker, Save};
+use crate::surfaces::Surfaces;
+use crate::ui::{Editor, Facts, Loading, Picker, Save, Stage};
 use relume_formats::state::Rgb;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -47,10 +48,20 @@ pub struct Shown {
     pub editor: Editor,
     /// Which material is where, if the view is fixed.
     pub picker: Option<Picker>,
+    /// What the camera must not go through.
+    pub surfaces: Surfaces,
     /// Size of the film in pixels.
     pub size: [u32; 2],
     /// What the display shows.
     pub picture: Tonemap,
+}
+
+impl Shown {
+    /// What the screen shows of it, with `picture` for the picture.
+    pub fn stage(&mut self, picture: egui::TextureId) -> Stage<'_> {
+        let Self { editor, picker, surfaces, size, .. } = self;
+        Stage { editor, picker: picker.as_ref(), surfaces, size: *size, picture }
+    }
 }
 
 impl Live {
@@ -101,9 +112,9 @@ impl Live {
             && let Some(controls) = self.session.controls()
         {
             let Some(film) = self.session.film() else { return };
-            let picture = Tonemap::new(self.session.gpu(), film);
+            let (editor, size, picture) = (Editor::new(controls), film.size, Tonemap::new(self.session.gpu(), film));
             let picker = self.session.pixels().map(Picker::new);
-            self.shown = Some(Shown { editor: Editor::new(controls), picker, size: film.size, picture });
+            self.shown = Some(Shown { editor, picker, surfaces: self.session.take_surfaces(), size, picture });
         }
     }
 
@@ -123,9 +134,20 @@ impl Live {
         if let Some(shown) = &self.shown {
             shown.picture.run(self.session.gpu(), exposure_ev);
         }
+        self.move_surfaces(&look);
         self.drawn = Some(look);
         self.session.gpu().check()?;
         Ok(true)
+    }
+
+    /// Lets the surfaces follow the shapes of a `look` that was just drawn.
+    fn move_surfaces(&mut self, look: &Look) {
+        let moved = self.drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
+        if let (true, Some(shown)) = (moved, &mut self.shown)
+            && let Some(positions) = self.session.moving_vertices()
+        {
+            shown.surfaces.set_positions(positions);
+        }
     }
 
     fn refines(&self) -> bool {
@@ -328,7 +350,7 @@ mod tests {
         let mut live = live(bundle.folder(), Limits::default());
         load(&mut live);
         assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.move_camera(Motion::Orbit([0.1, 0.1]));
+        live.shown().unwrap().editor.move_camera(Motion::Orbit([0.1, 0.1]), &Surfaces::default());
         assert!(live.draw().unwrap() && !live.draw().unwrap());
         live.shown().unwrap().editor.edit_light(&EnvironmentState { rotation_deg: Some(20.0), ..Default::default() });
         assert!(live.draw().unwrap() && !live.draw().unwrap());

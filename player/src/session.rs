@@ -6,6 +6,7 @@ use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
 use crate::methods::{Method, Pieces, Playback, Setup};
 use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source, decode_all};
 use relume_formats::bundle::{expect_name, expect_playable, sets_only};
+use crate::surfaces::Surfaces;
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::manifest::FILE_NAME;
 use relume_formats::kinds::transfer_images::Head;
@@ -93,6 +94,8 @@ pub struct Session {
     /// Sections of the small file that is arriving.
     pending: Vec<Section>,
     scene: Option<scene::Meta>,
+    /// At rest, until they are taken.
+    surfaces: Surfaces,
     state: PlacedState,
     /// The animations so far; with one to play, that comes first.
     animations: Vec<PlacedAnimation>,
@@ -134,6 +137,7 @@ impl Session {
             playback: None,
             pending: Vec::new(),
             scene: None,
+            surfaces: Surfaces::default(),
             state: request.state,
             animations,
             animations_expected,
@@ -161,6 +165,9 @@ impl Session {
                     let scene: StoredScene = decode_all(sections)?;
                     expect_name(&scene.meta.name, &listed.unwrap_or_default(), &place)?;
                     self.scene = Some(scene.meta.clone());
+                    if scene.meta.varies_view {
+                        self.surfaces = Surfaces::new(scene.positions.clone(), scene.triangles.clone());
+                    }
                     self.playback = Some((self.method.start)(&self.gpu, Setup { scene, place, size: self.size })?);
                 }
             }
@@ -251,6 +258,16 @@ impl Session {
     /// The materials that every pixel shows, where the view is fixed.
     pub fn pixels(&self) -> Option<&Head> {
         self.playback.as_ref()?.pixels()
+    }
+
+    /// Hands out the surfaces of the scene at rest; none where the view is fixed.
+    pub fn take_surfaces(&mut self) -> Surfaces {
+        std::mem::take(&mut self.surfaces)
+    }
+
+    /// Where the vertices of the scene are in the last frame, metres in world space, if they move at all.
+    pub fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
+        self.playback.as_ref()?.moving_vertices()
     }
 
     /// Renders the frame at `time_s` with what has arrived, and waits for it.

@@ -54,9 +54,24 @@ fn random_actions(seed: &mut u64, window: &str, size: [u64; 2]) -> String {
             13 => commands.push(format!("{} click --repeat 3 {}", point(seed), 4 + random(seed, 2))),
             14 => commands.push(format!("{} click {}", point(seed), 2 + random(seed, 2))),
             15..19 => {
-                // Neither Escape nor q, which end it, and saving now and then only.
-                let keys =
-                    ["space", "Tab", "Left", "Right", "Up", "Down", "Return", "1", "period", "BackSpace", "minus", "Home", "x", "plus"];
+                // Not q, which ends it, and saving now and then only.
+                let keys = [
+                    "Escape",
+                    "space",
+                    "Tab",
+                    "Left",
+                    "Right",
+                    "Up",
+                    "Down",
+                    "Return",
+                    "1",
+                    "period",
+                    "BackSpace",
+                    "minus",
+                    "Home",
+                    "x",
+                    "plus",
+                ];
                 commands.push(format!("key {}", keys[random(seed, keys.len() as u64) as usize]));
             }
             _ => commands.push(point(seed)),

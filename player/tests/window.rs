@@ -10,11 +10,12 @@ mod desk;
 mod support;
 
 use desk::{Display, Window};
-use egui::{Event, Pos2, TextureId, Vec2};
+use egui::{Event, PointerButton, Pos2, TextureId, Vec2};
 use relume_formats::Place;
 use relume_formats::state::{Animation, State};
 use relume_player::controls::{Controls, PlacedAnimation, PlacedState, Scope};
 use relume_player::output::display_value;
+use relume_player::surfaces::Surfaces;
 use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Seen, Stage};
 use std::path::Path;
 use std::process::Command;
@@ -71,9 +72,15 @@ impl Twin {
     fn frame(&mut self, events: Vec<Event>) {
         let Self { mirror, screen, editor, picker, film, facts } = self;
         mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), size: *film, picture: TextureId::User(0) };
+            let (picture, surfaces) = (TextureId::User(0), &Surfaces::default());
+            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: *film, picture };
             screen.show(ui, Some(stage), facts, None);
         });
+    }
+
+    /// Lets what changes for a while come to rest.
+    fn settle(&mut self) {
+        (0..60).for_each(|_| self.frame(Vec::new()));
     }
 
     /// Clicks in the window and here.
@@ -86,13 +93,13 @@ impl Twin {
     }
 
     /// Drags in the window and here.
-    #[track_caller]
-    fn drag(&mut self, window: &mut Window<'_>, from: Pos2, title: &str, to: Pos2) {
+    fn drag(&mut self, window: &Window<'_>, button: u32, from: Pos2, to: Pos2) {
         let (from, to) = (from.round(), to.round());
-        window.drag(from, title, to);
-        for events in [press(from), vec![Event::PointerMoved(to)], release(to), Vec::new()] {
-            self.frame(events);
-        }
+        window.drag(button, from, to);
+        let button = if button == 1 { PointerButton::Primary } else { PointerButton::Secondary };
+        let event = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Default::default() };
+        self.frame(vec![Event::PointerMoved(from), event(from, true), Event::PointerMoved(to), event(to, false)]);
+        self.frame(Vec::new());
     }
 
     /// Where in the window a pixel is that shows the material.
@@ -135,15 +142,16 @@ fn open_click_edit_scrub_save_close() {
     let bundle = Bundle::write(true);
     let mut window = Window::open(&display, bundle.folder(), &["--stats", "stats.json"], "synthetic - Relume");
     let mut twin = Twin::new(&bundle, window.size());
-    let untouched = window.save("t", "synthetic-0001.toml");
-    let default_png = window.save("s", "synthetic-0001.png");
-    assert_eq!(std::fs::read_to_string(untouched).unwrap(), "");
+    window.save_empty_state("synthetic-0001.toml");
+    let default_png = window.folder.path().join("synthetic-0001.png");
+    window.wait("the picture", |_| default_png.metadata().ok().filter(|file| file.len() > 0));
     expect_picture(&bundle, &State::default(), &default_png);
 
     twin.click(&window, twin.pixel_of("a"));
     window.wait_for_title("synthetic - a - Relume");
     let rail = twin.mirror.rect("shininess");
-    twin.drag(&mut window, rail.center(), "synthetic - a (edited) - Relume", Pos2::new(rail.right() + 30.0, rail.center().y));
+    twin.drag(&window, 1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
+    window.wait_for_title("synthetic - a (edited) - Relume");
     let edited = state(&window.save("t", "synthetic-0002.toml"));
     assert_eq!(edited.materials.keys().collect::<Vec<_>>(), ["a"]);
     assert_eq!((edited.materials["a"].shininess, &edited.camera), (Some(200.0), &None));
@@ -155,15 +163,16 @@ fn open_click_edit_scrub_save_close() {
     twin.click(&window, twin.mirror.rect("glow").center());
     window.wait_for_title("synthetic - a (edited) - glow playing");
     let rail = twin.mirror.rect("time");
-    twin.drag(&mut window, rail.center(), "synthetic - a (edited) - glow paused", Pos2::new(rail.left() - 30.0, rail.center().y));
+    twin.drag(&window, 1, rail.center(), Pos2::new(rail.left() - 30.0, rail.center().y));
+    window.wait_for_title("synthetic - a (edited) - glow paused");
     let scrubbed = state(&window.save("t", "synthetic-0003.toml"));
     let kd = scrubbed.materials["a"].kd.unwrap();
     assert!(kd.iter().zip([0.1, 0.2, 0.3]).all(|(kd, at_start)| (kd - at_start).abs() < 1e-5), "{kd:?}");
-    window.key("space");
+    window.keys("space");
     window.wait_for_title("synthetic - a (edited) - glow playing");
 
     let stats_path = window.folder.path().join("stats.json");
-    window.key("Escape");
+    window.keys("q");
     // The folder goes with the window.
     let stats = window.wait_for_stats(&stats_path);
     let (code, stderr) = window.end();
@@ -184,7 +193,7 @@ fn a_saved_state_is_played_again() {
     window.wait("the state", |_| Some(()).filter(|()| std::fs::read_to_string(&saved).unwrap() == text));
     let png = window.save("s", "synthetic-0001.png");
     expect_picture(&bundle, &state(&path), &png);
-    window.key("q");
+    window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
 }
 
@@ -192,17 +201,49 @@ fn a_saved_state_is_played_again() {
 fn the_first_image_comes_before_the_last_byte() {
     let Some(display) = Display::open() else { return };
     let bundle = Bundle::write(true);
-    let rate = (bundle.playlist_bytes() / 4).to_string();
+    // All of it would take a minute, in which the busiest machine opens a window.
+    let rate = (bundle.playlist_bytes() / 60).to_string();
     let mut window = Window::open(&display, bundle.folder(), &["--rate", &rate], "synthetic - loading");
     let twin = Twin::new(&bundle, window.size());
     // It can be edited while it loads.
     window.click(twin.pixel_of("b"));
     window.wait_for_title("synthetic - b - loading");
-    window.wait_for_title("synthetic - b - Relume");
-    let png = window.save("s", "synthetic-0001.png");
-    expect_picture(&bundle, &State::default(), &png);
-    window.key("Escape");
-    assert_eq!(window.end().0, Some(0));
+    window.save("s", "synthetic-0001.png");
+    window.keys("q");
+    assert_eq!(window.end(), (Some(0), String::new()));
+}
+
+#[test]
+fn quick_hands_and_second_thoughts() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let mut window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
+    let mut twin = Twin::new(&bundle, window.size());
+    twin.click(&window, twin.pixel_of("a"));
+    twin.settle();
+    let [red, green, blue] = ["kd R", "kd G", "kd B"].map(|field| twin.mirror.rect(field).center());
+    // Two numbers, faster than the window is drawn.
+    window.click_and_type(red, "0 period 2 5 Tab 0 period 1 2 5 Return t");
+    let kd = |path: &Path| state(path).materials["a"].kd.unwrap();
+    let saved = kd(&window.saved("synthetic-0001.toml"));
+    let before = support::blinn_phong(support::default_materials()[0]).kd;
+    assert_eq!(saved, [0.25, 0.125, before[2]]);
+    // Escape brings back what was, and never closes the window.
+    window.click_and_type(blue, "0 period 9 Escape Escape Escape t");
+    assert_eq!(kd(&window.saved("synthetic-0002.toml")), saved);
+    // From one program to another.
+    window.click_and_type(green, "ctrl+a ctrl+c Escape t");
+    window.saved("synthetic-0003.toml");
+    let mut other = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
+    other.click(twin.pixel_of("a"));
+    other.wait_for_title("synthetic - a - Relume");
+    other.click_and_type(blue, "ctrl+v Return t");
+    assert_eq!(kd(&other.saved("synthetic-0001.toml")), [before[0], before[1], 0.125]);
+    other.keys("q");
+    assert_eq!(other.end(), (Some(0), String::new()));
+    window.focus();
+    window.keys("q");
+    assert_eq!(window.end(), (Some(0), String::new()));
 }
 
 #[test]
@@ -215,7 +256,7 @@ fn a_source_that_fails_leaves_the_picture() {
     std::fs::write(&path, bytes).unwrap();
     let mut window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
     window.save("s", "synthetic-0001.png");
-    window.key("Escape");
+    window.keys("q");
     let (code, stderr) = window.end();
     assert_eq!(code, Some(2), "{stderr}");
     assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains("checksum"), "{stderr}");
@@ -244,32 +285,33 @@ fn light_and_view_are_changed_by_hand() {
     let mut twin = Twin::lit(window.size());
     twin.film = [90, 60];
     (0..3).for_each(|_| twin.frame(Vec::new()));
-    let still = window.save("t", "lit-0001.toml");
-    assert_eq!(std::fs::read_to_string(still).unwrap(), "");
-
     let picture = twin.mirror.rect("picture");
-    window.pull(1, picture.center(), picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()));
-    window.pull(3, picture.center(), picture.center() + Vec2::new(40.0, 20.0));
+    twin.drag(&window, 1, picture.center(), picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()));
+    twin.drag(&window, 3, picture.center(), picture.center() + Vec2::new(40.0, 20.0));
     let rail = twin.mirror.rect("rotation");
-    window.pull(1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
-    let moved = state(&window.save("t", "lit-0002.toml"));
+    twin.drag(&window, 1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
+    let moved = state(&window.save("t", "lit-0001.toml"));
     let (camera, light) = (moved.camera.clone().unwrap(), moved.environment.clone().unwrap());
-    let [x, y, z] = camera.position.unwrap();
-    assert!(x < -1.0 && y > 0.3 && z > 0.5 && camera.target.unwrap()[0] < -0.05, "{camera:?}");
+    // No pixel of the way is lost.
+    let expected = twin.editor.look().camera;
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+    assert!(near(camera.position.unwrap(), expected.position) && near(camera.target.unwrap(), expected.target), "{camera:?}, {expected:?}");
+    let [x, y, z] = expected.position;
+    assert!(x < -1.0 && y > 0.3 && z > 0.5 && expected.target[0] < -0.05, "{expected:?}");
     assert_eq!((light.rotation_deg, light.map, light.gain), (Some(180.0), None, None));
     let png = window.save("s", "lit-0001.png");
     // The player without a window, asked for the same.
-    let arguments = ["--headless", "--size", "90x60", "--count", "1", "--state", "lit-0002.toml", "--frames", "alone.png"];
+    let arguments = ["--headless", "--size", "90x60", "--count", "1", "--state", "lit-0001.toml", "--frames", "alone.png"];
     let alone = Command::new(env!("CARGO_BIN_EXE_player")).arg(bundle.folder()).args(arguments).current_dir(window.folder.path()).output();
     assert!(alone.unwrap().status.success());
     let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
     let pairs = bytes(&png).into_iter().zip(bytes(&window.folder.path().join("alone.png")));
     assert!(pairs.into_iter().all(|(shown, alone)| shown.abs_diff(alone) <= 1), "both show the same");
 
-    window.key("v");
-    let home = state(&window.save("t", "lit-0003.toml"));
+    window.keys("v");
+    let home = state(&window.save("t", "lit-0002.toml"));
     assert_eq!((home.camera, home.environment), (None, moved.environment));
-    window.key("Escape");
+    window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
 }
 
@@ -283,6 +325,6 @@ fn blocks_refine_the_picture_while_they_arrive() {
     let png = window.save("s", "lit-0001.png");
     let (_, expected) = relume_player::render_once(bundle.folder(), &State::default(), None).unwrap();
     expect_radiance(&expected, 0.0, &png);
-    window.key("q");
+    window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
 }

@@ -82,6 +82,11 @@ pub trait Playback {
         None
     }
 
+    /// Where the vertices of the scene are, metres in world space, if they move at all.
+    fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
+        None
+    }
+
     /// Sets how things look in the frames encoded from now on.
     fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()>;
 

@@ -4,10 +4,16 @@
 //! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until the animation is
 //! played again, or until it is reset. [`HOLD_RULE`] says so to the user.
 
+mod settings;
+mod state;
+
+pub use settings::Settings;
+
 use super::{legal, orbit};
 use crate::controls::{Controls, Look, Scope};
+use crate::surfaces::Surfaces;
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredShape};
-use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ShapeState, State};
+use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, ShapeState, State};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
@@ -48,6 +54,13 @@ impl Part {
     }
 }
 
+/// Puts `new` among `animations`, which are in the order of their names: whichever plays at the start, the list looks the same. Returns its index.
+fn insert_by_name(animations: &mut Vec<Animation>, new: &Animation) -> usize {
+    let index = animations.partition_point(|animation| animation.name < new.name);
+    animations.insert(index, new.clone());
+    index
+}
+
 /// What the user has set.
 #[derive(Debug, Clone)]
 pub struct Editor {
@@ -67,12 +80,13 @@ impl Editor {
     /// The settings that the player starts with. An animation asked for is playing.
     pub fn new(controls: &Controls) -> Self {
         let (first, others) = controls.animations();
-        let active = first.map(|_| 0);
+        let mut animations: Vec<Animation> = others.cloned().collect();
+        let active = first.map(|first| insert_by_name(&mut animations, first));
         Self {
             scope: controls.scope().clone(),
             base: controls.base().clone(),
             held: BTreeSet::new(),
-            animations: first.into_iter().chain(others).cloned().collect(),
+            animations,
             active,
             playing: active.is_some(),
             time_s: 0.0,
@@ -203,10 +217,10 @@ impl Editor {
         self.base.camera.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
     }
 
-    /// Moves the camera by hand, if it may move.
-    pub fn move_camera(&mut self, motion: orbit::Motion) {
+    /// Moves the camera by hand, if it may move; closer and farther, it stops before `surfaces`.
+    pub fn move_camera(&mut self, motion: orbit::Motion, surfaces: &Surfaces) {
         if self.scope.varies().camera {
-            let camera = orbit::moved(self.look().camera, motion, self.scene().camera);
+            let camera = orbit::moved(self.look().camera, motion, self.scene().camera, surfaces);
             self.hold(Part::View);
             self.base.camera = Camera { exposure_ev: self.base.camera.exposure_ev, ..camera };
         }
@@ -273,7 +287,7 @@ impl Editor {
         self.held.remove(&Part::Exposure);
     }
 
-    /// All animations.
+    /// All animations, in the order of their names.
     pub fn animations(&self) -> &[Animation] {
         &self.animations
     }
@@ -336,47 +350,4 @@ impl Editor {
         self.playing = looping || time_s < duration_s;
         self.time_s = if looping { time_s.rem_euclid(duration_s) } else { time_s.min(duration_s) };
     }
-
-    /// The look as a state: what differs from the scene.
-    pub fn state(&self) -> State {
-        let look = self.look();
-        let differs = |material: &&StoredMaterial| look.materials.get(&material.name).is_some_and(|brdf| *brdf != material.brdf);
-        let named = |material: &StoredMaterial| Some((material.name.clone(), MaterialState::from(*look.materials.get(&material.name)?)));
-        State {
-            environment: look.environment.as_ref().zip(self.scene().environment.as_ref()).and_then(|(now, was)| light_change(now, was)),
-            camera: camera_change(&look.camera, &self.scene().camera),
-            materials: self.materials().filter(differs).filter_map(named).collect(),
-            shapes: look.shapes.into_iter().map(|(name, posed)| (name, shape_state(posed))).collect(),
-            ..State::default()
-        }
-    }
-}
-
-/// `now`, if it is not what it was.
-fn changed<T: PartialEq>(now: T, was: &T) -> Option<T> {
-    Some(now).filter(|now| now != was)
-}
-
-fn light_change(now: &EnvironmentLook, was: &EnvironmentLook) -> Option<EnvironmentState> {
-    let change = EnvironmentState {
-        map: changed(now.map.clone(), &was.map),
-        rotation_deg: changed(now.rotation_deg, &was.rotation_deg),
-        gain: changed(now.gain, &was.gain),
-    };
-    changed(change, &EnvironmentState::default())
-}
-
-/// The state in which a shape at rest shows `posed`.
-fn shape_state(posed: Posed) -> ShapeState {
-    ShapeState { clip: Some(posed.clip), time_s: Some(posed.time_s) }
-}
-
-fn camera_change(now: &Camera, was: &Camera) -> Option<CameraState> {
-    let change = CameraState {
-        position: changed(now.position, &was.position),
-        target: changed(now.target, &was.target),
-        fov_deg: changed(now.fov_deg, &was.fov_deg),
-        exposure_ev: changed(now.exposure_ev, &was.exposure_ev),
-    };
-    changed(change, &CameraState::default())
 }

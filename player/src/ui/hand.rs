@@ -8,9 +8,11 @@ pub const HELP: &str = "drag: orbit     right drag: pan     wheel: closer, farth
 /// The distance to the target grows by this factor for every point that the wheel scrolls.
 const DOLLY_PER_POINT: f32 = 0.998;
 
-/// What the pointer did on the picture since the last frame.
+/// What the pointer did on the picture since the last pass.
 pub fn motions(ui: &Ui, picture: &Response) -> Vec<Motion> {
-    let share = (picture.drag_delta() / picture.rect.height().max(1.0)).into();
+    // A drag is one only once it has left the place of a click; what it went until then is part of it.
+    let whole = picture.total_drag_delta().filter(|_| picture.drag_started());
+    let share = (whole.unwrap_or(picture.drag_delta()) / picture.rect.height().max(1.0)).into();
     let by = |button| picture.dragged_by(button);
     let pans = by(PointerButton::Secondary) || by(PointerButton::Middle);
     let scroll = if picture.hovered() { ui.input(|input| input.smooth_scroll_delta().y) } else { 0.0 };

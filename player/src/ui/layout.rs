@@ -1,11 +1,25 @@
 //! Where things are. Lengths are in points: pixels of a display without scaling.
 
-use egui::{Pos2, Rect, Vec2};
+use egui::{Panel, Pos2, Rect, Vec2};
 
 /// Width of the panel on the right.
-pub(super) const PANEL_WIDTH: f32 = 344.0;
+const PANEL_WIDTH: f32 = 344.0;
+/// In a window narrower than this the panel is below the picture.
+const LEAST_WIDTH: f32 = 600.0;
+/// How much of such a window's height the panel takes.
+const PANEL_SHARE: f32 = 0.5;
 /// Least distance between the picture and what surrounds it.
 const MARGIN: f32 = 12.0;
+
+/// The panel's place in a window of `size`.
+pub(super) fn panel(size: Vec2) -> Panel {
+    let panel = if size.x < LEAST_WIDTH {
+        Panel::bottom("panel below").exact_size((PANEL_SHARE * size.y).round())
+    } else {
+        Panel::right("panel").exact_size(PANEL_WIDTH)
+    };
+    panel.resizable(false)
+}
 
 /// The largest rectangle of the film's shape in the middle of `area`, its edges on whole pixels of the display.
 pub(super) fn image_rect(area: Rect, [width, height]: [u32; 2], pixels_per_point: f32) -> Rect {

@@ -2,8 +2,8 @@
 
 use super::editor::{Editor, HOLD_RULE, Part};
 use super::panel::section;
-use super::style::{ACCENT, WARNING};
-use egui::{Color32, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
+use super::style::ACCENT;
+use egui::{Color32, Context, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
 
 /// Why a slider is disabled.
@@ -52,7 +52,6 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
             ui.label(RichText::new("moved by the animation").small().weak()).on_hover_text(HOLD_RULE);
         }
     });
-    yielded.show(ui);
 }
 
 fn list(ui: &mut Ui, editor: &mut Editor) {
@@ -163,11 +162,12 @@ impl Yielded {
         *self = Self { text, until_s: ui.input(|input| input.time) + YIELD_NOTE_S };
     }
 
-    fn show(&self, ui: &mut Ui) {
-        let left_s = self.until_s - ui.input(|input| input.time);
+    /// The note, while it stays.
+    pub fn text(&self, ctx: &Context) -> Option<&'static str> {
+        let left_s = self.until_s - ctx.input(|input| input.time);
         if left_s > 0.0 {
-            ui.label(RichText::new(self.text).small().color(WARNING));
-            ui.ctx().request_repaint_after_secs(left_s as f32);
+            ctx.request_repaint_after_secs(left_s as f32);
         }
+        Some(self.text).filter(|_| left_s > 0.0)
     }
 }

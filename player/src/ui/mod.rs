@@ -8,12 +8,15 @@ mod layout;
 mod legal;
 mod light_panel;
 mod material_panel;
+mod messages;
 mod orbit;
 mod panel;
 mod picker;
 mod screen;
 mod shape_panel;
 mod style;
+mod turns;
+mod undertaking;
 
 pub use editor::{Editor, Part};
 pub use facts::{Facts, Loading, Note, Save};
@@ -21,6 +24,7 @@ pub use orbit::Motion;
 pub use picker::{Picker, Seen};
 pub use screen::{Screen, Stage, Wishes, title};
 pub use style::set_up as set_up_style;
+pub use turns::run_in_turns;
 
 #[cfg(test)]
 mod tests;

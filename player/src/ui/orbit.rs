@@ -1,5 +1,6 @@
 //! A camera moved by hand, around what it looks at.
 
+use crate::surfaces::Surfaces;
 use glam::{Quat, Vec3};
 use relume_formats::state::Camera;
 
@@ -9,6 +10,8 @@ const STEEPEST_DEG: f32 = 89.0;
 const ORBIT_DEG: f32 = 180.0;
 /// How far the distance to the target may differ from the scene's, as a factor either way.
 const REACH: f32 = 1e3;
+/// How far a dolly stays away from surfaces, as a share of the scene's distance to the target.
+const CLEARANCE: f32 = 0.01;
 
 /// What a hand does. Lengths are shares of the picture's height, x to the right and y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,12 +20,12 @@ pub enum Motion {
     Orbit([f32; 2]),
     /// Moves camera and target sideways, such that the target follows the hand.
     Pan([f32; 2]),
-    /// Multiplies the distance to the target.
+    /// Multiplies the distance to the target, as far as no surface is in the way.
     Dolly(f32),
 }
 
-/// `camera` after `motion`; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
-pub fn moved(camera: Camera, motion: Motion, home: Camera) -> Camera {
+/// `camera` after `motion` among `surfaces`; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
+pub fn moved(camera: Camera, motion: Motion, home: Camera, surfaces: &Surfaces) -> Camera {
     let (position, target) = (Vec3::from(camera.position), Vec3::from(camera.target));
     let way = position - target;
     let (position, target) = match motion {
@@ -35,7 +38,7 @@ pub fn moved(camera: Camera, motion: Motion, home: Camera) -> Camera {
         Motion::Dolly(factor) => {
             let usual = Vec3::from(home.position).distance(Vec3::from(home.target));
             let length = (way.length() * factor).clamp(usual / REACH, usual * REACH);
-            (target + way.normalize_or(Vec3::Z) * length, target)
+            (surfaces.way(position, target + way.normalize_or(Vec3::Z) * length, CLEARANCE * usual), target)
         }
     };
     let moved = Camera { position: position.to_array(), target: target.to_array(), ..camera };
@@ -57,9 +60,13 @@ fn turned(way: Vec3, [x, y]: [f32; 2]) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{moved as moved_among, *};
 
     const HOME: Camera = Camera { position: [1.0, 2.0, 6.0], target: [0.5, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 1.5 };
+
+    fn moved(camera: Camera, motion: Motion, home: Camera) -> Camera {
+        moved_among(camera, motion, home, &Surfaces::default())
+    }
 
     /// Where a point appears: as shares of the picture's height, x to the right and y down, from its middle.
     fn seen(camera: &Camera, point: Vec3) -> [f32; 2] {
@@ -131,5 +138,26 @@ mod tests {
         for motion in [Motion::Dolly(f32::NAN), Motion::Orbit([f32::NAN, 0.0]), Motion::Pan([f32::INFINITY, 1.0])] {
             assert_eq!(moved(HOME, motion, HOME), HOME);
         }
+    }
+
+    #[test]
+    fn a_dolly_goes_through_no_surface() {
+        // A wall through the target, square to the way there.
+        let (eye, target) = (Vec3::from(HOME.position), Vec3::from(HOME.target));
+        let right = (eye - target).cross(Vec3::Y);
+        let up = right.cross(eye - target).normalize() * right.length();
+        let corners = [-right - up, right - up, right + up, up - right].map(|corner| (target + corner).to_array());
+        let wall = Surfaces::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+        let near = (0..200).fold(HOME, |camera, _| moved_among(camera, Motion::Dolly(0.7), HOME, &wall));
+        assert!((distance(&near) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01, "{}", distance(&near) / distance(&HOME));
+        let back = moved_among(near, Motion::Dolly(50.0), HOME, &wall);
+        assert!((distance(&back) - 50.0 * distance(&near)).abs() < 1e-3, "out again it goes at once");
+        // From behind, the same wall is in the way; and the way back is not open either.
+        let room = Camera { position: (target + 3.0 * (target - eye)).to_array(), target: eye.to_array(), ..HOME };
+        let near = (0..200).fold(room, |camera, _| moved_among(camera, Motion::Dolly(0.7), HOME, &wall));
+        assert!((Vec3::from(near.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01);
+        let inside = Camera { target: (2.0 * eye - target).to_array(), ..HOME };
+        let back = (0..200).fold(inside, |camera, _| moved_among(camera, Motion::Dolly(1.5), HOME, &wall));
+        assert!((Vec3::from(back.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01);
     }
 }

@@ -1,31 +1,30 @@
-//! The panel: materials, light, shapes, view, animation, exposure, files, figures.
+//! The panel: materials, light, shapes, view, animation, exposure, files, figures; and below, messages.
 
 use super::editor::{Editor, HOLD_RULE};
-use super::facts::{Facts, Loading, Note, Save};
+use super::facts::{Facts, Note, Save};
 use super::light_panel;
 use super::material_panel::{self, Yielded};
+use super::messages;
 use super::shape_panel;
-use super::style::{ACCENT, WARNING};
-use egui::{Button, Color32, Grid, ProgressBar, RichText, ScrollArea, Slider, SliderClamping, Ui};
+use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
 /// Draws the panel; returns what to save.
 pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded) -> Vec<Save> {
     let mut save = Vec::new();
+    messages::show(ui, facts, note, yielded.text(ui.ctx()));
+    // Otherwise what scrolls would reach a few points into the messages.
+    ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
-        match editor {
-            Some(editor) => {
-                ui.heading(RichText::new(editor.scene().name.as_str()).strong());
-                loading(ui, facts);
-                material_panel::show(ui, editor, yielded);
-                light_panel::light(ui, editor);
-                shape_panel::show(ui, editor);
-                light_panel::view(ui, editor);
-                animation(ui, editor);
-                exposure(ui, editor);
-                save = files(ui, note);
-            }
-            None => loading(ui, facts),
+        if let Some(editor) = editor {
+            ui.heading(RichText::new(editor.scene().name.as_str()).strong());
+            material_panel::show(ui, editor, yielded);
+            light_panel::light(ui, editor);
+            shape_panel::show(ui, editor);
+            light_panel::view(ui, editor);
+            animation(ui, editor);
+            exposure(ui, editor);
+            save = files(ui);
         }
         statistics(ui, facts);
     });
@@ -37,27 +36,6 @@ pub(super) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(6.0);
     ui.separator();
     ui.label(RichText::new(title).small().color(Color32::from_gray(140)));
-}
-
-fn loading(ui: &mut Ui, facts: &Facts) {
-    match &facts.loading {
-        Loading::Arriving => {
-            let share = facts.bytes as f32 / facts.bytes_expected.max(1) as f32;
-            let text = format!("loading: {} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected));
-            ui.add(ProgressBar::new(share).text(RichText::new(text).small()).desired_height(16.0));
-        }
-        Loading::Complete => {}
-        Loading::Prefix => {
-            let text = format!("the first {} of {} {}, as asked for by --bytes", facts.pieces, facts.pieces_expected, facts.what);
-            ui.label(RichText::new(text).color(ACCENT));
-        }
-        Loading::Failed(reason) => {
-            let Facts { what, pieces, pieces_expected, .. } = facts;
-            let text = format!("Loading ended early; this is what came before ({pieces} of {pieces_expected} {what}).");
-            ui.label(RichText::new(text).color(WARNING));
-            ui.label(RichText::new(reason).small().color(WARNING));
-        }
-    }
 }
 
 fn animation(ui: &mut Ui, editor: &mut Editor) {
@@ -76,7 +54,12 @@ fn animation(ui: &mut Ui, editor: &mut Editor) {
     if chosen != editor.active() {
         editor.choose(chosen);
     }
-    let Some(duration_s) = editor.animation().map(|animation| f64::from(animation.duration_s)) else { return };
+    ui.add_enabled_ui(editor.animation().is_some(), |ui| player(ui, editor));
+}
+
+/// Plays and scrubs the chosen animation. Its row keeps its place where there is none.
+fn player(ui: &mut Ui, editor: &mut Editor) {
+    let duration_s = editor.animation().map_or(1.0, |animation| f64::from(animation.duration_s));
     ui.horizontal(|ui| {
         let label = if editor.is_playing() { "Pause" } else { "Play" };
         if ui.add(Button::new(label).min_size([58.0, 0.0].into())).on_hover_text(HOLD_RULE).clicked() {
@@ -110,7 +93,7 @@ fn exposure(ui: &mut Ui, editor: &mut Editor) {
     });
 }
 
-fn files(ui: &mut Ui, note: Option<&Note>) -> Vec<Save> {
+fn files(ui: &mut Ui) -> Vec<Save> {
     section(ui, "SAVE");
     let mut save = Vec::new();
     ui.horizontal(|ui| {
@@ -125,11 +108,7 @@ fn files(ui: &mut Ui, note: Option<&Note>) -> Vec<Save> {
             }
         }
     });
-    match note {
-        Some(Ok(path)) => ui.label(RichText::new(format!("saved {}", path.display())).small()),
-        Some(Err(reason)) => ui.label(RichText::new(reason).small().color(WARNING)),
-        None => ui.label(RichText::new("into the current folder, never over another file").small().weak()),
-    };
+    ui.label(RichText::new("into the current folder, never over another file").small().weak());
     save
 }
 
@@ -157,6 +136,6 @@ fn statistics(ui: &mut Ui, facts: &Facts) {
     ui.add_space(8.0);
 }
 
-fn megabytes(bytes: u64) -> String {
+pub(super) fn megabytes(bytes: u64) -> String {
     format!("{:.1}", bytes as f64 / 1e6)
 }

@@ -4,18 +4,23 @@ use super::editor::Editor;
 use super::facts::{Facts, Loading, Note, Save};
 use super::hand;
 use super::highlight::Highlight;
-use super::layout::{self, PANEL_WIDTH};
+use super::layout;
 use super::material_panel::Yielded;
 use super::panel;
 use super::picker::{Picker, Seen};
 use super::style::{SURROUND, WARNING};
+use super::undertaking::Undertaking;
+use crate::surfaces::Surfaces;
 use egui::{
-    CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
+    Align, CentralPanel, Color32, CursorIcon, Frame, Key, Label, Layout, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextStyle,
+    TextureId, Ui, UiBuilder, WidgetInfo,
 };
 
 /// What the user sees when pointing at something that cannot be edited.
 const FIXED: &str = "fixed: not editable in this bundle";
-const KEYS: &str = "S  PNG     E  EXR     T  state     Space  play / pause     Esc  close";
+/// Least distance between the hints in the bottom line.
+const HINT_GAP: f32 = 24.0;
+const KEYS: &str = "S  PNG     E  EXR     T  state     Space  play / pause     Esc  cancel     Q  close";
 
 /// The picture and what belongs to it.
 pub struct Stage<'a> {
@@ -23,6 +28,8 @@ pub struct Stage<'a> {
     pub editor: &'a mut Editor,
     /// Which material is where, if the view is fixed.
     pub picker: Option<&'a Picker>,
+    /// What the camera must not go through.
+    pub surfaces: &'a Surfaces,
     /// Size of the picture in pixels of its own.
     pub size: [u32; 2],
     /// The picture.
@@ -45,14 +52,18 @@ pub struct Screen {
     /// Set by a click on something fixed, until the next click.
     clicked_fixed: bool,
     yielded: Yielded,
+    undertaking: Undertaking,
 }
 
 impl Screen {
     /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show yet.
     pub fn show(&mut self, ui: &mut Ui, mut stage: Option<Stage<'_>>, facts: &Facts, note: Option<&Note>) -> Wishes {
+        if let Some(stage) = &stage {
+            self.undertaking.watch(ui.ctx(), stage.editor);
+        }
         let mut wishes = keys(ui, stage.as_mut().map(|stage| &mut *stage.editor));
-        let panel = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
-        Panel::right("panel").exact_size(PANEL_WIDTH).resizable(false).frame(panel).show(ui, |ui| {
+        let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
+        layout::panel(ui.max_rect().size()).frame(frame).show(ui, |ui| {
             let editor = stage.as_mut().map(|stage| &mut *stage.editor);
             wishes.save.extend(panel::show(ui, editor, facts, note, &mut self.yielded));
         });
@@ -63,6 +74,7 @@ impl Screen {
             Some(mut stage) => {
                 let seen = self.picture(ui, &mut stage);
                 self.status_line(ui, status, seen, &stage);
+                self.undertaking.obey_escape(ui.ctx(), stage.editor);
             }
             None => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
@@ -78,7 +90,7 @@ impl Screen {
         let response = ui.allocate_rect(rect, if moves { Sense::click_and_drag() } else { Sense::click() });
         response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::Image, true, "picture"));
         if moves {
-            hand::motions(ui, &response).into_iter().for_each(|motion| stage.editor.move_camera(motion));
+            hand::motions(ui, &response).into_iter().for_each(|motion| stage.editor.move_camera(motion, stage.surfaces));
         }
         let pixel = response.hover_pos().and_then(|position| layout::pixel_at(rect, stage.size, position));
         let seen = stage.picker.zip(pixel).map_or(Seen::Nothing, |(picker, pixel)| picker.at(pixel));
@@ -109,7 +121,7 @@ impl Screen {
         }
     }
 
-    /// What is under the pointer, or what can be done with the picture, on the left; the keys, on the right.
+    /// What is under the pointer, or what can be done with the picture, on the left; the keys, on the right, where there is room for both.
     fn status_line(&self, ui: &mut Ui, rect: Rect, seen: Seen<'_>, stage: &Stage<'_>) {
         let moves = stage.editor.scope().varies().camera;
         let weak = Color32::from_gray(120);
@@ -120,14 +132,17 @@ impl Screen {
             Seen::Nothing if stage.picker.is_none() => ("", weak),
             Seen::Nothing => ("click an object to edit its material", weak),
         };
-        let font = egui::TextStyle::Body.resolve(ui.style());
-        let painter = ui.ctx().layer_painter(ui.layer_id());
-        let left = painter.text(rect.left_center(), egui::Align2::LEFT_CENTER, text, font, colour);
-        let small = egui::TextStyle::Small.resolve(ui.style());
         let keys = if moves { format!("V  reset view     {KEYS}") } else { KEYS.to_owned() };
-        let keys = painter.layout_no_wrap(keys, small, Color32::from_gray(95));
-        if left.right() + 24.0 + keys.size().x < rect.right() {
-            painter.galley(Pos2::new(rect.right() - keys.size().x, rect.center().y - 0.5 * keys.size().y), keys, weak);
+        let width = |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), weak).size().x;
+        let both_fit = width(text, TextStyle::Body) + HINT_GAP + width(&keys, TextStyle::Small) <= rect.width();
+        let line = UiBuilder::new().max_rect(rect).layout(Layout::left_to_right(Align::Center));
+        let mut line = ui.new_child(line);
+        line.set_clip_rect(rect);
+        line.add(Label::new(RichText::new(text).color(colour)).truncate());
+        if both_fit {
+            line.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.label(RichText::new(keys).small().color(Color32::from_gray(95)))
+            });
         }
     }
 }
@@ -152,9 +167,7 @@ fn keys(ui: &mut Ui, editor: Option<&mut Editor>) -> Wishes {
             editor.reset_view();
         }
     }
-    // The first Escape closes what is open above the panel.
-    let popup_open = egui::Popup::is_any_open(ui.ctx());
-    wishes.close = (!popup_open && pressed(Key::Escape)) || pressed(Key::Q);
+    wishes.close = pressed(Key::Q);
     wishes
 }
 

@@ -1,6 +1,8 @@
 //! The editor by itself, and through the screen as a user works it.
 
+mod hands;
 mod lit;
+mod places;
 mod shapes;
 mod user;
 
@@ -8,11 +10,16 @@ use super::*;
 use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
 use crate::support::mirror::{Mirror, key, press, release};
 use crate::support::{self, Bundle, blinn_phong};
+use crate::surfaces::Surfaces;
 use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
 use relume_formats::kinds::scene;
 use relume_formats::state::{Animation, Brdf, MaterialState, State};
 use user::User;
+
+/// Places of the animations in the list.
+const FADE: usize = 0;
+const GLOW: usize = 1;
 
 /// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on offer.
 fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
@@ -22,7 +29,7 @@ fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
     };
     let (glow, fade) = (placed("glow", support::ANIMATION), placed("fade", support::FADE));
     let state = PlacedState { state, place: Place::file("state") };
-    let (first, others) = if plays { (Some(glow), vec![fade]) } else { (None, vec![glow, fade]) };
+    let (first, others) = if plays { (Some(glow), vec![fade]) } else { (None, vec![fade, glow]) };
     Controls::new(support::scope(meta.clone()), &state, first, others).unwrap()
 }
 
@@ -54,7 +61,7 @@ fn time_passes_as_the_animation_says() {
     editor.advance(3.0);
     assert!((editor.time_s() - 0.125).abs() < 1e-9 && !editor.is_playing());
     // The second one does not loop: it stops at its end, and plays from the start again.
-    editor.choose(Some(1));
+    editor.choose(Some(FADE));
     editor.advance(100.0);
     assert_eq!((editor.time_s(), editor.is_playing(), editor.look().camera.exposure_ev), (2.0, false, -4.0));
     editor.play_or_pause();
@@ -104,7 +111,7 @@ fn an_edit_holds_against_the_animation_until_play_or_reset() {
 #[test]
 fn exposure_obeys_the_same_rule() {
     let mut editor = editor(false);
-    editor.choose(Some(1));
+    editor.choose(Some(FADE));
     editor.advance(1.0);
     assert!((editor.look().camera.exposure_ev + 2.0).abs() < 1e-6);
     editor.set_exposure(3.0);
@@ -124,7 +131,7 @@ fn exposure_obeys_the_same_rule() {
 fn an_animation_over_an_edit_stays_legal() {
     let mut editor = editor(false);
     editor.edit("a", &MaterialState { ks: Some([0.9; 3]), ..Default::default() });
-    editor.choose(Some(0));
+    editor.choose(Some(GLOW));
     for step in 0..50 {
         editor.advance(0.01);
         let look = editor.look();
@@ -233,7 +240,7 @@ fn animation_controls() {
     user.slide("shininess", 0.3);
     assert!(user.shows("held by hand"));
     user.click("fade");
-    assert_eq!((user.editor.active(), user.editor.is_playing()), (Some(1), true));
+    assert_eq!((user.editor.active(), user.editor.is_playing()), (Some(FADE), true));
     user.click("none");
     assert_eq!(user.editor.active(), None);
 }
@@ -257,10 +264,10 @@ fn keys_and_buttons_ask_for_the_same() {
         user.click(button);
         assert_eq!(user.wishes, Wishes { save: vec![what], close: false });
     }
-    for key_of in [Key::Escape, Key::Q] {
-        user.frame(key(key_of));
-        assert_eq!(user.wishes, Wishes { save: Vec::new(), close: true });
-    }
+    user.frame(key(Key::Escape));
+    assert_eq!(user.wishes, Wishes::default(), "Escape only cancels");
+    user.frame(key(Key::Q));
+    assert_eq!(user.wishes, Wishes { save: Vec::new(), close: true });
 }
 
 #[test]

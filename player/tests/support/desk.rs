@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest wait for anything. Software rendering on a busy machine is slow.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A display of our own.
 pub struct Display {
@@ -92,12 +92,18 @@ impl<'a> Window<'a> {
             .unwrap();
         let mut window = Self { display, child, id: String::new(), folder };
         window.id = window.wait("a window", |window| {
-            let found = window.display.xdotool("search --onlyvisible --name Relume")?;
+            let search = format!("search --all --onlyvisible --pid {} --name Relume", window.child.id());
+            let found = window.display.xdotool(&search)?;
             found.lines().next().map(str::to_owned).filter(|id| !id.is_empty())
         });
         window.wait_for_title(title);
-        display.xdotool(&format!("windowfocus --sync {}", window.id)).unwrap();
+        window.focus();
         window
+    }
+
+    /// Lets the keyboard write to this window.
+    pub fn focus(&self) {
+        self.display.xdotool(&format!("windowfocus --sync {}", self.id)).unwrap();
     }
 
     /// Waits until `look` finds something.
@@ -139,34 +145,22 @@ impl<'a> Window<'a> {
         self.display.xdotool(&format!("mousemove --window {} {x} {y} click 1", self.id)).unwrap();
     }
 
-    /// Presses at `from`, waits for the title that this leads to, and drags on to `to`.
-    #[track_caller]
-    pub fn drag(&mut self, from: Pos2, title: &str, to: Pos2) {
-        let (from, to) = (from.round(), to.round());
-        self.display.xdotool(&format!("mousemove --window {} {} {} mousedown 1", self.id, from.x, from.y)).unwrap();
-        self.wait_for_title(title);
-        self.display.xdotool(&format!("mousemove --window {} {} {}", self.id, to.x, to.y)).unwrap();
-        self.display.xdotool("mouseup 1").unwrap();
+    /// Drags with a button of the mouse, faster than any hand: on a slow display it is over before the next frame.
+    pub fn drag(&self, button: u32, from: Pos2, to: Pos2) {
+        let at = |point: Pos2| format!("mousemove --window {} {} {}", self.id, point.round().x, point.round().y);
+        let (from, half, to) = (at(from), at(from + 0.5 * (to - from)), at(to));
+        self.display.xdotool(&format!("{from} mousedown {button} {half} {to} mouseup {button}")).unwrap();
     }
 
-    /// Drags with a button of the mouse, in steps as a hand does.
-    pub fn pull(&self, button: u32, from: Pos2, to: Pos2) {
-        let step = |share: f32| {
-            let at = (from + share * (to - from)).round();
-            format!("mousemove --window {} {} {}", self.id, at.x, at.y)
-        };
-        self.display.xdotool(&format!("{} mousedown {button}", step(0.0))).unwrap();
-        // A press and a motion in one frame of a slow display would be one event.
-        for share in [0.05, 0.5, 1.0] {
-            std::thread::sleep(Duration::from_millis(100));
-            self.display.xdotool(&step(share)).unwrap();
-        }
-        std::thread::sleep(Duration::from_millis(100));
-        self.display.xdotool(&format!("mouseup {button}")).unwrap();
+    /// Clicks, and presses keys at once.
+    pub fn click_and_type(&self, at: Pos2, keys: &str) {
+        let Pos2 { x, y } = at.round();
+        self.display.xdotool(&format!("mousemove --window {} {x} {y} click 1 key --delay 0 {keys}", self.id)).unwrap();
     }
 
-    pub fn key(&self, key: &str) {
-        self.display.xdotool(&format!("key {key}")).unwrap();
+    /// Presses keys, one after the other and without a pause.
+    pub fn keys(&self, keys: &str) {
+        self.display.xdotool(&format!("key --delay 0 {keys}")).unwrap();
     }
 
     /// Presses a key that saves, and waits for the file.
@@ -174,10 +168,35 @@ impl<'a> Window<'a> {
     pub fn save(&mut self, key: &str, name: &str) -> PathBuf {
         let path = self.folder.path().join(name);
         assert!(!path.exists());
-        self.key(key);
-        // A file is claimed empty before it is filled, and a state may stay empty: then the title of the panel is no help either.
-        self.wait(name, |_| path.metadata().ok().filter(|file| file.len() > 0 || name.ends_with("0001.toml")));
+        self.keys(key);
+        self.saved(name)
+    }
+
+    /// Waits for a file that is being saved.
+    #[track_caller]
+    pub fn saved(&mut self, name: &str) -> PathBuf {
+        let path = self.folder.path().join(name);
+        // A file is claimed empty before it is filled.
+        self.wait(name, |_| path.metadata().ok().filter(|file| file.len() > 0));
         path
+    }
+
+    /// Saves a state in which nothing is set, as `name`.
+    #[track_caller]
+    pub fn save_empty_state(&mut self, name: &str) {
+        let path = self.folder.path().join(name);
+        assert!(!path.exists());
+        // The picture that is saved after it tells that it is whole.
+        let pictures = self.pictures();
+        self.keys("t s");
+        self.wait("a picture", |window| Some(()).filter(|()| window.pictures() > pictures));
+        assert_eq!(std::fs::read_to_string(path).unwrap(), "");
+    }
+
+    /// How many pictures have been saved, or are being.
+    fn pictures(&self) -> usize {
+        let files = std::fs::read_dir(self.folder.path()).unwrap();
+        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "png")).count()
     }
 
     /// The statistics, once they are written.

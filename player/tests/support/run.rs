@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
 
 /// Runs without a display.
 pub fn player(arguments: &[&str]) -> Output {
@@ -11,6 +11,23 @@ pub fn player(arguments: &[&str]) -> Output {
         command.env_remove(variable);
     }
     command.args(arguments).output().unwrap()
+}
+
+/// Waits until a player catches interrupts.
+#[cfg(target_os = "linux")]
+#[track_caller]
+pub fn wait_until_it_listens(child: &mut Child) {
+    let listens = |child: &Child| {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+        let caught = u64::from_str_radix(caught.trim(), 16).ok()?;
+        // Signal n is bit n - 1; SIGINT is 2.
+        Some(()).filter(|()| caught & 1 << 1 != 0)
+    };
+    while listens(child).is_none() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended too soon");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
 }
 
 pub fn gpu_there() -> bool {

@@ -158,6 +158,11 @@ impl Playback for SphereShadows {
         self.stage.as_ref().map(Stage::film)
     }
 
+    fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
+        let receivers = self.stage.as_ref().map(|stage| &stage.receivers).filter(|receivers| receivers.any_moves())?;
+        Some(receivers.now().iter().map(|receiver| receiver.position.to_array()).collect())
+    }
+
     fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {
         self.stage.as_mut().map_or(Ok(()), |stage| stage.update(gpu, look))
     }

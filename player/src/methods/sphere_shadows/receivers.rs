@@ -118,6 +118,11 @@ impl Receivers {
         &self.now
     }
 
+    /// Whether there are objects that deform.
+    pub(super) fn any_moves(&self) -> bool {
+        !self.moving.is_empty()
+    }
+
     /// The spheres of the objects that have some.
     pub(super) fn sets(&self) -> &[Spheres] {
         &self.sets

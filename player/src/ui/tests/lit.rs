@@ -5,7 +5,7 @@ use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::state::EnvironmentState;
 
 /// Settings of a bundle whose light and view vary, with the animations `turn`, which plays if `plays`, and `glow`.
-fn lit(plays: bool) -> Editor {
+pub(super) fn lit(plays: bool) -> Editor {
     let placed = |name: &str, text: &str| {
         let place = Place::file(name);
         PlacedAnimation { animation: Animation::parse(name, text, &place).unwrap(), place }
@@ -34,7 +34,7 @@ fn an_edit_of_the_light_holds_its_leaf_and_no_other() {
     assert!(!editor.is_playing() && editor.is_held(&Part::Light("rotation_deg")) && !editor.is_held(&Part::Light("gain")));
     editor.scrub(1.0);
     assert_eq!(light(&editor), EnvironmentLook { map: "sun".to_owned(), rotation_deg: -10.0, gain: [2.0, 1.0, 0.0] });
-    editor.move_camera(Motion::Orbit([0.1, 0.0]));
+    editor.move_camera(Motion::Orbit([0.1, 0.0]), &Surfaces::default());
     let moved = editor.look().camera;
     editor.scrub(0.0);
     assert_eq!(editor.look().camera, moved, "the view is held, too");
@@ -57,7 +57,7 @@ fn an_edit_of_the_light_holds_its_leaf_and_no_other() {
 fn a_saved_light_and_view_lead_to_the_same_look() {
     let mut editor = lit(true);
     editor.scrub(0.3);
-    editor.move_camera(Motion::Pan([0.1, 0.2]));
+    editor.move_camera(Motion::Pan([0.1, 0.2]), &Surfaces::default());
     editor.edit_light(&EnvironmentState { map: Some("even".to_owned()), ..Default::default() });
     let text = toml::to_string(&editor.state()).unwrap();
     let state: State = relume_formats::state::parse_toml(&text, &Place::file("saved")).unwrap();

@@ -16,7 +16,7 @@ fn scope() -> Scope {
 }
 
 /// With an animation of the fox, which plays.
-fn editor() -> Editor {
+pub(super) fn editor() -> Editor {
     let text =
         "duration_s = 1.0\n[[key]]\nt_s = 0\nshapes.fox = { clip = \"Walk\", time_s = 0.0 }\n[[key]]\nt_s = 1\nshapes.fox.time_s = 2.0";
     let place = Place::file("walk");

@@ -10,6 +10,8 @@ pub(super) struct User {
     pub(super) picker: Option<Picker>,
     pub(super) facts: Facts,
     pub(super) wishes: Wishes,
+    pub(super) surfaces: Surfaces,
+    pub(super) note: Option<Note>,
 }
 
 impl User {
@@ -32,7 +34,8 @@ impl User {
             loading: Loading::Complete,
         };
         let mirror = Mirror::new([1200.0, 820.0]);
-        let mut user = Self { mirror, screen: Screen::default(), editor, picker, facts, wishes: Wishes::default() };
+        let screen = Screen::default();
+        let mut user = Self { mirror, screen, editor, picker, facts, wishes: Wishes::default(), surfaces: Surfaces::default(), note: None };
         set_up_style(user.mirror.context());
         // Some layouts take a frame to settle.
         (0..3).for_each(|_| user.frame(Vec::new()));
@@ -40,14 +43,20 @@ impl User {
     }
 
     pub(super) fn frame(&mut self, events: Vec<Event>) {
-        let Self { mirror, screen, editor, picker, facts, wishes } = self;
+        let Self { mirror, screen, editor, picker, facts, wishes, surfaces, note } = self;
         *wishes = Wishes::default();
         mirror.frame(events, |ui| {
-            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), size: support::SIZE, picture: TextureId::User(0) };
-            let new = screen.show(ui, Some(stage), facts, None);
+            let picture = TextureId::User(0);
+            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: support::SIZE, picture };
+            let new = screen.show(ui, Some(stage), facts, note.as_ref());
             wishes.save.extend(new.save);
             wishes.close |= new.close;
         });
+    }
+
+    /// Draws until everything has settled.
+    pub(super) fn settle(&mut self) {
+        (0..60).for_each(|_| self.frame(Vec::new()));
     }
 
     pub(super) fn click_at(&mut self, at: Pos2) {

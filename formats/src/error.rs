@@ -1,5 +1,6 @@
 //! One error type for everything read from or written to disk.
 
+use crate::near::nearest_file;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -91,8 +92,20 @@ impl Error {
         Self::Unsupported { place: place.clone(), reason: one_line(&reason.into()) }
     }
 
-    /// An [`Error::Io`].
+    /// An [`Error::Io`]. What the system says in its own terms is said in ours, with the file that was meant if the one named is not there.
     pub fn io(place: &Place, source: io::Error) -> Self {
+        let plain = |reason: String| io::Error::new(source.kind(), reason);
+        let source = match source.kind() {
+            _ if source.raw_os_error().is_none() => source,
+            io::ErrorKind::NotFound => {
+                let meant = nearest_file(Path::new(""), &place.file).map(|file| format!("; did you mean `{file}`?")).unwrap_or_default();
+                plain(format!("no such file or folder{meant}"))
+            }
+            io::ErrorKind::IsADirectory => plain("is a folder; name a file".to_owned()),
+            io::ErrorKind::NotADirectory => plain("leads through a file; name a folder".to_owned()),
+            io::ErrorKind::PermissionDenied => plain("permission denied".to_owned()),
+            _ => source,
+        };
         Self::Io { place: place.clone(), source }
     }
 

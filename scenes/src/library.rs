@@ -1,6 +1,7 @@
 //! Where scenes and their files are found.
 
 use crate::suggest::unknown_name;
+use relume_formats::near::nearest_file;
 use relume_formats::{Error, Place, Result};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -26,7 +27,9 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Ok(path.join(SCENE_FILE));
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
-        let reason = format!("no scene file here; give a .toml file, a folder with a {SCENE_FILE}, or a name in {}", library.display());
+        let meant = nearest_file(Path::new(""), path).map(|file| format!(" did you mean `{file}`?")).unwrap_or_default();
+        let reason =
+            format!("no scene file here;{meant} Give a .toml file, a folder with a {SCENE_FILE}, or a name in {}", library.display());
         return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
     }
     let in_library = library.join(path).join(SCENE_FILE);
@@ -81,14 +84,21 @@ pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
     }
 }
 
-/// Fails with a remedy if there is no file at `path`. `place` is where it was named.
+/// Fails with a remedy if there is no file at `path`, which `name` stands for. `place` is where it was named.
 pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> {
     if path.is_file() {
         return Ok(());
     }
-    let remedy = if name.starts_with("assets/") { "run `make assets` to fetch it" } else { "correct the path or add the file" };
-    let reason = format!("no such file, but {place} names it; {remedy}");
-    Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)))
+    if path.is_dir() {
+        return Err(Error::invalid(place, format!("`{name}` is a folder; name a file in it")));
+    }
+    let folder = path.ancestors().nth(Path::new(name).components().count()).unwrap_or(Path::new(""));
+    let remedy = match nearest_file(folder, Path::new(name)) {
+        _ if name.starts_with("assets/") => "run `make assets` to fetch it".to_owned(),
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => "correct the path or add the file".to_owned(),
+    };
+    Err(Error::invalid(place, format!("no such file: `{name}`; {remedy}")))
 }
 
 /// Largest file of a scene that is read whole.

@@ -1,0 +1,125 @@
+//! The line of a file that a message speaks of.
+//!
+//! What a scene, state or animation says is checked long after its text was parsed, by code that knows names and keys but no lines. A message names them
+//! too, so the line is found again when there is something to complain of, and not before.
+
+use super::{document, line_and_column, read_text};
+use crate::error::{Error, Place};
+use std::path::Path;
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// Longest file in which lines are sought.
+const MAX_BYTES: usize = 1 << 20;
+
+/// `error` with the line of the TOML file it names, if it tells none yet and speaks of a key or name in it.
+pub fn with_line(error: Error) -> Error {
+    let located = |place: Place, reason: &str| line_of(&place, reason).map_or_else(|| place.clone(), |line| at_line(&place, &line));
+    match error {
+        Error::Invalid { place, reason } => Error::Invalid { place: located(place, &reason), reason },
+        Error::Unsupported { place, reason } => Error::Unsupported { place: located(place, &reason), reason },
+        other @ Error::Io { .. } => other,
+    }
+}
+
+fn at_line(place: &Place, line: &str) -> Place {
+    place.part(place.part.as_ref().map_or_else(|| line.to_owned(), |part| format!("{line}: {part}")))
+}
+
+fn line_of(place: &Place, reason: &str) -> Option<String> {
+    let known = place.part.as_ref().is_some_and(|part| part.starts_with("line "));
+    if known || !is_toml(&place.file) {
+        return None;
+    }
+    let text = read_text(&place.file).ok().filter(|text| text.len() <= MAX_BYTES)?;
+    let root = document(&text, place).ok()?;
+    let message = format!("{}: {reason}", place.part.as_deref().unwrap_or_default());
+    let at = offset_of(&root, &message)?;
+    line_and_column(&text, at).split(',').next().map(str::to_owned)
+}
+
+fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "toml")
+}
+
+/// The deepest key all of whose tables `message` speaks of, the first of several.
+fn offset_of(root: &Spanned<DeValue<'_>>, message: &str) -> Option<usize> {
+    let mut found = Found { message, depth: 0, at: None };
+    found.seek(root, 0);
+    found.at
+}
+
+struct Found<'m> {
+    message: &'m str,
+    depth: usize,
+    at: Option<usize>,
+}
+
+impl Found<'_> {
+    /// Looks into `value`, which lies `depth` keys deep.
+    fn seek(&mut self, value: &Spanned<DeValue<'_>>, depth: usize) {
+        let DeValue::Table(table) = value.get_ref() else { return };
+        for (key, value) in table.iter() {
+            let (name, at) = (key.get_ref().as_ref(), key.span().start);
+            let members = value.get_ref().as_array().filter(|list| list.iter().all(|member| member.get_ref().is_table()));
+            match members {
+                Some(members) if self.speaks_of(name) || name == "key" => {
+                    for member in members.iter() {
+                        if self.names(member.get_ref()) {
+                            self.note(member.span().start, depth + 2);
+                            self.seek(member, depth + 2);
+                        }
+                    }
+                }
+                None if self.speaks_of(name) || self.quotes_value(name, value.get_ref()) => {
+                    self.note(at, depth + 1);
+                    self.seek(value, depth + 1);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn note(&mut self, at: usize, depth: usize) {
+        // Of equally deep ones the first in the file: tables are walked by name.
+        if depth > self.depth || (depth == self.depth && self.at.is_some_and(|first| at < first)) {
+            (self.depth, self.at) = (depth, Some(at));
+        }
+    }
+
+    /// Whether the message names this member of a list, by its name or, in an animation, by its time.
+    fn names(&self, member: &DeValue<'_>) -> bool {
+        let time_s = || match member.get("t_s").map(Spanned::get_ref) {
+            Some(DeValue::Float(t)) => t.as_str().parse::<f32>().ok(),
+            Some(DeValue::Integer(t)) => t.as_str().parse::<f32>().ok(),
+            _ => None,
+        };
+        match member.get("name").and_then(|name| name.get_ref().as_str()) {
+            Some(name) => self.quotes(name),
+            None => time_s().is_some_and(|t| self.message.contains(&format!("at {t} s"))),
+        }
+    }
+
+    /// Whether the message quotes the value of `key`. By its name a member of a list was found already.
+    fn quotes_value(&self, key: &str, value: &DeValue<'_>) -> bool {
+        key != "name" && value.as_str().is_some_and(|text| self.quotes(text))
+    }
+
+    fn quotes(&self, name: &str) -> bool {
+        self.message.contains(&format!("`{name}`"))
+    }
+
+    /// Whether `key` is a word of the message, in the singular too; a name of one letter must be quoted, for it may be an article.
+    fn speaks_of(&self, key: &str) -> bool {
+        let singular = key.strip_suffix('s').filter(|word| word.len() > 2);
+        [Some(key), singular].into_iter().flatten().any(|word| if word.len() < 2 { self.quotes(word) } else { self.has_word(word) })
+    }
+
+    fn has_word(&self, word: &str) -> bool {
+        let ends = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || c == '_'));
+        self.message.match_indices(word).any(|(at, _)| {
+            let (before, after) = (self.message.get(..at).unwrap_or_default(), self.message.get(at + word.len()..).unwrap_or_default());
+            ends(before.chars().next_back()) && ends(after.chars().next())
+        })
+    }
+}

@@ -18,9 +18,18 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     if given.len() > 256 { None } else { near.min().map(|(_, name)| name) }
 }
 
-/// "did you mean `bunny`?" with a blank before it, or nothing if no name is near.
+/// "; did you mean `bunny`?", or nothing if no name is near.
 pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    nearest(given, known).map(|name| format!(" did you mean `{name}`?")).unwrap_or_default()
+    nearest(given, known).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+}
+
+/// The end of a message that `given` is not among `known`: what was meant, and all that there is.
+pub fn what_there_is(given: &str, known: &[&str]) -> String {
+    let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    match did_you_mean(given, known.iter().copied()).as_str() {
+        "" => format!("; there are: {}", list.join(", ")),
+        meant => format!("{meant} There are: {}", list.join(", ")),
+    }
 }
 
 /// The file that was meant by `name`, a path from `folder`, in which some folder or the file is misspelt; `None` if nothing there is like it.
@@ -61,7 +70,7 @@ mod tests {
         ] {
             assert_eq!(nearest(given, known), expected, "{given}");
         }
-        assert_eq!((did_you_mean("traget", known), did_you_mean("x_y_z", known)), (" did you mean `target`?".to_owned(), String::new()));
+        assert_eq!((did_you_mean("traget", known), did_you_mean("x_y_z", known)), ("; did you mean `target`?".to_owned(), String::new()));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use glam::Vec3;
 use relume_formats::container::Kind;
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial};
+use relume_formats::near::did_you_mean;
 use relume_formats::state::{Animation, Brdf, Camera, Posed, State, Varies};
 use relume_formats::{Error as FormatError, Place};
 use std::collections::BTreeMap;
@@ -188,7 +189,8 @@ impl Look {
         if let (Some(environment), Some(change)) = (&mut look.environment, &state.environment) {
             *environment = environment.with(change, place)?;
             if !scope.maps.contains(&environment.map) {
-                let reason = format!("environment: no map `{}`; this bundle has: {}", environment.map, scope.maps.join(", "));
+                let meant = did_you_mean(&environment.map, scope.maps.iter().map(String::as_str));
+                let reason = format!("environment: no map `{}`; this bundle has: {}{meant}", environment.map, scope.maps.join(", "));
                 return Err(FormatError::invalid(place, reason).into());
             }
         }

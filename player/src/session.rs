@@ -188,7 +188,7 @@ impl Session {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
             let animation = if self.plays_first { animations.next() } else { None };
             let scope = Scope { scene, kind: self.method.kind, maps };
-            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
+            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect()).map_err(Error::with_line)?);
         }
         Ok(())
     }

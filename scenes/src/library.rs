@@ -27,17 +27,24 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Ok(path.join(SCENE_FILE));
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
-        let meant = nearest_file(Path::new(""), path).map(|file| format!(" did you mean `{file}`?")).unwrap_or_default();
-        let reason =
-            format!("no scene file here;{meant} Give a .toml file, a folder with a {SCENE_FILE}, or a name in {}", library.display());
+        let meant = nearest_file(Path::new(""), path).map(|file| format!("did you mean `{file}`? Else ")).unwrap_or_default();
+        let library = library.display();
+        let reason = format!("no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {library}");
         return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
     }
     let in_library = library.join(path).join(SCENE_FILE);
     if in_library.is_file() {
         return Ok(in_library);
     }
+    if let Some(meant) = nearest_file(Path::new(""), path).filter(|meant| is_scene(Path::new(meant))) {
+        return Err(Error::invalid(&Place::file(path), format!("no such scene; did you mean `{meant}`?")));
+    }
     let names = library_names(library)?;
     Err(Error::invalid(&Place::file(library), unknown_name("scene", name_or_path, names.iter().map(String::as_str))))
+}
+
+fn is_scene(path: &Path) -> bool {
+    has_extension(path, "toml") || path.join(SCENE_FILE).is_file()
 }
 
 /// Names of all scenes in the library, sorted.

@@ -1,6 +1,6 @@
 //! One wording for names that are not there.
 
-use relume_formats::near::did_you_mean;
+use relume_formats::near::what_there_is;
 
 /// "no material `bnny`; did you mean `bunny`? There are: `bunny`, `walls`".
 pub(crate) fn unknown_name<'a>(what: &str, given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
@@ -8,7 +8,5 @@ pub(crate) fn unknown_name<'a>(what: &str, given: &str, known: impl IntoIterator
     if known.is_empty() {
         return format!("no {what} `{given}`; there is none at all");
     }
-    let hint = did_you_mean(given, known.iter().copied());
-    let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-    format!("no {what} `{given}`;{hint} There are: {}", list.join(", "))
+    format!("no {what} `{given}`{}", what_there_is(given, &known))
 }

@@ -4,13 +4,14 @@ mod sparse_transfer;
 mod sphere_set;
 mod sphere_shadows;
 
+use crate::playable::{Played, expect_playable};
 use relume_formats::container::{Kind, Stored, open};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
-use relume_formats::state::{Animation, State};
+use relume_formats::state::Animation;
 use relume_formats::{Error, Place, Result};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -76,7 +77,7 @@ fn verify_bundle(folder: &Path) -> Result<String> {
         checked += &lines;
         played.push(method);
     }
-    animations.iter().try_for_each(|(place, animation)| verify_animation(animation, &played, &scene, place))?;
+    animations.iter().try_for_each(|(place, animation)| expect_playable(animation, &played, &scene.meta, place))?;
     let files = manifest.entries().count();
     let _ = writeln!(checked, "{}: {files} files as the manifest lists them, and they agree with each other", folder.display());
     Ok(checked)
@@ -104,12 +105,6 @@ fn verify_entry(entry: &FileEntry, folder: &Path) -> Result<()> {
         return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
     }
     Ok(())
-}
-
-/// A method of a bundle, and the environment maps that it may show.
-struct Played {
-    kind: Kind,
-    maps: Vec<String>,
 }
 
 fn verify_method(method: &MethodEntry, manifest: &Manifest, scene: &StoredScene, folder: &Path) -> Result<(String, Played)> {
@@ -183,50 +178,6 @@ fn verify_images(images: &TransferImages, basis: &BrdfBasis, scene: &StoredScene
     }
     if let Some(left_out) = scene.meta.materials.iter().find(|m| m.varies && !meta.materials.contains(&m.name)) {
         return refuse(format!("material `{}` varies in the scene, but there are no images of it", left_out.name));
-    }
-    Ok(())
-}
-
-/// Some method can play the animation: the states at all keys are legal, and so is what lies between.
-fn verify_animation(animation: &Animation, methods: &[Played], scene: &StoredScene, place: &Place) -> Result<()> {
-    let mut verdict = Ok(());
-    for method in methods {
-        verdict = animation.key_times_s().into_iter().try_for_each(|time_s| {
-            let place = place.part(format!("state at {time_s} s"));
-            let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
-            verify_state(&state, method, scene, &place)
-        });
-        if verdict.is_ok() {
-            break;
-        }
-    }
-    verdict
-}
-
-fn verify_state(state: &State, method: &Played, scene: &StoredScene, place: &Place) -> Result<()> {
-    state.expect_only(&scene.meta.varies(method.kind), place)?;
-    if let Some(camera) = &state.camera {
-        scene.meta.camera.with(camera, place)?;
-    }
-    if let (Some(change), Some(look)) = (&state.environment, &scene.meta.environment) {
-        let look = look.with(change, place)?;
-        if !method.maps.contains(&look.map) {
-            let there = method.maps.join(", ");
-            return Err(Error::invalid(
-                place,
-                format!("environment map `{}` is not in the bundle, which has {there}; bake it again", look.map),
-            ));
-        }
-    }
-    for shape in &scene.meta.shapes {
-        if let Some(change) = state.shapes.get(&shape.object) {
-            shape.with(None, change, place)?;
-        }
-    }
-    for material in &scene.meta.materials {
-        if let Some(change) = state.materials.get(&material.name) {
-            material.with(&material.brdf, change, place)?;
-        }
     }
     Ok(())
 }
@@ -360,9 +311,9 @@ mod tests {
         };
         let with = |track: Track| move |b: &mut TestBundle| b.animation.tracks.insert(0, track.clone());
         let cases = [
-            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "state at 0 s: sets [environment]"),
+            (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0 s: sets [environment]"),
             (track(&["camera", "fov_deg"], &[0.5], &[30.0]), "the camera's position, target or field of view"),
-            (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "state at 2 s: camera: exposure_ev 50"),
+            (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "at 2 s: camera: exposure_ev 50"),
             (track(&["materials", "../knot", "gloss"], &[0.5], &[3.0]), "unknown field `gloss`"),
             (track(&["lights", "lamp", "gain"], &[0.5], &[3.0]), "invalid type"),
         ];
@@ -371,10 +322,10 @@ mod tests {
         }
         let shininess = track(&["materials", "../knot", "shininess"], &[0.0, 1.5], &[10.0, 300.0]);
         let change = |b: &mut TestBundle| b.animation.tracks[1] = shininess.clone();
-        assert_refused(change, |_| (), &["state at 1.5 s: material `../knot`: shininess 300"]);
+        assert_refused(change, |_| (), &["at 1.5 s: material `../knot`: shininess 300"]);
         // kd alone stays below 1 at every key, kd + ks does not: ks is the scene's 0.25.
         let bright = |b: &mut TestBundle| b.animation.tracks[0].values = TrackValues::Vector(vec![vec![0.5; 3], vec![0.875; 3]]);
-        assert_refused(bright, |_| (), &["state at 2 s: material `../knot`: kd + ks"]);
+        assert_refused(bright, |_| (), &["at 2 s: material `../knot`: kd + ks"]);
         let other = |b: &mut TestBundle| b.animation.tracks[1].leaf[1] = "white".to_owned();
         assert_refused(other, |_| (), &["material `white`", "only material `../knot`, material `floor` vary"]);
     }

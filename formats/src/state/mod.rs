@@ -179,7 +179,8 @@ impl State {
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
         let refuse = |what: &str, meant: &str| {
             let (can, remedy) = (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");
-            Err(Error::invalid(place, format!("sets {what}, which this bundle does not vary ({can});{meant} {remedy}")))
+            let meant = if meant.is_empty() { ";".to_owned() } else { format!("{meant} Else") };
+            Err(Error::invalid(place, format!("sets {what}, which this bundle does not vary ({can}){meant} {remedy}")))
         };
         if self.environment.is_some() && !varies.environment {
             return refuse("[environment]", "");

@@ -28,7 +28,7 @@ pub fn read_text(path: &Path) -> Result<String> {
         return Err(Error::invalid(&place, format!("longer than {MAX_TEXT_BYTES} bytes, a text file is expected here")));
     }
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.starts_with(&[b'[', 0]) {
-        return Err(Error::invalid(&place, "is UTF-16 text; save it as UTF-8"));
+        return Err(Error::invalid(&place, "not a text file of UTF-8, but of UTF-16; save it as UTF-8"));
     }
     let text = String::from_utf8(bytes).map_err(|e| not_utf8(e.as_bytes(), e.utf8_error().valid_up_to(), &place))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))

@@ -18,13 +18,16 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("[vary]", &["view"]),
 ];
 
+/// Tables of which there may be several.
+const LISTS: [&str; 3] = ["object", "light", "key"];
+
 /// Why `key` is refused where `expected` may stand.
 pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
     let home = HOMES.iter().find(|(_, keys)| keys.contains(&key)).map(|(table, _)| format!("it belongs to {table}"));
     let near = did_you_mean(key, expected.iter().copied());
     let list = || format!("there are: {}", expected.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "));
-    let remedy = if near.is_empty() { home.unwrap_or_else(list) } else { near.trim_start().to_owned() };
-    format!("unknown key `{}`; {remedy}", short(key))
+    let remedy = if near.is_empty() { format!("; {}", home.unwrap_or_else(list)) } else { near };
+    format!("unknown key `{}`{remedy}", short(key))
 }
 
 pub(super) fn short(text: &str) -> String {
@@ -148,14 +151,24 @@ fn decimal_comma(text: &str) -> Option<String> {
 /// Where in `text`, which is no TOML, what is wrong; `message` is the parser's.
 pub(super) fn of_syntax(text: &str, span: &Range<usize>, message: &str) -> (usize, String) {
     let flat = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    if flat == "duplicate key" {
-        return (span.start, format!("`{}` is there twice; remove one", short(text.get(span.clone()).unwrap_or_default())));
-    }
     let start = text.get(..span.start).map_or(0, |before| before.rfind('\n').map_or(0, |at| at + 1));
     let line = text.get(start..).unwrap_or_default().lines().next().unwrap_or_default();
+    if flat == "duplicate key" {
+        return (span.start, twice(line, short(text.get(span.clone()).unwrap_or_default()).as_str()));
+    }
     match of_line(line) {
         Some((at, what)) => (start + at, what),
         None => (span.start, format!("not TOML: {flat}; mend the line")),
+    }
+}
+
+/// Why `key`, which stands in `line` for the second time, is refused.
+fn twice(line: &str, key: &str) -> String {
+    let (header, several) = (line.trim_start().starts_with('['), LISTS.contains(&key));
+    match (header, several) {
+        (true, true) => format!("[{key}] stands for one table where there are several; write [[{key}]] above each, with two brackets"),
+        (true, false) => format!("[{key}] is there twice; put the keys of both into one"),
+        (false, _) => format!("`{key}` is there twice; remove one"),
     }
 }
 

@@ -42,17 +42,23 @@ fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
 }
 
-/// The deepest key all of whose tables `message` speaks of, the first of several.
+/// The deepest key that `message` speaks of together with all tables around it, a quoted one before others; else one whose value it quotes.
 fn offset_of(root: &Spanned<DeValue<'_>>, message: &str) -> Option<usize> {
-    let mut found = Found { message, depth: 0, at: None };
+    let mut found = Found { message, by_value: false, best: None };
     found.seek(root, 0);
-    found.at
+    if found.best.is_none() {
+        found.by_value = true;
+        found.seek(root, 0);
+    }
+    found.best.map(|(_, at)| at)
 }
 
 struct Found<'m> {
     message: &'m str,
-    depth: usize,
-    at: Option<usize>,
+    /// Whether tables count that the message does not speak of, for the sake of the values in them.
+    by_value: bool,
+    /// How well it fits, and where it is.
+    best: Option<(usize, usize)>,
 }
 
 impl Found<'_> {
@@ -61,18 +67,24 @@ impl Found<'_> {
         let DeValue::Table(table) = value.get_ref() else { return };
         for (key, value) in table.iter() {
             let (name, at) = (key.get_ref().as_ref(), key.span().start);
+            let spoken = self.speaks_of(name) && !self.by_value;
             let members = value.get_ref().as_array().filter(|list| list.iter().all(|member| member.get_ref().is_table()));
             match members {
-                Some(members) if self.speaks_of(name) || name == "key" => {
-                    for member in members.iter() {
-                        if self.names(member.get_ref()) {
-                            self.note(member.span().start, depth + 2);
+                Some(members) if spoken || name == "key" || self.by_value => {
+                    for (index, member) in members.iter().enumerate() {
+                        if self.by_value {
+                            self.seek(member, depth + 2);
+                        } else if self.names(index, member.get_ref()) {
+                            self.note(member.span().start, 2 * depth + 4);
                             self.seek(member, depth + 2);
                         }
                     }
                 }
-                None if self.speaks_of(name) || self.quotes_value(name, value.get_ref()) => {
-                    self.note(at, depth + 1);
+                None if spoken || self.by_value || self.quotes_value(name, value.get_ref()) => {
+                    let quoted = self.quotes(name) || self.quotes_value(name, value.get_ref());
+                    if !self.by_value || self.quotes_value(name, value.get_ref()) {
+                        self.note(at, 2 * depth + 2 + usize::from(quoted));
+                    }
                     self.seek(value, depth + 1);
                 }
                 _ => {}
@@ -80,15 +92,15 @@ impl Found<'_> {
         }
     }
 
-    fn note(&mut self, at: usize, depth: usize) {
-        // Of equally deep ones the first in the file: tables are walked by name.
-        if depth > self.depth || (depth == self.depth && self.at.is_some_and(|first| at < first)) {
-            (self.depth, self.at) = (depth, Some(at));
+    /// Remembers the best so far, the first in the file of equals: tables are walked by name.
+    fn note(&mut self, at: usize, fit: usize) {
+        if self.best.is_none_or(|(best, first)| fit > best || (fit == best && at < first)) {
+            self.best = Some((fit, at));
         }
     }
 
-    /// Whether the message names this member of a list, by its name or, in an animation, by its time.
-    fn names(&self, member: &DeValue<'_>) -> bool {
+    /// Whether the message names member number `index` of a list: by its name or, in an animation, by its number or time.
+    fn names(&self, index: usize, member: &DeValue<'_>) -> bool {
         let time_s = || match member.get("t_s").map(Spanned::get_ref) {
             Some(DeValue::Float(t)) => t.as_str().parse::<f32>().ok(),
             Some(DeValue::Integer(t)) => t.as_str().parse::<f32>().ok(),
@@ -96,6 +108,7 @@ impl Found<'_> {
         };
         match member.get("name").and_then(|name| name.get_ref().as_str()) {
             Some(name) => self.quotes(name),
+            None if self.message.contains("[[key]] number") => self.message.contains(&format!("[[key]] number {} ", index + 1)),
             None => time_s().is_some_and(|t| self.message.contains(&format!("at {t} s"))),
         }
     }
@@ -109,10 +122,11 @@ impl Found<'_> {
         self.message.contains(&format!("`{name}`"))
     }
 
-    /// Whether `key` is a word of the message, in the singular too; a name of one letter must be quoted, for it may be an article.
+    /// Whether `key` is a word of the message, in the singular or plural too; a name of one letter must be quoted, for it may be an article.
     fn speaks_of(&self, key: &str) -> bool {
-        let singular = key.strip_suffix('s').filter(|word| word.len() > 2);
-        [Some(key), singular].into_iter().flatten().any(|word| if word.len() < 2 { self.quotes(word) } else { self.has_word(word) })
+        let singular = key.strip_suffix('s').filter(|word| word.len() > 2).map(str::to_owned);
+        let forms = [Some(key.to_owned()), singular, Some(format!("{key}s"))];
+        forms.iter().flatten().any(|word| if key.len() < 2 { self.quotes(key) } else { self.has_word(word) })
     }
 
     fn has_word(&self, word: &str) -> bool {

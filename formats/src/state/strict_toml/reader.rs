@@ -3,7 +3,7 @@
 //! Lists must be as long as what they are read into: serde's own arrays take what they need and leave the rest.
 
 use super::hints;
-use crate::near::did_you_mean;
+use crate::near::what_there_is;
 use serde::de::value::StrDeserializer;
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
@@ -71,9 +71,7 @@ impl serde::de::Error for Fault {
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
-        let list: Vec<String> = expected.iter().map(|name| format!("`{name}`")).collect();
-        let hint = did_you_mean(variant, expected.iter().copied());
-        Self::custom(format!("no `{}`;{hint} There are: {}", hints::short(variant), list.join(", ")))
+        Self::custom(format!("no `{}`{}", hints::short(variant), what_there_is(variant, expected)))
     }
 }
 
@@ -85,12 +83,14 @@ pub(super) struct Reader<'a, 'de> {
     key: &'a str,
     /// The key of the table that it stands in, if the user named it there.
     owner: Option<&'a str>,
+    /// Whether it is the whole file.
+    whole: bool,
 }
 
 impl<'a, 'de> Reader<'a, 'de> {
     /// The whole file.
     pub fn of_document(root: &'a Spanned<DeValue<'de>>) -> Self {
-        Self { value: root, key: "", owner: None }
+        Self { value: root, key: "", owner: None, whole: true }
     }
 
     /// The fault that something else than `expected` stands here; `remedy` says what to write, if it is known.
@@ -111,8 +111,9 @@ impl<'a, 'de> Reader<'a, 'de> {
     /// A whole number from 0 on.
     fn count(&self) -> Result<u64, Fault> {
         match self.value.get_ref() {
-            DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix())
-                .map_err(|_| Fault::new(format!("{integer} where a whole number from 0 on is expected"), self.value.span())),
+            DeValue::Integer(integer) => {
+                u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| self.mismatch("a whole number from 0 on", None))
+            }
             other => Err(self.mismatch("a whole number", hints::of_count(other))),
         }
     }
@@ -220,6 +221,8 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     /// A table of given keys.
     fn deserialize_struct<V: Visitor<'de>>(self, _: &'static str, _: &'static [&'static str], visitor: V) -> Result<V::Value, Fault> {
         match (self.value.get_ref(), self.owner) {
+            // What the whole file lacks is missing nowhere in particular.
+            (DeValue::Table(table), _) if self.whole => visitor.visit_map(self.entries(table, None)),
             (DeValue::Table(table), _) => visitor.visit_map(self.entries(table, None)).map_err(|fault| fault.at(self.value.span())),
             (_, Some(owner)) => Err(self.mismatch("a table", Some(format!("write [{owner}.NAME] above the keys")))),
             (DeValue::Array(list), None) if list.iter().all(|member| member.get_ref().is_table()) => {
@@ -259,7 +262,7 @@ impl<'de> SeqAccess<'de> for Members<'_, 'de> {
     type Error = Fault;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Fault> {
-        let read = |value| seed.deserialize(Reader { value, key: "", owner: None }).map_err(|fault| fault.at(value.span()));
+        let read = |value| seed.deserialize(Reader { value, key: "", owner: None, whole: false }).map_err(|fault| fault.at(value.span()));
         self.rest.next().map(read).transpose()
     }
 }
@@ -282,6 +285,6 @@ impl<'de> MapAccess<'de> for Entries<'_, 'de> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
         let (key, value) = self.value.take().ok_or_else(|| Fault::custom("a value without a key"))?;
-        seed.deserialize(Reader { value, key, owner: self.owner }).map_err(|fault| fault.within(key, value.span()))
+        seed.deserialize(Reader { value, key, owner: self.owner, whole: false }).map_err(|fault| fault.within(key, value.span()))
     }
 }

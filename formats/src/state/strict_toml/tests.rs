@@ -88,6 +88,11 @@ fn what_is_no_toml_is_mended_where_the_mistake_is_a_common_one() {
             "line 1, column 18: materials.a.kd: `#` begins a comment; write [0.2159, 0.2159, 0.2159], the linear light that this colour stands for",
         ),
         ("camera.fov_deg =\n", "line 1, column 17: camera.fov_deg: nothing is no value; write one after the `=`"),
+        (
+            "[light]\na = 1\n[light]\nb = 1\n",
+            "line 3, column 2: [light] stands for one table where there are several; write [[light]] above each, with two brackets",
+        ),
+        ("[camera]\n[camera]\n", "line 2, column 2: [camera] is there twice; put the keys of both into one"),
         ("camera.fov_deg = 4\ncamera.fov_deg = 5\n", "line 2, column 8: `fov_deg` is there twice; remove one"),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
@@ -103,8 +108,8 @@ fn text_of_other_encodings_is_told_apart() {
         read_text(&path).map_err(|e| e.to_string().replace(&format!("{}: ", path.display()), ""))
     };
     assert_eq!(read(b"\xef\xbb\xbf\tcamera.fov_deg = 40\r\n").unwrap(), "\tcamera.fov_deg = 40\r\n");
-    assert_eq!(read(b"\xff\xfe[\0").unwrap_err(), "is UTF-16 text; save it as UTF-8");
-    assert_eq!(read(b"[\0c\0").unwrap_err(), "is UTF-16 text; save it as UTF-8");
+    assert_eq!(read(b"\xff\xfe[\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
+    assert_eq!(read(b"[\0c\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
     let latin = "line 2, column 4: not a text file of UTF-8: byte 0xFC belongs to another encoding, such as Latin-1; save it as UTF-8";
     assert_eq!(read(b"a = 1\n# B\xfcro\n").unwrap_err(), latin);
     assert_eq!(read(b"\0\0\0\x02\xff").unwrap_err(), "not a text file (byte 4 is not UTF-8)");
@@ -124,6 +129,9 @@ fn a_message_gets_the_line_of_what_it_speaks_of() {
         ("object `ball`", "no material `wal`", "line 11: object `ball`"),
         ("object `box`", "no such file: `gone.obj`", "line 14: object `box`"),
         ("object `box`", "is flat", "line 12: object `box`"),
+        ("material `a`", "has kd, not `roughness`", "line 8: material `a`"),
+        ("somewhere", "there is no `gone.obj`", "line 14: somewhere"),
+        ("elsewhere", "two objects are called `box`", "line 12: elsewhere"),
         ("at 2 s", "material `a`: kd + ks", "line 17: at 2 s"),
         ("elsewhere", "nothing is known", "elsewhere"),
         ("line 3, column 1", "material `a`", "line 3, column 1"),

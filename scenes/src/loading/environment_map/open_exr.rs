@@ -3,8 +3,8 @@
 //! The display window is the whole sphere. Of a data window that differs, what lies outside is cropped and what is missing is black. `whiteLuminance`
 //! tells nothing about light in our units and is left alone, as other renderers do: `gain` says how bright a map is.
 
-use super::expect_equirect;
 use super::primaries::Primaries;
+use super::{expect_bounded, expect_equirect};
 use exr::meta::attribute::EnvironmentMap;
 use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel as _, Text, Vec2};
@@ -43,6 +43,7 @@ pub(super) fn read(path: &Path, place: &Place) -> Result<(EquirectMap, Option<Pr
     let open = || File::open(path).map(BufReader::new).map_err(|e| Error::io(place, e));
     expect_flat(&mut open()?, place)?;
     let meta = MetaData::read_from_buffered(open()?, false).map_err(|e| refused(e, place))?;
+    meta.headers.iter().try_for_each(|h| expect_bounded(h.layer_size.width() as u64, h.layer_size.height() as u64, place))?;
     let layer = choose(&meta.headers, place)?;
     let header = meta.headers.get(layer.part).ok_or_else(|| Error::invalid(place, "not an OpenEXR map: it has no picture"))?;
     let window = check(header, place)?;
@@ -84,7 +85,6 @@ fn check(header: &Header, place: &Place) -> Result<IntegerBounds> {
     }
     let window = header.shared_attributes.display_window;
     expect_equirect(window.size.width() as u64, window.size.height() as u64, place)?;
-    super::expect_bounded(header.layer_size.width() as u64, header.layer_size.height() as u64, place)?;
     Ok(window)
 }
 

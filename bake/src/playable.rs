@@ -1,0 +1,113 @@
+//! Which animations the methods of a bundle can play: one rule for what a bake writes and what `bake verify` accepts.
+
+use crate::methods::Method;
+use crate::methods::choice::{Asked, METHODS};
+use relume_formats::container::Kind;
+use relume_formats::kinds::scene::Meta;
+use relume_formats::state::{Animation, State, with_line};
+use relume_formats::{Error, Place, Result};
+use relume_scenes::Scene;
+use std::path::Path;
+
+/// A method of a bundle, and the environment maps that it may show.
+pub struct Played {
+    /// Kind of its main file.
+    pub kind: Kind,
+    /// Names of the maps.
+    pub maps: Vec<String>,
+}
+
+impl Played {
+    /// What the method called `name` plays of `scene` once it is baked; `None` for a name that is no method's.
+    fn baked(name: &str, scene: &Scene) -> Option<Self> {
+        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name)?;
+        let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.clone());
+        Some(Self { kind, maps: if kind == Kind::TransferImages { Vec::new() } else { maps.collect() } })
+    }
+}
+
+/// The animations of `scene`, which a bundle holds as `meta`, that one of `methods` plays, and a sentence for each that none does.
+pub fn split<'a>(scene: &'a Scene, meta: &Meta, methods: &[&str]) -> (Vec<&'a Animation>, Vec<String>) {
+    let played: Vec<Played> = methods.iter().filter_map(|name| Played::baked(name, scene)).collect();
+    let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+    for animation in &scene.animations {
+        let place = place_of(animation, scene);
+        match expect_playable(animation, &played, meta, &place) {
+            Ok(()) => kept.push(animation),
+            Err(error) => left_out.push(sentence(animation, &with_line(error), scene, meta, methods)),
+        }
+    }
+    (kept, left_out)
+}
+
+/// Where an animation of a scene comes from.
+fn place_of(animation: &Animation, scene: &Scene) -> Place {
+    let folder = scene.file.parent().unwrap_or_else(|| Path::new(""));
+    Place::file(folder.join("animations").join(format!("{}.toml", animation.name)))
+}
+
+fn sentence(animation: &Animation, error: &Error, scene: &Scene, meta: &Meta, methods: &[&str]) -> String {
+    let plays = |name: &&str| {
+        Played::baked(name, scene).is_some_and(|played| expect_playable(animation, &[played], meta, &place_of(animation, scene)).is_ok())
+    };
+    let asked = Asked::of_scene(scene);
+    let all: Vec<Box<dyn Method>> = METHODS.into_iter().map(|name| asked.method(name, scene)).collect();
+    let others: Vec<&str> =
+        all.iter().filter(|method| method.expect_fit(scene).is_ok()).map(|method| method.name()).filter(plays).collect();
+    match others.first() {
+        Some(other) => format!(
+            "{}: {} does not play this animation, {other} does; it is left out, add --method {other} to keep it",
+            place_of(animation, scene),
+            methods.join(", ")
+        ),
+        None => format!("{error}; the animation is left out"),
+    }
+}
+
+/// Fails unless one of `methods` can play the animation: the states at all keys are legal, and so is what lies between.
+///
+/// # Errors
+/// `Invalid` with what the last method does not play.
+pub fn expect_playable(animation: &Animation, methods: &[Played], meta: &Meta, place: &Place) -> Result<()> {
+    let mut verdict = Ok(());
+    for method in methods {
+        verdict = animation.key_times_s().into_iter().try_for_each(|time_s| {
+            let place = place.part(format!("at {time_s} s"));
+            let state = animation.sample(time_s).map_err(|e| Error::invalid(&place, e))?;
+            expect_state(&state, method, meta, &place)
+        });
+        if verdict.is_ok() {
+            break;
+        }
+    }
+    verdict
+}
+
+fn expect_state(state: &State, method: &Played, meta: &Meta, place: &Place) -> Result<()> {
+    state.expect_only(&meta.varies(method.kind), place)?;
+    if let Some(camera) = &state.camera {
+        meta.camera.with(camera, place)?;
+    }
+    if let (Some(change), Some(look)) = (&state.environment, &meta.environment) {
+        let look = look.with(change, place)?;
+        if !method.maps.contains(&look.map) {
+            let reason = format!(
+                "environment map `{}` is not in the bundle, which has {}; add it to `others` of [environment] and bake again",
+                look.map,
+                method.maps.join(", ")
+            );
+            return Err(Error::invalid(place, reason));
+        }
+    }
+    for shape in &meta.shapes {
+        if let Some(change) = state.shapes.get(&shape.object) {
+            shape.with(None, change, place)?;
+        }
+    }
+    for material in &meta.materials {
+        if let Some(change) = state.materials.get(&material.name) {
+            material.with(&material.brdf, change, place)?;
+        }
+    }
+    Ok(())
+}

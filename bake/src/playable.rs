@@ -111,3 +111,52 @@ fn expect_state(state: &State, method: &Played, meta: &Meta, place: &Place) -> R
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "[vary]\nlight = true\nmaterials = ['a']\n[render]\nsize = [8, 8]\nreflections = 1\n\
+         [camera]\nposition = [0, 1, 3]\ntarget = [0, 0, 0]\nfov_deg = 40\n[materials.a]\nbrdf = 'blinn-phong'\n\
+         [[object]]\nname = 'o'\nshape = 'box'\nmaterial = 'a'\n[environment]\n[[light]]\nname = 'lamp'\nkind = 'point'\nintensity = [1, 1, 1]\n";
+
+    /// What of two animations, one of the material and one of `other`, is kept and said.
+    fn after(other: &str, methods: &[&str]) -> (Vec<String>, Vec<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("animations")).unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("scene.toml", SCENE);
+        write("animations/paint.toml", "duration_s = 1\n[[key]]\nt_s = 0\nmaterials.a.shininess = 30\n");
+        write("animations/other.toml", &format!("duration_s = 1\n[[key]]\nt_s = 0.5\n{other}\n"));
+        let scene = relume_scenes::load(&folder.path().join("scene.toml")).unwrap();
+        let (kept, left_out) = split(&scene, &crate::bundle::stored_scene(&scene, [8, 8]).meta, methods);
+        let folder = format!("{}/", folder.path().display());
+        let plain = |sentence: String| sentence.replace(&folder, "");
+        (kept.iter().map(|animation| animation.name.clone()).collect(), left_out.into_iter().map(plain).collect())
+    }
+
+    #[test]
+    fn animations_are_kept_if_a_method_plays_them() {
+        let turn = "environment.rotation_deg = 5";
+        assert_eq!(after(turn, &["transfer-images", "sparse-transfer"]), (vec!["other".to_owned(), "paint".to_owned()], Vec::new()));
+        let (kept, left_out) = after(turn, &["transfer-images"]);
+        assert_eq!(kept, ["paint"]);
+        // A point light does not suit the other method.
+        assert_eq!(
+            left_out,
+            ["animations/other.toml: line 4: at 0.5 s: sets [environment], which this bundle does not vary (only material `a` varies); \
+              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"]
+        );
+    }
+
+    #[test]
+    fn what_no_method_plays_is_left_out_with_its_line() {
+        let (kept, left_out) = after("lights.lamp.gain = [2, 2, 2]", &["transfer-images"]);
+        assert_eq!(kept, ["paint"]);
+        assert_eq!(
+            left_out,
+            ["animations/other.toml: line 4: at 0.5 s: sets light `lamp`, which this bundle does not vary (only material `a` varies); \
+              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"]
+        );
+    }
+}

@@ -28,12 +28,17 @@ fn at_line(place: &Place, line: &str) -> Place {
 
 fn line_of(place: &Place, reason: &str) -> Option<String> {
     let known = place.part.as_ref().is_some_and(|part| part.starts_with("line "));
-    if known || !is_toml(&place.file) {
+    // What is no plain file cannot be read twice.
+    if known || !is_toml(&place.file) || !place.file.is_file() {
         return None;
     }
     let text = read_text(&place.file).ok().filter(|text| text.len() <= MAX_BYTES)?;
     let root = document(&text, place).ok()?;
-    let message = format!("{}: {reason}", place.part.as_deref().unwrap_or_default());
+    // What there is instead is no part of what is wrong.
+    let wrong = ["; did you mean ", "; there are: ", "; this bundle has: "]
+        .iter()
+        .fold(reason, |wrong, end| wrong.split(end).next().unwrap_or(wrong));
+    let message = format!("{}: {wrong}", place.part.as_deref().unwrap_or_default());
     let at = offset_of(&root, &message)?;
     line_and_column(&text, at).split(',').next().map(str::to_owned)
 }

@@ -100,13 +100,16 @@ fn latlong_is_what_a_map_may_call_itself() {
 
 #[test]
 fn a_data_window_lies_where_it_says() {
-    for (size, position) in [(Vec2(3, 2), Vec2(4, 1)), (Vec2(20, 9), Vec2(-5, -3)), (Vec2(4, 9), Vec2(6, -2))] {
-        let texels = parse(vec![part("", &["R", "G", "B"], size, |a| a.layer_position = position)]).unwrap();
+    let windows = [(Vec2(3, 2), Vec2(4, 1)), (Vec2(20, 9), Vec2(-5, -3)), (Vec2(4, 9), Vec2(6, -2))];
+    for (blocks, (size, position)) in [Blocks::ScanLines, Blocks::Tiles(Vec2(3, 2))].into_iter().flat_map(|b| windows.map(|w| (b, w))) {
+        let mut part = part("", &["R", "G", "B"], size, |a| a.layer_position = position);
+        part.encoding.blocks = blocks;
+        let texels = parse(vec![part]).unwrap();
         for (i, found) in texels.iter().enumerate() {
             let [x, y] = [(i % 8) as i32 - position.0, (i / 8) as i32 - position.1];
             let inside = x >= 0 && y >= 0 && (x as usize) < size.0 && (y as usize) < size.1;
             let expected = if inside { texel(x as usize, y as usize, [0, 1, 2]) } else { [0.0; 3] };
-            assert_eq!(*found, expected, "{size:?} at {position:?}, texel {i}");
+            assert_eq!(*found, expected, "{blocks:?} {size:?} at {position:?}, texel {i}");
         }
     }
 }

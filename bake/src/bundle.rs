@@ -7,11 +7,11 @@ pub use prediction::{Shared, predict_shared};
 pub use sphere_sets::{Fitted, SphereSetSummary};
 
 use crate::error::{BakeError, Result};
-use crate::job::Job;
+use crate::job::{Job, say};
 use crate::methods::{Method, Traced};
-use crate::report;
 use crate::scene_hash::scene_hash;
 use crate::work_log::WorkLog;
+use crate::{playable, report};
 use relume_formats::container::{self, Header, Stored};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
@@ -146,7 +146,11 @@ pub fn run(
 ) -> Result<Summary> {
     methods.iter().try_for_each(|method| method.expect_fit(scene))?;
     // By the very checks of its readers, before anything is traced.
-    stored_scene(scene, size).validate(&Place::file(&scene.file))?;
+    let stored = stored_scene(scene, size);
+    stored.validate(&Place::file(&scene.file))?;
+    let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+    let (playable, left_out) = playable::split(scene, &stored.meta, &names);
+    left_out.iter().for_each(|sentence| say(&format!("warning: {sentence}")));
     let start = Instant::now();
     let unfinished = folder.join(UNFINISHED);
     // Of any method: publishing takes all that is unfinished away.
@@ -175,7 +179,7 @@ pub fn run(
         });
     }
     let mut animations = BTreeMap::new();
-    for animation in &scene.animations {
+    for animation in playable {
         let file = format!("animation-{}.relume", animation.name);
         animations.insert(animation.name.clone(), write_entry(animation, &unfinished, &file)?);
     }
@@ -245,7 +249,8 @@ fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &Path, folde
     Ok(())
 }
 
-fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
+/// What a bundle of `scene` tells of it.
+pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
     let mut stored = StoredScene {
         meta: Meta {
             name: scene.name.clone(),

@@ -23,7 +23,7 @@ use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
-use relume_formats::state::{BlinnPhong, Brdf, State};
+use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
@@ -181,7 +181,7 @@ fn load(scene: &str) -> Result<Scene> {
 }
 
 fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
-    let state = |file: &PathBuf| Ok(base.with_state(&State::read_file(file)?, &Place::file(file))?);
+    let state = |file: &PathBuf| Ok(base.with_state(&State::read_file(file)?, &Place::file(file)).map_err(with_line)?);
     files.iter().map(state).collect()
 }
 

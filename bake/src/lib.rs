@@ -9,6 +9,7 @@
 //! * [`plan`]: what a scene needs and what baking it will take;
 //! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`play`]: runs the player, to measure what it shows;
+//! * [`playable`]: which animations a bundle's methods can play;
 //! * [`frame_cost`]: what a frame of a new bundle costs;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
@@ -27,6 +28,7 @@ pub mod job;
 pub mod methods;
 pub mod plan;
 pub mod play;
+pub mod playable;
 pub mod report;
 pub mod scene_hash;
 pub mod spheres;

@@ -1,9 +1,12 @@
 //! The binary `bake`: parses the command line, runs one command, turns its end into an exit code.
 
-use clap::Parser;
+use clap::error::ContextKind;
+use clap::{CommandFactory, Parser};
 use relume_bake::cli::{Cli, Command};
 use relume_bake::error::BakeError;
 use relume_bake::{commands, inspect, job};
+use relume_formats::error::in_plain_words;
+use relume_formats::near::what_there_is;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -55,11 +58,20 @@ fn fail(message: &str, code: u8) -> ExitCode {
     ExitCode::from(code)
 }
 
+/// Which command was meant by one that there is not; clap itself sees only the nearest.
+fn meant_command(error: &clap::Error) -> Option<String> {
+    let given = error.get(ContextKind::InvalidSubcommand).filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none())?.to_string();
+    let cli = Cli::command();
+    let names: Vec<&str> = cli.get_subcommands().map(clap::Command::get_name).collect();
+    Some(what_there_is(&given, &names))
+}
+
 /// clap's message on one line, without its own prefix and usage.
 fn usage_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
     let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
     let rest: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
-    format!("{} (see bake --help)", [&[first.as_str()], &rest[..]].concat().join(" "))
+    let meant = meant_command(error).unwrap_or_default();
+    format!("{}{meant} (see bake --help)", in_plain_words(&[&[first.as_str()], &rest[..]].concat().join(" ")))
 }

@@ -1,5 +1,6 @@
 //! One error type for everything read from or written to disk.
 
+use crate::near::nearest_file;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -91,8 +92,20 @@ impl Error {
         Self::Unsupported { place: place.clone(), reason: one_line(&reason.into()) }
     }
 
-    /// An [`Error::Io`].
+    /// An [`Error::Io`]. What the system says in its own terms is said in ours, with the file that was meant if the one named is not there.
     pub fn io(place: &Place, source: io::Error) -> Self {
+        let plain = |reason: String| io::Error::new(source.kind(), reason);
+        let source = match source.kind() {
+            _ if source.raw_os_error().is_none() => source,
+            io::ErrorKind::NotFound => {
+                let meant = nearest_file(Path::new(""), &place.file).map(|file| format!("; did you mean `{file}`?")).unwrap_or_default();
+                plain(format!("no such file or folder{meant}"))
+            }
+            io::ErrorKind::IsADirectory => plain("is a folder; name a file".to_owned()),
+            io::ErrorKind::NotADirectory => plain("leads through a file; name a folder".to_owned()),
+            io::ErrorKind::PermissionDenied => plain("permission denied".to_owned()),
+            _ => source,
+        };
         Self::Io { place: place.clone(), source }
     }
 
@@ -107,9 +120,61 @@ impl Error {
     }
 }
 
+/// A usage error in words that say what to write: of numbers that the standard library cannot read, and of what was meant.
+pub fn in_plain_words(message: &str) -> String {
+    let (what, meant) = match message.split_once(" tip: ").map(|(what, tip)| (what, tip.split_once(" exists: "))) {
+        Some((what, Some((_, meant)))) => (what, format!("; did you mean {meant}?")),
+        _ => (message, String::new()),
+    };
+    [
+        ("invalid digit found in string", "a whole number is expected"),
+        ("invalid float literal", "a number such as 0.01 is expected, with a decimal point"),
+        ("cannot parse integer from empty string", "a whole number is expected"),
+        ("cannot parse float from empty string", "a number is expected"),
+        ("number too large to fit in target type", "a smaller number is expected"),
+    ]
+    .iter()
+    .fold(format!("{what}{meant}"), |message, (theirs, ours)| message.replace(theirs, ours))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn usage_errors_say_what_to_write() {
+        for (theirs, ours) in [
+            (
+                "unexpected argument '--x' found tip: a similar argument exists: '--y'",
+                "unexpected argument '--x' found; did you mean '--y'?",
+            ),
+            (
+                "invalid value 'a' for '--n <N>': invalid digit found in string",
+                "invalid value 'a' for '--n <N>': a whole number is expected",
+            ),
+            (
+                "unexpected argument tip: to pass '-a' as a value, use '-- -a'",
+                "unexpected argument tip: to pass '-a' as a value, use '-- -a'",
+            ),
+        ] {
+            assert_eq!(in_plain_words(theirs), ours);
+        }
+    }
+
+    #[test]
+    fn files_that_are_not_there_are_told_in_plain_words() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("Sky.exr"), "").unwrap();
+        for (name, expected) in [
+            ("sky.exr", format!("no such file or folder; did you mean `{}`?", folder.path().join("Sky.exr").display())),
+            ("", "is a folder; name a file".to_owned()),
+        ] {
+            let path = folder.path().join(name);
+            let error = Error::io(&Place::file(&path), std::fs::read(&path).unwrap_err());
+            assert_eq!(error.to_string(), format!("{}: {expected}", path.display()));
+            assert!(error.is_bad_input());
+        }
+    }
 
     #[test]
     fn a_message_is_one_line_whatever_files_and_their_content_are_called() {

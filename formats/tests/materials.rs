@@ -65,7 +65,7 @@ fn values_outside_their_range_are_refused() {
         (GGX, "roughness = nan", "roughness NaN is outside 0.12..1"),
         (BLINN_PHONG, "shininess = 0.5", "shininess 0.5 is outside 1..10000"),
         (BLINN_PHONG, "kd = [0.2, 0.8, 0.2]", "kd + ks = 1.1 exceeds 1"),
-        (GGX, "base_colour = [0.1, 0.1, 0.1]", "unknown field `base_colour`"),
+        (GGX, "base_colour = [0.1, 0.1, 0.1]", "unknown key `base_colour`; did you mean `base_color`?"),
     ];
     for (brdf, leaves, expected) in cases {
         let message = with(&brdf, leaves).unwrap_err().to_string();

@@ -2,6 +2,7 @@
 
 use crate::output::FramePath;
 use clap::Parser;
+use relume_formats::error::in_plain_words;
 use std::path::PathBuf;
 
 /// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary free to change.
@@ -85,7 +86,7 @@ pub fn one_line(error: &clap::Error) -> String {
     let report = text.split("\nUsage:").next().unwrap_or(&text);
     let report = report.split("\nFor more information").next().unwrap_or(report);
     let flat = report.split_whitespace().collect::<Vec<_>>().join(" ");
-    format!("{}; see `player --help`", flat.strip_prefix("error: ").unwrap_or(&flat))
+    format!("{}; see `player --help`", in_plain_words(flat.strip_prefix("error: ").unwrap_or(&flat)))
 }
 
 #[cfg(test)]

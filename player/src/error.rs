@@ -22,6 +22,14 @@ pub enum Error {
 }
 
 impl Error {
+    /// This error with the line of the state or animation that it speaks of.
+    pub fn with_line(self) -> Self {
+        match self {
+            Self::Format(error) => Self::Format(relume_formats::state::with_line(error)),
+            other => other,
+        }
+    }
+
     /// The exit code of the program: 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {

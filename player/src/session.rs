@@ -202,8 +202,8 @@ impl Session {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
             let animation = if self.plays_first { animations.next() } else { None };
             let scope = Scope { scene, kind: self.method.kind, maps };
-            self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
-            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
+            self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope).map_err(Error::with_line)?;
+            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect()).map_err(Error::with_line)?);
         }
         Ok(())
     }

@@ -69,7 +69,7 @@ fn bad_input() {
         return;
     }
     std::fs::write(bundle.folder().join("state.toml"), "[materials.fixed]\nshininess = 3.0").unwrap();
-    expect_error(&with(&["--state", "@/state.toml"]), 2, "state.toml: sets material `fixed`");
+    expect_error(&with(&["--state", "@/state.toml"]), 2, "state.toml: line 1: sets material `fixed`");
     std::fs::write(bundle.folder().join("wild.toml"), "duration_s = 1.0\n[[key]]\nt_s = 0.9\nmaterials.a.shininess = 900").unwrap();
     expect_error(&with(&["--animation", "@/wild.toml", "--count", "1"]), 2, "shininess 900");
     expect_error(&with(&["--animation", "glow"]), 2, "each of 15 frames");

@@ -1,6 +1,7 @@
 //! Where scenes and their files are found.
 
 use crate::suggest::unknown_name;
+use relume_formats::near::nearest_file;
 use relume_formats::{Error, Place, Result};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -26,15 +27,24 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Ok(path.join(SCENE_FILE));
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
-        let reason = format!("no scene file here; give a .toml file, a folder with a {SCENE_FILE}, or a name in {}", library.display());
+        let meant = nearest_file(Path::new(""), path).map(|file| format!("did you mean `{file}`? Else ")).unwrap_or_default();
+        let library = library.display();
+        let reason = format!("no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {library}");
         return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
     }
     let in_library = library.join(path).join(SCENE_FILE);
     if in_library.is_file() {
         return Ok(in_library);
     }
+    if let Some(meant) = nearest_file(Path::new(""), path).filter(|meant| is_scene(Path::new(meant))) {
+        return Err(Error::invalid(&Place::file(path), format!("no such scene; did you mean `{meant}`?")));
+    }
     let names = library_names(library)?;
     Err(Error::invalid(&Place::file(library), unknown_name("scene", name_or_path, names.iter().map(String::as_str))))
+}
+
+fn is_scene(path: &Path) -> bool {
+    has_extension(path, "toml") || path.join(SCENE_FILE).is_file()
 }
 
 /// Names of all scenes in the library, sorted.
@@ -81,14 +91,21 @@ pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
     }
 }
 
-/// Fails with a remedy if there is no file at `path`. `place` is where it was named.
+/// Fails with a remedy if there is no file at `path`, which `name` stands for. `place` is where it was named.
 pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> {
     if path.is_file() {
         return Ok(());
     }
-    let remedy = if name.starts_with("assets/") { "run `make assets` to fetch it" } else { "correct the path or add the file" };
-    let reason = format!("no such file, but {place} names it; {remedy}");
-    Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)))
+    if path.is_dir() {
+        return Err(Error::invalid(place, format!("`{name}` is a folder; name a file in it")));
+    }
+    let folder = path.ancestors().nth(Path::new(name).components().count()).unwrap_or(Path::new(""));
+    let remedy = match nearest_file(folder, Path::new(name)) {
+        _ if name.starts_with("assets/") => "run `make assets` to fetch it".to_owned(),
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => "correct the path or add the file".to_owned(),
+    };
+    Err(Error::invalid(place, format!("no such file: `{name}`; {remedy}")))
 }
 
 /// Largest file of a scene that is read whole.

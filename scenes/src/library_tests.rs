@@ -86,7 +86,7 @@ pub(crate) fn load_if_fetched(name: &str, asset: &str) -> Option<Scene> {
         return Some(load(name).unwrap());
     }
     let error = load(name).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains(&format!("{asset}: no such file")), "{error}");
+    assert!(error.is_bad_input() && error.to_string().contains(&format!("no such file: `assets/{asset}`")), "{error}");
     assert!(error.to_string().contains("run `make assets`"), "{error}");
     None
 }

@@ -14,7 +14,7 @@ pub(crate) struct TransformFile {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "scale must be a number or [x, y, z]")]
+#[serde(untagged, expecting = "a number or [x, y, z] is expected; correct it")]
 enum ScaleFile {
     Uniform(f64),
     Axes([f64; 3]),
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn mistakes_are_refused() {
         for (text, part) in [
-            ("scale = \"big\"", "line 1, column 9: scale must be a number or [x, y, z]"),
+            ("scale = \"big\"", "line 1, column 9: scale: a number or [x, y, z] is expected; correct it"),
             ("translation = [nan, 0, 0]", "finite"),
             ("rotation_dg = [1, 2, 3]", "did you mean `rotation_deg`?"),
         ] {

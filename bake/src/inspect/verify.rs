@@ -1,7 +1,7 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
 use relume_formats::bundle::{
-    Look, Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_playable, expect_receivers, expect_textures,
+    Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_receivers, expect_some_plays, expect_textures,
 };
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
@@ -67,15 +67,7 @@ impl<'a> Bundle<'a> {
         for method in self.manifest.methods.clone() {
             scopes.push(self.method(&method, &objects)?);
         }
-        let base = Look::default_of(&self.scene.meta);
-        for (place, animation) in &animations {
-            // Some method can play it.
-            let mut verdicts = scopes.iter().map(|scope| expect_playable(animation, &base, scope, place));
-            let first = verdicts.next().unwrap_or(Ok(()));
-            if first.is_err() && !verdicts.any(|verdict| verdict.is_ok()) {
-                first?;
-            }
-        }
+        animations.iter().try_for_each(|(place, animation)| expect_some_plays(animation, &scopes, place))?;
         let files = self.manifest.entries().count();
         let _ = writeln!(self.lines, "{}: {files} files as the manifest lists them, and they agree with each other", self.folder.display());
         Ok(self.lines)

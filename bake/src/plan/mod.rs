@@ -9,6 +9,7 @@ use crate::cli::MethodName;
 use crate::error::Result;
 use crate::job::{Job, ProgressMode};
 use crate::methods::choice::{Asked, METHODS, cheapest, serves_all};
+use crate::playable;
 use charted::BestPoint;
 use clap::ValueEnum;
 use relume_formats::{Error, Place};
@@ -111,7 +112,7 @@ fn nothing(scene: &Scene) -> Plan {
         methods: Vec::new(),
         chosen: None,
         why: why.to_owned(),
-        not_modelled: Vec::new(),
+        not_modelled: ignored(scene),
         stored_unusable: None,
     }
 }
@@ -201,7 +202,15 @@ fn not_modelled(scene: &Scene, chosen: Option<&Candidate>) -> Vec<String> {
     let moves: Vec<&str> = moves.map(|(what, _)| what).collect();
     let both = !moves.is_empty() && !vary.materials.is_empty();
     let together = both.then(|| format!("no method varies materials together with {}", moves.join(", ")));
-    chosen.iter().flat_map(|candidate| candidate.leaves_out.iter().cloned()).chain(together).collect()
+    let meta = bundle::stored_scene(scene, scene.size).meta;
+    let animations = chosen.map(|candidate| playable::split(scene, &meta, &[candidate.name]).1).unwrap_or_default();
+    let by_choice = chosen.iter().flat_map(|candidate| candidate.leaves_out.iter().cloned());
+    by_choice.chain(together).chain(animations).chain(ignored(scene)).collect()
+}
+
+/// What of the scene's files was ignored or mended when they were read.
+fn ignored(scene: &Scene) -> Vec<String> {
+    scene.warnings.iter().map(|warning| reason(warning, scene)).collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 /// The plan for a reader.
 pub(super) fn of(plan: &Plan) -> String {
     if plan.methods.is_empty() {
-        return format!("{} {}\n", plan.scene, plan.why);
+        let ignored = if plan.not_modelled.is_empty() { String::new() } else { format!("not modelled:{}\n", bullets(&plan.not_modelled)) };
+        return format!("{} {}\n{ignored}", plan.scene, plan.why);
     }
     let mut text = format!("{} varies {}\n", plan.scene, varies(&plan.varies));
     plan.methods.iter().for_each(|candidate| text += &method(candidate));

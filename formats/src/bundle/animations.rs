@@ -45,6 +45,21 @@ pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place:
     Ok(())
 }
 
+/// Fails unless one of the methods of a bundle, which see the same scene by `scopes`, can play `animation`, at `place`.
+///
+/// # Errors
+/// `Invalid` with what the last of them does not play.
+pub fn expect_some_plays(animation: &Animation, scopes: &[Scope], place: &Place) -> Result<()> {
+    let mut verdict = Ok(());
+    for scope in scopes {
+        verdict = expect_playable(animation, &Look::default_of(&scope.scene), scope, place);
+        if verdict.is_ok() {
+            break;
+        }
+    }
+    verdict
+}
+
 /// Whether an animation sets nothing but what varies.
 pub fn sets_only(animation: &Animation, varies: &Varies<'_>) -> bool {
     let names = Names::new(varies);

@@ -3,6 +3,7 @@
 use crate::container::Kind;
 use crate::error::{Error, Place, Result};
 use crate::kinds::scene::{self, EnvironmentLook, StoredMaterial};
+use crate::near::did_you_mean;
 use crate::state::{Brdf, Camera, EnvironmentState, Posed, State, Varies};
 use std::collections::BTreeMap;
 
@@ -50,8 +51,8 @@ impl Scope {
         if self.maps.contains(&look.map) {
             return Ok(look);
         }
-        let there = self.maps.join(", ");
-        Err(Error::invalid(place, format!("environment: no map `{}`; this bundle has: {there}", look.map)))
+        let meant = did_you_mean(&look.map, self.maps.iter().map(String::as_str));
+        Err(Error::invalid(place, format!("environment: no map `{}`; this bundle has: {}{meant}", look.map, self.maps.join(", "))))
     }
 }
 

@@ -7,7 +7,7 @@
 //! * [`expect_images`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
-//! * [`Scope`], [`Look`] and [`expect_playable`]: what of a scene may be set, and whether an animation sets nothing else.
+//! * [`Scope`], [`Look`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
 
 mod animations;
 mod files;
@@ -16,7 +16,7 @@ mod lit;
 mod look;
 mod shadows;
 
-pub use animations::{expect_playable, sets_only};
+pub use animations::{expect_playable, expect_some_plays, sets_only};
 pub use files::{expect_files, expect_name};
 pub use images::expect_images;
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};

@@ -5,6 +5,7 @@
 use super::names::{fault_of_name, fault_of_names};
 use crate::container::replace_file;
 use crate::error::{Error, Place, Result};
+use crate::near::{did_you_mean, nearest_file};
 use crate::state::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -155,6 +156,9 @@ impl Manifest {
         let place = Place::file(&path);
         let text = match read_text(&path) {
             Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                if let Some(meant) = nearest_file(Path::new(""), folder) {
+                    return Err(Error::invalid(&Place::file(folder), format!("no such folder; did you mean `{meant}`?")));
+                }
                 return Err(Error::invalid(
                     &Place::file(folder),
                     format!("holds no bundle (no {FILE_NAME}); make one with `bake run SCENE -o {}`", folder.display()),
@@ -244,9 +248,10 @@ impl Manifest {
         };
         found.ok_or_else(|| {
             let there: Vec<_> = self.methods.iter().map(|m| m.name.as_str()).collect();
+            let name = name.unwrap_or("any");
             Error::invalid(
                 &Place::file(folder.join(FILE_NAME)),
-                format!("no method `{}`; this bundle has: {}", name.unwrap_or("any"), there.join(", ")),
+                format!("no method `{name}`; this bundle has: {}{}", there.join(", "), did_you_mean(name, there.iter().copied())),
             )
         })
     }

@@ -1,6 +1,6 @@
 //! Keyframed states. Every leaf of a state is its own track: linear between its keys, held before the first and after the last.
 
-use super::{State, parse_toml, read_text};
+use super::{CameraState, EnvironmentState, LightState, MaterialState, ShapeState, State, parse_toml, read_text, with_line};
 use crate::error::{Error, Place, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -47,14 +47,28 @@ pub enum TrackValues {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct File {
     duration_s: f32,
     #[serde(default, rename = "loop")]
     looping: bool,
     #[serde(default)]
-    key: Vec<toml::Table>,
-    #[serde(flatten)]
-    unknown: toml::Table,
+    key: Vec<KeyFile>,
+}
+
+/// `[[key]]`: a time, and the leaves of a state.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KeyFile {
+    t_s: f32,
+    environment: Option<EnvironmentState>,
+    camera: Option<CameraState>,
+    #[serde(default)]
+    lights: BTreeMap<String, LightState>,
+    #[serde(default)]
+    materials: BTreeMap<String, MaterialState>,
+    #[serde(default)]
+    shapes: BTreeMap<String, ShapeState>,
 }
 
 enum Leaf {
@@ -67,26 +81,35 @@ impl Animation {
     /// Reads an animation file; its name is the file's without the extension.
     pub fn read_file(path: &Path) -> Result<Self> {
         let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        Self::parse(&name, &read_text(path)?, &Place::file(path))
+        Self::parse(&name, &read_text(path)?, &Place::file(path)).map_err(with_line)
     }
 
     /// Parses the text of an animation file.
     pub fn parse(name: &str, text: &str, place: &Place) -> Result<Self> {
         let file: File = parse_toml(text, place)?;
-        if let Some(key) = file.unknown.keys().next() {
-            return Err(Error::invalid(place, format!("unknown key `{key}`; an animation has duration_s, loop and [[key]]")));
-        }
+        check_duration(file.duration_s, place)?;
+        check_times(&file, place)?;
         let mut keys: BTreeMap<Vec<String>, Vec<(f32, Leaf)>> = BTreeMap::new();
-        for (index, mut table) in file.key.into_iter().enumerate() {
-            let place = place.part(format!("[[key]] number {}", index + 1));
-            let time_s = match table.remove("t_s") {
-                Some(toml::Value::Float(t)) => t as f32,
-                Some(toml::Value::Integer(t)) => t as f32,
-                _ => return Err(Error::invalid(&place, "needs t_s, a time in seconds")),
-            };
-            // Strictness and types come from the state itself.
-            parse_toml::<State>(&table.to_string(), &place).map_err(|e| strip_line(e, &place))?;
-            flatten(toml::Value::Table(table), &mut Vec::new(), &mut |leaf, value| keys.entry(leaf).or_default().push((time_s, value)));
+        for (index, key) in file.key.into_iter().enumerate() {
+            let KeyFile { t_s, environment, camera, lights, materials, shapes } = key;
+            let place = place_of_key(index, t_s, place);
+            let state = State { environment, camera, lights, materials, shapes };
+            let table = toml::Table::try_from(&state).map_err(|e| Error::invalid(&place, e.to_string()))?;
+            let mut leaves = Vec::new();
+            flatten(toml::Value::Table(table), &mut Vec::new(), &mut |leaf, value| leaves.push((leaf, value)));
+            for (leaf, value) in leaves {
+                let track = keys.entry(leaf).or_default();
+                if track.last().is_some_and(|(before, _)| *before == t_s) {
+                    return Err(Error::invalid(
+                        &place,
+                        "sets what the key before it sets at the same time; remove one, or move it in time",
+                    ));
+                }
+                track.push((t_s, value));
+            }
+        }
+        if keys.is_empty() {
+            return Err(Error::invalid(place, "sets nothing at any time; add a [[key]] with t_s and keys of a state, or remove the file"));
         }
         let tracks = keys.into_iter().map(|(leaf, keys)| Track::new(leaf, keys, place)).collect::<Result<_>>()?;
         let animation = Self { name: name.to_owned(), duration_s: file.duration_s, looping: file.looping, tracks };
@@ -96,9 +119,7 @@ impl Animation {
 
     /// Checks lengths, times and values.
     pub fn validate(&self, place: &Place) -> Result<()> {
-        if !(self.duration_s.is_finite() && self.duration_s > 0.0 && self.duration_s <= 86_400.0) {
-            return Err(Error::invalid(place, format!("duration_s {} must be above 0 and at most a day", self.duration_s)));
-        }
+        check_duration(self.duration_s, place)?;
         if self.tracks.iter().map(|t| t.times_s.len()).sum::<usize>() > MAX_KEYS {
             return Err(Error::invalid(place, format!("more than {MAX_KEYS} keys")));
         }
@@ -138,12 +159,34 @@ impl Animation {
     }
 }
 
-/// The re-serialised key has lines of its own, which would only mislead.
-fn strip_line(error: Error, place: &Place) -> Error {
-    match error {
-        Error::Invalid { reason, .. } => Error::invalid(place, reason),
-        other => other,
+fn check_duration(duration_s: f32, place: &Place) -> Result<()> {
+    if duration_s > 0.0 && duration_s <= 86_400.0 {
+        return Ok(());
     }
+    Err(Error::invalid(place, format!("duration_s {duration_s} must be above 0 and at most a day")))
+}
+
+fn place_of_key(index: usize, t_s: f32, place: &Place) -> Place {
+    place.part(format!("[[key]] number {} at {t_s} s", index + 1))
+}
+
+/// Keys stand in the order of time, within the duration.
+fn check_times(file: &File, place: &Place) -> Result<()> {
+    let mut before = 0.0;
+    for (index, key) in file.key.iter().enumerate() {
+        let refuse = |reason: String| Err(Error::invalid(&place_of_key(index, key.t_s, place), reason));
+        if !(key.t_s.is_finite() && key.t_s >= 0.0) {
+            return refuse("t_s must be a number of seconds from 0 on".to_owned());
+        }
+        if key.t_s < before {
+            return refuse(format!("comes after one at {before} s; sort the keys by t_s"));
+        }
+        if key.t_s > file.duration_s {
+            return refuse(format!("comes after the end, duration_s {}; raise duration_s or lower t_s", file.duration_s));
+        }
+        before = key.t_s;
+    }
+    Ok(())
 }
 
 fn flatten(value: toml::Value, path: &mut Vec<String>, add: &mut impl FnMut(Vec<String>, Leaf)) {
@@ -287,22 +330,46 @@ mod tests {
 
     #[test]
     fn frames_cover_the_duration() {
+        let lasting = |duration_s: &str| TEXT.replace("= 2.0", &format!("= {duration_s}"));
         assert_eq!(parse(TEXT).unwrap().frame_count(30.0), 60);
-        assert_eq!(parse(&TEXT.replace("duration_s = 2.0", "duration_s = 1.2")).unwrap().frame_count(30.0), 36);
-        assert_eq!(parse(&TEXT.replace("duration_s = 2.0", "duration_s = 1.21")).unwrap().frame_count(30.0), 37);
+        assert_eq!(parse(&lasting("1.2")).unwrap().frame_count(30.0), 36);
+        assert_eq!(parse(&lasting("1.21")).unwrap().frame_count(30.0), 37);
     }
 
     #[test]
     fn mistakes_are_refused() {
         for (text, part) in [
-            (TEXT.replace("loop", "looop"), "unknown key `looop`"),
-            (TEXT.replace("t_s = 2.0", "t_s = 0.0"), "key times must increase"),
-            (TEXT.replace("shininess = 10", "shinyness = 10"), "did you mean `shininess`"),
-            (TEXT.replace("duration_s = 2.0", "duration_s = -1.0"), "must be above 0"),
-            (TEXT.replace("[0.4, 0.2, 0.0]", "[0.4, 0.2]"), "[[key]] number 3"),
+            (TEXT.replace("loop", "looop"), "a.toml: line 3, column 9: unknown key `looop`; did you mean `loop`?"),
+            (
+                TEXT.replace("t_s = 2.0", "t_s = 1.0\n materials.a.shininess = 5"),
+                "a.toml: [[key]] number 3 at 1 s: sets what the key before it sets at the same time; remove one, or move it in time",
+            ),
+            (TEXT.replace("t_s = 2.0", "t_s = 0.5"), "a.toml: [[key]] number 3 at 0.5 s: comes after one at 1 s; sort the keys by t_s"),
+            (
+                TEXT.replace("t_s = 2.0", "t_s = 2.5"),
+                "a.toml: [[key]] number 3 at 2.5 s: comes after the end, duration_s 2; raise duration_s or lower t_s",
+            ),
+            (TEXT.replace("t_s = 0", "t_s = -1"), "a.toml: [[key]] number 1 at -1 s: t_s must be a number of seconds from 0 on"),
+            (
+                TEXT.replace("shininess = 10", "shinyness = 10"),
+                "a.toml: line 7, column 21: key.materials.a: unknown key `shinyness`; did you mean `shininess`?",
+            ),
+            (TEXT.replace("duration_s = 2.0", "duration_s = -1.0"), "a.toml: duration_s -1 must be above 0 and at most a day"),
+            (
+                TEXT.replace("[0.4, 0.2, 0.0]", "[0.4, 0.2]"),
+                "a.toml: line 13, column 26: key.materials.a.kd: 2 numbers where 3 are expected; add 1",
+            ),
+            (
+                "duration_s = 1\n[[key]]\nt_s = 0".to_owned(),
+                "a.toml: sets nothing at any time; add a [[key]] with t_s and keys of a state, or remove the file",
+            ),
+            ("duration_s = 1\n[[key]]\ncamera.fov_deg = 3".to_owned(), "a.toml: line 2, column 1: key: `t_s` is missing; add it"),
+            (
+                "duration_s = 1\n[key]\nt_s = 3".to_owned(),
+                "a.toml: line 2, column 1: key: a table where a list of tables is expected; write [[key]], with two brackets",
+            ),
         ] {
-            let message = parse(&text).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
+            assert_eq!(parse(&text).unwrap_err().to_string(), part);
         }
     }
 }

@@ -140,8 +140,8 @@ impl Brdf {
     /// a share within 0..1, and lobes no sharper than single precision can follow.
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
-            Self::BlinnPhong(brdf) => brdf.check().and_then(|()| within("shininess", brdf.shininess, SHININESS_MIN, FIXED_SHININESS_MAX)),
-            Self::Ggx(brdf) => brdf.check().and_then(|()| within("roughness", brdf.roughness, FIXED_ROUGHNESS_MIN, 1.0)),
+            Self::BlinnPhong(brdf) => brdf.check().and_then(|()| SHININESS.check(brdf.shininess, false)),
+            Self::Ggx(brdf) => brdf.check().and_then(|()| ROUGHNESS.check(brdf.roughness, false)),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
@@ -150,13 +150,13 @@ impl Brdf {
     /// multiplies its diffuse colour.
     pub fn validate_varying(&self, textured: bool, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
-            Self::BlinnPhong(brdf) => within("shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX),
+            Self::BlinnPhong(brdf) => SHININESS.check(brdf.shininess, true),
             Self::Ggx(brdf) if textured && brdf.metallic > 0.0 => Err(format!(
                 "metallic {} with a textured base colour, whose product with itself no image of a linear bake holds; set metallic to 0 or remove \
                  the texture",
                 brdf.metallic
             )),
-            Self::Ggx(brdf) => within("roughness", brdf.roughness, ROUGHNESS_MIN, 1.0),
+            Self::Ggx(brdf) => ROUGHNESS.check(brdf.roughness, true),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
@@ -176,8 +176,34 @@ impl From<Brdf> for MaterialState {
     }
 }
 
-fn within(what: &str, value: f32, least: f32, most: f32) -> std::result::Result<(), String> {
-    if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{what} {value} is outside {least}..{most}")) }
+/// The sharpness of a lobe, and what it may be: bases follow only the blunter ones.
+struct Sharpness {
+    key: &'static str,
+    /// Of a material that does not vary.
+    fixed: [f32; 2],
+    /// Of one that does.
+    varying: [f32; 2],
+}
+
+const SHININESS: Sharpness =
+    Sharpness { key: "shininess", fixed: [SHININESS_MIN, FIXED_SHININESS_MAX], varying: [SHININESS_MIN, SHININESS_MAX] };
+const ROUGHNESS: Sharpness = Sharpness { key: "roughness", fixed: [FIXED_ROUGHNESS_MIN, 1.0], varying: [ROUGHNESS_MIN, 1.0] };
+
+impl Sharpness {
+    /// Both ranges are told at once: who corrects a value should not meet the other one next.
+    fn check(&self, value: f32, varies: bool) -> std::result::Result<(), String> {
+        let [least, most] = if varies { self.varying } else { self.fixed };
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        let (key, [fixed_least, fixed_most], [varying_least, varying_most]) = (self.key, self.fixed, self.varying);
+        let why = "as bases follow no sharper lobe";
+        Err(if varies {
+            format!("{key} {value} is outside {least}..{most}, {why}; for a material that does not vary it is {fixed_least}..{fixed_most}")
+        } else {
+            format!("{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {why}")
+        })
+    }
 }
 
 impl BlinnPhong {

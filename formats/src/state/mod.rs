@@ -14,9 +14,10 @@ pub use material::{
     BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
 };
 pub use shape::Posed;
-pub use strict_toml::{parse as parse_toml, read_text};
+pub use strict_toml::{parse as parse_toml, read_text, with_line};
 
 use crate::error::{Error, Place, Result};
+use crate::near::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -176,33 +177,31 @@ impl State {
 
     /// Fails if the state names anything that does not vary. Exposure belongs to the display and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
-        let refuse = |what: &str| {
-            let can = varies.list();
-            Err(Error::invalid(
-                place,
-                format!(
-                    "sets {what}, which this bundle does not vary ({can}); remove it, or add it to [vary] in scene.toml and bake again"
-                ),
-            ))
+        let refuse = |what: &str, meant: &str| {
+            let (can, remedy) = (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");
+            let meant = if meant.is_empty() { ";".to_owned() } else { format!("{meant} Else") };
+            Err(Error::invalid(place, format!("sets {what}, which this bundle does not vary ({can}){meant} {remedy}")))
         };
         if self.environment.is_some() && !varies.environment {
-            return refuse("[environment]");
+            return refuse("[environment]", "");
         }
         if let Some(camera) = &self.camera
             && !varies.camera
             && (camera.position.is_some() || camera.target.is_some() || camera.fov_deg.is_some())
         {
-            return refuse("the camera's position, target or field of view");
+            return refuse("the camera's position, target or field of view", "");
         }
         if let Some(name) = self.lights.keys().next() {
-            return refuse(&format!("light `{name}`"));
+            return refuse(&format!("light `{name}`"), "");
         }
-        if let Some(name) = self.shapes.keys().find(|name| !varies.shapes.contains(&name.as_str())) {
-            return refuse(&format!("shape `{name}`"));
+        for (what, names, varying) in [
+            ("shape", self.shapes.keys().collect::<Vec<_>>(), &varies.shapes),
+            ("material", self.materials.keys().collect(), &varies.materials),
+        ] {
+            if let Some(name) = names.into_iter().find(|name| !varying.contains(&name.as_str())) {
+                return refuse(&format!("{what} `{name}`"), &did_you_mean(name, varying.iter().copied()));
+            }
         }
-        match self.materials.keys().find(|name| !varies.materials.contains(&name.as_str())) {
-            Some(name) => refuse(&format!("material `{name}`")),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::ShapeState;
 use crate::error::{Error, Place, Result};
+use crate::near::did_you_mean;
 
 /// A moment of a clip.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,12 @@ impl ShapeState {
         }
         let clip = match (&self.clip, now, clips) {
             (Some(clip), ..) if clips.contains(&clip.as_str()) => clip.clone(),
-            (Some(clip), ..) => return Err(Error::invalid(&place, format!("no clip `{clip}`; it has {}", list(clips)))),
+            (Some(clip), ..) => {
+                return Err(Error::invalid(
+                    &place,
+                    format!("no clip `{clip}`; it has {}{}", list(clips), did_you_mean(clip, clips.iter().copied())),
+                ));
+            }
             (None, Some(now), _) => now.clip.clone(),
             (None, None, [only]) => (*only).to_owned(),
             (None, None, _) => return Err(Error::invalid(&place, format!("time_s needs a clip; add `clip`, one of {}", list(clips)))),

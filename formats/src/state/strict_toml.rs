@@ -1,14 +1,23 @@
-//! TOML read strictly: one-line errors that name line and column and suggest what was meant.
+//! TOML read strictly: one-line errors that name line, column and key in the file's own words, and suggest what was meant.
+
+mod hints;
+mod lines;
+mod reader;
+
+pub use lines::with_line;
 
 use crate::error::{Error, Place, Result};
+use reader::{Fault, Reader};
 use serde::de::DeserializeOwned;
 use std::io::Read;
 use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// A scene, state or animation has no reason to be larger.
 const MAX_TEXT_BYTES: u64 = 16 << 20;
 
-/// Reads a text file of bounded size.
+/// Reads a text file of bounded size, without the byte order mark that some editors put before it.
 pub fn read_text(path: &Path) -> Result<String> {
     let place = Place::file(path);
     // A device may call itself empty and never end, so the cap is on what is read.
@@ -18,16 +27,45 @@ pub fn read_text(path: &Path) -> Result<String> {
     if bytes.len() as u64 > MAX_TEXT_BYTES {
         return Err(Error::invalid(&place, format!("longer than {MAX_TEXT_BYTES} bytes, a text file is expected here")));
     }
-    String::from_utf8(bytes)
-        .map_err(|e| Error::invalid(&place, format!("not a text file (byte {} is not UTF-8)", e.utf8_error().valid_up_to())))
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.starts_with(&[b'[', 0]) {
+        return Err(Error::invalid(&place, "not a text file of UTF-8, but of UTF-16; save it as UTF-8"));
+    }
+    let text = String::from_utf8(bytes).map_err(|e| not_utf8(e.as_bytes(), e.utf8_error().valid_up_to(), &place))?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+fn not_utf8(bytes: &[u8], at: usize, place: &Place) -> Error {
+    let before = String::from_utf8_lossy(bytes.get(..at).unwrap_or_default());
+    let byte = bytes.get(at).copied().unwrap_or_default();
+    if before.contains('\0') || byte < 0x20 {
+        return Error::invalid(place, format!("not a text file (byte {at} is not UTF-8)"));
+    }
+    let place = place.part(line_and_column(&before, before.len()));
+    Error::invalid(
+        &place,
+        format!("not a text file of UTF-8: byte 0x{byte:02X} belongs to another encoding, such as Latin-1; save it as UTF-8"),
+    )
 }
 
 /// Parses `text`; unknown keys are errors if the type denies them.
 pub fn parse<T: DeserializeOwned>(text: &str, place: &Place) -> Result<T> {
-    toml::from_str(text).map_err(|e| {
-        let at = e.span().map_or_else(|| place.clone(), |span| place.part(line_and_column(text, span.start)));
-        Error::invalid(&at, one_line(e.message()))
-    })
+    let root = document(text, place)?;
+    T::deserialize(Reader::of_document(&root)).map_err(|fault| error(text, fault, place))
+}
+
+/// The file as a tree of values, each with where it stands.
+fn document<'t>(text: &'t str, place: &Place) -> Result<Spanned<DeValue<'t>>> {
+    let root = DeTable::parse(text).map_err(|e| {
+        let span = e.span().unwrap_or_default();
+        let (at, reason) = hints::of_syntax(text, &span, e.message());
+        Error::invalid(&place.part(line_and_column(text, at)), reason)
+    })?;
+    Ok(Spanned::new(root.span(), DeValue::Table(root.into_inner())))
+}
+
+fn error(text: &str, fault: Fault, place: &Place) -> Error {
+    let at = fault.span.as_ref().map_or_else(|| place.clone(), |span| place.part(line_and_column(text, span.start)));
+    Error::invalid(&at, fault.to_string())
 }
 
 fn line_and_column(text: &str, offset: usize) -> String {
@@ -37,32 +75,5 @@ fn line_and_column(text: &str, offset: usize) -> String {
     format!("line {line}, column {column}")
 }
 
-/// serde's message on one line, with a suggestion if it complains of an unknown name.
-fn one_line(message: &str) -> String {
-    let flat = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    if !flat.starts_with("unknown ") {
-        return flat;
-    }
-    let mut quoted = flat.split('`').skip(1).step_by(2);
-    let Some(given) = quoted.next() else { return flat };
-    let nearest = quoted.map(|name| (strsim::damerau_levenshtein(given, name), name)).min();
-    match nearest {
-        Some((distance, name)) if distance <= 1 + given.len() / 3 => format!("{flat}; did you mean `{name}`?"),
-        _ => flat,
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::state::State;
-
-    #[test]
-    fn unknown_key_names_line_column_and_suggests() {
-        let text = "[materials.bunny]\nkd = [0.1, 0.1, 0.1]\nshinines = 3.0\n";
-        let message = parse::<State>(text, &Place::file("s.toml")).unwrap_err().to_string();
-        assert!(message.starts_with("s.toml: line 3, column 1: unknown field `shinines`"), "{message}");
-        assert!(message.ends_with("did you mean `shininess`?"), "{message}");
-        assert!(!message.contains('\n'));
-    }
-}
+mod tests;

@@ -9,6 +9,7 @@ use crate::methods::{METHODS, Method};
 use relume_formats::bundle::expect_files;
 use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
+use relume_formats::near::did_you_mean;
 use relume_formats::{Error as FormatError, Place};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -120,7 +121,8 @@ fn animation_entry<'a>(manifest: &'a Manifest, name: &str) -> Result<&'a FileEnt
     manifest.animations.get(name).ok_or_else(|| {
         let there: Vec<_> = manifest.animations.keys().map(String::as_str).collect();
         let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
-        Error::Usage(format!("no animation `{name}`; this bundle has: {there} (a file must end in .toml)"))
+        let meant = did_you_mean(name, manifest.animations.keys().map(String::as_str));
+        Error::Usage(format!("no animation `{name}`; this bundle has: {there} (a file must end in .toml){meant}"))
     })
 }
 

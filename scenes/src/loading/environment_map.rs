@@ -1,9 +1,11 @@
-//! Environment maps: Radiance `.hdr` and OpenEXR `.exr` (half or float, any compression).
+//! Environment maps: Radiance `.hdr` and OpenEXR `.exr`, equirectangular, in whatever primaries they name.
+
+mod open_exr;
+mod primaries;
+mod radiance;
 
 use crate::library::has_extension;
-use exr::prelude::{MetaData, ReadChannels, ReadLayers, Vec2};
-use image::DynamicImage;
-use image::codecs::hdr::HdrDecoder;
+use primaries::convert;
 use relume_formats::basis::EquirectMap;
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
@@ -23,19 +25,29 @@ pub(super) fn white_map() -> EquirectMap {
     EquirectMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] }
 }
 
-/// Reads the map at `path`. Adds what was mended to `warnings`.
+/// Reads the map at `path`, in linear Rec. 709. Adds what was mended to `warnings`.
 pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
-    let mut map = if has_extension(path, "hdr") {
-        read_hdr(path, &place)?
+    let (mut map, primaries) = if has_extension(path, "hdr") {
+        radiance::read(BufReader::new(File::open(path).map_err(|e| Error::io(&place, e))?), &place)?
     } else if has_extension(path, "exr") {
-        read_exr(path, &place)?
+        open_exr::read(path, &place)?
     } else {
-        return Err(Error::unsupported(&place, "not an environment map this version reads; it reads .hdr and .exr"));
+        return Err(Error::unsupported(&place, "not an environment map this version reads; it reads .hdr and .exr, convert it"));
     };
-    let mended = mend(&mut map.texels);
+    let (mended, count) = (mend(&mut map.texels), map.texels.len());
     if mended > 0 {
-        warnings.push(format!("{place}: mended {mended} of {} texels, which are negative, infinite or NaN", map.texels.len()));
+        warnings.push(format!("{place}: mended {mended} of {count} texels, which are negative, infinite or NaN"));
+    }
+    match primaries.filter(|primaries| !primaries.are_rec_709()).map(|primaries| primaries.rec_709_from_rgb()) {
+        None => {}
+        Some(None) => warnings.push(format!("{place}: its chromaticities span no colour space; its colours are taken for Rec. 709")),
+        Some(Some(rec_709_from_rgb)) => {
+            let clipped = convert(&mut map.texels, &rec_709_from_rgb);
+            if clipped > 0 {
+                warnings.push(format!("{place}: clipped the colours of {clipped} of {count} texels, which Rec. 709 does not reach"));
+            }
+        }
     }
     Ok(map)
 }
@@ -56,62 +68,35 @@ fn mend(texels: &mut [Rgb]) -> usize {
     broken.map(|texel| *texel = texel.map(mended)).count()
 }
 
-fn check_size(width: u64, height: u64, place: &Place) -> Result<()> {
+/// Caps the sizes before texels are allocated, and refuses pictures that are no map of a whole sphere.
+fn expect_equirect(width: u64, height: u64, place: &Place) -> Result<()> {
+    expect_bounded(width, height, place)?;
+    // Programs that scale round to whole texels, so one of them may be missing or too many; in a small map that matters.
+    let off = width.abs_diff(2 * height);
+    if off == 0 || (off <= 2 && width >= 32) {
+        return Ok(());
+    }
+    let looks_like = SHAPES.iter().find(|([w, h], _)| width * h == height * w).map(|(_, what)| format!(", {what}")).unwrap_or_default();
+    let reason = format!("{width} × {height} texels{looks_like}; an equirectangular map is twice as wide as high, convert it to one");
+    Err(Error::unsupported(place, reason))
+}
+
+/// Shapes of other maps of a sphere.
+const SHAPES: [([u64; 2], &str); 7] = [
+    ([1, 1], "square as mirror balls and angular probes are"),
+    ([4, 3], "as a cube map's horizontal cross"),
+    ([3, 4], "as a cube map's vertical cross"),
+    ([6, 1], "as a strip of a cube map's faces"),
+    ([1, 6], "as a strip of a cube map's faces"),
+    ([3, 2], "as two rows of a cube map's faces"),
+    ([2, 3], "as two columns of a cube map's faces"),
+];
+
+fn expect_bounded(width: u64, height: u64, place: &Place) -> Result<()> {
     if width == 0 || height == 0 || width.saturating_mul(height) > MAX_TEXELS {
-        return Err(Error::invalid(place, format!("{width}×{height} texels, expected 1 to {MAX_TEXELS} in all; scale it down")));
+        return Err(Error::invalid(place, format!("{width} × {height} texels, expected 1 to {MAX_TEXELS} in all; scale it down")));
     }
     Ok(())
-}
-
-fn read_hdr(path: &Path, place: &Place) -> Result<EquirectMap> {
-    let refuse = |e: image::ImageError| Error::invalid(place, format!("not a Radiance map ({e})"));
-    let file = File::open(path).map_err(|e| Error::io(place, e))?;
-    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(refuse)?;
-    let (width, height) = (decoder.metadata().width, decoder.metadata().height);
-    check_size(width.into(), height.into(), place)?;
-    let image = DynamicImage::from_decoder(decoder).map_err(refuse)?.into_rgb32f();
-    Ok(EquirectMap { width, height, texels: image.as_raw().as_chunks().0.to_vec() })
-}
-
-fn read_exr(path: &Path, place: &Place) -> Result<EquirectMap> {
-    let file = File::open(path).map_err(|e| Error::io(place, e))?;
-    check_exr_header(BufReader::new(file), place)?;
-    let file = File::open(path).map_err(|e| Error::io(place, e))?;
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), vec![[0.0; 3]; size.area()]),
-            |(width, texels): &mut (usize, Vec<Rgb>), at: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
-                if let Some(texel) = texels.get_mut(at.y() * *width + at.x()) {
-                    *texel = [r, g, b];
-                }
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(BufReader::new(file))
-        .map_err(|e| exr_error(e, place))?;
-    let layer = image.layer_data;
-    let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
-    if layer.size != image.attributes.display_window.size {
-        return Err(Error::unsupported(place, "its data window is not its display window; save it uncropped"));
-    }
-    Ok(EquirectMap { width, height, texels: layer.channel_data.pixels.1 })
-}
-
-/// Caps the sizes before the pixels are allocated.
-fn check_exr_header(file: BufReader<File>, place: &Place) -> Result<()> {
-    let meta = MetaData::read_from_buffered(file, false).map_err(|e| exr_error(e, place))?;
-    meta.headers.iter().try_for_each(|h| check_size(h.layer_size.width() as u64, h.layer_size.height() as u64, place))
-}
-
-fn exr_error(error: exr::error::Error, place: &Place) -> Error {
-    match error {
-        exr::error::Error::Io(e) => Error::io(place, e),
-        exr::error::Error::NotSupported(what) => Error::unsupported(place, format!("{what}; save it as plain RGB scan lines")),
-        other => Error::invalid(place, format!("not an OpenEXR map with R, G and B ({other})")),
-    }
 }
 
 #[cfg(test)]

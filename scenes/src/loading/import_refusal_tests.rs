@@ -111,7 +111,7 @@ fn materials_of_the_scene_file_may_have_textures() {
             "file = 'bare.obj'",
             "object `it`: its material `m` has a texture, but its mesh has no texture coordinates",
         ),
-        ("texture = 'well.png'", "shape = 'quad'", "well.png: no such file, but"),
+        ("texture = 'well.png'", "shape = 'quad'", "line 9: material `m`: no such file: `well.png`; did you mean `wall.png`?"),
         ("texture = 'scene.toml'", "shape = 'quad'", "scene.toml: not a picture this version reads; it reads PNG and JPEG"),
         ("alpha_cutoff = 0.5", "shape = 'quad'", "material `m`: alpha_cutoff needs a `texture`"),
         ("texture = 'wall.png'\nalpha_cutoff = 0", "shape = 'quad'", "alpha_cutoff 0 must be above 0 and at most 1"),

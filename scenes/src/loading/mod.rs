@@ -17,7 +17,7 @@ use crate::image_file::Textures;
 use crate::scene::{Material, Scene, Vary};
 use crate::suggest::unknown_name;
 use relume_formats::kinds::scene::MAX_SIDE;
-use relume_formats::state::{parse_toml, read_text};
+use relume_formats::state::{parse_toml, read_text, with_line};
 use relume_formats::{Error, Place, Result};
 use std::collections::HashSet;
 use std::path::Path;
@@ -41,6 +41,10 @@ struct Context<'a> {
 /// # Errors
 /// `Invalid` or `Unsupported` with file and place for the first rule that is broken, `Io` for a file that is missing or unreadable.
 pub fn load(path: &Path) -> Result<Scene> {
+    load_unlocated(path).map_err(with_line)
+}
+
+fn load_unlocated(path: &Path) -> Result<Scene> {
     let place = Place::file(path);
     let file: SceneFile = parse_toml(&read_text(path)?, &place)?;
     let folder = path.parent().unwrap_or_else(|| Path::new(""));

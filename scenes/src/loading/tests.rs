@@ -67,17 +67,21 @@ fn a_scene_loads_with_its_defaults() {
 #[test]
 fn mistakes_are_one_line_with_file_and_place() {
     for (from, to, part) in [
-        ("fov_deg", "fov", "line 9, column 1: unknown field `fov`"),
-        ("size = [64, 32]", "size = [64, 32]\nsamples = 4", "line 6, column 1: unknown field `samples`"),
+        ("fov_deg", "fov", "line 9, column 1: camera: unknown key `fov`; did you mean `fov_deg`?"),
+        (
+            "size = [64, 32]",
+            "size = [64, 32]\nsamples = 4",
+            "line 6, column 1: render: unknown key `samples`; there are: `size`, `reflections`",
+        ),
         ("subdivisions", "subdivision", "did you mean `subdivisions`?"),
         ("\"area\"", "\"aera\"", "did you mean `area`?"),
-        ("\"blinn-phong\"", "\"phong\"", "unknown variant `phong`"),
+        ("\"blinn-phong\"", "\"phong\"", "materials.clay.brdf: no `phong`; did you mean `blinn-phong`? There are: `blinn-phong`, `ggx`"),
         ("brdf = \"blinn-phong\"", "brdf = \"ggx\"\nroughness = 0.3", "material `clay`: roughness 0.3 is outside 0.32..1"),
         ("ks = ", "metallic = 1\nks = ", "material `gold`: is \"blinn-phong\", which has kd, ks and shininess, not `metallic`"),
         ("kd = [0.1, 0.1, 0.1]", "kd = [0.6, 0.1, 0.1]", "material `gold`: kd + ks = 1.1 exceeds 1"),
         ("shininess = 80", "shininess = 20000", "shininess 20000 is outside"),
         ("position = [0, 1, 4]", "position = [0, 1, 0]", "position and target coincide"),
-        ("[64, 32]", "[64, 0]", "[render]: size [64, 0] is outside 1..16384"),
+        ("[64, 32]", "[64, 0]", "line 5: [render]: size [64, 0] is outside 1..16384"),
         ("[64, 32]", "[64, 16385]", "[render]: size [64, 16385] is outside"),
         ("[64, 32]", "[64, 32]\nreflections = 0", "[render]: reflections 0"),
         ("\"floor\"", "\"ball\"", "two objects are called `ball`"),
@@ -90,7 +94,7 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("shape = \"quad\"", "shape = \"quad\"\ncrease_deg = 9.0", "object `floor`: `crease_deg` belongs to a file without normals"),
         ("shape = \"quad\"", "file = \"a.obj\"\ncrease_deg = 181.0", "crease_deg 181 is outside 0..180; 0 makes every face flat"),
         ("shape = \"sphere\"", "file = \"a.obj\"", "object `ball`: `subdivisions` belongs to a shape"),
-        ("shape = \"quad\"", "file = \"a.obj\"", "a.obj: no such file, but "),
+        ("shape = \"quad\"", "file = \"a.obj\"", "object `floor`: no such file: `a.obj`; correct the path or add the file"),
         ("shape = \"quad\"", "file = \"assets/a.obj\"", "run `make assets` to fetch it"),
         ("scale = 4", "scale = 0", "object `floor`: no usable triangle (2 degenerate)"),
         ("scale = 4", "scale = 1e39", "object `floor`: vertex 0 at [-0.5, 0.0, -0.5] is not a finite position"),
@@ -103,7 +107,7 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("[[light]]", "[error]\nmax = 0\n[[light]]", "[error]: max 0 must be a number above 0"),
         ("[[light]]", "[environment]\ngain = [1, -1, 1]\n[[light]]", "[environment]: gain"),
         ("[[light]]", "[environment]\nrotation_deg = nan\n[[light]]", "[environment]: rotation_deg"),
-        ("[[light]]", "[environment]\nfile = \"sky.exr\"\n[[light]]", "sky.exr: no such file"),
+        ("[[light]]", "[environment]\nfile = \"sky.exr\"\n[[light]]", "no such file: `sky.exr`"),
     ] {
         let message = refusal(from, to);
         assert!(message.contains(part) && message.contains("scene.toml"), "{to}: {message}");
@@ -190,7 +194,7 @@ fn animations_are_read_in_name_order_and_checked_at_every_key() {
     assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
     scratch.write("animations/b.toml", animation("[1.1, 0.1, 0.1]"));
     let message = one_line_error(&scratch);
-    assert!(message.contains("b.toml: at 0.5 s: material `clay`: kd + ks = 1.1 exceeds 1"), "{message}");
+    assert!(message.contains("b.toml: line 6: at 0.5 s: material `clay`: kd + ks = 1.1 exceeds 1"), "{message}");
     scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]").replace("clay", "day"));
     assert!(one_line_error(&scratch).contains("no material `day`; did you mean `clay`?"));
 }
@@ -219,8 +223,8 @@ fn a_state_changes_what_it_names_and_nothing_else() {
 #[test]
 fn maps_are_sought_beside_the_state_then_beside_the_scene() {
     let map = |value: u8| {
-        let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n".to_vec();
-        bytes.extend([value, value, value, 128]);
+        let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n".to_vec();
+        bytes.extend([value, value, value, 128].repeat(2));
         bytes
     };
     let scratch = Scratch::scene(TEXT);
@@ -245,7 +249,7 @@ fn states_that_do_not_fit_are_refused() {
         ("camera.fov_deg = 180", "fov_deg 180 is outside"),
         ("shapes.fox.time_s = 1", "sets shape `fox`, but no object deforms; add shape = true to [vary]"),
         ("environment.rotation_deg = 1", "but the scene has none"),
-        ("environment.map = 'gone.exr'", "gone.exr: no such file, but s.toml names it"),
+        ("environment.map = 'gone.exr'", "s.toml: no such file: `gone.exr`"),
     ] {
         let message = scene.with_state(&state(text), &Place::file("s.toml")).unwrap_err().to_string();
         assert!(message.contains(part), "{text}: {message}");

@@ -5,6 +5,7 @@ use super::index_of;
 use super::lights::expect_radiometric;
 use crate::library::locate;
 use crate::scene::{Emitter, Environment, NamedMap, Scene};
+use relume_formats::near::nearest;
 use relume_formats::state::{EnvironmentState, Rgb, State};
 use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
@@ -65,7 +66,15 @@ impl Scene {
     /// One of the scene's own maps, a procedural one, or a file beside the state or the scene.
     fn map_called(&self, name: &str, place: &Place, warnings: &mut Vec<String>) -> Result<NamedMap> {
         let own = self.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).find(|map| map.name == name);
-        own.map_or_else(|| named_map(name, &self.locate_map(name, place), place, warnings), |map| Ok(map.clone()))
+        if let Some(map) = own {
+            return Ok(map.clone());
+        }
+        let path = self.locate_map(name, place);
+        let names = self.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.as_str());
+        named_map(name, &path, place, warnings).map_err(|error| match nearest(name, names) {
+            Some(meant) if !path.exists() => Error::invalid(place, format!("no map `{name}`; did you mean `{meant}`?")),
+            _ => error,
+        })
     }
 
     fn locate_map(&self, name: &str, place: &Place) -> PathBuf {

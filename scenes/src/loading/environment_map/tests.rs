@@ -62,17 +62,58 @@ fn illegal_texels_are_mended_and_reported() {
     assert!(warnings[0].ends_with("mended 3 of 2048 texels, which are negative, infinite or NaN"), "{warnings:?}");
 }
 
+/// A Radiance picture of that size, all its texels of radiance 1.
+fn write_hdr(path: &Path, header: &str, width: usize, height: usize) {
+    let texels = [128, 128, 128, 129].repeat(width * height);
+    std::fs::write(path, [format!("#?RADIANCE\n{header}\n-Y {height} +X {width}\n").as_bytes(), &texels].concat()).unwrap();
+}
+
 #[test]
-fn hdr_maps_read_rows_from_the_top() {
-    // Flat RGBE: (m / 256) · 2^(e − 128).
+fn only_maps_twice_as_wide_as_high_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.hdr");
-    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 1\n".to_vec();
-    bytes.extend([128, 64, 0, 129, 200, 0, 0, 136]);
-    std::fs::write(&path, bytes).unwrap();
-    let (map, _) = read(&path);
-    assert_eq!((map.width, map.height), (1, 2));
-    assert_eq!(map.texels, [[1.0, 0.5, 0.0], [200.0, 0.0, 0.0]]);
+    for (width, height) in [(2, 1), (32, 16), (33, 16), (32, 17), (64, 31)] {
+        write_hdr(&path, "", width, height);
+        assert_eq!(read(&path).0.texels.len(), width * height);
+    }
+    for (width, height, what) in [
+        (8, 8, "8 × 8 texels, square as mirror balls and angular probes are"),
+        (40, 30, "40 × 30 texels, as a cube map's horizontal cross"),
+        (30, 40, "30 × 40 texels, as a cube map's vertical cross"),
+        (48, 8, "48 × 8 texels, as a strip of a cube map's faces"),
+        (8, 48, "8 × 48 texels, as a strip of a cube map's faces"),
+        (64, 29, "64 × 29 texels"),
+        (3, 1, "3 × 1 texels"),
+    ] {
+        write_hdr(&path, "", width, height);
+        let message = read_map(&path, &mut Vec::new()).unwrap_err().to_string();
+        let expected = format!("{}: {what}; an equirectangular map is twice as wide as high, convert it to one", path.display());
+        assert_eq!(message, expected);
+    }
+}
+
+#[test]
+fn colours_of_other_primaries_become_rec_709() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.hdr");
+    let texel = |header: &str, rgbe: [u8; 4]| {
+        let bytes = [format!("#?RADIANCE\n{header}\n-Y 1 +X 2\n").as_bytes(), &rgbe.repeat(2)].concat();
+        std::fs::write(&path, bytes).unwrap();
+        let (map, warnings) = read(&path);
+        (map.texels[0], warnings)
+    };
+    let p3 = "PRIMARIES= .680 .320 .265 .690 .150 .060 .3127 .3290\nEXPOSURE=2\n";
+    // P3's (1, 0.5, 0.25), over an exposure of 2.
+    let (colour, warnings) = texel(p3, [128, 64, 32, 130]);
+    let expected = [1.2249402 - 0.1124701, -0.0420570 + 0.5210286, -0.0196376 - 0.0393181 + 0.2745684];
+    assert!(colour.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{colour:?}, {expected:?}");
+    assert_eq!(warnings, [] as [&str; 0]);
+    let (green, warnings) = texel(p3, [0, 128, 0, 130]);
+    assert!(green[0] == 0.0 && green[2] == 0.0 && (green[1] - 1.0420571).abs() < 1e-4, "{green:?}");
+    assert!(warnings[0].ends_with("clipped the colours of 2 of 2 texels, which Rec. 709 does not reach"), "{warnings:?}");
+    let (colour, warnings) = texel("PRIMARIES= 0 0 0 0 0 0 0 0\n", [128, 64, 32, 129]);
+    assert_eq!(colour, [1.0, 0.5, 0.25]);
+    assert!(warnings[0].ends_with("its chromaticities span no colour space; its colours are taken for Rec. 709"), "{warnings:?}");
 }
 
 #[test]
@@ -81,10 +122,10 @@ fn broken_and_oversized_maps_are_refused() {
     let header = |size: &str| format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
     for (name, content, part) in [
         ("a.hdr", b"hello".to_vec(), "not a Radiance map"),
-        ("a.hdr", header("-Y 99999 +X 99999"), "99999×99999 texels"),
-        ("a.hdr", header("-Y 2 +X 2"), "not a Radiance map"),
+        ("a.hdr", header("-Y 99999 +X 99999"), "99999 × 99999 texels"),
+        ("a.hdr", header("-Y 1 +X 2"), "scan line 1 of 1 is cut short"),
         ("a.exr", b"hello".to_vec(), "not an OpenEXR map"),
-        ("a.png", Vec::new(), "it reads .hdr and .exr"),
+        ("a.png", Vec::new(), "it reads .hdr and .exr, convert it"),
     ] {
         let path = folder.path().join(name);
         std::fs::write(&path, content).unwrap();

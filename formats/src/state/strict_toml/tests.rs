@@ -1,0 +1,142 @@
+use super::*;
+use crate::state::State;
+
+fn refused(text: &str) -> String {
+    parse::<State>(text, &Place::file("s.toml")).unwrap_err().to_string()
+}
+
+#[test]
+fn unknown_keys_name_line_column_and_what_was_meant() {
+    for (text, expected) in [
+        (
+            "[materials.bunny]\nkd = [0.1, 0.1, 0.1]\nshinines = 3.0\n",
+            "line 3, column 1: materials.bunny: unknown key `shinines`; did you mean `shininess`?",
+        ),
+        ("[materials.a]\nKD = [0.1, 0.1, 0.1]\n", "line 2, column 1: materials.a: unknown key `KD`; did you mean `kd`?"),
+        ("[camera]\nfov = 3.0\n", "line 2, column 1: camera: unknown key `fov`; did you mean `fov_deg`?"),
+        ("[camera]\nkd = [0.1, 0.1, 0.1]\n", "line 2, column 1: camera: unknown key `kd`; it belongs to [materials.NAME]"),
+        ("[cammera]\n", "line 1, column 2: unknown key `cammera`; did you mean `camera`?"),
+        ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `lights`, `materials`, `shapes`"),
+    ] {
+        assert_eq!(refused(text), format!("s.toml: {expected}"));
+    }
+}
+
+#[test]
+fn values_of_another_type_say_what_to_write() {
+    for (text, expected) in [
+        (
+            "camera.fov_deg = \"40\"",
+            "line 1, column 18: camera.fov_deg: the text \"40\" where a number is expected; write 40 without quotes",
+        ),
+        (
+            "camera.fov_deg = \"40,5\"",
+            "line 1, column 18: camera.fov_deg: the text \"40,5\" where a number is expected; write 40.5 without quotes",
+        ),
+        ("camera.fov_deg = true", "line 1, column 18: camera.fov_deg: true where a number is expected"),
+        ("camera.fov_deg = 1979-05-27", "line 1, column 18: camera.fov_deg: the date 1979-05-27 where a number is expected"),
+        ("materials.a.kd = 0.6", "line 1, column 18: materials.a.kd: the number 0.6 where 3 numbers are expected; write [0.6, 0.6, 0.6]"),
+        (
+            "materials.a.kd = \"#808080\"",
+            "line 1, column 18: materials.a.kd: the text \"#808080\" where 3 numbers are expected; write [0.2159, 0.2159, 0.2159], the linear light that this colour stands for",
+        ),
+        ("materials.a.kd = [0.1, 0.2]", "line 1, column 18: materials.a.kd: 2 numbers where 3 are expected; add 1"),
+        ("materials.a.kd = [0.1, 0.2, 0.3, 1.0]", "line 1, column 18: materials.a.kd: 4 numbers where 3 are expected; remove 1"),
+        (
+            "materials.a.kd = [0,5, 0,25, 0,1]",
+            "line 1, column 18: materials.a.kd: 6 numbers where 3 are expected; if the commas within numbers are decimal, write [0.5, 0.25, 0.1]",
+        ),
+        (
+            "materials.a.kd = [0.1, \"0.2\", 0.3]",
+            "line 1, column 24: materials.a.kd: the text \"0.2\" where a number is expected; write 0.2 without quotes",
+        ),
+        (
+            "materials.kd = [0.1, 0.2, 0.3]",
+            "line 1, column 16: materials.kd: a list of 3 where a table is expected; write [materials.NAME] above the keys",
+        ),
+        (
+            "[[materials]]\nkd = [0.1, 0.2, 0.3]",
+            "line 1, column 1: materials: a list of tables where a table for each name is expected; write [materials.NAME]",
+        ),
+        (
+            "[[camera]]\nfov_deg = 3",
+            "line 1, column 1: camera: a list of tables where one table is expected; write [camera], with one bracket",
+        ),
+        ("camera = 3", "line 1, column 10: camera: the number 3 where a table is expected; write [camera] above its keys"),
+        ("environment.map = 3", "line 1, column 19: environment.map: the number 3 where a text is expected; write \"3\" with quotes"),
+    ] {
+        assert_eq!(refused(text), format!("s.toml: {expected}"));
+    }
+}
+
+#[test]
+fn what_is_no_toml_is_mended_where_the_mistake_is_a_common_one() {
+    for (text, expected) in [
+        ("camera.fov_deg = 40,0\n", "line 1, column 18: camera.fov_deg: `40,0` is no value; write 40.0, with a decimal point"),
+        ("\ncamera.fov_deg = .5\n", "line 2, column 18: camera.fov_deg: `.5` is no value; write 0.5"),
+        ("camera.fov_deg = -5.\n", "line 1, column 18: camera.fov_deg: `-5.` is no value; write -5.0"),
+        ("camera.fov_deg = 40;\n", "line 1, column 18: camera.fov_deg: `40;` is no value; write 40, without the sign at its end"),
+        (
+            "environment.map = studio.exr\n",
+            "line 1, column 19: environment.map: `studio.exr` is no value; write \"studio.exr\" with quotes",
+        ),
+        ("environment.map = “a.exr”\n", "line 1, column 19: `“` is a typographic quotation mark; write \" instead"),
+        ("camera.fov_deg = −5\n", "line 1, column 18: `−` is a typographic dash; write - instead"),
+        ("camera.fov_deg: 40\n", "line 1, column 15: `:` after `camera.fov_deg`; write camera.fov_deg = 40"),
+        (
+            "materials.a.kd = #808080\n",
+            "line 1, column 18: materials.a.kd: `#` begins a comment; write [0.2159, 0.2159, 0.2159], the linear light that this colour stands for",
+        ),
+        ("camera.fov_deg =\n", "line 1, column 17: camera.fov_deg: nothing is no value; write one after the `=`"),
+        (
+            "[light]\na = 1\n[light]\nb = 1\n",
+            "line 3, column 2: [light] stands for one table where there are several; write [[light]] above each, with two brackets",
+        ),
+        ("[camera]\n[camera]\n", "line 2, column 2: [camera] is there twice; put the keys of both into one"),
+        ("camera.fov_deg = 4\ncamera.fov_deg = 5\n", "line 2, column 8: `fov_deg` is there twice; remove one"),
+    ] {
+        assert_eq!(refused(text), format!("s.toml: {expected}"));
+    }
+}
+
+#[test]
+fn text_of_other_encodings_is_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        read_text(&path).map_err(|e| e.to_string().replace(&format!("{}: ", path.display()), ""))
+    };
+    assert_eq!(read(b"\xef\xbb\xbf\tcamera.fov_deg = 40\r\n").unwrap(), "\tcamera.fov_deg = 40\r\n");
+    assert_eq!(read(b"\xff\xfe[\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
+    assert_eq!(read(b"[\0c\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
+    let latin = "line 2, column 4: not a text file of UTF-8: byte 0xFC belongs to another encoding, such as Latin-1; save it as UTF-8";
+    assert_eq!(read(b"a = 1\n# B\xfcro\n").unwrap_err(), latin);
+    assert_eq!(read(b"\0\0\0\x02\xff").unwrap_err(), "not a text file (byte 4 is not UTF-8)");
+}
+
+#[test]
+fn a_message_gets_the_line_of_what_it_speaks_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "[vary]\nmaterials = [\"a\"]\n[render]\nsize = [0, 5]\n[materials.b]\nkd = [0, 0, 0]\n[materials.a]\nroughness = 0.1\n\
+                [[object]]\nname = \"ball\"\nmaterial = \"wal\"\n[[object]]\nname = \"box\"\nfile = \"gone.obj\"\n[[key]]\nt_s = 2\nmaterials.a.kd = [1, 1, 1]\n";
+    std::fs::write(&path, text).unwrap();
+    for (part, reason, expected) in [
+        ("[render]", "size [0, 5] is outside", "line 4: [render]"),
+        ("material `a`", "roughness 0.1 is outside", "line 8: material `a`"),
+        ("material `a`", "is a bad one", "line 7: material `a`"),
+        ("object `ball`", "no material `wal`", "line 11: object `ball`"),
+        ("object `box`", "no such file: `gone.obj`", "line 14: object `box`"),
+        ("object `box`", "is flat", "line 12: object `box`"),
+        ("material `a`", "has kd, not `roughness`", "line 8: material `a`"),
+        ("somewhere", "there is no `gone.obj`", "line 14: somewhere"),
+        ("elsewhere", "two objects are called `box`", "line 12: elsewhere"),
+        ("at 2 s", "material `a`: kd + ks", "line 17: at 2 s"),
+        ("elsewhere", "nothing is known", "elsewhere"),
+        ("line 3, column 1", "material `a`", "line 3, column 1"),
+    ] {
+        let error = with_line(Error::invalid(&Place::file(&path).part(part), reason));
+        assert_eq!(error.to_string(), format!("{}: {expected}: {reason}", path.display()));
+    }
+}

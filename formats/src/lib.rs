@@ -6,6 +6,7 @@
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
+//! * [`name`]: what names may be, and how they are printed;
 //! * [`state`]: what may change at playback: materials, camera, animation;
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
 //! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
@@ -18,7 +19,10 @@ pub mod error;
 pub mod evaluate;
 pub mod fast;
 pub mod kinds;
+pub mod name;
+mod regular;
 pub mod shape;
 pub mod state;
 
 pub use error::{Error, Place, Result};
+pub use regular::{open_regular, read_regular};

@@ -1,8 +1,8 @@
 //! Where scenes and their files are found.
 
 use crate::suggest::unknown_name;
-use relume_formats::{Error, Place, Result};
-use std::io::{self, Read};
+use relume_formats::{Error, Place, Result, read_regular};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Name of the file that makes a folder a scene.
@@ -86,6 +86,9 @@ pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> 
     if path.is_file() {
         return Ok(());
     }
+    if path.exists() {
+        return Err(Error::invalid(&Place::file(path), format!("not a regular file, but {place} names it; give a file")));
+    }
     let remedy = if name.starts_with("assets/") { "run `make assets` to fetch it" } else { "correct the path or add the file" };
     let reason = format!("no such file, but {place} names it; {remedy}");
     Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)))
@@ -96,15 +99,7 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a file of bounded size.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    let place = Place::file(path);
-    // A device may call itself empty and never end, so the cap is on what is read.
-    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(Error::invalid(&place, format!("longer than {MAX_FILE_BYTES} bytes; split or simplify it")));
-    }
-    Ok(bytes)
+    read_regular(path, MAX_FILE_BYTES, "split or simplify it")
 }
 
 /// True if the extension of `path` is `extension` in any case.

@@ -1,6 +1,7 @@
 //! `bake gallery`.
 
-use super::{load, start_threads};
+use super::{SAME_COMMAND, load, start_threads};
+use crate::bundle::FolderLock;
 use crate::chart::{self, FOLDER};
 use crate::cli::GalleryArgs;
 use crate::error::Result;
@@ -17,8 +18,9 @@ pub fn gallery(args: &GalleryArgs) -> Result<String> {
     let chart = |scene: &str| {
         let scene = load(scene)?;
         let folder = Path::new(FOLDER).join(&scene.name);
-        chart::run(&scene, &[], &folder, &job)?;
+        chart::run(&scene, &[], &folder, &job).map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
         Ok(folder)
     };
+    let _lock = FolderLock::take(&args.output)?;
     gallery::make(&scenes, &args.output, chart)
 }

@@ -9,6 +9,7 @@ pub mod page;
 use crate::chart::figures::{Chart, JSON, PICTURE, SVG};
 use crate::error::{BakeError, Result};
 use crate::job::say;
+use crate::output::create_folder;
 use relume_formats::container::replace_file;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::{Error, Place};
@@ -77,10 +78,10 @@ fn publish(from: &Path, gallery: &Path) -> Result<String> {
     }
     let to = gallery.join(&chart.scene);
     let before = to.join(JSON).exists().then(|| Chart::read(&to));
-    std::fs::create_dir_all(&to).map_err(|e| Error::io(&Place::file(&to), e))?;
+    create_folder(&to)?;
     // The figures come last: they stand for the rest.
     for name in [PICTURE, SVG, JSON] {
-        let bytes = std::fs::read(from.join(name)).map_err(|e| Error::io(&Place::file(from.join(name)), e))?;
+        let bytes = std::fs::read(from.join(name)).map_err(|e| Error::output(&Place::file(from.join(name)), e))?;
         replace_file(&to.join(name), &bytes)?;
     }
     let lines = match before {
@@ -100,8 +101,8 @@ fn write_page(gallery: &Path) -> Result<PathBuf> {
 
 /// All charts in the gallery by name of their folder, which is that of their scene.
 fn charts(gallery: &Path) -> Result<Vec<Chart>> {
-    std::fs::create_dir_all(gallery).map_err(|e| Error::io(&Place::file(gallery), e))?;
-    let entries = std::fs::read_dir(gallery).map_err(|e| Error::io(&Place::file(gallery), e))?;
+    create_folder(gallery)?;
+    let entries = std::fs::read_dir(gallery).map_err(|e| Error::output(&Place::file(gallery), e))?;
     let mut folders: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.join(JSON).is_file()).collect();
     folders.sort();
     let read = |folder: &PathBuf| {

@@ -4,6 +4,7 @@
 
 use crate::container::replace_file;
 use crate::error::{Error, Place, Result};
+use crate::name::file_of;
 use crate::state::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -86,14 +87,14 @@ pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxhash_rust::xxh3::xxh3_128(bytes))
 }
 
-/// What a bundle calls the sphere set of `object`; a [plain name](is_plain_name) or not.
+/// What a bundle calls the sphere set of `object`.
 pub fn sphere_set_file(object: &str) -> String {
-    format!("spheres-{object}.relume")
+    file_of("spheres", object, "relume")
 }
 
-/// What a bundle calls the shape of `object`; a [plain name](is_plain_name) or not.
+/// What a bundle calls the shape of `object`.
 pub fn shape_file(object: &str) -> String {
-    format!("shape-{object}.relume")
+    file_of("shape", object, "relume")
 }
 
 /// Whether a file may be called so: nothing that leads out of the folder, on any system.

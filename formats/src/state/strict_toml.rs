@@ -1,8 +1,8 @@
 //! TOML read strictly: one-line errors that name line and column and suggest what was meant.
 
 use crate::error::{Error, Place, Result};
+use crate::regular::read_regular;
 use serde::de::DeserializeOwned;
-use std::io::Read;
 use std::path::Path;
 
 /// A scene, state or animation has no reason to be larger.
@@ -11,13 +11,7 @@ const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Reads a text file of bounded size.
 pub fn read_text(path: &Path) -> Result<String> {
     let place = Place::file(path);
-    // A device may call itself empty and never end, so the cap is on what is read.
-    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
-    if bytes.len() as u64 > MAX_TEXT_BYTES {
-        return Err(Error::invalid(&place, format!("longer than {MAX_TEXT_BYTES} bytes, a text file is expected here")));
-    }
+    let bytes = read_regular(path, MAX_TEXT_BYTES, "a text file is expected here")?;
     String::from_utf8(bytes)
         .map_err(|e| Error::invalid(&place, format!("not a text file (byte {} is not UTF-8)", e.utf8_error().valid_up_to())))
 }

@@ -12,6 +12,7 @@ use super::style::{SURROUND, WARNING};
 use egui::{
     CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
 };
+use relume_formats::name::plain;
 
 /// What the user sees when pointing at something that cannot be edited.
 const FIXED: &str = "fixed: not editable in this bundle";
@@ -114,11 +115,11 @@ impl Screen {
         let moves = stage.editor.scope().varies().camera;
         let weak = Color32::from_gray(120);
         let (text, colour) = match seen {
-            Seen::Material(name) => (name, Color32::from_gray(220)),
-            Seen::Fixed => (FIXED, if self.clicked_fixed { WARNING } else { weak }),
-            Seen::Nothing if moves => (hand::HELP, weak),
-            Seen::Nothing if stage.picker.is_none() => ("", weak),
-            Seen::Nothing => ("click an object to edit its material", weak),
+            Seen::Material(name) => (plain(name), Color32::from_gray(220)),
+            Seen::Fixed => (FIXED.into(), if self.clicked_fixed { WARNING } else { weak }),
+            Seen::Nothing if moves => (hand::HELP.into(), weak),
+            Seen::Nothing if stage.picker.is_none() => ("".into(), weak),
+            Seen::Nothing => ("click an object to edit its material".into(), weak),
         };
         let font = egui::TextStyle::Body.resolve(ui.style());
         let painter = ui.ctx().layer_painter(ui.layer_id());
@@ -171,5 +172,5 @@ pub fn title(editor: Option<&Editor>, facts: &Facts) -> String {
         parts.push("loading".to_owned());
     }
     parts.push("Relume player".to_owned());
-    parts.join(" - ")
+    plain(&parts.join(" - ")).into_owned()
 }

@@ -39,6 +39,9 @@ pub(super) fn read(files: &[ObjectFile], described: &BTreeMap<String, MaterialFi
     let mut import = Import { described, known: BTreeMap::new(), imported: Imported::default() };
     for file in files {
         let objects = if file.material.is_some() { Vec::new() } else { import.object(file, context)? };
+        for part in &objects {
+            context.room.take(part.mesh.positions.len() as u64, part.mesh.triangles.len() as u64, &place_of(file, context))?;
+        }
         import.imported.objects.push(objects);
     }
     Ok(import.imported)

@@ -7,7 +7,7 @@ use crate::transform::is_mirroring;
 use glam::{DAffine3, DVec3, Vec3};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Every light, in file order, then the imported ones; those whose name is taken are numbered.
 pub(super) fn build(files: &[LightFile], imported: Vec<Light>, scene_place: &Place) -> Result<Vec<Light>> {
@@ -15,8 +15,14 @@ pub(super) fn build(files: &[LightFile], imported: Vec<Light>, scene_place: &Pla
     let lights = files.iter().map(|file| light(file, &scene_place.part(format!("light `{}`", file.name))));
     let mut lights = lights.collect::<Result<Vec<_>>>()?;
     let mut taken: HashSet<String> = lights.iter().map(|l| l.name.clone()).collect();
+    // Where the numbers of each name have come to: thousands of lamps may be called the same.
+    let mut numbers: HashMap<String, u32> = HashMap::new();
     for light in imported {
-        let numbered = (2..).map(|number| format!("{}-{number}", light.name));
+        let last = numbers.entry(light.name.clone()).or_insert(1);
+        let numbered = (*last + 1..).map(|number| {
+            *last = number;
+            format!("{}-{number}", light.name)
+        });
         let name = std::iter::once(light.name.clone()).chain(numbered).find(|name| !taken.contains(name));
         let name = name.unwrap_or_default();
         taken.insert(name.clone());

@@ -2,7 +2,7 @@
 
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry, content_hash};
-use relume_formats::{Error, Place, Result};
+use relume_formats::{Result, read_regular};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ impl FileBake {
         };
         let found: Option<(MethodEntry, FileEntry)> = manifest.methods.iter().find_map(listed);
         let Some((method, entry)) = found else { return Ok(None) };
-        let bytes = std::fs::read(path).map_err(|e| Error::io(&Place::file(path), e))?;
+        let bytes = read_regular(path, u64::MAX, "")?;
         let manifest = folder.join(relume_formats::kinds::manifest::FILE_NAME).display().to_string();
         let MethodEntry { name: method, settings, errors, measured_on, .. } = method;
         let listed = Self::Listed { manifest: manifest.clone(), method, settings, errors, measured_on };

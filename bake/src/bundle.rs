@@ -107,11 +107,16 @@ pub fn run(
     let work = Work { folder, unfinished: &unfinished, leftover, hash: scene_hash(scene), sphere_sets: &[], job };
     let old = publish::old_manifest(folder, &unfinished, scene, leftover)?;
     let baked = bake_into(scene, methods, size, old.as_ref(), seed, work);
-    // Without a log nothing could go on with what is there.
-    if baked.is_ok() || !work::holds_work(folder, &names) {
-        work::tidy(folder, &names)?;
+    match baked {
+        Ok(summary) => work::tidy(folder, &names).map(|()| (summary, lock)),
+        Err(error) => {
+            // Without a log nothing could go on with what is there. Whatever else goes wrong, the first error is the one worth telling.
+            if !work::holds_work(folder, &names) {
+                let _ = work::tidy(folder, &names);
+            }
+            Err(error)
+        }
     }
-    Ok((baked?, lock))
 }
 
 fn bake_into(

@@ -37,6 +37,9 @@ pub fn read(folder: &Path) -> Map<String, Value> {
 /// If the report cannot be written.
 pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
     let path = folder.join(FILE_NAME);
+    if path.exists() && !path.is_file() {
+        return Err(Error::invalid(&Place::file(&path), "not a regular file, which the report is to replace; remove it"));
+    }
     let mut report = read(folder);
     for (key, value) in new {
         match (report.get_mut(&key), value) {

@@ -5,8 +5,10 @@ use crate::error::{Error, Place, Result};
 use crate::kinds::manifest::is_plain_name;
 use std::borrow::Cow;
 
-/// Longest name, characters.
+/// Longest name that somebody gives, characters.
 pub const MAX_CHARS: usize = 128;
+/// Longest name that is made of two, or of one and a number, characters. Readers take no longer ones.
+pub const MAX_MADE_CHARS: usize = 2 * MAX_CHARS + 16;
 /// Longest message, characters.
 const MAX_LINE_CHARS: usize = 2000;
 /// How much of a name that is too long messages show, characters.
@@ -18,21 +20,34 @@ const SHOWN_CHARS: usize = 40;
 /// # Errors
 /// `Invalid`, with no more of the name than fits a line.
 pub fn validate(what: &str, name: &str, place: &Place) -> Result<()> {
-    match fault(name) {
-        Some(fault) => Err(Error::invalid(place, format!("{what} `{}`: {fault}", shortened(name)))),
-        None => Ok(()),
-    }
+    refuse(what, name, fault(name), place)
 }
 
-/// What is wrong with `name` as a name, and the remedy; `None` if it may be one.
+/// As [`validate`], for a name that may have been made of two: `<object>/<material>`.
+///
+/// # Errors
+/// As there.
+pub fn validate_made(what: &str, name: &str, place: &Place) -> Result<()> {
+    refuse(what, name, fault_above(name, MAX_MADE_CHARS), place)
+}
+
+fn refuse(what: &str, name: &str, fault: Option<String>, place: &Place) -> Result<()> {
+    fault.map_or(Ok(()), |fault| Err(Error::invalid(place, format!("{what} `{}`: {fault}", shortened(name)))))
+}
+
+/// What is wrong with `name` as a name that somebody gives, and the remedy; `None` if it may be one.
 pub fn fault(name: &str) -> Option<String> {
+    fault_above(name, MAX_CHARS)
+}
+
+fn fault_above(name: &str, most: usize) -> Option<String> {
     if name.is_empty() {
-        return Some(format!("its name is empty; give it one of 1 to {MAX_CHARS} characters"));
+        return Some(format!("its name is empty; give it one of 1 to {most} characters"));
     }
     // A byte more than the longest name can have ends the count: names may be as long as files.
-    let is_long = name.len() > 4 * MAX_CHARS || name.chars().count() > MAX_CHARS;
+    let is_long = name.len() > 4 * most || name.chars().count() > most;
     if is_long {
-        return Some(format!("its name is longer than {MAX_CHARS} characters; shorten it"));
+        return Some(format!("its name is longer than {most} characters; shorten it"));
     }
     let steering = name.chars().find(|c| steers(*c))?;
     Some(format!("its name has the control character {}; remove it", steering.escape_unicode()))
@@ -136,7 +151,11 @@ mod tests {
         }
         let long = validate("light", &"y".repeat(300_000), &place).unwrap_err().to_string();
         assert_eq!(long, format!("scene.toml: light `{}…`: its name is longer than 128 characters; shorten it", "y".repeat(40)));
-        assert!(fault(&"x".repeat(MAX_CHARS + 1)).is_some());
+        let longer = "x".repeat(MAX_CHARS + 1);
+        assert!(fault(&longer).is_some());
+        let two = format!("{}/{}-2", &longer[1..], &longer[1..]);
+        validate_made("object", &two, &place).unwrap();
+        assert!(validate_made("object", &format!("{two}{longer}"), &place).is_err());
         assert!(fault("").unwrap().contains("empty"));
     }
 

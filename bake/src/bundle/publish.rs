@@ -8,6 +8,7 @@ use relume_formats::container::{self, Header};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::{Error, Place, read_regular};
 use relume_scenes::Scene;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// The manifest of the bundle that `folder` holds already, if `scene` may replace it.
@@ -74,8 +75,8 @@ pub(super) fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &
         }
     }
     manifest.write(folder)?;
-    let listed: Vec<&str> = manifest.entries().map(|e| e.file.as_str()).collect();
-    for stale in old.iter().flat_map(|old| old.entries()).filter(|e| !listed.contains(&e.file.as_str())) {
+    let listed: HashSet<&str> = manifest.entries().map(|e| e.file.as_str()).collect();
+    for stale in old.iter().flat_map(|old| old.entries()).filter(|e| !listed.contains(e.file.as_str())) {
         // Out of date but harmless: nothing names it any more.
         let _ = std::fs::remove_file(folder.join(&stale.file));
     }

@@ -4,6 +4,7 @@ use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
 use relume_formats::shape::Clip;
 use relume_scenes::{Environment, Object, Scene};
+use std::collections::HashSet;
 
 /// `scene` for a player's film of `size`.
 pub(super) fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
@@ -24,8 +25,9 @@ pub(super) fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
         normals: Vec::new(),
         triangles: Vec::new(),
     };
+    let varying: HashSet<usize> = scene.vary.materials.iter().copied().collect();
     for (index, material) in scene.materials.iter().enumerate() {
-        let varies = scene.vary.materials.contains(&index);
+        let varies = varying.contains(&index);
         stored.meta.materials.push(StoredMaterial {
             name: material.name.clone(),
             brdf: material.brdf,

@@ -7,6 +7,7 @@ use crate::cli::GalleryArgs;
 use crate::error::Result;
 use crate::gallery;
 use crate::job::{Job, watch_signals};
+use relume_formats::Place;
 use std::path::Path;
 
 /// `bake gallery`.
@@ -17,6 +18,7 @@ pub fn gallery(args: &GalleryArgs) -> Result<String> {
     let job = Job::new(args.progress);
     let chart = |scene: &str| {
         let scene = load(scene)?;
+        gallery::expect_plain(&scene.name, &Place::file(&scene.file))?;
         let folder = Path::new(FOLDER).join(&scene.name);
         chart::run(&scene, &[], &folder, &job).map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
         Ok(folder)

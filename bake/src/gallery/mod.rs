@@ -69,13 +69,22 @@ fn look_at(name: &str, fits: &impl Fn(&Scene) -> Result<()>) -> Result<Option<St
     }
 }
 
+/// Fails unless the folder of `scene` in a gallery can be called as the scene is.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub fn expect_plain(scene: &str, place: &Place) -> Result<()> {
+    if is_plain_name(scene) {
+        return Ok(());
+    }
+    let reason = format!("scene `{scene}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name");
+    Err(BakeError::invalid(place, reason))
+}
+
 /// Copies the chart in `from` into the gallery and says what changed there.
 fn publish(from: &Path, gallery: &Path) -> Result<String> {
     let chart = Chart::read(from)?;
-    if !is_plain_name(&chart.scene) {
-        let reason = format!("scene `{}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name", chart.scene);
-        return Err(BakeError::invalid(&Place::file(from.join(JSON)), reason));
-    }
+    expect_plain(&chart.scene, &Place::file(from.join(JSON)))?;
     let to = gallery.join(&chart.scene);
     let before = to.join(JSON).exists().then(|| Chart::read(&to));
     create_folder(&to)?;

@@ -11,7 +11,7 @@ pub(super) fn check(file: &SceneFile, place: &Place) -> Result<()> {
     let objects = file.object.iter().map(|object| ("object", object.name.as_str()));
     let materials = file.materials.keys().map(|name| ("material", name.as_str()));
     let lights = file.light.iter().map(|light| ("light", light.name.as_str()));
-    validate(objects.chain(materials).chain(lights), place)
+    objects.chain(materials).chain(lights).try_for_each(|(what, name)| name::validate(what, name, place))
 }
 
 /// Checks all names of a scene, those that come from its files and those that were made of two included.
@@ -22,11 +22,8 @@ pub(super) fn expect_legal(scene: &Scene) -> Result<()> {
     let shapes = scene.objects.iter().filter_map(|object| object.shape.as_deref());
     let clips = shapes.flat_map(|shape| &shape.clips).map(|clip| ("clip", clip.name.as_str()));
     let maps = scene.environment.iter().flat_map(|e| std::iter::once(&e.map).chain(&e.others)).map(|map| ("map", map.name.as_str()));
-    validate(objects.chain(materials).chain(lights).chain(clips).chain(maps), &Place::file(&scene.file))
-}
-
-fn validate<'a>(mut names: impl Iterator<Item = (&'static str, &'a str)>, place: &Place) -> Result<()> {
-    names.try_for_each(|(what, name)| name::validate(what, name, place))
+    let place = Place::file(&scene.file);
+    objects.chain(materials).chain(lights).chain(clips).chain(maps).try_for_each(|(what, name)| name::validate_made(what, name, &place))
 }
 
 /// The name of what is called as a file or folder is, whatever that is called: files are made by other rules than ours.

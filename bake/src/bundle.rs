@@ -17,6 +17,7 @@ use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
 use crate::methods::{Method, Traced};
+use crate::output::sweep_partial;
 use crate::report;
 use crate::scene_hash::scene_hash;
 use crate::work_log::WorkLog;
@@ -129,7 +130,7 @@ fn bake_into(
 ) -> Result<Summary> {
     let start = Instant::now();
     let Work { folder, unfinished, leftover, hash, .. } = work;
-    work::sweep_partial(folder);
+    sweep_partial(folder, |_| true);
     old.and_then(|old| replaced::notice(old, folder, hash, methods, size)).iter().for_each(|notice| say(notice));
     // What needs no tracing comes first: what its readers would refuse is then known before hours of work.
     let scene_file = write_entry(&stored_scene(scene, size), unfinished, "scene.relume")?;

@@ -109,7 +109,10 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     text += &match figures {
         Some((median, worst)) => format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n"),
         None if is_black => "no error figure: the picture is black\n".to_owned(),
-        None => "no error figure: nothing that was compared is lit\n".to_owned(),
+        None => {
+            say(&format!("warning: nothing that {} was compared on is lit and reflects; check camera, lights and materials", entry.name));
+            "no error figure: nothing that was compared is lit\n".to_owned()
+        }
     };
     if let Some(traced) = traced {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;

@@ -2,7 +2,7 @@
 
 use relume_formats::{Error, Place, Result};
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Makes the folder at `path` if it is not there; whether it was not.
 ///
@@ -40,12 +40,34 @@ pub fn expect_writable(path: &Path) -> Result<()> {
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     folder.map(create_folder).transpose()?;
+    let name = path.file_name();
+    sweep_partial(folder.unwrap_or(Path::new(".")), |whole| name.is_some_and(|name| name == whole));
     // Where something else than a file stands, a pipe or a device, it is not for us to try.
     if path.exists() && !path.is_file() {
         return Ok(());
     }
     let tried = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new("."))).and_then(tempfile::NamedTempFile::close);
     tried.map_err(|e| Error::output(&place, e))
+}
+
+/// Files in `folder` by name, for those whose name is text.
+pub fn files(folder: &Path) -> Vec<(String, PathBuf)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
+}
+
+/// Takes away what a kill in the middle of writing left of those files in `folder` that `is_ours`.
+pub fn sweep_partial(folder: &Path, is_ours: impl Fn(&str) -> bool) {
+    for (_, path) in files(folder).into_iter().filter(|(name, _)| whole_name(name).is_some_and(&is_ours)) {
+        // In nobody's way if it cannot be removed.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// The name that a file was to have, if it is called as [`relume_formats::container::replace_file`] calls what is not whole yet.
+pub fn whole_name(name: &str) -> Option<&str> {
+    let (whole, number) = name.rsplit_once(".partial-")?;
+    (!number.is_empty() && number.chars().all(|c| c.is_ascii_digit())).then_some(whole)
 }
 
 #[cfg(test)]
@@ -86,8 +108,14 @@ mod tests {
     #[test]
     fn whether_a_file_can_be_written_is_known_before_it_is_made() {
         let here = tempfile::tempdir().unwrap();
-        expect_writable(&here.path().join("new/image.exr")).unwrap();
-        assert_eq!(std::fs::read_dir(here.path().join("new")).unwrap().count(), 0, "nothing is left of the trial");
+        let new = here.path().join("new");
+        expect_writable(&new.join("image.exr")).unwrap();
+        assert_eq!(files(&new), [], "nothing is left of the trial");
+        for file in ["image.exr.partial-12", "other.exr.partial-12", "image.exr.partial-", "image.exr.partial-1a"] {
+            std::fs::write(new.join(file), "").unwrap();
+        }
+        expect_writable(&new.join("image.exr")).unwrap();
+        assert_eq!(files(&new).len(), 3, "what a kill left of this file is gone");
         let error = expect_writable(here.path()).unwrap_err();
         assert!(error.is_bad_input() && error.to_string().contains("is a folder where a file is wanted"), "{error}");
     }

@@ -64,6 +64,18 @@ impl WorkLog {
         std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)
     }
 
+    /// Whether a log with at least one piece that is whole stands at `path`.
+    pub fn holds_pieces(path: &Path) -> bool {
+        let first = || -> io::Result<bool> {
+            let mut file = File::open(path)?;
+            let mut start = [0; KEY_BYTES + RECORD_HEADER];
+            file.read_exact(&mut start)?;
+            let [.., a, b, c, d, _, _, _, _, _, _, _, _] = start;
+            Ok(file.metadata()?.len() >= start.len() as u64 + u64::from(u32::from_le_bytes([a, b, c, d])))
+        };
+        path.is_file() && first().unwrap_or(false)
+    }
+
     /// Pieces that are in the log, in order.
     pub fn finished(&self) -> Vec<u32> {
         self.lock().pieces.keys().copied().collect()
@@ -171,6 +183,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
+            assert_eq!(WorkLog::holds_pieces(&path), length >= KEY_BYTES + RECORD_HEADER + piece(5).len(), "{length}");
             let Some(log) = WorkLog::reopen(&path, 42).unwrap() else {
                 assert!(length < KEY_BYTES);
                 continue;

@@ -249,11 +249,11 @@ fn pipes_are_refused_and_not_waited_for() {
 }
 
 /// As on a full disk: one line, and what is finished serves again.
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn a_limit_on_file_sizes_ends_a_bake_with_a_line() {
     let place = Place::of(ROOM);
-    let settings = ["--size", "64x64", "--spp", "4", "--bases", "8"];
+    let settings = ["--size", "64x64", "--spp", "4", "--bases", "2"];
     place.bake(&settings, 0);
     let whole = std::fs::read(place.at("out/transfer-images.relume")).unwrap();
     std::fs::remove_dir_all(place.at("out")).unwrap();
@@ -268,6 +268,11 @@ fn a_limit_on_file_sizes_ends_a_bake_with_a_line() {
     assert!(stderr.contains("transfer-images.log: File too large") && stderr.trim_end().ends_with("add --resume to go on"), "{stderr}");
     place.bake(&[&settings[..], &["--resume"]].concat(), 0);
     assert_eq!(std::fs::read(place.at("out/transfer-images.relume")).unwrap(), whole);
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = command("bake").args(["info", &place.path("out")]).stdout(full).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), stderr.lines().count()), (Some(1), 1), "{stderr}");
+    assert!(stderr.contains("standard output: No space left on device"), "{stderr}");
 }
 
 #[cfg(unix)]

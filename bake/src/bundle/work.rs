@@ -4,6 +4,7 @@ use super::{Leftover, SphereSetSummary};
 use super::{UNFINISHED, lock};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
+use crate::output::{files, whole_name};
 use crate::work_log::WorkLog;
 use relume_formats::container::Stored;
 use relume_formats::kinds::SphereSet;
@@ -79,19 +80,13 @@ fn is_own_log(file: &str, names: &[&str]) -> bool {
     file.starts_with(SPHERES) || names.iter().any(|name| log_name(name) == file)
 }
 
-/// Files in `folder` by name, for those whose name is text.
-fn files(folder: &Path) -> Vec<(String, PathBuf)> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
-}
-
 fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension() == Some(OsStr::new(extension))
 }
 
 /// Whether the bundle in `folder` has unfinished work of the methods called `names`, or of sphere sets.
 pub(super) fn holds_work(folder: &Path, names: &[&str]) -> bool {
-    let is_work = |(name, path): &(String, PathBuf)| has_extension(path, "log") && is_own_log(name, names) && WorkLog::exists(path);
+    let is_work = |(name, path): &(String, PathBuf)| has_extension(path, "log") && is_own_log(name, names) && WorkLog::holds_pieces(path);
     files(&folder.join(UNFINISHED)).iter().any(is_work)
 }
 
@@ -103,31 +98,17 @@ pub(super) fn tidy(folder: &Path, names: &[&str]) -> Result<()> {
     let is_published = folder.join(MANIFEST).exists();
     for (name, path) in files(&folder.join(UNFINISHED)) {
         let is_ours = match path.extension().and_then(OsStr::to_str) {
-            Some("log") => is_own_log(&name, names) || !WorkLog::exists(&path),
+            Some("log") => is_own_log(&name, names) || !WorkLog::holds_pieces(&path),
             Some("relume") => true,
             // An older bundle's, put aside: nothing to go back to as soon as there is a newer one.
             _ if name == MANIFEST => is_published,
-            _ => is_partial(&name),
+            _ => whole_name(&name).is_some(),
         };
         if is_ours && name != lock::FILE_NAME {
             std::fs::remove_file(&path).map_err(|e| Error::output(&Place::file(&path), e))?;
         }
     }
     Ok(())
-}
-
-/// Takes away what a kill in the middle of writing left beside the files of the bundle in `folder`.
-pub(super) fn sweep_partial(folder: &Path) {
-    for (_, path) in files(folder).into_iter().filter(|(name, _)| is_partial(name)) {
-        // In nobody's way if it cannot be removed.
-        let _ = std::fs::remove_file(path);
-    }
-}
-
-/// Whether a file is called as [`relume_formats::container::replace_file`] calls what is not whole yet.
-fn is_partial(name: &str) -> bool {
-    let number = name.rsplit_once(".partial-").map(|(_, number)| number);
-    number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
 }
 
 /// Writes a file of a bundle into `folder`, and reads it back: what its readers would refuse is no file of a bundle.
@@ -147,5 +128,64 @@ pub(super) fn write_entry<S: Stored>(content: &S, folder: &Path, file: &str) -> 
             Err(BakeError::invalid(&place, format!("its readers would refuse it ({error}); change what of the scene it says")))
         }
         Err(error) => Err(error.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::sweep_partial;
+    use relume_formats::kinds::manifest::shape_file;
+    use relume_formats::state::Animation;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = files(folder).into_iter().map(|(name, _)| name).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_a_bake_leaves_is_its_own_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let unfinished = folder.path().join(UNFINISHED);
+        std::fs::create_dir_all(unfinished.join("folder")).unwrap();
+        // A key, and a piece of 4 bytes.
+        let mut work = [0; 36];
+        work[20] = 4;
+        for file in ["a.log", "b.log", "spheres-x.log", "scene.relume", "scene.relume.partial-12", "lock", "manifest.json", "notes.txt"] {
+            std::fs::write(unfinished.join(file), work).unwrap();
+        }
+        std::fs::write(unfinished.join("empty.log"), [7; 3]).unwrap();
+        assert!(holds_work(folder.path(), &["a"]) && holds_work(folder.path(), &[]), "the spheres are anybody's");
+        tidy(folder.path(), &["a"]).unwrap();
+        // The manifest was put aside and is the only one.
+        assert_eq!(names(&unfinished), ["b.log", "folder", "lock", "manifest.json", "notes.txt"]);
+        assert!(!holds_work(folder.path(), &["a"]) && holds_work(folder.path(), &["b"]));
+        std::fs::write(folder.path().join(MANIFEST), "{}").unwrap();
+        std::fs::write(folder.path().join("manifest.json.partial-4711"), "{").unwrap();
+        sweep_partial(folder.path(), |_| true);
+        tidy(folder.path(), &["a", "b"]).unwrap();
+        assert_eq!(
+            (names(&unfinished), names(folder.path())),
+            (vec!["folder".into(), "lock".into(), "notes.txt".into()], vec![MANIFEST.to_owned(), UNFINISHED.to_owned()])
+        );
+    }
+
+    #[test]
+    fn files_are_written_inside_only_and_as_their_readers_take_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("bundle");
+        std::fs::create_dir_all(inner.join("shape-x")).unwrap();
+        let text = "duration_s = 1.0\n[[key]]\nt_s = 0.0\nmaterials.a.shininess = 5.0\n";
+        let mut animation = Animation::parse("a", text, &Place::file("a.toml")).unwrap();
+        for file in ["shape-x/../../escaped.relume", "/tmp/escaped.relume", "..", "", "a/b.relume"] {
+            let message = write_entry(&animation, &inner, file).unwrap_err().to_string();
+            assert!(message.contains("is no plain file name"), "{message}");
+        }
+        write_entry(&animation, &inner, &shape_file("x/../../escaped")).unwrap();
+        assert_eq!(names(folder.path()), ["bundle"]);
+        animation.duration_s = -1.0;
+        let error = write_entry(&animation, &inner, "a.relume").unwrap_err();
+        assert!(error.exit_code() == 2 && error.to_string().contains("must be above 0"), "{error}");
     }
 }

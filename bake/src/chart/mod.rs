@@ -23,6 +23,7 @@ pub(crate) mod test_chart;
 mod timing;
 
 use crate::bundle::FolderLock;
+use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
 use crate::output::create_folder;
@@ -59,6 +60,10 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     let sweeps = fitting(scene, methods)?;
     crate::play::player()?;
     let _lock = FolderLock::take(folder)?;
+    // What varies of materials alone lights nothing.
+    if !(scene.vary.light || scene.vary.view || scene.vary.shape) && darkness::is_black(scene, film_size(scene))? {
+        return Err(BakeError::invalid(&Place::file(&scene.file), darkness::WARNING));
+    }
     let work = folder.join(WORK);
     let states: Vec<State> = (0..STATES).map(|number| states::random(scene, number)).collect();
     let bench = Bench { folder: &work.join(key(scene, &states)), size: film_size(scene), job };

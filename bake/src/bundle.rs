@@ -11,7 +11,7 @@ mod work;
 pub use lock::FolderLock;
 pub use prediction::{Shared, predict_shared};
 pub use sphere_sets::{Fitted, SphereSetSummary};
-pub use work::Work;
+pub use work::{Work, holds_work};
 
 use crate::darkness;
 use crate::error::{BakeError, Result};
@@ -101,7 +101,7 @@ pub fn run(
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
-    if leftover == Leftover::Refuse && work::holds_work(folder, &names) {
+    if leftover == Leftover::Refuse && holds_work(folder, &names) {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));
     }
@@ -112,7 +112,7 @@ pub fn run(
         Ok(summary) => work::tidy(folder, &names).map(|()| (summary, lock)),
         Err(error) => {
             // Without a log nothing could go on with what is there. Whatever else goes wrong, the first error is the one worth telling.
-            if !work::holds_work(folder, &names) {
+            if !holds_work(folder, &names) {
                 let _ = work::tidy(folder, &names);
             }
             Err(error)
@@ -172,11 +172,6 @@ fn bake_into(
         write_report(folder, &summary, start)?;
     }
     Ok(summary)
-}
-
-/// Whether an interrupted bake of any of the methods called `names` left finished work in `folder`, or its sphere sets.
-pub fn holds_work(folder: &Path, names: &[&str]) -> bool {
-    work::holds_work(folder, names)
 }
 
 /// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours of tracing.

@@ -110,7 +110,7 @@ mod tests {
         let here = tempfile::tempdir().unwrap();
         let new = here.path().join("new");
         expect_writable(&new.join("image.exr")).unwrap();
-        assert_eq!(files(&new), [], "nothing is left of the trial");
+        assert!(files(&new).is_empty(), "something is left of the trial");
         for file in ["image.exr.partial-12", "other.exr.partial-12", "image.exr.partial-", "image.exr.partial-1a"] {
             std::fs::write(new.join(file), "").unwrap();
         }

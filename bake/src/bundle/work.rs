@@ -85,7 +85,7 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 }
 
 /// Whether the bundle in `folder` has unfinished work of the methods called `names`, or of sphere sets.
-pub(super) fn holds_work(folder: &Path, names: &[&str]) -> bool {
+pub fn holds_work(folder: &Path, names: &[&str]) -> bool {
     let is_work = |(name, path): &(String, PathBuf)| has_extension(path, "log") && is_own_log(name, names) && WorkLog::holds_pieces(path);
     files(&folder.join(UNFINISHED)).iter().any(is_work)
 }

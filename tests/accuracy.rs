@@ -73,7 +73,7 @@ fn bases_are_chosen_by_error() {
         let worst = |bases| {
             let settings = settings(64, 64, bases, 1);
             let (basis, images) = bake(&scene, &settings, true);
-            held_out::measure(&scene, &settings, &basis, &images, &job()).unwrap().worst
+            held_out::measure(&scene, &settings, &basis, &images, &job()).unwrap().unwrap().worst
         };
         // The choice sees other pixels and fewer paths than the measurement.
         assert!(worst(bases) < 1.3 * max_error && worst(bases - 1) > 0.7 * max_error, "{bases} bases for {max_error}");

@@ -1,6 +1,7 @@
 //! The command line: what can be asked for, and nothing of how it is done.
 
 use crate::job::ProgressMode;
+use crate::memory::MemoryLimit;
 use crate::spheres::fit::{DEFAULT_ITERATIONS, MAX_SPHERES};
 use crate::trace::reference::Paths;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -88,10 +89,13 @@ pub struct RunArgs {
     /// Threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the machine has free]
+    #[arg(long, value_name = "GIB", value_parser = parse_memory)]
+    pub memory: Option<MemoryLimit>,
     /// Go on with an interrupted bake
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Throw away what is there and bake everything again
+    /// Throw away what is there and bake everything again; what other methods left unfinished stays
     #[arg(long)]
     pub force: bool,
     /// How progress is told
@@ -281,6 +285,12 @@ pub struct GalleryArgs {
     /// How progress is told
     #[arg(long, default_value = "auto")]
     pub progress: ProgressMode,
+}
+
+fn parse_memory(text: &str) -> Result<MemoryLimit, String> {
+    let gib = text.parse().ok().filter(|gib: &f64| *gib > 0.0 && *gib <= 1e6);
+    let bytes = gib.map(|gib| MemoryLimit::Bytes((gib * f64::from(1 << 30)) as u64));
+    bytes.ok_or_else(|| "expected a number of GiB above 0".to_owned())
 }
 
 fn parse_tight(text: &str) -> Result<f64, String> {

@@ -16,20 +16,28 @@ use crate::exr_file::write_exr;
 use crate::frame_cost;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
+use crate::memory::MemoryLimit;
 use crate::methods::choice::{self, Asked};
 use crate::methods::{Method, sparse_transfer};
+use crate::output::{create_folder, expect_writable};
 use crate::plan;
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
+use relume_formats::Place;
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
 use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
-use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 
 /// Where bundles of scenes go if nothing else is said.
 const BUNDLES: &str = "baked";
+/// How an interrupted bake goes on.
+const RESUME: &str = "finished work is kept, add --resume to go on";
+/// How an interrupted chart goes on.
+const SAME_COMMAND: &str = "finished work is kept, the same command goes on with it";
+/// More warnings at once than this are counted only.
+const MOST_WARNINGS: usize = 100;
 
 /// `bake run`.
 pub fn run(args: &RunArgs) -> Result<String> {
@@ -41,7 +49,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
         return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
     }
     let methods = methods(args, &scene, max_error)?;
-    methods.iter().flat_map(|method| method.leaves_out(&scene)).for_each(|omission| say(&format!("warning: {omission}")));
+    warn(&methods.iter().flat_map(|method| method.leaves_out(&scene)).collect::<Vec<_>>());
     let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
@@ -49,9 +57,13 @@ pub fn run(args: &RunArgs) -> Result<String> {
         _ => Leftover::Refuse,
     };
     let size = args.size.unwrap_or(scene.size);
-    let summary = bundle::run(&scene, &methods, size, &folder, leftover, args.seed, &Job::new(args.progress))?;
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    let baked = bundle::run(&scene, &methods, size, &folder, leftover, args.seed, &job);
+    let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+    // The lock lasts until the report is whole.
+    let (summary, _lock) = baked.map_err(|e| e.kept(bundle::holds_work(&folder, &names), RESUME))?;
     let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
-    summary.methods.iter().for_each(|method| text += &describe(&scene, method, max_error));
+    summary.methods.iter().for_each(|method| text += &describe(&scene, method, summary.is_black, max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
     if summary.has_news() {
         text += &frame_cost::measure(&scene, &summary, size, &folder)?;
@@ -86,20 +98,27 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
 }
 
 /// What came of one method, and a warning where that is less than was asked for.
-fn describe(scene: &Scene, summary: &MethodSummary, max_error: f64) -> String {
+fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f64) -> String {
     let MethodSummary { entry, traced } = summary;
-    let error = |name: &str| 100.0 * entry.errors.get(name).copied().unwrap_or(f64::NAN);
-    let (median, worst) = (error("relative_l2_median"), error("relative_l2_worst"));
+    let error = |name: &str| entry.errors.get(name).map(|error| 100.0 * error);
+    let figures = error("relative_l2_median").zip(error("relative_l2_worst")).filter(|_| !is_black);
     let settings = entry.settings.iter().filter(|(name, _)| *name != "revision").map(|(name, value)| format!("{name} {value}"));
     let settings: Vec<String> = settings.collect();
     let what = if traced.is_none() { "up to date, reused" } else { "baked" };
     let mut text = format!("{}: {} {what}: {}\n", scene.name, entry.name, settings.join(", "));
-    text += &format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n");
+    text += &match figures {
+        Some((median, worst)) => format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n"),
+        None if is_black => "no error figure: the picture is black\n".to_owned(),
+        None => {
+            say(&format!("warning: nothing that {} was compared on is lit and reflects; check camera, lights and materials", entry.name));
+            "no error figure: nothing that was compared is lit\n".to_owned()
+        }
+    };
     if let Some(traced) = traced {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
         text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
     }
-    if worst > 100.0 * max_error {
+    if figures.is_some_and(|(_, worst)| worst > 100.0 * max_error) {
         let number = |name: &str| entry.settings.get(name).and_then(serde_json::Value::as_u64);
         let more = |n: u64, most: u64, flag: &str, next: u64| {
             if n < most { format!("add {flag} {}", next.min(most)) } else { "no more of them does better".to_owned() }
@@ -132,7 +151,7 @@ pub fn export(args: &ExportArgs) -> Result<String> {
 
 /// `bake tables`.
 pub fn tables(args: &TablesArgs) -> Result<String> {
-    std::fs::create_dir_all(&args.output).map_err(|e| Error::io(&Place::file(&args.output), e))?;
+    create_folder(&args.output)?;
     let line = |path: &Path, file: &[u8]| format!("{}: {} bytes\n", path.display(), file.len());
     let [haar, visibility] = ["haar-table.relume", "visibility-table.relume"].map(|name| args.output.join(name));
     let text = line(&haar, &HaarTable::bake().write_file(&haar)?);
@@ -155,9 +174,7 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     };
     states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
     let job = Job::new(args.progress);
-    for folder in files.iter().filter_map(|f| f.parent()).filter(|f| !f.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
-    }
+    files.iter().try_for_each(|file| expect_writable(file))?;
     // States of the same light, view and shape share one set of gather paths; the others need their own, and the sooner each is written the better.
     let mut from = 0;
     while from < states.len() {
@@ -176,8 +193,17 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
 
 fn load(scene: &str) -> Result<Scene> {
     let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
-    scene.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
+    warn(&scene.warnings);
     Ok(scene)
+}
+
+/// Tells `warnings`, as many as anybody would read.
+fn warn(warnings: &[String]) {
+    warnings.iter().take(MOST_WARNINGS).for_each(|warning| say(&format!("warning: {warning}")));
+    let more = warnings.len().saturating_sub(MOST_WARNINGS);
+    if more > 0 {
+        say(&format!("warning: and {more} more of these"));
+    }
 }
 
 fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {

@@ -20,13 +20,31 @@ pub enum BakeError {
     #[error("the BRDF basis could not be computed: {0}; choose another number of bases")]
     Algebra(#[from] ndarray_linalg::error::LinalgError),
     /// The work does not fit the machine.
-    #[error("this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are free; {remedy}")]
+    #[error("this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are {of_what}; {remedy}")]
     Memory {
         /// Predicted need.
         needed_mib: u64,
-        /// Free at the start.
+        /// What there is.
         available_mib: u64,
+        /// Whether that is free, or allowed.
+        of_what: &'static str,
         /// What to do.
+        remedy: &'static str,
+    },
+    /// Another process bakes into the same folder.
+    #[error("{folder}: another bake is at work here{process}; wait for it, or bake elsewhere with -o")]
+    Busy {
+        /// The folder.
+        folder: Place,
+        /// " (process 123)", where that is known.
+        process: String,
+    },
+    /// The work was stopped and can go on.
+    #[error("{error}; {remedy}")]
+    Kept {
+        /// What stopped it.
+        error: Box<BakeError>,
+        /// That finished work is kept, and how to go on with it.
         remedy: &'static str,
     },
     /// Signals could not be watched.
@@ -46,8 +64,18 @@ impl BakeError {
         match self {
             Self::Interrupted(_) => 130,
             Self::File(error) if error.is_bad_input() => 2,
+            Self::Kept { error, .. } => error.exit_code(),
             _ => 1,
         }
+    }
+
+    /// This error with the `remedy` that goes with finished work, if it stopped work that `is_kept`.
+    pub fn kept(self, is_kept: bool, remedy: &'static str) -> Self {
+        // What was refused would be refused again.
+        if !is_kept || self.exit_code() == 2 || matches!(self, Self::Busy { .. }) {
+            return self;
+        }
+        Self::Kept { error: Box::new(self), remedy }
     }
 
     /// Bad input, named with its place.

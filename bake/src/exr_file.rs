@@ -6,7 +6,7 @@ use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image};
 use exr::meta::attribute::{LineOrder, Text};
 use exr::prelude::{Compression, ReadChannels as _, ReadLayers as _, WritableImage as _};
 use relume_formats::container::replace_file;
-use relume_formats::{Error, Place, Result};
+use relume_formats::{Error, Place, Result, open_regular};
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
@@ -59,7 +59,7 @@ fn channel(name: &str, values: &[f32], pixels: usize, place: &Place) -> Result<A
 /// If the file cannot be read or holds no flat image.
 pub fn read_exr(path: &Path) -> Result<Planes> {
     let place = Place::file(path);
-    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
+    let file = open_regular(path)?;
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = reader.from_buffered(BufReader::new(file)).map_err(|e| error(e, &place))?;
     let layer = image.layer_data;

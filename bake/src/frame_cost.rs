@@ -39,7 +39,7 @@ pub fn measure(scene: &Scene, summary: &Summary, size: [u32; 2], folder: &Path) 
 }
 
 fn play(scene: &Scene, method: &str, size: [u32; 2], folder: &Path) -> Result<Played> {
-    let temporary = tempfile::tempdir().map_err(|e| Error::io(&Place::file(std::env::temp_dir()), e))?;
+    let temporary = tempfile::tempdir().map_err(|e| Error::output(&Place::file(std::env::temp_dir()), e))?;
     let animation = temporary.path().join("states.toml");
     let states: Vec<_> = (0..STATES).map(|number| states::random(scene, number)).collect();
     states::write_animation(&states, &animation)?;

@@ -1,6 +1,8 @@
 //! Long work: progress with time left, and interruption.
 
+use crate::memory::MemoryLimit;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use relume_formats::name::plain;
 use std::io::{IsTerminal, Write as _};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -39,10 +41,22 @@ pub fn watch_signals() -> Result<(), ctrlc::Error> {
     })
 }
 
+/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk, instead of ending the program without a word.
+///
+/// # Errors
+/// If the signal cannot be watched.
+pub fn outlive_file_limits() -> std::io::Result<()> {
+    // That somebody watches is all that it takes.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
+    Ok(())
+}
+
 /// The work of one command.
 #[derive(Debug, Clone, Copy)]
 pub struct Job {
     mode: ProgressMode,
+    memory: MemoryLimit,
 }
 
 impl Job {
@@ -52,7 +66,17 @@ impl Job {
             ProgressMode::Auto if !std::io::stderr().is_terminal() => ProgressMode::Plain,
             other => other,
         };
-        Self { mode }
+        Self { mode, memory: MemoryLimit::Free }
+    }
+
+    /// The same job with a limit of memory of its own.
+    pub fn with_memory(self, memory: MemoryLimit) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// How much memory the job may take.
+    pub fn memory(&self) -> MemoryLimit {
+        self.memory
     }
 
     /// Starts a stage of `total` steps.
@@ -125,9 +149,9 @@ impl Stage {
     }
 }
 
-/// A line on stderr. Nobody listening is no reason to stop.
+/// A line on stderr, whatever names it has in it. Nobody listening is no reason to stop.
 pub fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", plain(line));
 }
 
 impl Drop for Stage {

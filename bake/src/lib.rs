@@ -10,6 +10,9 @@
 //! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`play`]: runs the player, to measure what it shows;
 //! * [`playable`]: which animations a bundle's methods can play;
+//! * [`darkness`]: whether a scene shows anything;
+//! * [`memory`]: how much memory a bake may take;
+//! * [`output`]: folders that the user wants things in;
 //! * [`frame_cost`]: what a frame of a new bundle costs;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
@@ -19,13 +22,16 @@ pub mod chart;
 pub mod cli;
 pub mod commands;
 pub mod compress;
+pub mod darkness;
 pub mod error;
 pub mod exr_file;
 pub mod frame_cost;
 pub mod gallery;
 pub mod inspect;
 pub mod job;
+pub mod memory;
 pub mod methods;
+pub mod output;
 pub mod plan;
 pub mod play;
 pub mod playable;

@@ -3,10 +3,10 @@
 use clap::error::ContextKind;
 use clap::{CommandFactory, Parser};
 use relume_bake::cli::{Cli, Command};
-use relume_bake::error::BakeError;
 use relume_bake::{commands, inspect, job};
 use relume_formats::error::in_plain_words;
 use relume_formats::near::what_there_is;
+use relume_formats::name::{one_line, plain_lines};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -20,6 +20,9 @@ fn main() -> ExitCode {
         }
         Err(error) => return fail(&usage_line(&error), 2),
     };
+    if let Err(error) = job::outlive_file_limits() {
+        return fail(&format!("signals cannot be watched: {error}"), 1);
+    }
     let result = match &cli.command {
         Command::Run(args) => commands::run(args),
         Command::Plan(args) => commands::plan(args),
@@ -34,27 +37,23 @@ fn main() -> ExitCode {
     };
     match result {
         // A closed pipe is the reader's choice, not a failure.
-        Ok(text) => match std::io::stdout().write_all(text.as_bytes()) {
+        Ok(text) => match print(&text) {
             Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => fail(&format!("standard output: {e}"), 1),
             _ => ExitCode::SUCCESS,
         },
-        Err(error) => {
-            let code = error.exit_code();
-            // A bake that was stopped, or met a full disk, can go on; one that was refused or never started cannot.
-            let stopped = matches!(error, BakeError::Interrupted(_) | BakeError::File(_)) && code != 2;
-            let kept = match cli.command {
-                Command::Run(_) if stopped => "; finished work is kept, add --resume to go on",
-                Command::Chart(_) | Command::Gallery(_) if stopped => "; finished work is kept, the same command goes on with it",
-                _ => "",
-            };
-            fail(&format!("{error}{kept}"), code)
-        }
+        Err(error) => fail(&error.to_string(), error.exit_code()),
     }
 }
 
+/// Prints what a command has to say, whatever names it has in it.
+fn print(text: &str) -> std::io::Result<()> {
+    let mut output = std::io::stdout().lock();
+    output.write_all(plain_lines(text).as_bytes())?;
+    output.flush()
+}
+
 fn fail(message: &str, code: u8) -> ExitCode {
-    let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    job::say(&format!("error: {line}"));
+    job::say(&format!("error: {}", one_line(message)));
     ExitCode::from(code)
 }
 

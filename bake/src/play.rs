@@ -85,7 +85,7 @@ impl Playing<'_> {
     /// # Errors
     /// As there, and [`BakeError::Player`] if it took longer.
     pub fn play_within(&self, limit: Duration) -> Result<Played> {
-        let folder = tempfile::tempdir().map_err(|e| Error::io(&Place::file(std::env::temp_dir()), e))?;
+        let folder = tempfile::tempdir().map_err(|e| Error::output(&Place::file(std::env::temp_dir()), e))?;
         let stats = folder.path().join("stats.json");
         let [width, height] = self.size;
         let mut command = Command::new(player()?);
@@ -106,7 +106,7 @@ impl Playing<'_> {
                 last.trim_start_matches("error: ")
             )));
         }
-        let text = std::fs::read(&stats).map_err(|e| Error::io(&Place::file(&stats), e))?;
+        let text = std::fs::read(&stats).map_err(|e| Error::output(&Place::file(&stats), e))?;
         let stats = serde_json::from_slice(&text)
             .map_err(|e| BakeError::Player(format!("the player's statistics: {e}; build both programs anew")))?;
         played(stats).ok_or_else(|| BakeError::Player("the player showed no frame".to_owned()))

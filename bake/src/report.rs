@@ -1,12 +1,14 @@
 //! `report.json`: how long things took, and on what machine. It stands beside what was made, outside every hash.
 
 use relume_formats::container::replace_file;
-use relume_formats::{Error, Place, Result};
+use relume_formats::{Error, Place, Result, read_regular};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// Name of the report within a folder.
 const FILE_NAME: &str = "report.json";
+/// No report is longer.
+const MAX_BYTES: u64 = 16 << 20;
 /// The key under which sphere sets are reported, each by the name of its file.
 pub const SPHERES: &str = "spheres";
 /// The key under which frame costs are reported, each by the name of its method.
@@ -25,7 +27,7 @@ pub fn facts(seconds: f64) -> Map<String, Value> {
 
 /// The report of `folder`; empty if it has none.
 pub fn read(folder: &Path) -> Map<String, Value> {
-    std::fs::read(folder.join(FILE_NAME)).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    read_regular(&folder.join(FILE_NAME), MAX_BYTES, "").ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
 }
 
 /// Puts `new` into the report of `folder`, over what it holds under the same keys; [`SPHERES`] are replaced one by one. What is there but no report
@@ -35,6 +37,9 @@ pub fn read(folder: &Path) -> Map<String, Value> {
 /// If the report cannot be written.
 pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
     let path = folder.join(FILE_NAME);
+    if path.exists() && !path.is_file() {
+        return Err(Error::invalid(&Place::file(&path), "not a regular file, which the report is to replace; remove it"));
+    }
     let mut report = read(folder);
     for (key, value) in new {
         match (report.get_mut(&key), value) {
@@ -48,8 +53,7 @@ pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
 
 /// Wall-clock seconds of the last bake into `folder`, if its report tells.
 pub fn seconds(folder: &Path) -> Option<f64> {
-    let report: Value = serde_json::from_slice(&std::fs::read(folder.join(FILE_NAME)).ok()?).ok()?;
-    report.get("seconds")?.as_f64()
+    read(folder).get("seconds")?.as_f64()
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
 use relume_scenes::{Cone, Emitter, Glow, NamedMap, Scene, Texture};
+use std::collections::HashMap;
 use xxhash_rust::xxh3::Xxh3;
 
 /// xxh3-128 over the parts of `scene` that results depend on.
@@ -15,9 +16,10 @@ pub fn scene_hash(scene: &Scene) -> u128 {
     hash.floats(&scene.camera.target);
     hash.floats(&[scene.camera.fov_deg]);
     hash.number(scene.materials.len() as u64);
+    let classes: HashMap<usize, usize> = scene.vary.materials.iter().copied().zip(1..).collect();
     for (index, material) in scene.materials.iter().enumerate() {
-        let class = scene.vary.materials.iter().position(|m| *m == index);
-        hash.number(class.map_or(0, |c| c as u64 + 1));
+        let class = classes.get(&index);
+        hash.number(class.map_or(0, |c| *c as u64));
         match class {
             Some(_) => hash.text(&material.name),
             None => hash.brdf(&material.brdf),

@@ -1,7 +1,7 @@
 //! Finished work on its way from gather to packing, kept in a log on disk.
 //!
 //! The log makes a bake resumable and keeps its memory small: records are appended as pieces of work finish, in any order; whatever a crash cuts off at
-//! the end is dropped when the log is opened again.
+//! the end is dropped when the log is opened again. Nobody else works in its folder: see [`crate::bundle::FolderLock`].
 //!
 //! ```text
 //! 16 bytes   key of the bake (xxh3-128 of everything its pieces depend on)
@@ -10,7 +10,7 @@
 
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -45,25 +45,35 @@ impl WorkLog {
     pub fn create(path: &Path, key: u128) -> Result<Self> {
         let place = Place::file(path);
         let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|e| Error::io(&place, e))?;
-        lock(&file, &place)?;
-        file.set_len(0).map_err(|e| Error::io(&place, e))?;
-        file.write_all(&key.to_le_bytes()).map_err(|e| Error::io(&place, e))?;
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|e| Error::output(&place, e))?;
+        file.set_len(0).map_err(|e| Error::output(&place, e))?;
+        file.write_all(&key.to_le_bytes()).map_err(|e| Error::output(&place, e))?;
         Ok(Self { place, inner: Mutex::new(Inner { file, end: KEY_BYTES as u64, pieces: BTreeMap::new() }) })
     }
 
     /// Opens the log at `path` again; `None` if it belongs to another bake.
     pub fn reopen(path: &Path, key: u128) -> Result<Option<Self>> {
         let place = Place::file(path);
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::io(&place, e))?;
-        lock(&file, &place)?;
-        let scan = scan(&mut file, key).map_err(|e| Error::io(&place, e))?;
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::output(&place, e))?;
+        let scan = scan(&mut file, key).map_err(|e| Error::output(&place, e))?;
         Ok(scan.map(|(pieces, end)| Self { place, inner: Mutex::new(Inner { file, end, pieces }) }))
     }
 
     /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds nothing.
     pub fn exists(path: &Path) -> bool {
         std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)
+    }
+
+    /// Whether a log with at least one piece that is whole stands at `path`.
+    pub fn holds_pieces(path: &Path) -> bool {
+        let first = || -> io::Result<bool> {
+            let mut file = File::open(path)?;
+            let mut start = [0; KEY_BYTES + RECORD_HEADER];
+            file.read_exact(&mut start)?;
+            let [.., a, b, c, d, _, _, _, _, _, _, _, _] = start;
+            Ok(file.metadata()?.len() >= start.len() as u64 + u64::from(u32::from_le_bytes([a, b, c, d])))
+        };
+        path.is_file() && first().unwrap_or(false)
     }
 
     /// Pieces that are in the log, in order.
@@ -81,7 +91,7 @@ impl WorkLog {
         record.extend(payload);
         let mut inner = self.lock();
         let end = inner.end;
-        inner.file.seek(SeekFrom::Start(end)).and_then(|_| inner.file.write_all(&record)).map_err(|e| Error::io(&self.place, e))?;
+        inner.file.seek(SeekFrom::Start(end)).and_then(|_| inner.file.write_all(&record)).map_err(|e| Error::output(&self.place, e))?;
         inner.pieces.insert(piece, Entry { at: end + RECORD_HEADER as u64, bytes: payload.len() as u32, checksum });
         inner.end = end + record.len() as u64;
         Ok(())
@@ -93,7 +103,11 @@ impl WorkLog {
         let damaged = || Error::invalid(&self.place, format!("piece {piece} is missing or damaged; bake again with --force"));
         let Entry { at, bytes, checksum: expected } = *inner.pieces.get(&piece).ok_or_else(damaged)?;
         let mut payload = vec![0; bytes as usize];
-        inner.file.seek(SeekFrom::Start(at)).and_then(|_| inner.file.read_exact(&mut payload)).map_err(|e| Error::io(&self.place, e))?;
+        inner
+            .file
+            .seek(SeekFrom::Start(at))
+            .and_then(|_| inner.file.read_exact(&mut payload))
+            .map_err(|e| Error::output(&self.place, e))?;
         if checksum(piece, &payload) != expected {
             return Err(damaged());
         }
@@ -108,15 +122,6 @@ impl WorkLog {
     /// A poisoned lock means that another thread panicked between two writes of `Inner`, whose record is then simply not listed.
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-}
-
-/// Two bakes at work on one log would overwrite each other's pieces.
-fn lock(file: &File, place: &Place) -> Result<()> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(Error::invalid(place, "another bake is at work here; wait for it, or bake elsewhere with -o")),
-        Err(TryLockError::Error(e)) => Err(Error::io(place, e)),
     }
 }
 
@@ -178,6 +183,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
+            assert_eq!(WorkLog::holds_pieces(&path), length >= KEY_BYTES + RECORD_HEADER + piece(5).len(), "{length}");
             let Some(log) = WorkLog::reopen(&path, 42).unwrap() else {
                 assert!(length < KEY_BYTES);
                 continue;

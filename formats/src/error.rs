@@ -1,5 +1,6 @@
 //! One error type for everything read from or written to disk.
 
+use crate::name::plain;
 use crate::near::nearest_file;
 use std::fmt;
 use std::io;
@@ -31,24 +32,13 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = one_line(&self.file.display().to_string());
+        // Names in files may hold line breaks and terminal controls; a message is one line and cannot steer a terminal.
+        write!(f, "{}", plain(&self.file.display().to_string()))?;
         match &self.part {
-            Some(part) => write!(f, "{file}: {}", one_line(part)),
-            None => write!(f, "{file}"),
+            Some(part) => write!(f, ": {}", plain(part)),
+            None => Ok(()),
         }
     }
-}
-
-/// Names in files may hold line breaks and terminal controls; a message is one line and cannot steer a terminal.
-fn one_line(text: &str) -> String {
-    text.chars().fold(String::with_capacity(text.len()), |mut line, c| {
-        if c.is_control() {
-            line.extend(c.escape_default())
-        } else {
-            line.push(c)
-        }
-        line
-    })
 }
 
 /// What can go wrong with a file, named with its place; the text ends with a remedy where there is one.
@@ -71,9 +61,17 @@ pub enum Error {
         /// What is not supported and what is.
         reason: String,
     },
-    /// The operating system refused.
+    /// The operating system refused to give out what the user named.
     #[error("{place}: {source}")]
     Io {
+        /// Where.
+        place: Place,
+        /// Why.
+        source: io::Error,
+    },
+    /// The operating system refused to keep what the program made, or to give it back.
+    #[error("{place}: {source}")]
+    Output {
         /// Where.
         place: Place,
         /// Why.
@@ -84,38 +82,42 @@ pub enum Error {
 impl Error {
     /// An [`Error::Invalid`].
     pub fn invalid(place: &Place, reason: impl Into<String>) -> Self {
-        Self::Invalid { place: place.clone(), reason: one_line(&reason.into()) }
+        Self::Invalid { place: place.clone(), reason: plain(&reason.into()).into_owned() }
     }
 
     /// An [`Error::Unsupported`].
     pub fn unsupported(place: &Place, reason: impl Into<String>) -> Self {
-        Self::Unsupported { place: place.clone(), reason: one_line(&reason.into()) }
+        Self::Unsupported { place: place.clone(), reason: plain(&reason.into()).into_owned() }
     }
 
     /// An [`Error::Io`]. What the system says in its own terms is said in ours, with the file that was meant if the one named is not there.
     pub fn io(place: &Place, source: io::Error) -> Self {
-        let plain = |reason: String| io::Error::new(source.kind(), reason);
+        let of_kind = |reason: String| io::Error::new(source.kind(), reason);
         let source = match source.kind() {
             _ if source.raw_os_error().is_none() => source,
             io::ErrorKind::NotFound => {
                 let meant = nearest_file(Path::new(""), &place.file).map(|file| format!("; did you mean `{file}`?")).unwrap_or_default();
-                plain(format!("no such file or folder{meant}"))
+                of_kind(format!("no such file or folder{meant}"))
             }
-            io::ErrorKind::IsADirectory => plain("is a folder; name a file".to_owned()),
-            io::ErrorKind::NotADirectory => plain("leads through a file; name a folder".to_owned()),
-            io::ErrorKind::PermissionDenied => plain("permission denied".to_owned()),
+            io::ErrorKind::IsADirectory => of_kind("is a folder; name a file".to_owned()),
+            io::ErrorKind::NotADirectory => of_kind("leads through a file; name a folder".to_owned()),
+            io::ErrorKind::PermissionDenied => of_kind("permission denied".to_owned()),
             _ => source,
         };
         Self::Io { place: place.clone(), source }
+    }
+
+    /// An [`Error::Output`].
+    pub fn output(place: &Place, source: io::Error) -> Self {
+        Self::Output { place: place.clone(), source }
     }
 
     /// True if the fault lies in what the user gave (exit code 2) rather than in the run (exit code 1).
     pub fn is_bad_input(&self) -> bool {
         match self {
             Self::Invalid { .. } | Self::Unsupported { .. } => true,
-            Self::Io { source, .. } => {
-                matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::IsADirectory | io::ErrorKind::NotADirectory)
-            }
+            Self::Io { source, .. } => is_of_the_path(source),
+            Self::Output { .. } => false,
         }
     }
 }
@@ -136,6 +138,23 @@ pub fn in_plain_words(message: &str) -> String {
     .iter()
     .fold(format!("{what}{meant}"), |message, (theirs, ours)| message.replace(theirs, ours))
 }
+
+/// Whether a path leads to nothing that can be read, rather than reading having failed.
+fn is_of_the_path(error: &io::Error) -> bool {
+    use io::ErrorKind::{InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+    let by_kind = [NotFound, IsADirectory, NotADirectory, PermissionDenied, InvalidFilename, InvalidInput].contains(&error.kind());
+    by_kind || leads_in_circles(error)
+}
+
+/// Whether links lead to each other; the standard library has no stable kind for it.
+fn leads_in_circles(error: &io::Error) -> bool {
+    cfg!(unix) && error.raw_os_error() == Some(ELOOP)
+}
+
+#[cfg(unix)]
+const ELOOP: i32 = libc::ELOOP;
+#[cfg(not(unix))]
+const ELOOP: i32 = 0;
 
 #[cfg(test)]
 mod tests {
@@ -183,6 +202,18 @@ mod tests {
             [Error::invalid(&place, "material `päper\n\u{1b}[2J` is bad"), Error::unsupported(&place, "material `päper\n\u{1b}[2J` is bad")]
         {
             assert_eq!(error.to_string(), r"a\nb.toml: key `c\rd`: material `päper\n\u{1b}[2J` is bad");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_the_users_fault_and_what_cannot_be_written_is_not() {
+        let place = Place::file("x");
+        for kind in [io::ErrorKind::NotFound, io::ErrorKind::PermissionDenied, io::ErrorKind::InvalidInput] {
+            assert!(Error::io(&place, kind.into()).is_bad_input());
+            assert!(!Error::output(&place, kind.into()).is_bad_input());
+        }
+        for kind in [io::ErrorKind::StorageFull, io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::OutOfMemory] {
+            assert!(!Error::io(&place, kind.into()).is_bad_input());
         }
     }
 }

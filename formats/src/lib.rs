@@ -8,6 +8,7 @@
 //! * [`near`]: what was meant by a name that is not there;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
 //! * [`bundle`]: what must agree between the files of a bundle;
+//! * [`name`]: what names may be, and how they are printed;
 //! * [`state`]: what may change at playback: materials, camera, animation;
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
 //! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
@@ -21,8 +22,11 @@ pub mod error;
 pub mod evaluate;
 pub mod fast;
 pub mod kinds;
+pub mod name;
 pub mod near;
+mod regular;
 pub mod shape;
 pub mod state;
 
 pub use error::{Error, Place, Result};
+pub use regular::{open_regular, read_regular};

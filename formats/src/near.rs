@@ -1,9 +1,16 @@
 //! What was meant by a name that is not there.
 
+use crate::name::shortened;
 use std::path::{Path, PathBuf};
 
 /// Most files of a folder that are looked at.
 const MAX_FILES: usize = 10_000;
+
+/// Longest name that is compared, bytes.
+const MAX_COMPARED: usize = 256;
+
+/// As many names as anybody would read are listed.
+const MOST_LISTED: usize = 20;
 
 /// The one of `known` that is so like `given` that it was meant: but for capitals, a few letters, or the rest of the name.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -14,8 +21,9 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
         let part = small.len() >= 3 && (name.starts_with(&small) || name.ends_with(&small));
         (letters <= 1 + given.len() / 3 || part).then_some((letters, part))
     };
-    let near = known.into_iter().filter(|name| name.len() <= 256).filter_map(|name| Some((distance(name)?, name)));
-    if given.len() > 256 { None } else { near.min().map(|(_, name)| name) }
+    // Comparing takes the product of two lengths, so that what is too long for a name is near to none.
+    let near = known.into_iter().filter(|name| name.len() <= MAX_COMPARED).filter_map(|name| Some((distance(name)?, name)));
+    if given.len() > MAX_COMPARED { None } else { near.min().map(|(_, name)| name) }
 }
 
 /// "; did you mean `bunny`?", or nothing if no name is near.
@@ -25,10 +33,12 @@ pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// The end of a message that `given` is not among `known`: what was meant, and all that there is.
 pub fn what_there_is(given: &str, known: &[&str]) -> String {
-    let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    let list: Vec<String> = known.iter().take(MOST_LISTED).map(|name| format!("`{}`", shortened(name))).collect();
+    let more = known.len().saturating_sub(MOST_LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     match did_you_mean(given, known.iter().copied()).as_str() {
-        "" => format!("; there are: {}", list.join(", ")),
-        meant => format!("{meant} There are: {}", list.join(", ")),
+        "" => format!("; there are: {}{more}", list.join(", ")),
+        meant => format!("{meant} There are: {}{more}", list.join(", ")),
     }
 }
 

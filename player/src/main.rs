@@ -3,8 +3,10 @@
 #![forbid(unsafe_code)]
 
 use clap::Parser as _;
+use relume_formats::name::one_line;
 use relume_player::Interrupt;
 use relume_player::cli::{self, Cli};
+use std::io::Write as _;
 use std::process::ExitCode;
 #[cfg(target_os = "linux")]
 use std::{path::Path, process::Command};
@@ -25,6 +27,9 @@ fn main() -> ExitCode {
     };
     if let Err(error) = ctrlc::set_handler(on_interrupt) {
         return fail(&format!("cannot listen for interrupts: {error}"), 1);
+    }
+    if let Err(error) = outlive_file_limits() {
+        return fail(&format!("cannot listen for signals: {error}"), 1);
     }
     match relume_player::run(&cli, &INTERRUPT) {
         Ok(()) => ExitCode::SUCCESS,
@@ -56,8 +61,16 @@ fn on_interrupt() {
     }
 }
 
-/// Reports an error on exactly one line.
+/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk, instead of ending the program without a word.
+fn outlive_file_limits() -> std::io::Result<()> {
+    // That somebody watches is all that it takes.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
+    Ok(())
+}
+
+/// Reports an error on exactly one line. Nobody listening is no reason to fail otherwise.
 fn fail(message: &str, code: u8) -> ExitCode {
-    eprintln!("error: {}", message.split_whitespace().collect::<Vec<_>>().join(" "));
+    let _ = writeln!(std::io::stderr(), "error: {}", one_line(message));
     ExitCode::from(code)
 }

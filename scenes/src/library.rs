@@ -2,8 +2,8 @@
 
 use crate::suggest::unknown_name;
 use relume_formats::near::nearest_file;
-use relume_formats::{Error, Place, Result};
-use std::io::{self, Read};
+use relume_formats::{Error, Place, Result, read_regular};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Name of the file that makes a folder a scene.
@@ -96,8 +96,9 @@ pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> 
     if path.is_file() {
         return Ok(());
     }
-    if path.is_dir() {
-        return Err(Error::invalid(place, format!("`{name}` is a folder; name a file in it")));
+    if path.exists() {
+        let what = if path.is_dir() { "a folder; name a file in it" } else { "not a regular file; name one" };
+        return Err(Error::invalid(place, format!("`{name}` is {what}")));
     }
     let folder = path.ancestors().nth(Path::new(name).components().count()).unwrap_or(Path::new(""));
     let remedy = match nearest_file(folder, Path::new(name)) {
@@ -113,15 +114,7 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Reads a file of bounded size.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    let place = Place::file(path);
-    // A device may call itself empty and never end, so the cap is on what is read.
-    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(Error::invalid(&place, format!("longer than {MAX_FILE_BYTES} bytes; split or simplify it")));
-    }
-    Ok(bytes)
+    read_regular(path, MAX_FILE_BYTES, "split or simplify it")
 }
 
 /// True if the extension of `path` is `extension` in any case.

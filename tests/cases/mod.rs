@@ -5,4 +5,5 @@ mod gltf;
 mod import;
 mod maps;
 mod messages;
+mod random_scenes;
 mod robustness;

@@ -1,6 +1,6 @@
 //! What the parts of a bundle that all methods share will take: the scene, its animations, the sphere sets.
 
-use super::stored_scene;
+use super::stored_scene::stored_scene;
 use crate::error::Result;
 use crate::job::Job;
 use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};

@@ -1,15 +1,17 @@
 //! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a solid is found before hours of tracing.
 
-use super::{Leftover, Work, is_readable, log_name};
+use super::publish::is_readable;
+use super::work::log_name;
+use super::{Leftover, Work};
 use crate::error::Result;
 use crate::job::say;
 use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};
 use crate::spheres::motion::poses;
 use crate::work_log::WorkLog;
-use relume_formats::Place;
-use relume_formats::container::{Stored, replace_file};
+use relume_formats::container::replace_file;
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, SphereSetEntry, sphere_set_file};
+use relume_formats::{Place, read_regular};
 use relume_scenes::{Mesh, Object, Scene};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -103,7 +105,8 @@ fn mesh_hash(mesh: &Mesh, poses: &[Vec<[f32; 3]>]) -> String {
 }
 
 fn log_of(object: &Object) -> String {
-    format!("spheres-{}", object.name)
+    let file = sphere_set_file(&object.name);
+    file.trim_end_matches(".relume").to_owned()
 }
 
 fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeMap<String, Value>) -> Option<SphereSetEntry> {
@@ -126,7 +129,7 @@ fn fit_one(scene: &Scene, wanted: &Wanted<'_>, work: &Work<'_>) -> Result<(FileE
     let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
     let fitted = fit::fit(&object.mesh, poses, &object.name, &place, settings, work.job)?;
     fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
-    let bytes = fitted.set.write_file(&path)?;
-    log.append(WHOLE, &bytes)?;
-    Ok((FileEntry::of(&file, &bytes), Some(Fitted { set: fitted.set, seconds: start.elapsed().as_secs_f64() })))
+    let entry = work.write(&fitted.set, &file)?;
+    log.append(WHOLE, &read_regular(&path, entry.bytes, "")?)?;
+    Ok((entry, Some(Fitted { set: fitted.set, seconds: start.elapsed().as_secs_f64() })))
 }

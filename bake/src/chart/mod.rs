@@ -22,8 +22,11 @@ pub mod sweep;
 pub(crate) mod test_chart;
 mod timing;
 
+use crate::bundle::FolderLock;
+use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
+use crate::output::create_folder;
 use crate::play::{Played, Playing};
 use crate::scene_hash::scene_hash;
 use figures::{Chart, FrameTime, ImageErrors, PICTURE, Picture, Point};
@@ -34,7 +37,7 @@ use relume_formats::kinds::Manifest;
 use relume_formats::state::{Rgb, State};
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use sweep::{Bench, SWEEPS, Sweep, Variant};
 
 /// Number of states.
@@ -56,10 +59,15 @@ pub const FOLDER: &str = "charts";
 pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<Chart> {
     let sweeps = fitting(scene, methods)?;
     crate::play::player()?;
+    let _lock = FolderLock::take(folder)?;
+    // What varies of materials alone lights nothing.
+    if !(scene.vary.light || scene.vary.view || scene.vary.shape) && darkness::is_black(scene, film_size(scene))? {
+        return Err(BakeError::invalid(&Place::file(&scene.file), darkness::WARNING));
+    }
     let work = folder.join(WORK);
     let states: Vec<State> = (0..STATES).map(|number| states::random(scene, number)).collect();
     let bench = Bench { folder: &work.join(key(scene, &states)), size: film_size(scene), job };
-    std::fs::create_dir_all(bench.folder).map_err(|e| Error::io(&Place::file(bench.folder), e))?;
+    create_folder(bench.folder)?;
     let animation = bench.folder.join("states.toml");
     states::write_animation(&states, &animation)?;
     let truths = states.iter().enumerate().map(|(number, state)| truth(scene, number, state, &bench)).collect::<Result<Vec<_>>>()?;
@@ -89,8 +97,15 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
         points,
     };
     chart.write(folder)?;
-    std::fs::remove_dir_all(&work).map_err(|e| Error::io(&Place::file(&work), e))?;
+    std::fs::remove_dir_all(&work).map_err(|e| Error::output(&Place::file(&work), e))?;
     Ok(chart)
+}
+
+/// Whether an interrupted chart left finished work in `folder`: references, or pieces and files of bundles.
+pub fn holds_work(folder: &Path) -> bool {
+    let inside = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let is_work = |path: &PathBuf| path.is_dir() || path.extension().is_some_and(|e| e == "exr");
+    inside(&folder.join(WORK)).iter().flat_map(|charts| inside(charts)).any(|path| is_work(&path))
 }
 
 /// Names everything that references depend on, so that those of another scene or an older program are not taken for this one's.
@@ -187,7 +202,7 @@ fn film_size(scene: &Scene) -> [u32; 2] {
 
 /// The images of all states as the player shows them, and what it says of itself.
 fn show(variant: &Variant, animation: &Path, bench: &Bench<'_>) -> Result<(Vec<Vec<Rgb>>, Played)> {
-    let frames = tempfile::tempdir_in(bench.folder).map_err(|e| Error::io(&Place::file(bench.folder), e))?;
+    let frames = tempfile::tempdir_in(bench.folder).map_err(|e| Error::output(&Place::file(bench.folder), e))?;
     let pattern = frames.path().join("%04d.exr").display().to_string();
     let Variant { method, folder, .. } = variant;
     let played = Playing { folder, method, animation, frames: STATES, size: bench.size, exr: Some(&pattern) }.play()?;

@@ -4,6 +4,7 @@ use crate::bundle::{self, Leftover};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::methods::{Method, sparse_transfer, sphere_shadows, transfer_images};
+use crate::output::create_folder;
 use relume_formats::container::Stored;
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::manifest::{self, FileEntry};
@@ -81,7 +82,7 @@ impl Bench<'_> {
     /// If a file cannot be read or written.
     pub fn cut(&self, from: &Path, name: &str, write: impl FnOnce(&mut Cut<'_>) -> Result<()>) -> Result<PathBuf> {
         let folder = self.folder.join(name);
-        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&Place::file(&folder), e))?;
+        create_folder(&folder)?;
         let mut manifest = Manifest::read(from)?;
         for entry in manifest.entries() {
             copy(&from.join(&entry.file), &folder.join(&entry.file))?;
@@ -120,7 +121,7 @@ impl Cut<'_> {
 fn copy(from: &Path, to: &Path) -> Result<()> {
     let _ = std::fs::remove_file(to);
     let copied = std::fs::hard_link(from, to).or_else(|_| std::fs::copy(from, to).map(drop));
-    Ok(copied.map_err(|e| Error::io(&Place::file(to), e))?)
+    Ok(copied.map_err(|e| Error::output(&Place::file(to), e))?)
 }
 
 /// Reads the first file of a kind that the manifest of the bundle in `folder` lists.

@@ -1,6 +1,6 @@
 //! `bake chart`.
 
-use super::{load, start_threads};
+use super::{SAME_COMMAND, load, start_threads};
 use crate::chart::figures::{Chart, Point};
 use crate::chart::{self, FOLDER};
 use crate::cli::{ChartArgs, MethodName};
@@ -16,7 +16,8 @@ pub fn chart(args: &ChartArgs) -> Result<String> {
     let scene = load(&args.scene)?;
     let methods: Vec<&str> = args.method.iter().map(|method| name(*method)).collect();
     let folder = args.output.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scene.name));
-    let chart = chart::run(&scene, &methods, &folder, &Job::new(args.progress))?;
+    let chart = chart::run(&scene, &methods, &folder, &Job::new(args.progress));
+    let chart = chart.map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
     Ok(describe(&chart, &folder))
 }
 

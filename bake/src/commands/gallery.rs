@@ -1,11 +1,13 @@
 //! `bake gallery`.
 
-use super::{load, start_threads};
+use super::{SAME_COMMAND, load, start_threads};
+use crate::bundle::FolderLock;
 use crate::chart::{self, FOLDER};
 use crate::cli::GalleryArgs;
 use crate::error::Result;
 use crate::gallery;
 use crate::job::{Job, watch_signals};
+use relume_formats::Place;
 use std::path::Path;
 
 /// `bake gallery`.
@@ -16,9 +18,11 @@ pub fn gallery(args: &GalleryArgs) -> Result<String> {
     let job = Job::new(args.progress);
     let chart = |scene: &str| {
         let scene = load(scene)?;
+        gallery::expect_plain(&scene.name, &Place::file(&scene.file))?;
         let folder = Path::new(FOLDER).join(&scene.name);
-        chart::run(&scene, &[], &folder, &job)?;
+        chart::run(&scene, &[], &folder, &job).map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
         Ok(folder)
     };
+    let _lock = FolderLock::take(&args.output)?;
     gallery::make(&scenes, &args.output, chart)
 }

@@ -5,6 +5,7 @@ use crate::bundle::SphereSetSummary;
 use crate::cli::SpheresArgs;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say, watch_signals};
+use crate::output::expect_writable;
 use crate::report;
 use crate::spheres::fit::{Settings, fit};
 use crate::spheres::motion::poses;
@@ -25,10 +26,7 @@ pub fn spheres(args: &SpheresArgs) -> Result<String> {
     let (mesh, poses) = load(&args.mesh, &mut warnings)?;
     warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     // A fit may take long; that its file has nowhere to go had better be known before.
-    let folder = output.parent().unwrap_or(Path::new(""));
-    if !folder.as_os_str().is_empty() {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
-    }
+    expect_writable(&output)?;
     let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
     let settings = Settings { spheres: args.count as usize, seed: args.seed, iterations: args.iterations, tight: args.tight };
     let start = Instant::now();

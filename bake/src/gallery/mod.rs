@@ -9,6 +9,7 @@ pub mod page;
 use crate::chart::figures::{Chart, JSON, PICTURE, SVG};
 use crate::error::{BakeError, Result};
 use crate::job::say;
+use crate::output::create_folder;
 use relume_formats::container::replace_file;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::{Error, Place};
@@ -68,19 +69,28 @@ fn look_at(name: &str, fits: &impl Fn(&Scene) -> Result<()>) -> Result<Option<St
     }
 }
 
+/// Fails unless the folder of `scene` in a gallery can be called as the scene is.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub fn expect_plain(scene: &str, place: &Place) -> Result<()> {
+    if is_plain_name(scene) {
+        return Ok(());
+    }
+    let reason = format!("scene `{scene}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name");
+    Err(BakeError::invalid(place, reason))
+}
+
 /// Copies the chart in `from` into the gallery and says what changed there.
 fn publish(from: &Path, gallery: &Path) -> Result<String> {
     let chart = Chart::read(from)?;
-    if !is_plain_name(&chart.scene) {
-        let reason = format!("scene `{}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name", chart.scene);
-        return Err(BakeError::invalid(&Place::file(from.join(JSON)), reason));
-    }
+    expect_plain(&chart.scene, &Place::file(from.join(JSON)))?;
     let to = gallery.join(&chart.scene);
     let before = to.join(JSON).exists().then(|| Chart::read(&to));
-    std::fs::create_dir_all(&to).map_err(|e| Error::io(&Place::file(&to), e))?;
+    create_folder(&to)?;
     // The figures come last: they stand for the rest.
     for name in [PICTURE, SVG, JSON] {
-        let bytes = std::fs::read(from.join(name)).map_err(|e| Error::io(&Place::file(from.join(name)), e))?;
+        let bytes = std::fs::read(from.join(name)).map_err(|e| Error::output(&Place::file(from.join(name)), e))?;
         replace_file(&to.join(name), &bytes)?;
     }
     let lines = match before {
@@ -100,8 +110,8 @@ fn write_page(gallery: &Path) -> Result<PathBuf> {
 
 /// All charts in the gallery by name of their folder, which is that of their scene.
 fn charts(gallery: &Path) -> Result<Vec<Chart>> {
-    std::fs::create_dir_all(gallery).map_err(|e| Error::io(&Place::file(gallery), e))?;
-    let entries = std::fs::read_dir(gallery).map_err(|e| Error::io(&Place::file(gallery), e))?;
+    create_folder(gallery)?;
+    let entries = std::fs::read_dir(gallery).map_err(|e| Error::output(&Place::file(gallery), e))?;
     let mut folders: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.join(JSON).is_file()).collect();
     folders.sort();
     let read = |folder: &PathBuf| {

@@ -5,6 +5,7 @@ use super::sphere_metrics::SphereMetrics;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::sphere_set::Solid;
 use relume_formats::kinds::sphere_shadows::ShadowObject;
+use relume_formats::name::plain;
 use relume_formats::state::Model;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -22,7 +23,7 @@ pub(super) fn file(info: &FileInfo) -> String {
     ];
     facts.extend(details(&info.details));
     info.bake.iter().for_each(|bake| facts.extend(of_bake(bake)));
-    format!("{}\n{}\n{}", info.file, lines(&facts), table(&info.sections))
+    format!("{}\n{}\n{}", plain(&info.file), lines(&facts), table(&info.sections))
 }
 
 /// The text for a bundle: what it is, then every file.
@@ -49,7 +50,7 @@ pub(super) fn bundle(info: &BundleInfo) -> String {
         facts.push(("  settings", settings(&set.settings)));
     }
     let files: Vec<String> = info.files.iter().map(file).collect();
-    format!("{}\n{}\n{}", info.folder, lines(&facts), files.join("\n"))
+    format!("{}\n{}\n{}", plain(&info.folder), lines(&facts), files.join("\n"))
 }
 
 /// What the manifest beside a file says of it.
@@ -72,6 +73,9 @@ fn settings(settings: &BTreeMap<String, Value>) -> String {
 }
 
 fn errors(errors: &BTreeMap<String, f64>) -> String {
+    if errors.is_empty() {
+        return "none, for nothing that was compared is lit".to_owned();
+    }
     list(errors.iter().map(|(name, value)| format!("{name} {value:.6}")))
 }
 
@@ -238,8 +242,9 @@ fn list(items: impl Iterator<Item = String>) -> String {
     if items.is_empty() { "none".to_owned() } else { items.join(", ") }
 }
 
+/// A line a fact, whatever the names in it do elsewhere.
 fn lines(facts: &[(&str, String)]) -> String {
-    facts.iter().map(|(name, value)| format!("  {name:<11} {value}\n")).collect()
+    facts.iter().map(|(name, value)| format!("  {name:<11} {}\n", plain(value))).collect()
 }
 
 /// Names to the left, numbers to the right.
@@ -249,7 +254,7 @@ fn table(sections: &[SectionRow]) -> String {
     let mut rows = vec![["section", "element", "shape", "codec", "stored", "raw", "ratio"].map(str::to_owned)];
     rows.extend(first.iter().map(|s| {
         [
-            s.name.clone(),
+            plain(&s.name).into_owned(),
             s.element.to_owned(),
             shape(&s.shape),
             s.codec.to_owned(),

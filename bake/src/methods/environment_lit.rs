@@ -7,7 +7,7 @@ use relume_formats::container::Stored;
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
 use relume_scenes::{Emitter, Light, NamedMap, Scene};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Widest environment map in a bundle.
 const MAP_WIDTH: u32 = 2048;
@@ -93,7 +93,21 @@ pub(super) fn textures(scene: &Scene) -> Option<Textures> {
     (!textures.is_empty()).then_some(Textures { uvs, textures })
 }
 
-/// The largest error.
+/// Median and worst error for the manifest of each set of `measured` errors, by what its name ends with. Lights that show nothing have no error, and where none
+/// shows anything there is no figure.
+pub(super) fn figures(measured: &[(&str, &[f64])]) -> BTreeMap<String, f64> {
+    let mut figures = BTreeMap::new();
+    for (ending, errors) in measured {
+        let lit: Vec<f64> = errors.iter().copied().filter(|error| !error.is_nan()).collect();
+        if !lit.is_empty() {
+            figures.insert(format!("relative_l2_median{ending}"), median(&lit));
+            figures.insert(format!("relative_l2_worst{ending}"), worst(&lit));
+        }
+    }
+    figures
+}
+
+/// The largest error; no error at all, NaN, is none.
 pub fn worst(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }

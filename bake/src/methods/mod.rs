@@ -9,6 +9,7 @@ pub mod transfer_images;
 use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
+use crate::memory::MemoryNeed;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_scenes::Scene;
 use serde_json::Value;
@@ -39,6 +40,9 @@ pub trait Method {
     /// # Errors
     /// If LAPACK fails or the job is interrupted.
     fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted>;
+
+    /// Memory that a bake holds at most, as far as is known before anything is traced.
+    fn memory(&self, scene: &Scene) -> MemoryNeed;
 
     /// Bakes the scene and writes the method's files.
     ///

@@ -3,6 +3,7 @@
 use super::charted::BestPoint;
 use super::stored::StoredFigures;
 use super::{Candidate, Plan, Prediction, Varies};
+use relume_formats::name::plain;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ fn varies(varies: &Varies) -> String {
     let flags = [("light", varies.light), ("view", varies.view), ("shape", varies.shape)];
     let mut parts: Vec<String> = flags.into_iter().filter(|(_, on)| *on).map(|(name, _)| name.to_owned()).collect();
     if !varies.materials.is_empty() {
-        let names: Vec<String> = varies.materials.iter().map(|name| format!("`{name}`")).collect();
+        let names: Vec<String> = varies.materials.iter().map(|name| format!("`{}`", plain(name))).collect();
         parts.push(format!("materials {}", names.join(", ")));
     }
     parts.join(", ")
@@ -41,7 +42,7 @@ fn method(candidate: &Candidate) -> String {
     facts.extend(candidate.stored.iter().map(|s| ("stored", stored(s))));
     facts.extend(candidate.charted.iter().map(|c| ("charted", charted(c))));
     facts.extend(candidate.leaves_out.iter().map(|sentence| ("leaves out", sentence.clone())));
-    let lines: String = facts.iter().map(|(name, value)| format!("  {name:<10}  {value}\n")).collect();
+    let lines: String = facts.iter().map(|(name, value)| format!("  {name:<10}  {}\n", plain(value))).collect();
     format!("\n{}: fits, {serves}\n{lines}", candidate.name)
 }
 
@@ -98,5 +99,5 @@ fn duration(seconds: f64) -> String {
 }
 
 fn bullets(sentences: &[String]) -> String {
-    sentences.iter().map(|sentence| format!("\n  {sentence}")).collect()
+    sentences.iter().map(|sentence| format!("\n  {}", plain(sentence))).collect()
 }

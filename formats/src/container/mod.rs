@@ -27,6 +27,7 @@ pub use section::Section;
 pub use write::{Writer, replace_file};
 
 use crate::error::{Error, Place, Result};
+use crate::regular::open_regular;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -174,7 +175,7 @@ pub fn expect_decoded(decoded: u64, stored: u64, place: &Place) -> Result<()> {
 /// Opens a file and validates its header and table; no payload is read yet.
 pub fn open(path: &Path) -> Result<Reader<BufReader<File>>> {
     let place = Place::file(path);
-    let file = File::open(path).map_err(|e| Error::io(&place, e))?;
+    let file = open_regular(path)?;
     let length = file.metadata().map_err(|e| Error::io(&place, e))?.len();
     Reader::new(BufReader::new(file), length, place)
 }

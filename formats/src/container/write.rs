@@ -144,7 +144,7 @@ pub(super) fn planes(raw: &[u8], width: usize) -> Vec<u8> {
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let place = Place::file(path);
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
-        return std::fs::write(path, bytes).map_err(|e| Error::io(&place, e));
+        return std::fs::write(path, bytes).map_err(|e| Error::output(&place, e));
     }
     // Behind a link, the file that it leads to is the one to replace.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -159,6 +159,6 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     write().map_err(|e| {
         // The first error is the one worth telling; a failed clean-up would only hide it.
         let _ = std::fs::remove_file(&temporary);
-        Error::io(&place, e)
+        Error::output(&place, e)
     })
 }

@@ -5,7 +5,9 @@
 use super::names::{fault_of_name, fault_of_names};
 use crate::container::replace_file;
 use crate::error::{Error, Place, Result};
+use crate::name::file_of;
 use crate::near::{did_you_mean, nearest_file};
+use crate::regular::open_regular;
 use crate::state::read_text;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -111,9 +113,11 @@ impl FileEntry {
     pub fn expect_whole(&self, folder: &Path) -> Result<()> {
         let place = Place::file(folder.join(&self.file));
         let io = |e| Error::io(&place, e);
-        let mut file = std::fs::File::open(&place.file).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => Error::invalid(&place, "is missing although the manifest lists it; bake it again"),
-            _ => io(e),
+        let mut file = open_regular(&place.file).map_err(|error| match error {
+            Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+                Error::invalid(&place, "is missing although the manifest lists it; bake it again")
+            }
+            other => other,
         })?;
         let length = file.metadata().map_err(io)?.len();
         if length != self.bytes {
@@ -133,14 +137,14 @@ impl FileEntry {
     }
 }
 
-/// What a bundle calls the sphere set of `object`; a [plain name](is_plain_name) or not.
+/// What a bundle calls the sphere set of `object`.
 pub fn sphere_set_file(object: &str) -> String {
-    format!("spheres-{object}.relume")
+    file_of("spheres", object, "relume")
 }
 
-/// What a bundle calls the shape of `object`; a [plain name](is_plain_name) or not.
+/// What a bundle calls the shape of `object`.
 pub fn shape_file(object: &str) -> String {
-    format!("shape-{object}.relume")
+    file_of("shape", object, "relume")
 }
 
 /// Whether a file may be called so: nothing that leads out of the folder, on any system.

@@ -7,9 +7,9 @@ mod reader;
 pub use lines::with_line;
 
 use crate::error::{Error, Place, Result};
+use crate::regular::read_regular;
 use reader::{Fault, Reader};
 use serde::de::DeserializeOwned;
-use std::io::Read;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -20,13 +20,7 @@ const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Reads a text file of bounded size, without the byte order mark that some editors put before it.
 pub fn read_text(path: &Path) -> Result<String> {
     let place = Place::file(path);
-    // A device may call itself empty and never end, so the cap is on what is read.
-    let file = std::fs::File::open(path).map_err(|e| Error::io(&place, e))?;
-    let mut bytes = Vec::new();
-    file.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
-    if bytes.len() as u64 > MAX_TEXT_BYTES {
-        return Err(Error::invalid(&place, format!("longer than {MAX_TEXT_BYTES} bytes, a text file is expected here")));
-    }
+    let bytes = read_regular(path, MAX_TEXT_BYTES, "a text file is expected here")?;
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.starts_with(&[b'[', 0]) {
         return Err(Error::invalid(&place, "not a text file of UTF-8, but of UTF-16; save it as UTF-8"));
     }

@@ -20,7 +20,7 @@ use std::path::Path;
 /// Writes `bytes` to `path`, all of them or none, creating the folders above it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
+        std::fs::create_dir_all(folder).map_err(|e| Error::output(&Place::file(folder), e))?;
     }
     Ok(replace_file(path, bytes)?)
 }

@@ -20,7 +20,7 @@ pub fn write_numbered(folder: &Path, name: &str, extension: &str, bytes: &[u8]) 
         // Claims the name, so that another player in the same folder takes the next one.
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(Error::io(&Place::file(&path), error).into()),
+            Err(error) => return Err(Error::output(&Place::file(&path), error).into()),
             Ok(_) => return fill(&path, bytes).map(|()| path),
         }
     }

@@ -10,7 +10,7 @@ use relume_formats::bundle::expect_files;
 use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::near::did_you_mean;
-use relume_formats::{Error as FormatError, Place};
+use relume_formats::{Error as FormatError, Place, open_regular};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -130,7 +130,7 @@ impl Item {
     /// Opens the file, which must be as long and of the kind that the manifest says.
     pub(super) fn open<'a>(&self, pace: &'a mut Pace) -> relume_formats::Result<Reader<Throttle<'a, File>>> {
         let place = Place::file(&self.path);
-        let file = File::open(&self.path).map_err(|e| FormatError::io(&place, e))?;
+        let file = open_regular(&self.path)?;
         let length = file.metadata().map_err(|e| FormatError::io(&place, e))?.len();
         if length != self.bytes {
             let reason =

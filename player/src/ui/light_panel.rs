@@ -5,6 +5,7 @@ use super::panel::section;
 use super::style::ACCENT;
 use egui::{ComboBox, DragValue, Grid, RichText, Slider, SliderClamping, Ui};
 use relume_formats::kinds::scene::{EnvironmentLook, MAX_GAIN};
+use relume_formats::name::plain;
 use relume_formats::state::{EnvironmentState, Rgb};
 
 /// Brightest gain on the slider; the fields beside it reach on.
@@ -71,9 +72,9 @@ pub(super) fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, pa
 
 fn map(ui: &mut Ui, look: &EnvironmentLook, maps: &[String]) -> Option<String> {
     let mut chosen = look.map.clone();
-    let combo = ComboBox::from_id_salt("map").width(200.0).selected_text(chosen.as_str()).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("map").width(200.0).selected_text(plain(&chosen).into_owned()).show_ui(ui, |ui| {
         for name in maps {
-            ui.selectable_value(&mut chosen, name.clone(), name.as_str());
+            ui.selectable_value(&mut chosen, name.clone(), plain(name));
         }
     });
     combo.response.accessible_name("map");

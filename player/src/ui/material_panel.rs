@@ -4,6 +4,7 @@ use super::editor::{Editor, HOLD_RULE, Part};
 use super::panel::section;
 use super::style::ACCENT;
 use egui::{Color32, Context, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
+use relume_formats::name::plain;
 use relume_formats::state::{BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
 
 /// Why a slider is disabled.
@@ -30,7 +31,7 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
         ui.label(RichText::new("Click an object, or a name above, to edit it.").weak());
         return;
     };
-    section(ui, &material.name.to_uppercase());
+    section(ui, &plain(&material.name).to_uppercase());
     let before = editor.brdf(&material);
     let change = match before {
         Brdf::BlinnPhong(brdf) => blinn_phong(ui, &brdf),
@@ -64,7 +65,7 @@ fn list(ui: &mut Ui, editor: &mut Editor) {
         ui.horizontal(|ui| {
             let (swatch, _) = ui.allocate_exact_size(Vec2::splat(14.0), egui::Sense::hover());
             ui.painter().rect_filled(swatch, 3.0, display_colour(brdf));
-            if ui.selectable_label(selected, format!("{}{mark}", material.name)).clicked() {
+            if ui.selectable_label(selected, format!("{}{mark}", plain(&material.name))).clicked() {
                 clicked = Some(material.name.clone());
             }
         });

@@ -7,6 +7,7 @@ use super::material_panel::{self, Yielded};
 use super::messages;
 use super::shape_panel;
 use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClamping, Ui};
+use relume_formats::name::plain;
 
 /// Draws the panel; returns what to save.
 pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded) -> Vec<Save> {
@@ -17,7 +18,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
         if let Some(editor) = editor {
-            ui.heading(RichText::new(editor.scene().name.as_str()).strong());
+            ui.heading(RichText::new(plain(&editor.scene().name)).strong());
             material_panel::show(ui, editor, yielded);
             light_panel::light(ui, editor);
             shape_panel::show(ui, editor);
@@ -48,7 +49,7 @@ fn animation(ui: &mut Ui, editor: &mut Editor) {
     ui.horizontal_wrapped(|ui| {
         ui.selectable_value(&mut chosen, None, "none");
         for (index, animation) in editor.animations().iter().enumerate() {
-            ui.selectable_value(&mut chosen, Some(index), animation.name.as_str());
+            ui.selectable_value(&mut chosen, Some(index), plain(&animation.name));
         }
     });
     if chosen != editor.active() {

@@ -15,6 +15,7 @@ use egui::{
     Align, CentralPanel, Color32, CursorIcon, Frame, Key, Label, Layout, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextStyle,
     TextureId, Ui, UiBuilder, WidgetInfo,
 };
+use relume_formats::name::plain;
 
 /// What the user sees when pointing at something that cannot be edited.
 const FIXED: &str = "fixed: not editable in this bundle";
@@ -126,11 +127,11 @@ impl Screen {
         let moves = stage.editor.scope().varies().camera;
         let weak = Color32::from_gray(120);
         let (text, colour) = match seen {
-            Seen::Material(name) => (name, Color32::from_gray(220)),
-            Seen::Fixed => (FIXED, if self.clicked_fixed { WARNING } else { weak }),
-            Seen::Nothing if moves => (hand::HELP, weak),
-            Seen::Nothing if stage.picker.is_none() => ("", weak),
-            Seen::Nothing => ("click an object to edit its material", weak),
+            Seen::Material(name) => (plain(name), Color32::from_gray(220)),
+            Seen::Fixed => (FIXED.into(), if self.clicked_fixed { WARNING } else { weak }),
+            Seen::Nothing if moves => (hand::HELP.into(), weak),
+            Seen::Nothing if stage.picker.is_none() => ("".into(), weak),
+            Seen::Nothing => ("click an object to edit its material".into(), weak),
         };
         let keys = if moves { format!("V  reset view     {KEYS}") } else { KEYS.to_owned() };
         let width = |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), weak).size().x;
@@ -184,5 +185,5 @@ pub fn title(editor: Option<&Editor>, facts: &Facts) -> String {
         parts.push("loading".to_owned());
     }
     parts.push("Relume player".to_owned());
-    parts.join(" - ")
+    plain(&parts.join(" - ")).into_owned()
 }

@@ -5,6 +5,7 @@ use super::light_panel::reset;
 use super::panel::section;
 use egui::{ComboBox, Grid, Slider, SliderClamping, Ui};
 use relume_formats::kinds::scene::StoredShape;
+use relume_formats::name::plain;
 use relume_formats::state::{Posed, ShapeState};
 
 /// What a shape without a clip shows.
@@ -21,7 +22,7 @@ pub fn show(ui: &mut Ui, editor: &mut Editor) {
         let posed = editor.look().shapes.get(&shape.object).cloned();
         let mut change = ShapeState::default();
         Grid::new(("shape", &shape.object)).num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
-            ui.label(shape.object.as_str());
+            ui.label(plain(&shape.object));
             change.clip = clip(ui, &shape, posed.as_ref());
             ui.end_row();
             ui.label("time");
@@ -31,7 +32,7 @@ pub fn show(ui: &mut Ui, editor: &mut Editor) {
         if change != ShapeState::default() {
             editor.edit_shape(&shape.object, &change);
         }
-        let label = format!("Reset {}", shape.object);
+        let label = format!("Reset {}", plain(&shape.object));
         if reset(ui, editor, &label, posed.is_some(), &[Part::Shape(shape.object.clone())]) {
             editor.reset_shape(&shape.object);
         }
@@ -41,11 +42,12 @@ pub fn show(ui: &mut Ui, editor: &mut Editor) {
 fn clip(ui: &mut Ui, shape: &StoredShape, posed: Option<&Posed>) -> Option<String> {
     let now = posed.map(|posed| posed.clip.as_str());
     let mut chosen = now;
-    let combo = ComboBox::from_id_salt(("clip", &shape.object)).width(200.0).selected_text(now.unwrap_or(AT_REST)).show_ui(ui, |ui| {
-        for clip in &shape.clips {
-            ui.selectable_value(&mut chosen, Some(clip.name.as_str()), clip.name.as_str());
-        }
-    });
+    let combo =
+        ComboBox::from_id_salt(("clip", &shape.object)).width(200.0).selected_text(plain(now.unwrap_or(AT_REST))).show_ui(ui, |ui| {
+            for clip in &shape.clips {
+                ui.selectable_value(&mut chosen, Some(clip.name.as_str()), plain(&clip.name));
+            }
+        });
     combo.response.accessible_name(format!("clip of {}", shape.object));
     chosen.filter(|_| chosen != now).map(str::to_owned)
 }

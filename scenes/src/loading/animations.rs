@@ -3,6 +3,7 @@
 use super::validate_varying;
 use crate::scene::Scene;
 use relume_formats::kinds::manifest::is_plain_name;
+use relume_formats::name;
 use relume_formats::state::Animation;
 use relume_formats::{Error, Place, Result};
 use std::io;
@@ -32,8 +33,10 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Checks the name, of which a file name will be made, and the states at all keys.
 fn check(animation: &Animation, scene: &Scene, place: &Place) -> Result<()> {
-    if !is_plain_name(&animation.name) {
-        return Err(Error::invalid(place, "the name of an animation has only a-z A-Z 0-9 . _ - and blanks; rename the file"));
+    if !is_plain_name(&animation.name) || name::fault(&animation.name).is_some() {
+        let reason =
+            format!("the name of an animation has only a-z A-Z 0-9 . _ - and blanks, at most {}; rename the file", name::MAX_CHARS);
+        return Err(Error::invalid(place, reason));
     }
     for time_s in animation.key_times_s() {
         let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;

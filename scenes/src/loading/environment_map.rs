@@ -8,8 +8,7 @@ use crate::library::has_extension;
 use primaries::convert;
 use relume_formats::basis::EquirectMap;
 use relume_formats::state::Rgb;
-use relume_formats::{Error, Place, Result};
-use std::fs::File;
+use relume_formats::{Error, Place, Result, open_regular};
 use std::io::BufReader;
 use std::path::Path;
 
@@ -29,7 +28,7 @@ pub(super) fn white_map() -> EquirectMap {
 pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
     let (mut map, primaries) = if has_extension(path, "hdr") {
-        radiance::read(BufReader::new(File::open(path).map_err(|e| Error::io(&place, e))?), &place)?
+        radiance::read(BufReader::new(open_regular(path)?), &place)?
     } else if has_extension(path, "exr") {
         open_exr::read(path, &place)?
     } else {

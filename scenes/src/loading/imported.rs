@@ -43,6 +43,9 @@ pub(super) fn read(files: &[ObjectFile], described: &BTreeMap<String, MaterialFi
             Import { object: file, path: PathBuf::new(), before, materials: &mut materials, lights: &mut lights, left_out: None };
         let brought = if file.material.is_some() { Vec::new() } else { import.read(context)? };
         before += if file.material.is_some() { 1 } else { brought.len() };
+        for part in &brought {
+            context.room.take(part.mesh.positions.len() as u64, part.mesh.triangles.len() as u64, &place_of(file, context))?;
+        }
         objects.push(brought);
     }
     Ok(Imported { materials: materials.finish(&context.place)?, objects, lights })

@@ -8,7 +8,7 @@ use crate::suggest::unknown_name;
 use relume_formats::basis::Texture;
 use relume_formats::state::{BlinnPhong, Brdf, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN};
 use relume_formats::{Error, Place, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// Every material, sorted by name. One with a `brdf` replaces an imported one of its name, one without changes it. `varying` are the names of
@@ -20,10 +20,11 @@ pub(super) fn build(
     context: &mut Context<'_>,
 ) -> Result<Vec<Material>> {
     let mut materials: BTreeMap<String, Material> = imported.into_iter().map(|m| (m.name.clone(), m)).collect();
+    let varying: HashSet<&str> = varying.iter().map(String::as_str).collect();
     for material in materials.values_mut() {
         let roughness_given = files.get(&material.name).is_some_and(|file| file.brdf.is_some() || file.roughness.is_some());
         if !roughness_given {
-            raise_roughness(material, varying.contains(&material.name), context);
+            raise_roughness(material, varying.contains(material.name.as_str()), context);
         }
     }
     for (name, file) in files {

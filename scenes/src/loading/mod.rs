@@ -8,19 +8,50 @@ mod imported_lights;
 mod imported_materials;
 mod lights;
 mod materials;
+mod names;
 mod objects;
 mod posing;
 mod with_state;
 
 use crate::description::{ErrorFile, RenderFile, SceneFile, VaryFile};
 use crate::image_file::Textures;
-use crate::scene::{Material, Scene, Vary};
-use crate::suggest::unknown_name;
-use relume_formats::kinds::scene::MAX_SIDE;
+use crate::scene::{Light, Material, Scene, Vary};
+use crate::suggest::Names;
+use relume_formats::container::MAX_SECTION_BYTES;
+use relume_formats::kinds::scene::{MAX_PIXELS, MAX_SIDE, is_legal_size};
 use relume_formats::state::{parse_toml, read_text, with_line};
 use relume_formats::{Error, Place, Result};
 use std::collections::HashSet;
 use std::path::Path;
+
+/// Most vertices, and most triangles, of a scene: a section of a bundle holds no more.
+const MOST_ELEMENTS: u64 = MAX_SECTION_BYTES / 12;
+
+/// What the meshes of a scene take up so far. Meshes are large, so each asks before it is made, or at the latest before the next one is.
+#[derive(Default)]
+struct Room {
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Room {
+    /// Takes room for a mesh.
+    ///
+    /// # Errors
+    /// `Invalid` if the scene has no more.
+    fn take(&mut self, vertices: u64, triangles: u64, place: &Place) -> Result<()> {
+        self.vertices = self.vertices.saturating_add(vertices);
+        self.triangles = self.triangles.saturating_add(triangles);
+        let (count, what) = if self.triangles > MOST_ELEMENTS { (self.triangles, "triangles") } else { (self.vertices, "vertices") };
+        if count > MOST_ELEMENTS {
+            return Err(Error::invalid(
+                place,
+                format!("more than {MOST_ELEMENTS} {what} in the scene up to here; lower segments, or simplify meshes"),
+            ));
+        }
+        Ok(())
+    }
+}
 
 /// What every step of loading one scene needs.
 struct Context<'a> {
@@ -34,6 +65,8 @@ struct Context<'a> {
     textures: Textures,
     /// What was mended or ignored so far.
     warnings: Vec<String>,
+    /// Room for meshes.
+    room: Room,
 }
 
 /// Reads the scene file at `path` and everything it names.
@@ -48,11 +81,13 @@ fn load_unlocated(path: &Path) -> Result<Scene> {
     let place = Place::file(path);
     let file: SceneFile = parse_toml(&read_text(path)?, &place)?;
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
+    names::check(&file, &place)?;
     check_render(&file.render, &place.part("[render]"))?;
     file.camera.validate(&place)?;
     let max_error = max_error(&file.error, &place.part("[error]"))?;
-    let mut context = Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new() };
-    objects::check(&file.object, &context)?;
+    let mut context =
+        Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new(), room: Room::default() };
+    objects::check(&file.object, &mut context)?;
     materials::check(&file.materials, &context.place)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
     let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
@@ -75,6 +110,7 @@ fn load_unlocated(path: &Path) -> Result<Scene> {
         animations: Vec::new(),
         warnings: context.warnings,
     };
+    names::expect_legal(&scene)?;
     scene.warn_of_idle_parts();
     // Objects of one file say the same of it.
     let mut told = HashSet::new();
@@ -85,21 +121,36 @@ fn load_unlocated(path: &Path) -> Result<Scene> {
 
 impl Scene {
     fn warn_of_idle_parts(&mut self) {
+        let file = Place::file(&self.file);
         if self.lights.is_empty() && self.environment.is_none() {
-            self.warnings.push(format!("{}: neither a light nor an environment, everything is black", self.file.display()));
+            self.warnings.push(format!("{file}: neither a light nor an environment, everything is black"));
+        } else if !self.is_lit() {
+            let reason = "what the lights emit, or the environment's gain, is 0, so that everything is black; raise one of them";
+            self.warnings.push(format!("{file}: {reason}"));
         }
+        let worn: HashSet<usize> = self.objects.iter().map(|object| object.material).collect();
         for index in &self.vary.materials {
-            if !self.objects.iter().any(|object| object.material == *index) {
+            if !worn.contains(index) {
                 let name = &self.materials[*index].name;
-                self.warnings.push(format!("{}: material `{name}` varies, but no object wears it", self.file.display()));
+                self.warnings.push(format!("{file}: material `{name}` varies, but no object wears it"));
             }
         }
+    }
+
+    /// Whether anything emits light, wherever it goes.
+    fn is_lit(&self) -> bool {
+        let shines = |light: &Light| light.emitter.emission().iter().any(|x| *x > 0.0);
+        let environment = self.environment.iter().flat_map(|e| e.map.map.texels.iter().map(|texel| (texel, &e.gain)));
+        self.lights.iter().any(shines) || environment.into_iter().any(|(texel, gain)| texel.iter().zip(gain).any(|(t, g)| t * g > 0.0))
     }
 }
 
 fn check_render(render: &RenderFile, place: &Place) -> Result<()> {
     if render.size.iter().any(|n| !(1..=MAX_SIDE).contains(n)) {
         return Err(Error::invalid(place, format!("size {:?} is outside 1..{MAX_SIDE}", render.size)));
+    }
+    if !is_legal_size(render.size) {
+        return Err(Error::invalid(place, format!("size {:?}: a film has at most {MAX_PIXELS} pixels; lower it", render.size)));
     }
     if render.reflections == 0 {
         return Err(Error::invalid(place, "reflections 0 shows nothing but lights; 1 is direct light, 2 adds one bounce"));
@@ -117,8 +168,8 @@ fn max_error(file: &ErrorFile, place: &Place) -> Result<f64> {
 fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> {
     let in_vary = place.part("[vary] materials");
     expect_unique(file.materials.iter().map(String::as_str), "material", &in_vary)?;
-    let known: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
-    let indices = file.materials.iter().map(|name| index_of(name, "material", &known, &in_vary)).collect::<Result<Vec<_>>>()?;
+    let known = Names::new("material", materials.iter().map(|m| m.name.as_str()));
+    let indices = file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
     let vary = Vary { light: file.light, view: file.view, shape: file.shape, materials: indices };
     validate_varying(&vary, materials, place)?;
     Ok(vary)
@@ -128,12 +179,6 @@ fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> 
 fn validate_varying(vary: &Vary, materials: &[Material], place: &Place) -> Result<()> {
     let mut varying = vary.materials.iter().filter_map(|index| materials.get(*index));
     varying.try_for_each(|m| m.brdf.validate_varying(m.texture.is_some(), &m.name, place))
-}
-
-/// The index of `name` among `known`, or an error that suggests one.
-fn index_of(name: &str, what: &str, known: &[&str], place: &Place) -> Result<usize> {
-    let found = known.iter().position(|known| *known == name);
-    found.ok_or_else(|| Error::invalid(place, unknown_name(what, name, known.iter().copied())))
 }
 
 fn expect_unique<'a>(names: impl IntoIterator<Item = &'a str>, what: &str, place: &Place) -> Result<()> {
@@ -147,11 +192,11 @@ fn expect_unique<'a>(names: impl IntoIterator<Item = &'a str>, what: &str, place
 /// A scene is called as its folder, or as its file if that is not called scene.toml.
 fn scene_name(path: &Path, folder: &Path) -> String {
     if let Some(stem) = path.file_stem().filter(|stem| *stem != "scene") {
-        return stem.to_string_lossy().into_owned();
+        return names::of_file(stem);
     }
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let absolute = here.canonicalize().unwrap_or_else(|_| here.to_path_buf());
-    absolute.file_name().map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
+    absolute.file_name().map_or_else(|| "scene".to_owned(), names::of_file)
 }
 
 #[cfg(test)]

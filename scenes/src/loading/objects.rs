@@ -1,18 +1,17 @@
 //! `[[object]]`: a mesh, from a file or a shape, and its material.
 
 use super::imported::ImportedObject;
-use super::{Context, expect_unique, index_of};
+use super::{Context, expect_unique};
 use crate::description::ObjectFile;
 use crate::geometry::{self, Deforming, MeshBuilder, is_gltf};
 use crate::library::{expect_file, locate};
 use crate::scene::{MAX_SPHERES, Material, Object};
 use crate::shapes::{Shape, Twist};
-use crate::suggest::unknown_name;
+use crate::suggest::Names;
 use glam::DAffine3;
-use relume_formats::kinds::manifest::{is_plain_name, sphere_set_file};
+use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::shape::DeformingMesh;
 use relume_formats::{Error, Place, Result};
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,25 +22,30 @@ pub(super) fn build(
     materials: &[Material],
     context: &mut Context<'_>,
 ) -> Result<Vec<Object>> {
-    let names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
+    let names = Names::new("material", materials.iter().map(|m| m.name.as_str()));
     // Cheap mistakes first, before any mesh is read.
     let index = |file: &ObjectFile| {
         let name = file.material.as_ref();
-        name.map(|name| index_of(name, "material", &names, &place_of(file, context))).transpose()
+        name.map(|name| names.index_of(name, &place_of(file, context))).transpose()
     };
     let indices = files.iter().map(index).collect::<Result<Vec<_>>>()?;
-    let index: HashMap<&str, usize> = names.iter().copied().zip(0..).collect();
     let mut objects = Vec::new();
     for (position, (file, material)) in files.iter().zip(indices).enumerate() {
         let place = place_of(file, context);
         if let Some(material) = material {
             let Deforming { rest, shape } = geometry_of(file, &place, context)?;
+            if file.shape.is_none() {
+                context.room.take(rest.positions.len() as u64, rest.triangles.len() as u64, &place)?;
+            }
             let shape = Some(shape).filter(|shape| !shape.clips.is_empty()).map(Arc::new);
+            if let Some(shape) = &shape {
+                expect_file_name(file, "that deforms", &place)?;
+                shape.validate(&place)?;
+            }
             objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(rest), shape, spheres: file.spheres });
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
-            let unknown = || Error::invalid(&place, unknown_name("material", &part.material, names.iter().copied()));
-            let material = *index.get(part.material.as_str()).ok_or_else(unknown)?;
+            let material = names.index_of(&part.material, &place)?;
             objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: None });
         }
     }
@@ -51,7 +55,7 @@ pub(super) fn build(
 }
 
 /// Checks what can be checked before any file is read.
-pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
+pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<()> {
     if files.is_empty() {
         return Err(Error::invalid(&context.place, "the scene has no object; add an [[object]]"));
     }
@@ -73,6 +77,10 @@ pub(super) fn check(files: &[ObjectFile], context: &Context<'_>) -> Result<()> {
         check_crease(file, &place)?;
         check_spheres(file, &place)?;
         check_twist(file, &place, context.shapes_vary)?;
+        if let Some(shape) = file.shape {
+            let shape = Shape::from_object(shape, file, &place)?;
+            context.room.take(shape.vertices(), shape.triangles(), &place)?;
+        }
     }
     Ok(())
 }
@@ -98,7 +106,11 @@ fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()
         Some(_) if !shapes_vary => {
             Err(Error::invalid(place, "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s"))
         }
-        _ => Twist::from_keys(file.twist_deg, file.twist_s, place).map(|_| ()),
+        Some(_) => {
+            expect_file_name(file, "that deforms", place)?;
+            Twist::from_keys(file.twist_deg, file.twist_s, place).map(drop)
+        }
+        None => Ok(()),
     }
 }
 
@@ -108,14 +120,21 @@ fn check_spheres(file: &ObjectFile, place: &Place) -> Result<()> {
     match file.spheres {
         None => Ok(()),
         Some(n) if !(1..=MAX_SPHERES).contains(&n) => refuse(format!("spheres {n} is outside 1..{MAX_SPHERES}")),
-        Some(_) if !is_plain_name(&sphere_set_file(&file.name)) => {
-            refuse("the name of an object with `spheres` has only a-z A-Z 0-9 . _ - and blanks, and is short; rename it".to_owned())
-        }
+        Some(_) if !is_plain_name(&file.name) => expect_file_name(file, "with `spheres`", place),
         Some(_) if file.material.is_none() => {
             refuse("`spheres` needs the object to be of one material; give it a `material`, or fit its file with `bake spheres`".to_owned())
         }
         Some(_) => Ok(()),
     }
+}
+
+/// Files of a bundle are called after some objects.
+fn expect_file_name(file: &ObjectFile, which: &str, place: &Place) -> Result<()> {
+    if is_plain_name(&file.name) {
+        return Ok(());
+    }
+    let reason = format!("the name of an object {which} has only a-z A-Z 0-9 . _ - and blanks, as a file is called after it; rename it");
+    Err(Error::invalid(place, reason))
 }
 
 pub(super) fn place_of(file: &ObjectFile, context: &Context<'_>) -> Place {

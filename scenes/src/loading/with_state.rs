@@ -1,10 +1,10 @@
 //! A scene at a state: what the tracer sees when something has changed.
 
 use super::environment::{check as check_environment, named_map};
-use super::index_of;
 use super::lights::expect_radiometric;
 use crate::library::locate;
 use crate::scene::{Emitter, Environment, NamedMap, Scene};
+use crate::suggest::Names;
 use relume_formats::near::nearest;
 use relume_formats::state::{EnvironmentState, Rgb, State};
 use relume_formats::{Error, Place, Result};
@@ -25,14 +25,14 @@ impl Scene {
         if let Some(change) = &state.camera {
             scene.camera = self.camera.with(change, place)?;
         }
-        let names: Vec<&str> = self.materials.iter().map(|m| m.name.as_str()).collect();
+        let names = Names::new("material", self.materials.iter().map(|m| m.name.as_str()));
         for (name, change) in &state.materials {
-            let material = &mut scene.materials[index_of(name, "material", &names, place)?];
+            let material = &mut scene.materials[names.index_of(name, place)?];
             material.brdf = material.brdf.with(change, name, place)?;
         }
-        let names: Vec<&str> = self.lights.iter().map(|l| l.name.as_str()).collect();
+        let names = Names::new("light", self.lights.iter().map(|l| l.name.as_str()));
         for (name, change) in &state.lights {
-            let light = &mut scene.lights[index_of(name, "light", &names, place)?];
+            let light = &mut scene.lights[names.index_of(name, place)?];
             let gain = change.gain.unwrap_or([1.0; 3]);
             expect_radiometric(gain, &format!("light `{name}`: gain"), place)?;
             light.emitter.scale(gain);
@@ -85,7 +85,7 @@ impl Scene {
 }
 
 impl Emitter {
-    fn emission(&self) -> Rgb {
+    pub(super) fn emission(&self) -> Rgb {
         match self {
             Self::Area { radiance, .. } | Self::Mesh { radiance, .. } => *radiance,
             Self::Point { intensity, .. } => *intensity,

@@ -87,6 +87,32 @@ impl Shape {
         })
     }
 
+    /// How many triangles [`Shape::part`] gives.
+    pub fn triangles(&self) -> u64 {
+        let square = |segments: u32| 2 * u64::from(segments) * u64::from(segments);
+        match *self {
+            Self::Quad { segments } => square(segments),
+            Self::Box => 12,
+            Self::Sphere { subdivisions } => 20 << (2 * subdivisions),
+            Self::Torus { segments, sides, .. } | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => {
+                2 * u64::from(segments) * u64::from(sides)
+            }
+            Self::Ring(ring::Ring { segments, .. }) => 8 * u64::from(segments),
+        }
+    }
+
+    /// How many vertices [`Shape::part`] gives, at least.
+    pub fn vertices(&self) -> u64 {
+        let grid = |rows: u32, columns: u32| (u64::from(rows) + 1) * (u64::from(columns) + 1);
+        match *self {
+            Self::Quad { segments } => grid(segments, segments),
+            Self::Box => 24,
+            Self::Sphere { subdivisions } => 2 + (10 << (2 * subdivisions)),
+            Self::Torus { segments, sides, .. } | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => grid(segments, sides),
+            Self::Ring(ring::Ring { segments, .. }) => 8 * (u64::from(segments) + 1),
+        }
+    }
+
     /// The triangles, with unit normals.
     pub fn part(&self) -> Part {
         match self {

@@ -16,6 +16,8 @@ const JOINTS: u32 = 33;
 const STEPS: u32 = 64;
 /// Largest angle from bottom to top, degrees.
 const MAX_TWIST_DEG: f64 = 360.0;
+/// Shortest clip, seconds: nobody sees a shorter one, and its keys must differ in single precision.
+const MIN_TWIST_S: f64 = 1e-3;
 /// Longest clip, seconds: a day.
 const MAX_TWIST_S: f64 = 86_400.0;
 /// Weights are multiples of this, so that two that sum to 1 do so exactly.
@@ -38,8 +40,8 @@ impl Twist {
             (Some(degrees), _) if degrees == 0.0 || !(-MAX_TWIST_DEG..=MAX_TWIST_DEG).contains(&degrees) => {
                 Err(Error::invalid(place, format!("twist_deg {degrees} must be within {MAX_TWIST_DEG} either way, and not 0")))
             }
-            (_, Some(seconds)) if !(seconds > 0.0 && seconds <= MAX_TWIST_S) => {
-                Err(Error::invalid(place, format!("twist_s {seconds} must be above 0 and at most a day")))
+            (_, Some(seconds)) if !(MIN_TWIST_S..=MAX_TWIST_S).contains(&seconds) => {
+                Err(Error::invalid(place, format!("twist_s {seconds:e} must be at least {MIN_TWIST_S} s and at most a day")))
             }
             (Some(degrees), Some(duration_s)) => Ok(Some(Self { angle: degrees.to_radians(), duration_s })),
             _ => Err(Error::invalid(place, "give both `twist_deg` and `twist_s`, or neither")),
@@ -178,7 +180,9 @@ twist_s = 4
         for (from, to, message) in [
             ("twist_deg = 120\n", "", "object `knot`: give both `twist_deg` and `twist_s`, or neither"),
             ("twist_s = 4\n", "", "give both `twist_deg` and `twist_s`"),
-            ("twist_s = 4", "twist_s = 0", "twist_s 0 must be above 0 and at most a day"),
+            ("twist_s = 4", "twist_s = 0", "twist_s 0e0 must be at least 0.001 s and at most a day"),
+            ("twist_s = 4", "twist_s = 1e-300", "twist_s 1e-300 must be at least 0.001 s"),
+            ("twist_s = 4", "twist_s = 9e4", "twist_s 9e4 must be"),
             ("twist_s = 4", "twist_s = nan", "twist_s NaN must be"),
             ("= 120", "= 361", "twist_deg 361 must be within 360 either way, and not 0"),
             ("= 120", "= 0", "twist_deg 0 must be"),

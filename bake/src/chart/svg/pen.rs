@@ -99,7 +99,7 @@ impl Pen {
     /// If something could not be written, which does not happen in memory.
     pub fn finish(mut self) -> Result<String> {
         self.event(Event::End(BytesEnd::new("svg")));
-        let failed = |e: std::io::Error| Error::io(&Place::file("chart.svg"), e);
+        let failed = |e: std::io::Error| Error::output(&Place::file("chart.svg"), e);
         self.result.map_err(failed)?;
         let text = String::from_utf8(self.writer.into_inner()).map_err(|e| failed(std::io::Error::other(e)))?;
         Ok(text + "\n")

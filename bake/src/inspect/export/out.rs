@@ -1,6 +1,7 @@
 //! The folder that an export goes into.
 
 use crate::exr_file::write_exr;
+use crate::output::create_folder;
 use relume_formats::container::replace_file;
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
@@ -15,7 +16,7 @@ pub(super) struct Out {
 impl Out {
     /// Makes the folder if it is not there.
     pub fn new(folder: &Path) -> Result<Self> {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(&Place::file(folder), e))?;
+        create_folder(folder)?;
         Ok(Self { folder: folder.to_path_buf(), written: Vec::new() })
     }
 
@@ -46,7 +47,7 @@ impl Out {
             writer.extend(values)?;
             writer.finish()
         };
-        write().map_err(|e| Error::io(&Place::file(self.folder.join(name)), e))?;
+        write().map_err(|e| Error::output(&Place::file(self.folder.join(name)), e))?;
         self.bytes(name, &bytes)
     }
 

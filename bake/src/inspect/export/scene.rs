@@ -7,6 +7,7 @@ use relume_formats::Result;
 use relume_formats::state::{Camera, Rgb};
 use relume_scenes::{Cone, Emitter, Environment, Scene};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// `scene.json`.
@@ -124,9 +125,10 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
 fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: Option<EnvironmentFile>) -> SceneFile<'a> {
     let vary = &scene.vary;
     let varying = vary.materials.iter().filter_map(|index| scene.materials.get(*index)).map(|m| m.name.as_str()).collect();
+    let indices: HashSet<usize> = vary.materials.iter().copied().collect();
     let materials = (0..)
         .zip(&scene.materials)
-        .map(|(index, m)| MaterialFile::new(&m.name, m.brdf, m.texture.is_some(), vary.materials.contains(&index)))
+        .map(|(index, m)| MaterialFile::new(&m.name, m.brdf, m.texture.is_some(), indices.contains(&index)))
         .collect();
     SceneFile {
         name: &scene.name,

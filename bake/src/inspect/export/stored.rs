@@ -3,6 +3,7 @@
 use super::out::{Out, file_name_part};
 use super::ply::{PlyMesh, WORLD_SPACE};
 use relume_formats::Result;
+use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::kinds::scene::Meta;
 use relume_formats::kinds::{Environment, StoredScene, Textures};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx, TrackValues};
@@ -108,7 +109,10 @@ pub(super) fn textures(textures: &Textures, out: &mut Out) -> Result<()> {
 
 /// `animation_<name>.json`.
 pub(super) fn animation(animation: &Animation, out: &mut Out) -> Result<()> {
-    out.json(&format!("animation_{}.json", file_name_part(&animation.name)), &AnimationFile::new(animation))
+    // Those of a bundle are called plainly, and no two the same.
+    let plain = format!("animation_{}.json", animation.name);
+    let file = if is_plain_name(&plain) { plain } else { format!("animation_{}.json", file_name_part(&animation.name)) };
+    out.json(&file, &AnimationFile::new(animation))
 }
 
 /// An animation as JSON.

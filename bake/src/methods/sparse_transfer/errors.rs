@@ -8,7 +8,7 @@ use relume_formats::kinds::SparseTransfer;
 /// Rows that one thread takes at a time; sums run over them in order.
 const CHUNK: usize = 256;
 
-/// Relative L2 errors over all vertices, one per held-out light.
+/// Relative L2 errors over all vertices, one per held-out light; NaN where that shows nothing.
 pub type Errors = [f64; STATES];
 
 /// What [`of_stored`] compares.
@@ -78,9 +78,9 @@ fn norms(rows: &Rows) -> [f64; STATES] {
     norms
 }
 
-/// Under a light that shows nothing there is no error.
+/// NaN under a light that shows nothing: there is no error.
 fn relative<'a>(squares: impl Iterator<Item = &'a [f64; STATES]>, norms: &[f64; STATES]) -> Errors {
     let mut total = [0.0; STATES];
     squares.for_each(|squares| total.iter_mut().zip(squares).for_each(|(t, s)| *t += s));
-    std::array::from_fn(|state| if norms[state] > 0.0 { (total[state] / norms[state]).sqrt() } else { 0.0 })
+    std::array::from_fn(|state| if norms[state] > 0.0 { (total[state] / norms[state]).sqrt() } else { f64::NAN })
 }

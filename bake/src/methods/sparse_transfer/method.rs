@@ -1,10 +1,10 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::{NAME, REVISION, Settings, Terms, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
-use crate::bundle::{Work, expect_memory};
+use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
-use crate::methods::environment_lit::{median, worst};
+use crate::memory::MemoryNeed;
 use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;
@@ -55,8 +55,11 @@ impl Method for Wanted {
         prediction::predict(&self.settings, scene, job)
     }
 
+    fn memory(&self, scene: &Scene) -> MemoryNeed {
+        MemoryNeed { bytes: predicted_bytes(scene), remedy: "simplify the meshes" }
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
-        expect_memory(predicted_bytes(scene), "simplify the meshes")?;
         // How many terms are wanted changes nothing of what is traced.
         let log = work.open_log(NAME, &format!("{} {REVISION}", self.settings.rays_per_texel))?;
         let baked = super::bake(scene, &self.settings, &log, work.job)?;
@@ -71,13 +74,7 @@ impl Method for Wanted {
         let mut recorded = self.asked_for();
         recorded.insert(TERMS.to_owned(), baked.transfer.meta.terms().into());
         let [stored, unrounded] = &baked.errors;
-        let errors = [
-            ("relative_l2_median", median(stored)),
-            ("relative_l2_worst", worst(stored)),
-            ("relative_l2_median_before_rounding", median(unrounded)),
-            ("relative_l2_worst_before_rounding", worst(unrounded)),
-        ];
-        let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
+        let errors = environment_lit::figures(&[("", stored), ("_before_rounding", unrounded)]);
         let measured_on = errors::measured_on();
         Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, baked.traced))
     }

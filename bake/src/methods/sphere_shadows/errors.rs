@@ -32,7 +32,7 @@ const POSES: usize = 4;
 /// Receivers that one thread takes at a time.
 const CHUNK: usize = 16;
 
-/// Relative L2 errors over the receivers, one for each pose and light.
+/// Relative L2 errors over the receivers, one for each pose and light; NaN where that shows nothing.
 pub struct Measured {
     /// As the player shows it.
     pub shown: Vec<f64>,
@@ -191,7 +191,7 @@ fn planes(lights: &HeldOutLights, state: usize) -> [Vec<f32>; 3] {
     std::array::from_fn(|c| lights.coefficients.iter().skip(3 * state + c).step_by(RADIANCES).copied().collect())
 }
 
-/// Relative L2 error under a light, 0 if it shows nothing.
+/// Relative L2 error under a light, NaN if it shows nothing.
 fn error(ours: &[Rgb], truth: &[[f32; RADIANCES]], state: usize) -> f64 {
     let (mut off, mut norm) = (0.0, 0.0);
     for (ours, truth) in ours.iter().zip(truth) {
@@ -200,5 +200,5 @@ fn error(ours: &[Rgb], truth: &[[f32; RADIANCES]], state: usize) -> f64 {
             norm += f64::from(*truth).powi(2);
         }
     }
-    if norm > 0.0 { (off / norm).sqrt() } else { 0.0 }
+    if norm > 0.0 { (off / norm).sqrt() } else { f64::NAN }
 }

@@ -2,10 +2,10 @@
 
 use super::errors::{measure, predicted_bytes};
 use super::{NAME, REVISION, expect_fit, leaves_out, prediction, rows};
-use crate::bundle::{Work, expect_memory};
+use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
-use crate::methods::environment_lit::{median, worst};
+use crate::memory::MemoryNeed;
 use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{MethodEntry, shape_file};
@@ -56,8 +56,11 @@ impl Method for Wanted {
         prediction::predict(scene)
     }
 
+    fn memory(&self, scene: &Scene) -> MemoryNeed {
+        MemoryNeed { bytes: predicted_bytes(scene), remedy: "simplify the meshes" }
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
-        expect_memory(predicted_bytes(scene), "simplify the meshes")?;
         let environments = environment_lit::environments(scene);
         let shadows = rows::bake(scene);
         // First of all, for an interrupted bake has nothing to go on with but its spheres.
@@ -73,13 +76,7 @@ impl Method for Wanted {
             files.push((Kind::Shape.name().to_owned(), work.write(shape, &shape_file(&object.name))?));
         }
         files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));
-        let errors = [
-            ("relative_l2_median", median(&measured.shown)),
-            ("relative_l2_worst", worst(&measured.shown)),
-            ("relative_l2_median_all_terms", median(&measured.all_terms)),
-            ("relative_l2_worst_all_terms", worst(&measured.all_terms)),
-        ];
-        let errors = errors.map(|(name, error)| (name.to_owned(), error)).into();
+        let errors = environment_lit::figures(&[("", &measured.shown), ("_all_terms", &measured.all_terms)]);
         let entry = MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors, measured_on: measured.on };
         Ok((entry, measured.traced))
     }

@@ -28,6 +28,8 @@ use relume_scenes::{Object, Scene};
 pub const NAME: &str = "sphere-shadows";
 /// Changes whenever the same scene and settings give other bytes than before, spheres included.
 pub const REVISION: u32 = 2;
+/// As many names as anybody would read are listed.
+const MOST_LISTED: usize = 20;
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
 pub fn expect_fit(scene: &Scene) -> Result<()> {
@@ -60,6 +62,9 @@ fn leaves_out(scene: &Scene) -> Vec<String> {
     let deforming = names(true).into_iter();
     let deforming = deforming.map(|name| format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64"));
     let still = names(false);
-    let still = (!still.is_empty()).then(|| format!("without spheres, {} receives shadows and casts none", still.join(", ")));
+    let more = still.len().saturating_sub(MOST_LISTED);
+    let listed = still[..still.len() - more].join(", ");
+    let listed = if more > 0 { format!("{listed} and {more} more") } else { listed };
+    let still = (!still.is_empty()).then(|| format!("without spheres, {listed} receives shadows and casts none"));
     environment_lit::leaves_out(scene, NAME).into_iter().chain(deforming).chain(still).collect()
 }

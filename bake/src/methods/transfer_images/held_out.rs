@@ -7,6 +7,7 @@ use super::{Settings, basis_for};
 use crate::brdf;
 use crate::error::Result;
 use crate::job::{Interrupted, Job};
+use crate::methods::environment_lit::{median, worst};
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
 use crate::trace::reference::radiance_of;
@@ -24,7 +25,7 @@ use relume_scenes::Scene;
 /// Number of held-out states.
 pub const STATES: u32 = 16;
 /// Fewest and most bases that [`choose_bases`] considers.
-const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
+pub(super) const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
 /// What rounding to halves adds to the error of bases, relative L2.
 const HALVES: f64 = 0.0003;
 /// About how many pixels [`choose_bases`] looks at in a bake.
@@ -89,9 +90,11 @@ pub fn measured_on() -> String {
 
 /// Measures `baked` at one pixel in 16.
 ///
+/// `None` if no state shows anything at these pixels.
+///
 /// # Errors
 /// If the job is interrupted.
-pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &TransferImages, job: &Job) -> Result<HeldOutErrors> {
+pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &TransferImages, job: &Job) -> Result<Option<HeldOutErrors>> {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
@@ -113,10 +116,8 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
         Ok(truth.map_or_else(Vec::new, |truth| truth.iter().zip(&images).map(squares).collect()))
     });
     let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
-    let mut errors = relative_errors(&sums, states.len());
-    errors.sort_by(f64::total_cmp);
-    let middle = errors.len() / 2;
-    Ok(HeldOutErrors { median: 0.5 * (errors[middle - 1] + errors[middle]), worst: errors[errors.len() - 1] })
+    let errors: Vec<f64> = relative_errors(&sums, states.len()).into_iter().flatten().collect();
+    Ok((!errors.is_empty()).then(|| HeldOutErrors { median: median(&errors), worst: worst(&errors) }))
 }
 
 /// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about so many `pixels`; the most there are if none
@@ -151,7 +152,7 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
     let candidates = CHOICE.count();
     let errors = relative_errors(&sums, candidates * states.len());
-    let worst = |candidate: usize| errors.iter().skip(candidate).step_by(candidates).fold(0.0, |m: f64, e| m.max(*e));
+    let worst = |candidate: usize| errors.iter().skip(candidate).step_by(candidates).flatten().fold(0.0, |m: f64, e| m.max(*e));
     let enough = (0..candidates).find(|c| worst(*c).hypot(HALVES) <= max_error);
     Ok(CHOICE.start() + enough.unwrap_or(candidates - 1))
 }
@@ -163,12 +164,12 @@ struct Squares {
     norm: f64,
 }
 
-/// Relative L2 over all pixels that have values; 0 where everything is black.
-fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<f64> {
+/// Relative L2 over all pixels that have values; none where everything is black.
+fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<Option<f64>> {
     let relative = |state: usize| {
         let at = pixels.iter().filter_map(|squares| squares.get(state));
         let (difference, norm) = at.fold((0.0, 0.0), |(d, n), s| (d + s.difference, n + s.norm));
-        if norm == 0.0 { 0.0 } else { (difference / norm).sqrt() }
+        (norm > 0.0).then(|| (difference / norm).sqrt())
     };
     (0..states).map(relative).collect()
 }

@@ -1,10 +1,11 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::held_out::CHOICE_PIXELS;
-use super::{NAME, REVISION, Settings, basis_for, expect_fit, expect_sizes, held_out, predicted_bytes, prediction};
-use crate::bundle::{Work, expect_memory};
+use super::held_out::{CHOICE_PIXELS, HeldOutErrors};
+use super::{NAME, REVISION, Settings, basis_for, expect_fit, held_out, predicted_bytes, prediction};
+use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
+use crate::memory::MemoryNeed;
 use crate::methods::{Method, Predicted, Traced};
 use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
@@ -45,8 +46,7 @@ impl Method for Wanted {
     }
 
     fn expect_fit(&self, scene: &Scene) -> Result<()> {
-        expect_fit(scene)?;
-        expect_sizes(scene, self.size)
+        expect_fit(scene)
     }
 
     fn leaves_out(&self, scene: &Scene) -> Vec<String> {
@@ -78,6 +78,15 @@ impl Method for Wanted {
         prediction::predict(self, scene, job)
     }
 
+    fn memory(&self, scene: &Scene) -> MemoryNeed {
+        let Self { size, samples, seed, bases } = *self;
+        let bases = match bases {
+            Bases::Number(bases) => bases,
+            Bases::Error(_) => *held_out::CHOICE.start(),
+        };
+        need(scene, &Settings { size, samples, seed, bases })
+    }
+
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
         let Self { size, samples, seed, bases } = *self;
         let bases = match bases {
@@ -85,7 +94,7 @@ impl Method for Wanted {
             Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, CHOICE_PIXELS, work.job)?,
         };
         let settings = Settings { size, samples, seed, bases };
-        expect_memory(predicted_bytes(scene, &settings), "lower --size or --bases")?;
+        work.job.memory().expect(need(scene, &settings))?;
         let basis = basis_for(scene, bases)?;
         let log = work.open_log(NAME, &log_key(&settings, &basis))?;
         let (images, traced) = super::bake(scene, &settings, &basis, &log, work.job)?;
@@ -96,10 +105,16 @@ impl Method for Wanted {
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
-        let errors = BTreeMap::from([("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]);
+        let figures =
+            |errors: HeldOutErrors| [("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)];
+        let errors = errors.into_iter().flat_map(figures).collect();
         let measured_on = held_out::measured_on();
         Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, traced))
     }
+}
+
+fn need(scene: &Scene, settings: &Settings) -> MemoryNeed {
+    MemoryNeed { bytes: predicted_bytes(scene, settings), remedy: "lower --size or --bases" }
 }
 
 /// Everything besides the scene that the tiles of a log depend on.

@@ -28,9 +28,7 @@ use project::Projector;
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::linear_from_srgb;
-use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS, Meta, TransferImages};
 use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::{Emitter, Scene};
@@ -138,27 +136,6 @@ fn colours_of(emitter: &Emitter) -> Box<dyn Iterator<Item = Rgb> + '_> {
         Emitter::Point { intensity, .. } => Box::new(std::iter::once(*intensity)),
         Emitter::Directional { irradiance, .. } => Box::new(std::iter::once(*irradiance)),
     }
-}
-
-/// Fails if a file of the bundle could not hold what `size` and the meshes ask for; better now than after hours of tracing.
-pub fn expect_sizes(scene: &Scene, size: [u32; 2]) -> Result<()> {
-    let place = Place::file(&scene.file);
-    if !is_legal_size(size) {
-        return Err(BakeError::invalid(
-            &place,
-            format!("{}x{} pixels, an image holds at most {MAX_PIXELS}; lower --size", size[0], size[1]),
-        ));
-    }
-    let vertices: u64 = scene.objects.iter().map(|o| o.mesh.positions.len() as u64).sum();
-    let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
-    if vertices.max(triangles) * 12 > MAX_SECTION_BYTES {
-        let most = MAX_SECTION_BYTES / 12;
-        return Err(BakeError::invalid(
-            &place,
-            format!("{vertices} vertices and {triangles} triangles, at most {most} of each fit; simplify the meshes"),
-        ));
-    }
-    Ok(())
 }
 
 /// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images that measuring compares with, the

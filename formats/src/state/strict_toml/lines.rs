@@ -18,7 +18,7 @@ pub fn with_line(error: Error) -> Error {
     match error {
         Error::Invalid { place, reason } => Error::Invalid { place: located(place, &reason), reason },
         Error::Unsupported { place, reason } => Error::Unsupported { place: located(place, &reason), reason },
-        other @ Error::Io { .. } => other,
+        other @ (Error::Io { .. } | Error::Output { .. }) => other,
     }
 }
 

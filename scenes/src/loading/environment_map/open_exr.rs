@@ -10,7 +10,7 @@ use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel as _, Text, Vec2};
 use relume_formats::basis::EquirectMap;
 use relume_formats::state::Rgb;
-use relume_formats::{Error, Place, Result};
+use relume_formats::{Error, Place, Result, open_regular};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -40,7 +40,7 @@ enum Channels {
 
 /// Reads the picture at `path`, and the primaries that it names.
 pub(super) fn read(path: &Path, place: &Place) -> Result<(EquirectMap, Option<Primaries>)> {
-    let open = || File::open(path).map(BufReader::new).map_err(|e| Error::io(place, e));
+    let open = || open_regular(path).map(BufReader::new);
     expect_flat(&mut open()?, place)?;
     let meta = MetaData::read_from_buffered(open()?, false).map_err(|e| refused(e, place))?;
     meta.headers.iter().try_for_each(|h| expect_bounded(h.layer_size.width() as u64, h.layer_size.height() as u64, place))?;

@@ -44,7 +44,7 @@ fn not_utf8(bytes: &[u8], at: usize, place: &Place) -> Error {
 /// Parses `text`; unknown keys are errors if the type denies them.
 pub fn parse<T: DeserializeOwned>(text: &str, place: &Place) -> Result<T> {
     let root = document(text, place)?;
-    T::deserialize(Reader::of_document(&root)).map_err(|fault| error(text, fault, place))
+    T::deserialize(Reader::of_document(&root)).map_err(|fault| error(text, &fault, place))
 }
 
 /// The file as a tree of values, each with where it stands.
@@ -57,7 +57,7 @@ fn document<'t>(text: &'t str, place: &Place) -> Result<Spanned<DeValue<'t>>> {
     Ok(Spanned::new(root.span(), DeValue::Table(root.into_inner())))
 }
 
-fn error(text: &str, fault: Fault, place: &Place) -> Error {
+fn error(text: &str, fault: &Fault, place: &Place) -> Error {
     let at = fault.span.as_ref().map_or_else(|| place.clone(), |span| place.part(line_and_column(text, span.start)));
     Error::invalid(&at, fault.to_string())
 }

@@ -33,7 +33,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
-use stored_scene::stored_scene;
+pub use stored_scene::stored_scene;
 use work::{log_name, write_entry};
 
 /// Folder within a bundle that holds unfinished work.

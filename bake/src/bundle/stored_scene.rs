@@ -7,7 +7,7 @@ use relume_scenes::{Environment, Object, Scene};
 use std::collections::HashSet;
 
 /// `scene` for a player's film of `size`.
-pub(super) fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
+pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
     let mut stored = StoredScene {
         meta: Meta {
             name: scene.name.clone(),

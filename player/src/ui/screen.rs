@@ -135,7 +135,7 @@ impl Screen {
         };
         let keys = if moves { format!("V  reset view     {KEYS}") } else { KEYS.to_owned() };
         let width = |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), weak).size().x;
-        let both_fit = width(text, TextStyle::Body) + HINT_GAP + width(&keys, TextStyle::Small) <= rect.width();
+        let both_fit = width(&text, TextStyle::Body) + HINT_GAP + width(&keys, TextStyle::Small) <= rect.width();
         let line = UiBuilder::new().max_rect(rect).layout(Layout::left_to_right(Align::Center));
         let mut line = ui.new_child(line);
         line.set_clip_rect(rect);

@@ -1,7 +1,7 @@
 //! glTF files whose surfaces emit, whose names repeat, and of which something cannot be seen.
 
 use super::import_tests::{UVS, base64, changed, document, lit, load_changed, material, object, png, refusal, scene, try_load};
-use crate::scene::Emitter;
+use crate::scene::{Emitter, Scene};
 use crate::test_support::Scratch;
 use crate::{Filter, Wrap};
 use relume_formats::state::{Brdf, Ggx};

@@ -1,9 +1,9 @@
 //! glTF files that bring their own materials, textures and lights.
 
 use super::*;
+use crate::Wrap;
 use crate::scene::{Cone, Emitter, Light};
 use crate::test_support::Scratch;
-use crate::Wrap;
 use base64::Engine;
 use relume_formats::state::{Brdf, FIXED_ROUGHNESS_MIN, Ggx, ROUGHNESS_MIN};
 use serde_json::{Value, json};

@@ -13,6 +13,7 @@ use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams, traverse};
 use relume_scenes::{Emitter, Mesh, Scene};
 use std::cell::Cell;
+use std::collections::HashMap;
 use std::time::Duration;
 
 thread_local! {
@@ -154,7 +155,7 @@ impl World {
         let units_per_metre = exponent.exp2();
         let triangles: Vec<[Vec3A; 3]> = triangles.iter().map(|t| t.map(|v| v * units_per_metre)).collect();
         // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a triangle it hits.
-        let boxes: Vec<Padded> = triangles.iter().map(|t| Padded { triangle: *t, pad: extent * units_per_metre * ROUNDING }).collect();
+        let boxes = padded(&triangles, extent * units_per_metre * ROUNDING);
         let hierarchy = build_cwbvh(&boxes, BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }, &mut Duration::default());
         let order = hierarchy.primitive_indices.iter().map(|i| *i as usize);
         Self {
@@ -291,6 +292,21 @@ fn parallelogram(corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3]) -> Mesh {
     Mesh { positions, normals, uvs: Vec::new(), triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
+/// The boxes of triangles, padded by at least `pad`. Of triangles that coincide each has a little more, for equal boxes in their thousands make the
+/// builder's tree as deep as they are many.
+fn padded(triangles: &[[Vec3A; 3]], pad: f32) -> Vec<Padded> {
+    let mut met: HashMap<[u32; 9], u32> = HashMap::new();
+    let more = |triangle: &[Vec3A; 3]| {
+        let corners = triangle.map(|corner| corner.to_array().map(f32::to_bits));
+        let before = met.entry(std::array::from_fn(|k| corners[k / 3][k % 3])).or_default();
+        *before += 1;
+        // Numbers without order in [0, 1), the first of them 0.
+        ((*before - 1).wrapping_mul(0x9E37_79B9) >> 8) as f32 / (1 << 24) as f32
+    };
+    let more: Vec<f32> = triangles.iter().map(more).collect();
+    triangles.iter().zip(more).map(|(triangle, more)| Padded { triangle: *triangle, pad: pad * (1.0 + more) }).collect()
+}
+
 struct Padded {
     triangle: [Vec3A; 3],
     pad: f32,
@@ -300,5 +316,27 @@ impl Boundable for Padded {
     fn aabb(&self) -> Aabb {
         let tight = Aabb::from_points(&self.triangle);
         Aabb::new(tight.min - self.pad, tight.max + self.pad)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// Many objects in one place, as files with thousands of equal nodes have them.
+    #[test]
+    fn triangles_that_coincide_make_no_deep_tree() {
+        let mut scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+        scene.objects.truncate(1);
+        let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        *mesh =
+            Mesh { positions: positions.to_vec(), normals: vec![[0.0, 0.0, 1.0]; 3], uvs: Vec::new(), triangles: vec![[0, 1, 2]; 100_000] };
+        scene.lights.clear();
+        let world = World::new(&scene);
+        let hit = world.intersect(Vec3A::new(0.2, 0.2, 3.0), Vec3A::NEG_Z).unwrap();
+        assert!(hit.position.distance(Vec3A::new(0.2, 0.2, 0.0)) < 1e-5 && hit.front);
+        assert!(world.intersect(Vec3A::new(0.7, 0.7, 3.0), Vec3A::NEG_Z).is_none());
     }
 }

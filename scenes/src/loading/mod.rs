@@ -203,6 +203,8 @@ fn scene_name(path: &Path, folder: &Path) -> String {
 mod tests;
 
 #[cfg(test)]
+mod import_mending_tests;
+#[cfg(test)]
 mod import_refusal_tests;
 #[cfg(test)]
 mod import_tests;

@@ -20,7 +20,7 @@ fn face_normal(mesh: &Mesh, triangle: [u32; 3]) -> DVec3 {
 
 /// Every corner has the normal of its own triangle.
 fn is_flat(mesh: &Mesh) -> bool {
-    let fits = |t: &[u32; 3]| t.iter().all(|v| face_normal(mesh, *t).dot(Vec3::from(mesh.normals[*v as usize]).as_dvec3()) > 1.0 - 1e-9);
+    let fits = |t: &[u32; 3]| t.iter().all(|v| face_normal(mesh, *t).distance(Vec3::from(mesh.normals[*v as usize]).as_dvec3()) < 1e-5);
     mesh.triangles.iter().all(fits)
 }
 

@@ -59,19 +59,23 @@ impl<'a> Body<'a> {
         }
         match self.rest.find(|(_, line)| words(line).next().is_some()) {
             Some((number, line)) => (self.number, self.line) = (number, line),
-            None => return Err(Error::invalid(self.place, format!("{}; fetch or export it again", ends(element, index)))),
+            None => {
+                let (name, count) = (plain(&element.name), element.count);
+                return Err(Error::invalid(self.place, format!("ends in `{name}` {index} of {count}; fetch or export it again")));
+            }
         }
         Ok(())
     }
 
     fn refusal(&self, element: &Element, index: usize, reason: &str) -> Error {
-        match self.encoding {
-            Encoding::Ascii => {
-                let reason = format!("{reason} in `{}` {index}; mend or export the file again", plain(&element.name));
-                Error::invalid(&self.place.part(format!("line {}", self.number)), reason)
-            }
-            _ => Error::invalid(self.place, format!("{reason}{}; fetch or export it again", ends(element, index))),
-        }
+        let place = match self.encoding {
+            Encoding::Ascii => self.place.part(format!("line {}", self.number)),
+            _ => self.place.clone(),
+        };
+        Error::invalid(
+            &place,
+            format!("{reason} in `{}` {index} of {}; mend or export the file again", plain(&element.name), element.count),
+        )
     }
 
     fn property(&mut self, property: &Property, list: Option<&mut Vec<f64>>, value: Option<&mut f64>) -> std::result::Result<(), String> {
@@ -115,10 +119,6 @@ impl<'a> Body<'a> {
         self.rest.rest = self.rest.rest.get(scalar.size() * count..).ok_or(None)?;
         Ok(())
     }
-}
-
-fn ends(element: &Element, index: usize) -> String {
-    format!("ends in `{}` {index} of {}", plain(&element.name), element.count)
 }
 
 /// A name of the file in a message.

@@ -188,7 +188,7 @@ fn broken_ply_is_refused() {
         ("\n3 1 0 4 4", "\n3 1 0 1.5 4", "t.ply: face 1 names vertex 1.5 of 5"),
         ("\n3 1 0 4 4", "\n300000000000 1 0 4 4", "line 27: 300000000000 is no length of a list in `face` 1"),
         ("\n3 1 0 4 4", "\n-3 1 0 4 4", "-3 is no length of a list"),
-        ("\n3 1 0 4 4", "\n3 1 0", "line 27: `vertex_indices` is missing in `face` 1; mend or export the file again"),
+        ("\n3 1 0 4 4", "\n3 1 0", "line 27: `vertex_indices` is missing in `face` 1 of 5; mend or export the file again"),
         ("\n-1 0 255 -1 ", "\nnan 0 255 -1 ", "vertex 0 at [NaN, 0.0, -1.0] is not a finite position"),
         ("\n-1 0 255 -1 ", "\n1e99 0 255 -1 ", "not a finite position"),
         ("\n-1 0 255 -1 ", "\nx 0 255 -1 ", "line 21: `x` is no number in `vertex` 0"),
@@ -203,7 +203,7 @@ fn broken_ply_is_refused() {
     let bytes = [header.as_bytes(), &u32::MAX.to_le_bytes(), &[0; 64]].concat();
     assert!(folder.refusal("t.ply", bytes).contains("4294967295 is no length of a list"));
     let bytes = [header.as_bytes(), &60_000_000_u32.to_le_bytes(), &[0; 64]].concat();
-    assert!(folder.refusal("t.ply", bytes).contains("`vertex_indices` is missing; ends in `face` 0 of 1; fetch or export it again"));
+    assert!(folder.refusal("t.ply", bytes).contains("t.ply: `vertex_indices` is missing in `face` 0 of 1; mend or export the file again"));
 }
 
 #[test]

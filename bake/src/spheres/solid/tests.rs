@@ -107,7 +107,8 @@ fn seams_that_rounding_opens_are_welded() {
         - 8;
     assert_eq!(near.notes, [format!("welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh")]);
     // A gap of 3e-5 of the diagonal is one.
-    assert_gridded(split(cube(-1.0, 1.0), |i| moved(i) * 100.0), 8.0, 0.1);
+    let apart = super::weld(&mesh(split(cube(-1.0, 1.0), |i| moved(i) * 100.0))).0;
+    assert!(!orient::is_closed(&apart.triangles) && apart.vertices.len() > 8);
 }
 
 #[test]

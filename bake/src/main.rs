@@ -5,8 +5,8 @@ use clap::{CommandFactory, Parser};
 use relume_bake::cli::{Cli, Command};
 use relume_bake::{commands, inspect, job};
 use relume_formats::error::in_plain_words;
-use relume_formats::near::what_there_is;
 use relume_formats::name::{one_line, plain_lines};
+use relume_formats::near::what_there_is;
 use std::io::Write;
 use std::process::ExitCode;
 

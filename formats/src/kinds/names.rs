@@ -28,7 +28,10 @@ mod tests {
     fn names_are_short_plain_and_differ() {
         assert_eq!(fault_of_names("materials", ["a", "päper", &"é".repeat(MAX_MADE_CHARS)]), None);
         assert_eq!(fault_of_name("object", &"é".repeat(MAX_MADE_CHARS + 1)).unwrap(), "the name of object has more than 272 characters");
-        assert_eq!(fault_of_names("maps", ["a", "b\u{1b}[2J"]).unwrap(), "the name `b\\u{1b}[2J` of one of the maps has control characters");
+        assert_eq!(
+            fault_of_names("maps", ["a", "b\u{1b}[2J"]).unwrap(),
+            "the name `b\\u{1b}[2J` of one of the maps has control characters"
+        );
         assert_eq!(fault_of_names("maps", ["a", "b", "a"]).unwrap(), "two maps are called `a`");
     }
 }

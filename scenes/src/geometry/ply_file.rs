@@ -49,7 +49,7 @@ fn check_header(header: &Header<'_>, place: &Place) -> Result<usize> {
     let Some(vertex) = find("vertex").filter(|vertex| ["x", "y", "z"].iter().all(|axis| single(vertex, axis).is_some())) else {
         return Err(Error::invalid(place, "has no element `vertex` with x, y and z; export it again"));
     };
-    if !["face", "tristrips"].iter().any(|name| has_list(name)) {
+    if !["face", "tristrips"].iter().any(has_list) {
         return Err(Error::invalid(place, "has no element `face` or `tristrips` with a list `vertex_indices`; export it as a mesh"));
     }
     Ok(vertex.count)

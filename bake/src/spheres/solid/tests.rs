@@ -133,7 +133,7 @@ fn far_from_the_origin_the_last_place_is_near() {
     // Single precision is in steps of 1/128 there.
     let far = |v: DVec3| v + 1e5;
     let (vertices, triangles) = cube(0.0, 1.0);
-    let step = |i: usize| DVec3::splat(if i % 2 == 0 { 0.0 } else { 1.0 / 128.0 });
+    let step = |i: usize| DVec3::splat(if i.is_multiple_of(2) { 0.0 } else { 1.0 / 128.0 });
     let (welded, notes) = super::weld(&mesh(split((vertices.into_iter().map(far).collect(), triangles), step)));
     assert_eq!((welded.vertices.len(), welded.triangles.len(), orient::is_closed(&welded.triangles)), (8, 12, true), "{notes:?}");
 }

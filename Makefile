@@ -5,7 +5,7 @@ ANIMATION ?=
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
-.PHONY: help setup build assets bake play chart gallery demo test fuzz bench lint
+.PHONY: help setup build assets bake play chart gallery demo test fuzz sweep bench lint
 
 help:   ## list the targets
 	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -49,6 +49,8 @@ fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and ca
 	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
 	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
 	    cargo +nightly fuzz run --fuzz-dir $$dir $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
+sweep: build  ## compare what bake reads of some 500 models and maps of other people's packages with trimesh, into docs/notes/SWEEP.md; fetches 1 GB
+	sh tests/sweep/fetch.sh && target/sweep/venv/bin/python -B tests/sweep/sweep.py $(BAKE)
 bench: setup  ## time the Haar transforms and triple products against straightforward versions, and frames of sphere-shadows on the CPU
 	cargo bench -p relume-bake --bench haar
 	cargo bench -p relume-formats --bench sphere_shadows

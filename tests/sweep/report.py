@@ -99,7 +99,7 @@ def model_notes(row):
 def map_row(row, name):
     ours, ref = row["ours"], row["ref"]
     size = ours["map"]["size"] if "map" in ours else ref.get("size", [])
-    means = [ours["map"]["mean"] if "map" in ours else None, ref["means"][0] if "means" in ref else None]
+    means = [ours["map"]["mean"] if "map" in ours else None, ref["means"][-1] if "means" in ref else None]
     means = " / ".join(" ".join(f"{x:.4g}" for x in mean) if mean else "–" for mean in means)
     note = row["note"] or (ours["said"] if ours["code"] else row["why"])
     return line(name, " × ".join(map(str, size)) or "–", row["verdict"], means, note)

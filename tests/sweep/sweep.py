@@ -114,7 +114,7 @@ def sweep_model(binary, path):
 
 
 def bake(binary, scene, path):
-    """Exit code, what was said, and of the exported scene without its floor: triangles, area, bounds, triangles of lamps, the map."""
+    """Exit code, what was said, and of the exported scene without its floor: triangles, area, bounds, the map."""
     work = tempfile.mkdtemp(prefix="relume-sweep-")
     try:
         toml, out = os.path.join(work, "scene.toml"), os.path.join(work, "out")
@@ -124,7 +124,7 @@ def bake(binary, scene, path):
         except subprocess.TimeoutExpired:
             return dict(code=124, said=f"longer than {LIMIT_S} s", warnings=[])
         said = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if not line.startswith("warning")]
-        said = re.sub(r'^error: |\S*/?%s"?:? ?' % re.escape(os.path.basename(path)), "", " ".join(said))
+        said = re.sub(r'^error: |%s"?: ?|%s/' % (re.escape(path), re.escape(os.path.dirname(path))), "", " ".join(said))
         result = dict(code=done.returncode, said=said, warnings=[])
         if done.returncode == 0:
             result.update(exported(out))
@@ -138,7 +138,6 @@ def exported(folder):
     triangles = [exported_triangles(os.path.join(folder, o["file"])) for o in scene["objects"] if o["name"] != "floor"]
     result = measure(triangles)
     result["warnings"] = scene["warnings"]
-    result["lamps"] = sum(light.get("triangles", 0) for light in scene["lights"] if light["kind"] == "mesh")
     if scene["environment"]:
         image = maps.exr_pixels(os.path.join(folder, scene["environment"]["file"]))[0]
         result["map"] = dict(size=[image.shape[1], image.shape[0]], mean=image.mean((0, 1)).tolist())
@@ -221,7 +220,7 @@ def box_distance(ours, other):
 
 
 def judge_own(own, ours):
-    """With the file's own materials the same triangles are expected, some of them perhaps as lamps."""
+    """With the file's own materials the same triangles are expected."""
     if own["code"] or ours["code"]:
         return "same" if own["code"] == ours["code"] else "REFUSED" if own["code"] else "ACCEPTED"
     if own["triangles"] == ours["triangles"] and abs(own["area"] - ours["area"]) <= TOLERANCE * ours["area"]:

@@ -16,8 +16,8 @@ and an RGBE reader.
 | verdict | it means |
 |---|---|
 | same | as trimesh (maps: as the reference) |
-| right | as the second reader, and trimesh reads it otherwise or not at all; checked by hand |
-| refused | rightly: there is nothing to read, or the file breaks its format; the message is in the note |
+| right | as the second reader; trimesh reads it otherwise (concave polygons as fans, mostly) or not at all |
+| refused | rightly: there is nothing to read, or the file breaks its format or is of a kind that is not read; the note tells the message or the fault |
 | in CAPITALS | to be looked at; after a slash: with the file's own materials |
 
 Areas are ours / trimesh's.

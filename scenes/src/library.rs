@@ -106,7 +106,7 @@ pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> 
         Some(meant) => format!("did you mean `{meant}`?"),
         None => "correct the path or add the file".to_owned(),
     };
-    Err(Error::invalid(place, format!("no such file: `{name}`; {remedy}")))
+    Err(Error::io(place, io::Error::new(io::ErrorKind::NotFound, format!("no such file: `{name}`; {remedy}"))))
 }
 
 /// Largest file of a scene that is read whole.

@@ -18,7 +18,8 @@ pub fn with_line(error: Error) -> Error {
     match error {
         Error::Invalid { place, reason } => Error::Invalid { place: located(place, &reason), reason },
         Error::Unsupported { place, reason } => Error::Unsupported { place: located(place, &reason), reason },
-        other @ (Error::Io { .. } | Error::Output { .. }) => other,
+        Error::Io { place, source } => Error::Io { place: located(place, &source.to_string()), source },
+        other @ Error::Output { .. } => other,
     }
 }
 

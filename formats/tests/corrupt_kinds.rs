@@ -121,7 +121,7 @@ fn broken_scenes() {
         (|s| s.meta.camera.fov_deg = 180.0, "fov_deg 180 is outside"),
         (|s| s.meta.name = "a\u{1b}[2J".to_owned(), "the name `a\\u{1b}[2J` of the scene has control characters"),
         (|s| s.meta.objects[0].name = "\n".to_owned(), "the name `\\n` of one of the objects has control characters"),
-        (|s| s.meta.materials[0].name = "m".repeat(129), "the name of one of the materials has more than 128 characters"),
+        (|s| s.meta.materials[0].name = "m".repeat(273), "the name of one of the materials has more than 272 characters"),
         (|s| s.meta.materials = vec![s.meta.materials[0].clone(); 4097], "4097 materials and"),
         (|s| s.meta.environment.as_mut().unwrap().gain[1] = f32::NAN, "gain [1.0, NaN, 1000000000.0] is outside"),
         (|s| s.meta.environment.as_mut().unwrap().rotation_deg = f32::INFINITY, "rotation_deg must be a finite number"),

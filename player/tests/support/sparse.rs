@@ -68,14 +68,18 @@ pub fn even_transfer(vertices: u32, n: u32, white: f32) -> SparseTransfer {
         face_size: n,
         bounces: 0,
         rgb: false,
-        unit: white / (6 * n) as f32,
+        unit: white / (6 * n) as f32 / f32::from(i8::MAX),
         blocks: vec![BlockShape { terms: 6, wide: false }],
         rays_per_texel: 1,
     };
     let indices = (0..6).flat_map(|face| std::iter::repeat_n((face * n * n) as u16, vertices as usize)).collect();
     SparseTransfer {
         meta,
-        blocks: vec![Block { indices, scales: vec![f16::ONE; vertices as usize], steps: Steps::Bytes(vec![1; 6 * vertices as usize]) }],
+        blocks: vec![Block {
+            indices,
+            scales: vec![f16::ONE; vertices as usize],
+            steps: Steps::Bytes(vec![i8::MAX; 6 * vertices as usize]),
+        }],
     }
 }
 
@@ -114,7 +118,10 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
         varies_shape: false,
         shapes: Vec::new(),
         environment: Some(EnvironmentLook { map: "noise".to_owned(), gain: [1.0; 3], rotation_deg: 0.0 }),
-        materials: vec![StoredMaterial { name: "grid".to_owned(), brdf, varies: false, textured: false }],
+        // `a` is for the animation `glow`, which another method of the bundle could play.
+        materials: [("grid", false), ("a", true)]
+            .map(|(name, varies)| StoredMaterial { name: name.to_owned(), brdf, varies, textured: false })
+            .to_vec(),
         objects: vec![StoredObject { name: "grid".to_owned(), material: 0, triangles: triangles.len() as u32 }],
     };
     let vertices = columns * rows;
@@ -149,7 +156,7 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// A bundle of random rows, with an animation `turn` of the light and one, `glow`, of a material that does not vary.
+    /// A bundle of random rows, with an animation `turn` of the light and one, `glow`, of a material that only another method of the bundle varies.
     pub fn write(n: u32, rgb: bool) -> Self {
         Self::of(scene([11, 7]), maps(), None, transfer(77, n, rgb))
     }
@@ -159,7 +166,7 @@ impl Bundle {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let entry = |name: &str, bytes: Vec<u8>| FileEntry::of(name, &bytes);
-        scene.meta.materials.iter_mut().for_each(|material| material.textured = textures.is_some());
+        scene.meta.materials[0].textured = textures.is_some();
         let mut files = Vec::new();
         for (number, map) in maps.iter().enumerate() {
             let name = format!("map-{number}.relume");
@@ -174,6 +181,13 @@ impl Bundle {
             let animation = Animation::parse(name, text, &Place::file(name)).unwrap();
             (name.to_owned(), entry(&file, animation.write_file(&at(&file)).unwrap()))
         };
+        let method = |name: &str, files| MethodEntry {
+            name: name.to_owned(),
+            files,
+            settings: BTreeMap::new(),
+            errors: BTreeMap::new(),
+            measured_on: String::new(),
+        };
         let manifest = Manifest {
             version: 0,
             scene: "lit".to_owned(),
@@ -181,13 +195,7 @@ impl Bundle {
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([animation("glow", super::ANIMATION), animation("turn", TURN)]),
             sphere_sets: BTreeMap::new(),
-            methods: vec![MethodEntry {
-                name: "sparse-transfer".to_owned(),
-                files,
-                settings: BTreeMap::new(),
-                errors: BTreeMap::new(),
-                measured_on: String::new(),
-            }],
+            methods: [("sparse-transfer", files), ("transfer-images", Vec::new())].map(|(name, files)| method(name, files)).to_vec(),
         };
         manifest.write(folder.path()).unwrap();
         Self { folder, scene, maps, transfer, manifest }

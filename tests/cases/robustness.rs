@@ -246,7 +246,7 @@ fn pipes_are_refused_and_not_waited_for() {
     std::fs::remove_dir_all(place.at("scene/animations")).unwrap();
     place.write("scene/scene.toml", ROOM.replace("shape = 'sphere'\n    subdivisions = 2", "file = 'a.obj'"));
     pipe(&place.at("scene/a.obj"));
-    assert!(place.bake(&[], 2).contains("a.obj: not a regular file"));
+    assert!(place.bake(&[], 2).contains("`a.obj` is not a regular file"));
     pipe(&place.at("scene/scene.toml"));
     assert!(expect_exit("bake", &["run", &place.path("scene/scene.toml")], 2).contains("scene.toml"));
 }

@@ -82,11 +82,17 @@ fn map(ui: &mut Ui, look: &EnvironmentLook, maps: &[String]) -> Option<String> {
 }
 
 fn rotation(ui: &mut Ui, rotation_deg: f32) -> Option<f32> {
-    let mut new = (rotation_deg + 180.0).rem_euclid(360.0) - 180.0;
-    let response = ui.add(Slider::new(&mut new, -180.0..=180.0).clamping(SliderClamping::Edits).fixed_decimals(1).suffix("°"));
+    let mut new = within_a_turn(rotation_deg);
+    // Any angle may be typed; what it comes to is shown and set.
+    let response = ui.add(Slider::new(&mut new, -180.0..=180.0).clamping(SliderClamping::Never).fixed_decimals(1).suffix("°"));
     let changed = response.changed();
     response.accessible_name("rotation");
-    changed.then_some(new)
+    changed.then(|| within_a_turn(new))
+}
+
+/// The same angle in −180 to 180.
+fn within_a_turn(angle_deg: f32) -> f32 {
+    if (-180.0..=180.0).contains(&angle_deg) { angle_deg } else { (angle_deg + 180.0).rem_euclid(360.0) - 180.0 }
 }
 
 /// All channels at once, by the largest.

@@ -80,7 +80,8 @@ pub fn pack(
         meta,
         pixel: fragments.iter().map(|f| f.pixel).collect(),
         class: fragments.iter().map(|f| f.class).collect(),
-        coverage: fragments.iter().map(|f| f16::from_f32(f.count as f32 / samples)).collect(),
+        // Fragments that only show what others emit have no samples of their own.
+        coverage: fragments.iter().map(|f| f16::from_f32(f.count as f32 / samples).max(f16::from_bits(1))).collect(),
         scales,
     };
     Ok(TransferImages { head: Arc::new(head), images })

@@ -77,9 +77,8 @@ impl<'a> Projector<'a> {
                 Reflector::Editable(class) => {
                     self.add_editable(eye, &mut records.classes[class]);
                     if eye.emitted != Vec3A::ZERO {
-                        // What a surface emits does not follow its material.
-                        let (count, sums) = &mut records.classes[self.layout.materials];
-                        *count += 1;
+                        // What a surface emits does not follow its material. The sample counts for its material alone.
+                        let (_, sums) = &mut records.classes[self.layout.materials];
                         add_rgb(sums, 0, eye.emitted);
                     }
                 }
@@ -149,10 +148,10 @@ impl<'a> Projector<'a> {
 }
 
 impl PixelRecords {
-    /// Hands over every class that was met, with its samples and its sums, and forgets them.
+    /// Hands over every class that was met or holds what others emit, with its samples and its sums, and forgets them.
     pub fn drain(&mut self, mut each: impl FnMut(usize, u32, &[f32])) {
         for (class, (count, sums)) in self.classes.iter_mut().enumerate() {
-            if *count > 0 {
+            if *count > 0 || sums.iter().any(|sum| *sum != 0.0) {
                 each(class, *count, sums);
                 *count = 0;
                 sums.fill(0.0);

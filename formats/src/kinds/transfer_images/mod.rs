@@ -5,7 +5,7 @@
 //! | `meta`               | u8   | record                | [`Meta`] |
 //! | `fragments/pixel`    | u32  | [fragments]           | y·width + x |
 //! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
-//! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, or, in the fixed class, show emitted light; above 0, of a pixel 1 at most in all |
+//! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0; of a pixel 1 at most in all. The least half where the fixed class only shows what others emit |
 //! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot, 0 to [`MAX_SCALE`]; 0 for an all-zero slot |
 //! | `image/NNNN`         | f16  | [channels, fragments] | one slot of the [`Layout`], channel by channel; brightest slots first |
 //!

@@ -142,8 +142,12 @@ impl MeshBuilder {
     pub fn finish_and_tell(mut self, place: &Place, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<u32>)> {
         self.note_mended_uvs();
         let Self { mut mesh, mut smoothing, notes, crease_deg, .. } = self;
-        warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
         let given = mesh.triangles.len();
+        if given == 0 {
+            let why = if notes.is_empty() { String::new() } else { format!(": {}", notes.join(", ")) };
+            return Err(Error::invalid(place, format!("has no faces{why}; export it as a mesh")));
+        }
+        warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
         let kept: Vec<bool> = mesh.triangles.iter().map(|t| !is_degenerate(t.map(|v| mesh.positions[v as usize]))).collect();
         keep_used(&mut mesh.triangles, &kept);
         keep_used(&mut smoothing, &kept);

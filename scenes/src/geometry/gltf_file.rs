@@ -85,6 +85,9 @@ impl GltfFile {
             Ok(())
         })?;
         builder.notes.extend(tally.notes());
+        if nodes.wanted.iter().all(|(node, _)| node.mesh().is_none()) {
+            builder.notes.push("none of its nodes that were taken has a mesh".to_owned());
+        }
         Ok(())
     }
 

@@ -43,7 +43,7 @@ pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     let Chunks { json, binary } = split(bytes, place)?;
     let mut json: Value = serde_json::from_slice(json)
         .map_err(|e| Error::invalid(place, format!("not a glTF 2.0 file ({e}); export it again, or save it as .gltf or .glb")))?;
-    expect_version(&json, place)?;
+    expect_version(&mut json, place)?;
     let strange = expect_known_extensions(&json, place)?;
     expect_data(&json, place)?;
     let mut notes = Vec::new();
@@ -58,9 +58,12 @@ pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     Ok(Structure { document: Document::from_json_without_validation(root), binary: binary.map(<[u8]>::to_vec), instances, notes })
 }
 
-fn expect_version(json: &Value, place: &Place) -> Result<()> {
-    let version = json.pointer("/asset/version").and_then(Value::as_str);
-    match version {
+/// Makes text of a version that is written as a number.
+fn expect_version(json: &mut Value, place: &Place) -> Result<()> {
+    if let Some(version) = json.pointer_mut("/asset/version").filter(|version| version.is_number()) {
+        *version = Value::String(version.to_string());
+    }
+    match json.pointer("/asset/version").and_then(Value::as_str) {
         Some(version) if version.starts_with("2.") || version == "2" => Ok(()),
         Some(version) => {
             let reason = format!("is glTF of version {}, only 2.0 is read; convert it to glTF 2.0", tidy_name(version));

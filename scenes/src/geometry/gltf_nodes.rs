@@ -80,21 +80,42 @@ impl<'a> Placement<'a> {
     /// Appends a node to the hierarchy; `parent` is there already.
     fn add(&mut self, node: &Node<'_>, parent: u32, place: &Place) -> Result<u32> {
         let index = self.hierarchy.len() as u32;
-        // A node with two parents could be its own ancestor; glTF forbids both.
-        if self.index_of.get_mut(node.index()).is_none_or(|known| known.replace(index).is_some()) {
-            return Err(Error::invalid(place, format!("node {} has two parents; export the file again", node.index())));
+        if let Some(known) = self.index_of(node.index()) {
+            let fault = self.fault(known, parent);
+            return Err(Error::invalid(place, format!("node {} {fault}; export the file again", node.index())));
+        }
+        if let Some(slot) = self.index_of.get_mut(node.index()) {
+            *slot = Some(index);
         }
         let rest = rest_of(node);
         self.world_from_node.push(self.world_from_node[parent as usize] * rest.parent_from_node());
         self.hierarchy.push(shape::Node { parent: Some(parent), rest });
         Ok(index)
     }
+
+    /// What is wrong with a node that is in the hierarchy as `known` and should be below `parent` too.
+    fn fault(&self, known: u32, parent: u32) -> &'static str {
+        let parent_of = |index: u32| self.hierarchy.get(index as usize).and_then(|node| node.parent);
+        if std::iter::successors(Some(parent), |index| parent_of(*index)).any(|ancestor| ancestor == known) {
+            "is below itself"
+        } else if parent_of(known) == Some(parent) {
+            "is listed twice by its parent"
+        } else if parent == 0 || parent_of(known) == Some(0) {
+            "is both a root of the scene and below another node"
+        } else {
+            "has two parents"
+        }
+    }
 }
 
 /// The nodes without parents in the scene to show: the default one, or the first. A file without a scene, or whose scene is empty, shows all its nodes.
 fn roots<'a>(document: &'a Document, place: &Place, warnings: &mut Vec<String>) -> Vec<Node<'a>> {
     let scene = document.default_scene().or_else(|| document.scenes().next());
-    let roots: Vec<_> = scene.iter().flat_map(|scene| scene.nodes()).collect();
+    let mut known = HashSet::new();
+    let (roots, again): (Vec<_>, Vec<_>) = scene.iter().flat_map(|scene| scene.nodes()).partition(|node| known.insert(node.index()));
+    if let Some(node) = again.first() {
+        warnings.push(format!("{place}: its scene lists node {} more than once; took it once", node.index()));
+    }
     if !roots.is_empty() || document.nodes().len() == 0 {
         return roots;
     }

@@ -331,10 +331,16 @@ fn text_is_read_however_it_is_wrapped_and_refused_in_words() {
     let text = File::triangle().text();
     assert_eq!(load(format!("\u{FEFF}{text}\0\0").as_bytes()), Ok(1));
     assert_eq!(load(text.replace(r#""count":3"#, r#""count":3.0"#).as_bytes()), Ok(1));
+    assert_eq!(load(text.replace(r#""version":"2.0""#, r#""version":2.0"#).as_bytes()), Ok(1));
     assert_eq!(load(text.replace("==\"", "\"").replace("=\"", "\"").as_bytes()), Ok(1));
     for (text, part) in [
         (text.replace(r#""count":3"#, r#""count":"3""#), "accessors[0]: not a glTF 2.0 file (invalid type: string \"3\", expected u64)"),
         (text.replace(r#""version":"2.0""#, r#""version":"1.0""#), "is glTF of version 1.0, only 2.0 is read"),
+        (text.replace(r#""version":"2.0""#, r#""version":1"#), "t.gltf: is glTF of version 1, only 2.0 is read; convert it to glTF 2.0"),
+        (
+            text.replace(r#""version":"2.0""#, r#""version":0.8"#),
+            "t.gltf: is glTF of version 0.8, only 2.0 is read; convert it to glTF 2.0",
+        ),
         (text.replace(r#""asset""#, r#""assets""#), "it has no asset.version"),
         (text.replace(r#""mesh":0"#, r#""mesh":7"#), "nodes[0].mesh: not valid glTF (it names what is not there)"),
         (text[..text.len() / 2].to_owned(), "not a glTF 2.0 file (EOF while parsing"),
@@ -367,4 +373,51 @@ fn primitives_without_positions_are_not_drawn() {
     let (mesh, warnings) = file.load();
     assert_eq!(mesh.triangles.len(), 1);
     assert!(is_told(&warnings, "ignored 1 of 2 primitives, which have no positions"), "{warnings:?}");
+}
+
+#[test]
+fn nodes_that_are_no_tree_are_told_as_what_they_are() {
+    let load = |nodes: Value, roots: Value| {
+        let mut file = File::triangle();
+        file.document["nodes"] = nodes;
+        file.document["scenes"][0]["nodes"] = roots;
+        file
+    };
+    for (nodes, roots, message) in [
+        (json!([{"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
+        (json!([{"children": [1]}, {"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
+        (json!([{"children": [1, 1]}, {"mesh": 0}]), json!([0]), "t.gltf: node 1 is listed twice by its parent; export the file again"),
+        (
+            json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]),
+            json!([0, 1]),
+            "t.gltf: node 2 has two parents; export the file again",
+        ),
+        (
+            json!([{"children": [1]}, {"mesh": 0}]),
+            json!([0, 1]),
+            "t.gltf: node 1 is both a root of the scene and below another node; export the file again",
+        ),
+        (
+            json!([{"children": [1]}, {"mesh": 0}]),
+            json!([1, 0]),
+            "t.gltf: node 1 is both a root of the scene and below another node; export the file again",
+        ),
+    ] {
+        let refusal = load(nodes, roots).refusal();
+        assert!(refusal.ends_with(message), "{refusal}");
+    }
+    let (mesh, warnings) = load(json!([{"mesh": 0}]), json!([0, 0])).load();
+    assert_eq!(areas(&mesh), [0.5]);
+    assert!(is_told(&warnings, "its scene lists node 0 more than once; took it once"), "{warnings:?}");
+}
+
+#[test]
+fn files_without_faces_are_told_as_such() {
+    let mut file = File::triangle();
+    file.document["meshes"][0]["primitives"][0]["mode"] = json!(0);
+    let message = "t.gltf: has no faces: ignored 1 of 1 primitives, which are points or lines; export it as a mesh";
+    assert!(file.refusal().ends_with(message), "{}", file.refusal());
+    file.document["nodes"] = json!([{}]);
+    let message = "t.gltf: has no faces: none of its nodes that were taken has a mesh; export it as a mesh";
+    assert!(file.refusal().ends_with(message), "{}", file.refusal());
 }

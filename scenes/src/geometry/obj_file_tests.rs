@@ -88,7 +88,7 @@ fn what_cannot_be_read_names_its_line() {
         ("f 1 2 3", "vn 0 0\nf 1 2 3", "line 4: a component of a normal is missing"),
         ("f 1 2 3", "f 1 2 3\u{1b}[2J", "line 4: `3\\u{1b}[2J` is no number of a vertex"),
         ("v 1 0 0", "v nan 0 0", "line 4: names vertex 2 at [NaN, 0.0, 0.0], which is not finite"),
-        ("f 1 2 3", "l 1 2 3", "t.obj: no usable triangle"),
+        ("f 1 2 3", "l 1 2 3", "t.obj: has no faces: ignored 1 lines, which have no surface; export it as a mesh"),
     ] {
         let message = folder.refusal("t.obj", TRIANGLE.replace(from, to));
         assert!(message.contains(part), "{to:?}: {message}");

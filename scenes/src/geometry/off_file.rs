@@ -1,4 +1,5 @@
-//! Object File Format of Geomview, as text: OFF, and NOFF with normals, each also with colours (COFF, CNOFF), which are ignored.
+//! Object File Format of Geomview, as text: OFF, whose vertices may have normals (N), colours (C), which are ignored, and texture coordinates (ST).
+//! Vertices have a line each, or flow over lines as they do in Geomview; faces have a line each.
 
 use super::normals::Smoothing;
 use super::polygons::Polygons;
@@ -13,15 +14,48 @@ use std::path::Path;
 pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &DAffine3) -> Result<()> {
     let place = Place::file(path);
     let bytes = read_bytes(path)?;
-    let mut lines = Source { lines: Lines::new(unmarked(&bytes, &place)?), words: Vec::new(), line: 0, place: &place };
-    let has_normals = lines.header()?;
-    let [vertices, faces] = [lines.count("vertices")?, lines.count("faces")?];
+    let mut lines = Source { lines: Lines::new(unmarked(&bytes, &place)?), words: Vec::new(), line: 0, flows: false, place: &place };
+    let layout = lines.header()?;
+    let [vertices, faces] = lines.counts()?;
     builder.expect_room(vertices, faces, &place)?;
-    let (mut part, polygons) = lines.body(vertices, faces, has_normals)?;
+    let (mut part, polygons) = lines.body(vertices, faces, &layout)?;
     let triangulation = polygons.triangulate(&part.positions);
     builder.notes.extend(triangulation.notes());
     part.triangles = triangulation.triangles;
     builder.append(&part, world_from_file, &place)
+}
+
+/// What follows the position of a vertex, in this order.
+#[derive(Default, PartialEq, Debug)]
+struct Layout {
+    normals: bool,
+    colours: bool,
+    uvs: bool,
+}
+
+impl Layout {
+    /// What the letters before `OFF` say, each at most once; none if they say something else. Small letters have other meanings before a large `OFF`.
+    fn called(prefix: &[u8]) -> Option<Self> {
+        let (mut layout, mut rest) = (Self::default(), prefix);
+        while !rest.is_empty() {
+            let (flag, after) = match *rest {
+                [b'N', ref after @ ..] => (&mut layout.normals, after),
+                [b'C', ref after @ ..] => (&mut layout.colours, after),
+                [b'S', b'T', ref after @ ..] => (&mut layout.uvs, after),
+                _ => return None,
+            };
+            if std::mem::replace(flag, true) {
+                return None;
+            }
+            rest = after;
+        }
+        Some(layout)
+    }
+
+    /// Numbers of a vertex whose colour has so many.
+    fn numbers(&self, of_colour: usize) -> usize {
+        3 + 3 * usize::from(self.normals) + of_colour * usize::from(self.colours) + 2 * usize::from(self.uvs)
+    }
 }
 
 /// The words of one line after the other, from the last to the first; lines without any are passed over.
@@ -29,6 +63,8 @@ struct Source<'a> {
     lines: Lines<'a>,
     words: Vec<&'a [u8]>,
     line: usize,
+    /// Whether the words of further lines follow those of this one.
+    flows: bool,
     place: &'a Place,
 }
 
@@ -55,8 +91,11 @@ impl<'a> Source<'a> {
         Err(Error::invalid(&self.here(), format!("{reason}; mend or export the file again")))
     }
 
-    /// The next word of the line as a number.
+    /// The next word as a number.
     fn number(&mut self, what: &str) -> Result<f64> {
+        if self.flows && self.words.is_empty() {
+            self.next_line(|| what.to_owned())?;
+        }
         let Some(word) = self.words.pop() else { return self.refuse(&format!("{what} is missing")) };
         number(word).map_or_else(|| self.refuse(&format!("{what} expected, not {}", quoted(word))), Ok)
     }
@@ -65,26 +104,70 @@ impl<'a> Source<'a> {
         Ok([self.number(what)? as f32, self.number(what)? as f32, self.number(what)? as f32])
     }
 
-    /// Whether vertices have normals. The keyword may be missing, as Geomview allows, and the counts follow on its line or the next.
-    fn header(&mut self) -> Result<bool> {
+    /// What vertices have. The keyword may be missing, as Geomview allows, and the counts follow on its line, even without a blank, or the next.
+    fn header(&mut self) -> Result<Layout> {
         self.next_line(|| "the word OFF".to_owned())?;
-        let keyword = *self.words.last().unwrap_or(&b"".as_slice());
-        let has_normals = match keyword {
-            b"OFF" | b"COFF" => false,
-            b"NOFF" | b"CNOFF" => true,
-            _ if keyword.ends_with(b"OFF") => {
-                let reason = format!("{} is not read, OFF, COFF, NOFF and CNOFF are; save it as one of them", quoted(keyword));
-                return Err(Error::unsupported(&self.here(), reason));
-            }
-            _ if number(keyword).is_some() => return Ok(false),
-            _ => return self.refuse(&format!("the word OFF expected, not {}", quoted(keyword))),
+        let word = *self.words.last().unwrap_or(&b"".as_slice());
+        if number(word).is_some() {
+            return Ok(Layout::default());
+        }
+        let Some((keyword, count)) = split_keyword(word) else {
+            return self.refuse(&format!("the word OFF expected, not {}", quoted(word)));
+        };
+        let prefix = &keyword[..keyword.len() - 3];
+        let is_small = !keyword.ends_with(b"OFF");
+        let Some(layout) = Layout::called(&if is_small { prefix.to_ascii_uppercase() } else { prefix.to_vec() }) else {
+            let reason = format!("{} is not read, OFF with N, C and ST before it is; save it as one of them", quoted(keyword));
+            return Err(Error::unsupported(&self.here(), reason));
         };
         self.words.pop();
-        match self.words.last().copied() {
-            Some(b"BINARY") => Err(Error::unsupported(self.place, "binary OFF is not read; save it as ASCII OFF")),
-            Some(_) => Ok(has_normals),
-            None => self.next_line(|| "the numbers of vertices, faces and edges".to_owned()).map(|()| has_normals),
+        self.words.extend((!count.is_empty()).then_some(count));
+        match self.words.last() {
+            Some(word) if word.eq_ignore_ascii_case(b"BINARY") => {
+                Err(Error::unsupported(self.place, "binary OFF is not read; save it as ASCII OFF"))
+            }
+            Some(_) => Ok(layout),
+            None => self.next_line(|| "the numbers of vertices, faces and edges".to_owned()).map(|()| layout),
         }
+    }
+
+    /// The numbers of vertices and faces; that of edges is passed over.
+    fn counts(&mut self) -> Result<[usize; 2]> {
+        let vertices = self.count("vertices")?;
+        self.continue_counts(2)?;
+        let faces = self.count("faces")?;
+        self.continue_counts(1)?;
+        self.words.pop();
+        Ok([vertices, faces])
+    }
+
+    /// Goes to the next line, if this one has no more words and that one has at most so many, fewer than any vertex.
+    fn continue_counts(&mut self, at_most: usize) -> Result<()> {
+        let next = self.word_counts().next();
+        if self.words.is_empty() && next.is_some_and(|words| words <= at_most) {
+            self.next_line(|| "the numbers of vertices, faces and edges".to_owned())?;
+        }
+        Ok(())
+    }
+
+    /// How many words each of the lines to come has.
+    fn word_counts(&self) -> impl Iterator<Item = usize> + use<'a> {
+        self.lines.clone().map(|(_, line)| words(without_comment(line)).count()).filter(|count| *count > 0)
+    }
+
+    /// Whether vertices do not have a line each, but end with a line if they are read one after the other, and faces follow.
+    fn vertices_flow(&self, vertices: usize, faces: usize, layout: &Layout) -> bool {
+        let mut lines = self.word_counts();
+        let by_line = (0..vertices).all(|_| lines.next().is_some_and(|words| words >= layout.numbers(3)));
+        if by_line && (0..faces).all(|_| lines.next().is_some()) {
+            return false;
+        }
+        let mut lines = self.word_counts();
+        let mut left = (vertices * layout.numbers(4)).checked_sub(self.words.len());
+        while let Some(1..) = left {
+            left = left.zip(lines.next()).and_then(|(left, words)| left.checked_sub(words));
+        }
+        left.is_some() && (0..faces).all(|_| lines.next().is_some())
     }
 
     fn count(&mut self, what: &str) -> Result<usize> {
@@ -94,16 +177,17 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Vertices and faces, a line each. Nothing is allocated ahead: the file itself, whose size is bounded, has to bring every line.
-    fn body(&mut self, vertices: usize, faces: usize, has_normals: bool) -> Result<(Part, Polygons)> {
+    /// Vertices and faces. Nothing is allocated ahead: the file itself, whose size is bounded, has to bring every line.
+    fn body(&mut self, vertices: usize, faces: usize, layout: &Layout) -> Result<(Part, Polygons)> {
         let (mut part, mut polygons) = (Part::default(), Polygons::default());
+        self.flows = self.vertices_flow(vertices, faces, layout);
         for index in 0..vertices {
-            self.next_line(|| format!("vertex {index} of {vertices}"))?;
-            part.positions.push(self.triple("a coordinate")?);
-            if has_normals {
-                part.normals.push(self.triple("a component of a normal")?);
+            if !self.flows {
+                self.next_line(|| format!("vertex {index} of {vertices}"))?;
             }
+            self.vertex(&mut part, layout)?;
         }
+        self.flows = false;
         let mut corners: Vec<u32> = Vec::new();
         for index in 0..faces {
             self.next_line(|| format!("face {index} of {faces}"))?;
@@ -119,4 +203,29 @@ impl<'a> Source<'a> {
         }
         Ok((part, polygons))
     }
+
+    fn vertex(&mut self, part: &mut Part, layout: &Layout) -> Result<()> {
+        part.positions.push(self.triple("a coordinate")?);
+        if layout.normals {
+            part.normals.push(self.triple("a component of a normal")?);
+        }
+        // Colours are of four numbers; on lines of their own they may be of three, or missing where nothing follows them.
+        if layout.colours && (self.flows || layout.uvs) {
+            let numbers = if !self.flows && self.words.len() == 5 { 3 } else { 4 };
+            (0..numbers).try_for_each(|_| self.number("a component of a colour").map(drop))?;
+        }
+        if layout.uvs {
+            let [u, v] = [self.number("a texture coordinate")?, self.number("a texture coordinate")?];
+            // As in OBJ, v goes up from the image's last row.
+            part.uvs.push([u as f32, 1.0 - v as f32]);
+        }
+        Ok(())
+    }
+}
+
+/// The keyword, which ends in `OFF` of any case, and the number that is written on to it, if any.
+fn split_keyword(word: &[u8]) -> Option<(&[u8], &[u8])> {
+    let end = 3 + word.windows(3).position(|letters| letters.eq_ignore_ascii_case(b"OFF"))?;
+    let (keyword, rest) = word.split_at(end);
+    (rest.is_empty() || number(rest).is_some()).then_some((keyword, rest))
 }

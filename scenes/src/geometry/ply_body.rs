@@ -13,6 +13,8 @@ pub(super) struct Body<'a> {
     /// Of text, what has not been read of the line, and its number.
     line: &'a [u8],
     number: usize,
+    /// Whether line ends are nothing but blanks.
+    flows: bool,
     place: &'a Place,
 }
 
@@ -25,8 +27,14 @@ pub(super) struct Record {
 }
 
 impl<'a> Body<'a> {
-    pub fn new(header: &Header<'a>, place: &'a Place) -> Self {
-        Self { encoding: header.encoding, rest: header.body.clone(), line: &[], number: 0, place }
+    /// Records of text each have a line, or, if it `flows`, stand one after the other wherever lines end.
+    pub fn new(header: &Header<'a>, flows: bool, place: &'a Place) -> Self {
+        Self { encoding: header.encoding, rest: header.body.clone(), line: &[], number: 0, flows, place }
+    }
+
+    /// True if no word of text is left.
+    pub fn is_read(&mut self) -> bool {
+        self.word().is_none()
     }
 
     /// Reads all records of `element` and shows them to `visit`, with their number: the single properties at `wanted` and the list at `list`, as they
@@ -52,19 +60,28 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// A record of text has a line of its own.
+    /// A record of text has a line of its own, if the text does not flow.
     fn begin(&mut self, element: &Element, index: usize) -> Result<()> {
-        if self.encoding != Encoding::Ascii {
+        if self.encoding != Encoding::Ascii || self.flows {
             return Ok(());
         }
-        match self.rest.find(|(_, line)| words(line).next().is_some()) {
-            Some((number, line)) => (self.number, self.line) = (number, line),
-            None => {
-                let (name, count) = (plain(&element.name), element.count);
-                return Err(Error::invalid(self.place, format!("ends in `{name}` {index} of {count}; fetch or export it again")));
-            }
+        self.next_line().ok_or_else(|| {
+            let (name, count) = (plain(&element.name), element.count);
+            Error::invalid(self.place, format!("ends in `{name}` {index} of {count}; fetch or export it again"))
+        })
+    }
+
+    /// Goes to the next line that has words.
+    fn next_line(&mut self) -> Option<()> {
+        (self.number, self.line) = self.rest.find(|(_, line)| words(line).next().is_some())?;
+        Some(())
+    }
+
+    fn word(&mut self) -> Option<&'a [u8]> {
+        match next_word(&mut self.line) {
+            None if self.flows => self.next_line().and_then(|()| next_word(&mut self.line)),
+            word => word,
         }
-        Ok(())
     }
 
     fn refusal(&self, element: &Element, index: usize, reason: &str) -> Error {
@@ -104,7 +121,7 @@ impl<'a> Body<'a> {
     /// The next number. An error without a reason is an end where it should be.
     fn number(&mut self, scalar: Scalar) -> std::result::Result<f64, Option<String>> {
         if self.encoding == Encoding::Ascii {
-            let word = next_word(&mut self.line).ok_or(None)?;
+            let word = self.word().ok_or(None)?;
             return number(word).ok_or_else(|| Some(format!("{} is no number", quoted(word))));
         }
         let (bytes, rest) = self.rest.rest.split_at_checked(scalar.size()).ok_or(None)?;
@@ -114,7 +131,7 @@ impl<'a> Body<'a> {
 
     fn skip(&mut self, scalar: Scalar, count: usize) -> std::result::Result<(), Option<String>> {
         if self.encoding == Encoding::Ascii {
-            return (0..count).try_for_each(|_| next_word(&mut self.line).map(drop).ok_or(None));
+            return (0..count).try_for_each(|_| self.word().map(drop).ok_or(None));
         }
         self.rest.rest = self.rest.rest.get(scalar.size() * count..).ok_or(None)?;
         Ok(())

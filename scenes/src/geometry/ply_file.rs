@@ -3,8 +3,9 @@
 
 use super::normals::Smoothing;
 use super::ply_body::{Body, Record};
-use super::ply_header::{self, Element, Header};
+use super::ply_header::{self, Element, Encoding, Header};
 use super::polygons::Polygons;
+use super::text::words;
 use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use crate::library::read_bytes;
 use glam::DAffine3;
@@ -21,25 +22,45 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
     let place = Place::file(path);
     let bytes = read_bytes(path)?;
     let header = ply_header::read(&bytes, &place)?;
-    let mut mesh =
-        PlyMesh { vertices: check_header(&header, &place)?, place: &place, part: Part::default(), polygons: Polygons::default() };
-    let mut body = Body::new(&header, &place);
-    for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" => mesh.read_vertices(element, &mut body)?,
-            "face" if list_of(element).is_some() => mesh.read_faces(element, &mut body)?,
-            "tristrips" if list_of(element).is_some() => mesh.read_strips(element, &mut body)?,
-            _ => body.read(element, &[], None, |_, _| Ok(()))?,
-        }
-        if element.name == "face" && element.find("texcoord").is_some() {
-            builder.notes.push("ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned());
-        }
+    let PlyMesh { mut part, polygons, .. } = read(&header, &place)?;
+    builder.notes.extend(header.note);
+    if header.elements.iter().any(|element| element.name == "face" && element.find("texcoord").is_some()) {
+        builder.notes.push("ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned());
     }
-    let PlyMesh { mut part, polygons, .. } = mesh;
     let triangulation = polygons.triangulate(&part.positions);
     builder.notes.extend(triangulation.notes());
     part.triangles = triangulation.triangles;
     builder.append(&part, world_from_file, &place)
+}
+
+/// Reads the records by lines, after which more may stand than the header says. Text that has other lines is read by words, if these are exactly those
+/// that the header asks for.
+fn read<'a>(header: &Header<'_>, place: &'a Place) -> Result<PlyMesh<'a>> {
+    let by_lines = read_body(header, place, &mut Body::new(header, false, place));
+    if by_lines.is_ok() || header.encoding != Encoding::Ascii || has_line_per_record(header) {
+        return by_lines;
+    }
+    let mut body = Body::new(header, true, place);
+    read_body(header, place, &mut body).ok().filter(|_| body.is_read()).map_or(by_lines, Ok)
+}
+
+/// True if there are as many lines as records, so that a record that does not fit its line is broken.
+fn has_line_per_record(header: &Header<'_>) -> bool {
+    let records = header.elements.iter().filter(|element| !element.properties.is_empty()).map(|element| element.count);
+    header.body.clone().filter(|(_, line)| words(line).next().is_some()).count() == records.sum::<usize>()
+}
+
+fn read_body<'a>(header: &Header<'_>, place: &'a Place, body: &mut Body<'_>) -> Result<PlyMesh<'a>> {
+    let mut mesh = PlyMesh { vertices: check_header(header, place)?, place, part: Part::default(), polygons: Polygons::default() };
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => mesh.read_vertices(element, body)?,
+            "face" if list_of(element).is_some() => mesh.read_faces(element, body)?,
+            "tristrips" if list_of(element).is_some() => mesh.read_strips(element, body)?,
+            _ => body.read(element, &[], None, |_, _| Ok(()))?,
+        }
+    }
+    Ok(mesh)
 }
 
 /// The number of vertices. Refuses files without a mesh.

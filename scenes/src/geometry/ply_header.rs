@@ -81,7 +81,12 @@ pub(super) struct Header<'a> {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
     pub body: Lines<'a>,
+    /// What was ignored, if anything.
+    pub note: Option<String>,
 }
+
+/// What lines of a header begin with.
+const KEYWORDS: [&[u8]; 4] = [b"format", b"element", b"property", b"end_header"];
 
 /// Reads the header.
 pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
@@ -90,7 +95,7 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
     if lines.next().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
         return Err(Error::invalid(place, "not a PLY file, whose first line is `ply`; export it again"));
     }
-    let (mut encoding, mut elements) = (None, Vec::new());
+    let (mut encoding, mut elements, mut unknown) = (None, Vec::new(), Vec::new());
     while let Some((number, line)) = lines.next() {
         let refuse = |reason: String| Error::invalid(&place.part(format!("line {number}")), format!("{reason}; export the file again"));
         let words: Vec<&[u8]> = words(line).collect();
@@ -105,12 +110,21 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
             }
             [b"end_header"] => {
                 let encoding = encoding.ok_or_else(|| refuse("the line `format` is missing".to_owned()))?;
-                return Ok(Header { encoding, elements, body: body(bytes, lines) });
+                return Ok(Header { encoding, elements, body: body(bytes, lines), note: note_of(&unknown) });
             }
+            [first, ..] if !KEYWORDS.iter().any(|keyword| first.eq_ignore_ascii_case(keyword)) => unknown.push((number, line)),
             _ => return Err(refuse(format!("{} is no line of a header", quoted(line)))),
         }
     }
-    Err(Error::invalid(place, "ends within its header; fetch or export it again"))
+    let first = unknown.first().map(|(number, line)| format!(", in which line {number}, {}, is not known", quoted(line)));
+    Err(Error::invalid(place, format!("ends within its header{}; fetch or export it again", first.unwrap_or_default())))
+}
+
+/// Programs write a line of their own about themselves without the word `comment`.
+fn note_of(unknown: &[(usize, &[u8])]) -> Option<String> {
+    let (number, line) = unknown.first()?;
+    let count = unknown.len();
+    Some(format!("ignored {count} lines of the header that are not known; the first is line {number}, {}", quoted(line)))
 }
 
 /// A binary body may begin with the byte of a line feed, which belongs to the line end only if the other lines end so.

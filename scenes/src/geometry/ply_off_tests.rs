@@ -154,3 +154,86 @@ fn concave_faces_of_every_format_have_their_area() {
         "{warnings:?}"
     );
 }
+
+#[test]
+fn unknown_lines_of_a_ply_header_are_ignored_and_told() {
+    let folder = Folder::new();
+    let faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let text = square_header("Created by Blender3D 247\n") + "x\n" + faces + BODY;
+    let (mesh, warnings) = folder.load("t.ply", text);
+    assert_eq!((mesh.positions.as_slice(), mesh.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
+    let note = "t.ply: ignored 2 lines of the header that are not known; the first is line 3, `Created by Blender3D 247`";
+    assert!(warnings[0].ends_with(note), "{warnings:?}");
+}
+
+#[test]
+fn ply_records_may_share_lines_or_take_several() {
+    let folder = Folder::new();
+    let header = square_header("") + "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let expected = folder.load("t.ply", header.clone() + BODY).0;
+    for body in [
+        "0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 2 3 0 2 3\n",
+        "0\n0 0\n1 0\n0\n1 1 0\n\n0 1 0\n3\n0 1 2\n3\n0 2\n3",
+        "0 0 0 1 0 0 1 1 0 0 1 0 3 0 1 2 3 0 2 3",
+    ] {
+        assert_eq!(folder.load("t.ply", header.clone() + body).0, expected, "{body:?}");
+    }
+    // One word too many or too few: neither reading fits, and the one by lines is told.
+    let message = folder.refusal("t.ply", header.clone() + "0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 2 3 0 2 3 9\n");
+    assert!(message.ends_with("t.ply: ends in `vertex` 3 of 4; fetch or export it again"), "{message}");
+    let message = folder.refusal("t.ply", header + "0 0\n0 1 0 0 1 1 0 0 1 0 3 0 1 2 3 0 2\n");
+    assert!(message.ends_with("t.ply: line 10: `z` is missing in `vertex` 0 of 4; mend or export the file again"), "{message}");
+}
+
+#[test]
+fn off_words_flow_over_lines() {
+    let folder = Folder::new();
+    let faces = "3 0 1 2 255 0 0\n3 0 2 3\n";
+    let expected = folder.load("t.off", "OFF\n4 2 0\n".to_owned() + BODY).0;
+    let lines = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    for (name, text) in [
+        ("small keyword", format!("off\n4 2 0\n{lines}")),
+        ("mixed keyword", format!("Off 4 2 0\n{lines}")),
+        ("glued count", format!("OFF4 2 0\n{lines}")),
+        ("counts over two lines", format!("OFF\n4\n2 0\n{lines}")),
+        ("edges on a line of their own", format!("OFF 4 2\n0\n{lines}")),
+        ("counts over three lines", format!("OFF 4\n2 # faces\n\n0\n{lines}")),
+        ("two vertices on a line", "OFF\n4 2 0\n0 0 0 1 0 0\n1 1 0 0 1 0 # end\n".to_owned()),
+        ("all vertices on the line of the counts", "OFF 4 2 0 0 0 0 1 0 0 1 1 0 0 1 0\n".to_owned()),
+        ("vertices over lines", "OFF\n4 2 0\n0\n0 0\n1 0\n0\n1 1 0\n\n0 1 0\n".to_owned()),
+        ("colours on lines", "OFF\n4 2 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n1 1 0 9 9 9 9\n0 1 0\n".to_owned()),
+        ("colours on lines of their own", "COFF\n4 2 0\n0 0 0\n1 1 1 1\n1 0 0\n1 1 1 1\n1 1 0\n0 0 0 1\n0 1 0\n0 0 0 1\n".to_owned()),
+    ] {
+        assert_eq!(folder.load("t.off", text + faces).0, expected, "{name}");
+    }
+}
+
+#[test]
+fn off_vertices_have_what_the_keyword_says() {
+    let folder = Folder::new();
+    let corners = [("0 0 0", "0 0.25"), ("1 0 0", "1 0.25"), ("0 1 0", "0 1")];
+    for (keyword, between, has_uvs) in [
+        ("STOFF", "", true),
+        ("STCOFF", " 0.5 0.5 0.5 1", true),
+        ("STCOFF", " 0.5 0.5 0.5", true),
+        ("STNOFF", " 0 0 -2", true),
+        ("STCNOFF", " 0 0 -2 0.5 0.5 0.5 1", true),
+        ("STNCOFF", " 0 0 -2 0.5 0.5 0.5", true),
+        ("NCOFF", " 0 0 -2 0.5 0.5 0.5 1", false),
+        ("CNOFF", " 0 0 -2 255 0 0", false),
+        ("stncoff", " 0 0 -2 1 1 1 1", true),
+        ("noff", " 0 0 -2", false),
+    ] {
+        let uv = |uv: &str| if has_uvs { format!(" {uv}") } else { String::new() };
+        let vertices = corners.map(|(position, st)| format!("{position}{between}{}\n", uv(st))).concat();
+        let (mesh, _) = folder.load("t.off", format!("{keyword}\n3 1 3\n{vertices}3 0 1 2\n"));
+        assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], "{keyword}");
+        let z = if between.contains("-2") { -1.0 } else { 1.0 };
+        assert_eq!(mesh.normals, [[0.0, 0.0, z]; 3], "{keyword}");
+        let uvs: &[[f32; 2]] = if has_uvs { &[[0.0, 0.75], [1.0, 0.75], [0.0, 0.0]] } else { &[] };
+        assert_eq!(mesh.uvs, uvs, "{keyword}: v goes up from the last row, as in OBJ");
+    }
+    // The same flowing, where every colour is of four numbers.
+    let text = "STCNOFF 3 1 3\n0 0 0 0 0 1 1 1 1 1 0 0.25 1 0 0 0 0 1\n1 1 1 1 1 0.25 0 1 0 0 0 1 1 1 1 1 0 1\n3 0 1 2\n";
+    assert_eq!(folder.load("t.off", text).0.uvs, [[0.0, 0.75], [1.0, 0.75], [0.0, 0.0]]);
+}

@@ -182,7 +182,14 @@ fn broken_ply_is_refused() {
         ("vertex_indices", "corners", "no element `face` or `tristrips` with a list `vertex_indices`"),
         ("element face", "element edge", "no element `face`"),
         ("property list uchar int vertex_indices", "property int vertex_indices", "no element `face`"),
-        ("end_header", "end_headers", "line 19: `end_headers` is no line of a header"),
+        (
+            "end_header",
+            "end_headers",
+            "t.ply: ends within its header, in which line 19, `end_headers`, is not known; fetch or export it again",
+        ),
+        ("end_header", "end_header 1", "line 19: `end_header 1` is no line of a header; export the file again"),
+        ("element material 1", "Element material 1", "`Element material 1` is no line of a header"),
+        ("element material 1", "element material", "`element material` is no line of a header"),
         ("\n3 1 0 4 4", "\n3 1 0 5 4", "t.ply: face 1 names vertex 5 of 5, which count from 0"),
         ("\n3 1 0 4 4", "\n3 1 0 -4 4", "t.ply: face 1 names vertex -4 of 5"),
         ("\n3 1 0 4 4", "\n3 1 0 1.5 4", "t.ply: face 1 names vertex 1.5 of 5"),
@@ -230,7 +237,10 @@ fn broken_off_is_refused_with_its_line() {
     let text = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     for (from, to, part) in [
         ("OFF", "FOF", "t.off: line 1: the word OFF expected, not `FOF`"),
-        ("OFF", "STOFF", "t.off: line 1: `STOFF` is not read, OFF, COFF, NOFF and CNOFF are"),
+        ("OFF", "nOFF", "t.off: line 1: `nOFF` is not read, OFF with N, C and ST before it is; save it as one of them"),
+        ("OFF", "NNOFF", "line 1: `NNOFF` is not read"),
+        ("OFF", "OFFSET", "line 1: the word OFF expected, not `OFFSET`"),
+        ("OFF", "STOFF", "line 3: a texture coordinate is missing"),
         ("OFF", "4OFF", "`4OFF` is not read"),
         ("OFF", "OFF BINARY", "binary OFF is not read"),
         ("3 1 0", "-3 1 0", "line 2: -3 is no number of vertices"),
@@ -247,7 +257,7 @@ fn broken_off_is_refused_with_its_line() {
         ("3 0 1 2", "3 0 1 -2", "line 6: face 0 names vertex -2 of 3"),
         ("3 0 1 2", "4 0 1 2", "line 6: a vertex index is missing"),
         ("3 0 1 2", "18446744073709551615 0 1 2", "line 6: a vertex index is missing"),
-        ("3 0 1 2", "2 0 1", "no usable triangle"),
+        ("3 0 1 2", "2 0 1", "t.off: has no faces: ignored 1 faces with fewer than three corners; export it as a mesh"),
     ] {
         let message = folder.refusal("t.off", text.replacen(from, to, 1));
         assert!(message.contains(part), "{from:?} → {to:?}: {message}");

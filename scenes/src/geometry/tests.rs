@@ -199,7 +199,7 @@ fn broken_gltf_is_refused() {
         ("/buffers/0/uri", json!("gone.bin"), "gone.bin: "),
         ("/buffers/0/uri", json!("https://example.org/a.bin"), "download it"),
         ("/buffers/0/uri", json!("data:;base64,???"), "broken base64"),
-        ("/nodes/1", json!({"children": [0]}), "node 0 has two parents"),
+        ("/nodes/1", json!({"children": [0]}), "t.gltf: node 0 is below itself; export the file again"),
         ("/nodes/0/children", json!([7]), "not valid glTF"),
         ("/asset", json!({"version": "2.0", "x": 1, "minVersion": 3}), "not a glTF 2.0 file"),
     ] {
@@ -283,7 +283,7 @@ fn broken_obj_is_refused_with_its_line() {
         ("v 0 0 0\nvn 0 0 1\nf 1//6148914691236517206 1 1\n", "t.obj: line 3: names normal 4294967295, of 1; mend"),
         ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "t.obj: line 4: names vertex 2 at [inf, 0.0, 0.0], which is not finite; mend"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-2 3/1\n", "t.obj: line 5: names texture coordinate -2, but only 1 come before; mend"),
-        ("", "no usable triangle"),
+        ("", "t.obj: has no faces; export it as a mesh"),
     ] {
         let message = refusal(&folder.write("t.obj", text), None);
         assert!(message.contains(part), "{text}: {message}");

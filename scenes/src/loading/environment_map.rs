@@ -34,9 +34,11 @@ pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<Equire
     } else {
         return Err(Error::unsupported(&place, "not an environment map this version reads; it reads .hdr and .exr, convert it"));
     };
+    let taken = negative_light(&map);
     let (mended, count) = (mend(&mut map.texels), map.texels.len());
     if mended > 0 {
-        warnings.push(format!("{place}: mended {mended} of {count} texels, which are negative, infinite or NaN"));
+        let gain = gain_note(taken, light(&map, |x| x));
+        warnings.push(format!("{place}: mended {mended} of {count} texels, which are negative, infinite or NaN{gain}"));
     }
     match primaries.filter(|primaries| !primaries.are_rec_709()).map(|primaries| primaries.rec_709_from_rgb()) {
         None => {}
@@ -49,6 +51,31 @@ pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<Equire
         }
     }
     Ok(map)
+}
+
+/// The sum of what `value` makes of the channels of all texels, each by its solid angle.
+fn light(map: &EquirectMap, value: impl Fn(f64) -> f64) -> f64 {
+    let row = |row: &[Rgb]| row.as_flattened().iter().map(|x| value(f64::from(*x))).sum::<f64>();
+    let height = f64::from(map.height);
+    let solid_angle = |y: usize| ((y as f64 + 0.5) / height * std::f64::consts::PI).sin();
+    map.texels.chunks(map.width as usize).enumerate().map(|(y, texels)| solid_angle(y) * row(texels)).sum()
+}
+
+/// The light, as a positive number, that finite negative values take away.
+fn negative_light(map: &EquirectMap) -> f64 {
+    light(map, |x| if x.is_finite() { (-x).max(0.0) } else { 0.0 })
+}
+
+/// What to tell of a map that has the light `after` without the negative values that took `taken` away: nothing up to a thousandth.
+fn gain_note(taken: f64, after: f64) -> String {
+    let before = after - taken;
+    if taken <= 1e-3 * before {
+        String::new()
+    } else if before > 0.0 {
+        format!("; that adds {:.1} % to its light", 100.0 * taken / before)
+    } else {
+        "; with its negative values it has no light in all".to_owned()
+    }
 }
 
 /// Sets negative and NaN values to 0 and infinite ones to the largest half float. Returns the number of texels concerned.

@@ -133,3 +133,21 @@ fn broken_and_oversized_maps_are_refused() {
         assert!(message.contains(part) && message.contains(name) && !message.contains('\n'), "{message}");
     }
 }
+
+#[test]
+fn light_that_mending_adds_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.exr");
+    // Every fourth column takes away a quarter of what the others bring, whatever their solid angle: 2.25 without it is 3.
+    let taking = |texel: f32| (0..SIZE.0 * SIZE.1).map(|i| [if i % 4 == 0 { texel } else { 1.0 }; 3]).collect::<Vec<_>>();
+    for (texel, ending) in [
+        (-0.75, "mended 512 of 2048 texels, which are negative, infinite or NaN; that adds 33.3 % to its light"),
+        (-0.002, "mended 512 of 2048 texels, which are negative, infinite or NaN"),
+        (-3.0, "mended 512 of 2048 texels, which are negative, infinite or NaN; with its negative values it has no light in all"),
+    ] {
+        write_exr(&path, &taking(texel), false, Compression::ZIP16);
+        let (map, warnings) = read(&path);
+        assert_eq!((map.texels[0], map.texels[1]), ([0.0; 3], [1.0; 3]));
+        assert!(warnings[0].ends_with(ending), "{warnings:?}");
+    }
+}

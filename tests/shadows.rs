@@ -250,9 +250,10 @@ fn bundles_repeat_are_reused_and_verified() {
         broken.write(Path::new(&out)).unwrap();
         expect_exit("bake", &["verify", &out], 2)
     };
-    for missing in 0..3 {
+    let files = "its files are not environments, perhaps textures, a shape for each object that deforms, and sphere-shadows, in this order";
+    for (missing, message) in [(0, files), (1, "needs the shape of object `blocker` before it"), (2, files)] {
         let stderr = verdict(&|m| drop(m.methods[0].files.remove(missing)));
-        assert!(stderr.contains("shape-blocker.relume, and sphere-shadows, in this order"), "{stderr}");
+        assert!(stderr.contains(message), "{stderr}");
     }
     let stderr = verdict(&|m| m.methods[0].files.swap(0, 1));
     assert!(stderr.contains("in this order"), "{stderr}");

@@ -6,8 +6,8 @@ use base64::Engine;
 use serde_json::{Value, json};
 
 /// A glTF document of one mesh that grows by accessors; every accessor has a view of its own, of the same index.
-struct File {
-    document: Value,
+pub(super) struct File {
+    pub document: Value,
     bytes: Vec<u8>,
 }
 
@@ -15,7 +15,7 @@ const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.
 
 impl File {
     /// A triangle of area ½ in node 0.
-    fn triangle() -> Self {
+    pub fn triangle() -> Self {
         let document = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
             "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "accessors": [], "bufferViews": [],
@@ -62,11 +62,11 @@ impl File {
         Ok((mesh, warnings))
     }
 
-    fn load(&self) -> (Mesh, Vec<String>) {
+    pub fn load(&self) -> (Mesh, Vec<String>) {
         self.try_load(None).unwrap()
     }
 
-    fn refusal(&self) -> String {
+    pub fn refusal(&self) -> String {
         let error = self.try_load(None).unwrap_err();
         let message = error.to_string();
         assert!(error.is_bad_input() && message.contains("t.gltf: ") && !message.contains('\n') && !message.contains(".rs"), "{message}");
@@ -75,12 +75,12 @@ impl File {
 }
 
 /// Areas of all triangles.
-fn areas(mesh: &Mesh) -> Vec<f64> {
+pub(super) fn areas(mesh: &Mesh) -> Vec<f64> {
     let area = |t: &[u32; 3]| 0.5 * builder::area_vector(t.map(|v| mesh.positions[v as usize])).length();
     mesh.triangles.iter().map(area).collect()
 }
 
-fn is_told(warnings: &[String], end: &str) -> bool {
+pub(super) fn is_told(warnings: &[String], end: &str) -> bool {
     warnings.iter().filter(|warning| warning.ends_with(end)).count() == 1
 }
 
@@ -373,51 +373,4 @@ fn primitives_without_positions_are_not_drawn() {
     let (mesh, warnings) = file.load();
     assert_eq!(mesh.triangles.len(), 1);
     assert!(is_told(&warnings, "ignored 1 of 2 primitives, which have no positions"), "{warnings:?}");
-}
-
-#[test]
-fn nodes_that_are_no_tree_are_told_as_what_they_are() {
-    let load = |nodes: Value, roots: Value| {
-        let mut file = File::triangle();
-        file.document["nodes"] = nodes;
-        file.document["scenes"][0]["nodes"] = roots;
-        file
-    };
-    for (nodes, roots, message) in [
-        (json!([{"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
-        (json!([{"children": [1]}, {"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
-        (json!([{"children": [1, 1]}, {"mesh": 0}]), json!([0]), "t.gltf: node 1 is listed twice by its parent; export the file again"),
-        (
-            json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]),
-            json!([0, 1]),
-            "t.gltf: node 2 has two parents; export the file again",
-        ),
-        (
-            json!([{"children": [1]}, {"mesh": 0}]),
-            json!([0, 1]),
-            "t.gltf: node 1 is both a root of the scene and below another node; export the file again",
-        ),
-        (
-            json!([{"children": [1]}, {"mesh": 0}]),
-            json!([1, 0]),
-            "t.gltf: node 1 is both a root of the scene and below another node; export the file again",
-        ),
-    ] {
-        let refusal = load(nodes, roots).refusal();
-        assert!(refusal.ends_with(message), "{refusal}");
-    }
-    let (mesh, warnings) = load(json!([{"mesh": 0}]), json!([0, 0])).load();
-    assert_eq!(areas(&mesh), [0.5]);
-    assert!(is_told(&warnings, "its scene lists node 0 more than once; took it once"), "{warnings:?}");
-}
-
-#[test]
-fn files_without_faces_are_told_as_such() {
-    let mut file = File::triangle();
-    file.document["meshes"][0]["primitives"][0]["mode"] = json!(0);
-    let message = "t.gltf: has no faces: ignored 1 of 1 primitives, which are points or lines; export it as a mesh";
-    assert!(file.refusal().ends_with(message), "{}", file.refusal());
-    file.document["nodes"] = json!([{}]);
-    let message = "t.gltf: has no faces: none of its nodes that were taken has a mesh; export it as a mesh";
-    assert!(file.refusal().ends_with(message), "{}", file.refusal());
 }

@@ -107,3 +107,6 @@ mod deforming_tests;
 
 #[cfg(test)]
 mod interchange_tests;
+
+#[cfg(test)]
+mod gltf_nodes_tests;

@@ -42,12 +42,26 @@ pub fn expect_writable(path: &Path) -> Result<()> {
     folder.map(create_folder).transpose()?;
     let name = path.file_name();
     sweep_partial(folder.unwrap_or(Path::new(".")), |whole| name.is_some_and(|name| name == whole));
-    // Where something else than a file stands, a pipe or a device, it is not for us to try.
+    if is_pipe(path) {
+        return Err(Error::invalid(&place, "is a pipe or socket, which would be waited for; name a file with -o"));
+    }
+    // Where a device stands, it is not for us to try.
     if path.exists() && !path.is_file() {
         return Ok(());
     }
     let tried = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new("."))).and_then(tempfile::NamedTempFile::close);
     tried.map_err(|e| Error::output(&place, e))
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|there| there.file_type().is_fifo() || there.file_type().is_socket())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
 }
 
 /// Files in `folder` by name, for those whose name is text.
@@ -118,5 +132,12 @@ mod tests {
         assert_eq!(files(&new).len(), 3, "what a kill left of this file is gone");
         let error = expect_writable(here.path()).unwrap_err();
         assert!(error.is_bad_input() && error.to_string().contains("is a folder where a file is wanted"), "{error}");
+        #[cfg(unix)]
+        {
+            let socket = here.path().join("socket");
+            let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+            let error = expect_writable(&socket).unwrap_err();
+            assert!(error.is_bad_input() && error.to_string().contains("is a pipe or socket"), "{error}");
+        }
     }
 }

@@ -49,10 +49,10 @@ pub struct Cli {
     #[arg(long)]
     pub headless: bool,
     /// Write PNG frames; the number of the frame replaces %d or %04d
-    #[arg(long, value_name = "OUT/%04d.png")]
+    #[arg(long, value_name = "OUT/%04d.png", value_parser = parse_png)]
     pub frames: Option<FramePath>,
     /// Write EXR frames: linear radiance, before exposure
-    #[arg(long, value_name = "OUT/%04d.exr")]
+    #[arg(long, value_name = "OUT/%04d.exr", value_parser = parse_exr)]
     pub exr: Option<FramePath>,
     /// Frames a second of the animation
     #[arg(long, value_name = "N", default_value = "30", value_parser = parse_fps)]
@@ -71,6 +71,20 @@ pub struct Cli {
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides.filter(|size| !size.contains(&0)).ok_or_else(|| "give WIDTHxHEIGHT such as 512x512".to_owned())
+}
+
+fn parse_png(text: &str) -> Result<FramePath, String> {
+    parse_frames(text, ".png")
+}
+
+fn parse_exr(text: &str) -> Result<FramePath, String> {
+    parse_frames(text, ".exr")
+}
+
+/// A name says what is in the file.
+fn parse_frames(text: &str, ending: &str) -> Result<FramePath, String> {
+    let path = text.parse::<FramePath>()?;
+    if text.to_ascii_lowercase().ends_with(ending) { Ok(path) } else { Err(format!("end the name in {ending}, which is what is written")) }
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {
@@ -106,6 +120,8 @@ mod tests {
             (vec!["player", "d", "--fps", "0"], "above 0"),
             (vec!["player", "d", "--count", "0"], "--count"),
             (vec!["player", "d", "--frames", "%d%d.png"], "exactly one"),
+            (vec!["player", "d", "--frames", "%d.jpg"], "end the name in .png"),
+            (vec!["player", "d", "--exr", "f.png"], "end the name in .exr"),
             (vec!["player", "d", "--framse", "%d.png"], "--frames"),
         ] {
             let message = one_line(&Cli::try_parse_from(arguments).unwrap_err());

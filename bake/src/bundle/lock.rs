@@ -51,6 +51,10 @@ fn try_take(folder: &Path) -> Result<Option<File>> {
     let unfinished = folder.join(UNFINISHED);
     let path = unfinished.join(FILE_NAME);
     let place = Place::file(&path);
+    if unfinished.is_symlink() {
+        let reason = "is a link, so that work would be done and thrown away elsewhere; remove it";
+        return Err(BakeError::invalid(&Place::file(&unfinished), reason));
+    }
     create_folder(&unfinished)?;
     let mut file = match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
@@ -135,6 +139,12 @@ mod tests {
     #[test]
     fn a_folder_that_cannot_be_written_is_known_at_once() {
         let here = tempfile::tempdir().unwrap();
+        let elsewhere = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), here.path().join(UNFINISHED)).unwrap();
+        let error = FolderLock::take(here.path()).unwrap_err();
+        assert!(error.exit_code() == 2 && error.to_string().contains("unfinished: is a link"), "{error}");
+        assert!(elsewhere.path().read_dir().unwrap().next().is_none());
+        std::fs::remove_file(here.path().join(UNFINISHED)).unwrap();
         std::fs::write(here.path().join(UNFINISHED), "no folder").unwrap();
         let error = FolderLock::take(here.path()).unwrap_err();
         assert!(error.to_string().contains("unfinished: is a file where a folder is wanted"), "{error}");

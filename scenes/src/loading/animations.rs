@@ -1,6 +1,7 @@
 //! `animations/*.toml` beside the scene file.
 
 use super::validate_varying;
+use crate::library::has_extension;
 use crate::scene::Scene;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::name;
@@ -26,7 +27,9 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let fail = |e: io::Error| Error::io(&Place::file(folder), e);
     let entries: Vec<_> = std::fs::read_dir(folder).and_then(Iterator::collect).map_err(fail)?;
     let mut files: Vec<PathBuf> = entries.into_iter().map(|entry: std::fs::DirEntry| entry.path()).collect();
-    files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    // Names that begin with a point are those of editors and of other systems' leftovers.
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    files.retain(|path| has_extension(path, "toml") && !is_hidden(path));
     files.sort();
     Ok(files)
 }

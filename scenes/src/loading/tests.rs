@@ -190,6 +190,7 @@ fn animations_are_read_in_name_order_and_checked_at_every_key() {
     scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]"));
     scratch.write("animations/a.toml", animation("[0.2, 0.1, 0.1]"));
     scratch.write("animations/notes.txt", "");
+    scratch.write("animations/.b.toml", "of an editor");
     let scene = scratch.load().unwrap();
     assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
     scratch.write("animations/b.toml", animation("[1.1, 0.1, 0.1]"));

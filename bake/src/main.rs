@@ -1,6 +1,6 @@
 //! The binary `bake`: parses the command line, runs one command, turns its end into an exit code.
 
-use clap::error::ContextKind;
+use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory, Parser};
 use relume_bake::cli::{Cli, Command};
 use relume_bake::{commands, inspect, job};
@@ -67,6 +67,9 @@ fn meant_command(error: &clap::Error) -> Option<String> {
 
 /// clap's message on one line, without its own prefix and usage.
 fn usage_line(error: &clap::Error) -> String {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return "no command is given, such as `bake run SCENE` (see bake --help)".to_owned();
+    }
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
     let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();

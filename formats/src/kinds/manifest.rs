@@ -163,6 +163,10 @@ impl Manifest {
                 if let Some(meant) = nearest_file(Path::new(""), folder) {
                     return Err(Error::invalid(&Place::file(folder), format!("no such folder; did you mean `{meant}`?")));
                 }
+                if folder.join("unfinished").is_dir() {
+                    let reason = "holds a bake that was interrupted, and no bundle yet; go on with it by --resume of `bake run`";
+                    return Err(Error::invalid(&Place::file(folder), reason));
+                }
                 return Err(Error::invalid(
                     &Place::file(folder),
                     format!("holds no bundle (no {FILE_NAME}); make one with `bake run SCENE -o {}`", folder.display()),

@@ -5,6 +5,7 @@ use super::normals::{self, DEFAULT_CREASE_DEG, Smoothing};
 use crate::scene::Mesh;
 use crate::transform::{is_mirroring, normal_map};
 use glam::{DAffine3, DVec3, Vec3};
+use relume_formats::state::MAX_COORDINATE;
 use relume_formats::{Error, Place, Result};
 
 /// Geometry in a space of its own, not yet checked.
@@ -105,13 +106,17 @@ impl MeshBuilder {
         Ok(())
     }
 
-    /// Refuses triangles with corners at no finite place. Scanners write vertices that no triangle uses so.
+    /// Refuses triangles with corners at no finite place, or where no bundle holds them. Scanners write vertices that no triangle uses so.
     fn expect_finite(&self, part: &Part, offset: u32, place: &Place) -> Result<()> {
         let is_stray = |vertex: &&u32| {
             let index = offset as usize + **vertex as usize;
-            self.mesh.positions.get(index).is_some_and(|p| !Vec3::from(*p).is_finite())
+            self.mesh.positions.get(index).is_some_and(|p| !p.iter().all(|x| x.abs() <= MAX_COORDINATE))
         };
         match part.triangles.as_flattened().iter().find(is_stray).and_then(|vertex| Some((vertex, part.positions.get(*vertex as usize)?))) {
+            Some((index, at)) if at.iter().all(|x| x.is_finite()) => {
+                let reason = format!("vertex {index} at {at:?} comes to lie farther from the origin than {MAX_COORDINATE:e} m; lower its");
+                Err(Error::invalid(place, format!("{reason} scale or translation, or mend the mesh")))
+            }
             Some((index, at)) => Err(Error::invalid(place, format!("vertex {index} at {at:?} is not a finite position; mend the mesh"))),
             None => Ok(()),
         }

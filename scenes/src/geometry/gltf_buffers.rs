@@ -242,15 +242,42 @@ fn little_endian(bytes: Option<&[u8]>) -> u32 {
     bytes.unwrap_or_default().iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte))
 }
 
+/// As glTF calls it, in words.
+fn in_words(data_type: DataType) -> &'static str {
+    match data_type {
+        DataType::I8 => "signed bytes",
+        DataType::U8 => "unsigned bytes",
+        DataType::I16 => "signed shorts",
+        DataType::U16 => "unsigned shorts",
+        DataType::U32 => "unsigned integers",
+        DataType::F32 => "floats",
+    }
+}
+
+fn shape_in_words(dimensions: Dimensions) -> &'static str {
+    match dimensions {
+        Dimensions::Scalar => "SCALAR",
+        Dimensions::Vec2 => "VEC2",
+        Dimensions::Vec3 => "VEC3",
+        Dimensions::Vec4 => "VEC4",
+        Dimensions::Mat2 => "MAT2",
+        Dimensions::Mat3 => "MAT3",
+        Dimensions::Mat4 => "MAT4",
+    }
+}
+
 fn expect_type(accessor: &Accessor<'_>, types: &[DataType], dimensions: Dimensions, place: &Place) -> Result<()> {
     if types.contains(&accessor.data_type()) && accessor.dimensions() == dimensions {
         return Ok(());
     }
+    let of = |types: &[DataType]| types.iter().map(|data_type| in_words(*data_type)).collect::<Vec<_>>().join(", ");
     let reason = format!(
-        "accessor {} holds {:?} {:?}, expected {types:?} {dimensions:?}; export the file again",
+        "accessor {} holds {} of {}, expected {} of {}; export the file again",
         accessor.index(),
-        accessor.data_type(),
-        accessor.dimensions()
+        shape_in_words(accessor.dimensions()),
+        of(&[accessor.data_type()]),
+        shape_in_words(dimensions),
+        of(types)
     );
     Err(Error::unsupported(place, reason))
 }

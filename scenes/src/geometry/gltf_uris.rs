@@ -5,6 +5,7 @@ use crate::library::read_bytes;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use relume_formats::near::nearest_file;
 use relume_formats::{Error, Place, Result};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -77,6 +78,11 @@ fn beside(uri: &str, path: &Path, place: &Place) -> Result<PathBuf> {
 }
 
 fn needed(file: &Path, path: &Path, error: &io::Error) -> Error {
+    if error.kind() == io::ErrorKind::NotFound {
+        let meant = nearest_file(Path::new(""), file).map_or_else(|| "put it there".to_owned(), |meant| format!("did you mean `{meant}`?"));
+        let reason = format!("no such file, but {} needs it; {meant}", path.display());
+        return Error::io(&Place::file(file), io::Error::new(error.kind(), reason));
+    }
     Error::io(&Place::file(file), io::Error::new(error.kind(), format!("{error}; {} needs it", path.display())))
 }
 
@@ -168,7 +174,7 @@ mod tests {
             );
         }
         let message = read("gone.bin", &scratch).unwrap_err().to_string();
-        assert!(message.contains("gone.bin: ") && message.ends_with("t.gltf needs it"), "{message}");
+        assert!(message.contains("gone.bin: ") && message.ends_with("t.gltf needs it; put it there"), "{message}");
     }
 
     #[cfg(unix)]

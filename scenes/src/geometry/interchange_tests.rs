@@ -187,7 +187,7 @@ fn instances_are_meshes_in_their_places() {
     for (pointer, value, part) in [
         ("/accessors/1/count", json!(1), "instances of node 0: [1, 2, 2] values, as many of each are needed"),
         ("/accessors/1/count", json!(2_000_000), "at most 1048576"),
-        ("/accessors/3/type", json!("VEC2"), "accessor 3 holds F32 Vec2"),
+        ("/accessors/3/type", json!("VEC2"), "accessor 3 holds VEC2 of floats"),
         ("/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/SCALE", json!(9), "instances of node 0: no accessor 9"),
     ] {
         let before = std::mem::replace(file.document.pointer_mut(pointer).unwrap(), value);

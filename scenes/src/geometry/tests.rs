@@ -193,7 +193,7 @@ fn broken_gltf_is_refused() {
         ("/accessors/0/count", json!(u64::MAX), "more than 67108864 vertices"),
         ("/accessors/1/count", json!(u64::MAX), "accessor 1 reaches beyond its buffer"),
         ("/accessors/1/count", json!(3), "4 positions but 3 normals"),
-        ("/accessors/0/componentType", json!(5125), "accessor 0 holds U32 Vec3"),
+        ("/accessors/0/componentType", json!(5125), "accessor 0 holds VEC3 of unsigned integers"),
         ("/bufferViews/0/byteLength", json!(1000), "reaches beyond its buffer"),
         ("/buffers/0/byteLength", json!(121), "buffer 0: 120 bytes, 121 are declared"),
         ("/buffers/0/uri", json!("gone.bin"), "gone.bin: "),

@@ -25,7 +25,7 @@ fn hostile_files_are_refused() {
         ("/bufferViews/6/byteLength", json!(20), "image 0: broken picture"),
         ("/bufferViews/6/byteLength", json!(u64::MAX), "buffer view 6 reaches beyond its buffer"),
         ("/accessors/2/type", json!("VEC3"), "accessor 2 "),
-        ("/accessors/2/componentType", json!(5125), "accessor 2 holds U32 Vec2"),
+        ("/accessors/2/componentType", json!(5125), "accessor 2 holds VEC2 of unsigned integers"),
         ("/accessors/2/count", json!(3), "4 positions but 3 texture coordinates"),
         ("/accessors/2/count", json!(u64::MAX), "accessor 2 reaches beyond its buffer"),
         ("/materials/0/pbrMetallicRoughness/metallicFactor", json!(7.0), "material `paint`: base_color"),

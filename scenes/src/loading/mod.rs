@@ -167,7 +167,10 @@ fn max_error(file: &ErrorFile, place: &Place) -> Result<f64> {
 
 fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> {
     let in_vary = place.part("[vary] materials");
-    expect_unique(file.materials.iter().map(String::as_str), "material", &in_vary)?;
+    let mut listed = HashSet::new();
+    if let Some(twice) = file.materials.iter().find(|name| !listed.insert(name.as_str())) {
+        return Err(Error::invalid(&in_vary, format!("`{twice}` is listed twice; remove one")));
+    }
     let known = Names::new("material", materials.iter().map(|m| m.name.as_str()));
     let indices = file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
     let vary = Vary { light: file.light, view: file.view, shape: file.shape, materials: indices };

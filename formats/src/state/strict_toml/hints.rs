@@ -180,6 +180,9 @@ fn of_line(line: &str) -> Option<(usize, String)> {
     if let Some((at, sign)) = line.char_indices().find(|(_, c)| "−–—".contains(*c)) {
         return Some((at, format!("`{sign}` is a typographic dash; write - instead")));
     }
+    if let Some(hint) = of_header(line) {
+        return Some(hint);
+    }
     if let Some((key, value)) = line.split_once(':').filter(|(key, _)| !key.is_empty() && key.trim().chars().all(is_bare)) {
         return Some((key.len(), format!("`:` after `{0}`; write {0} = {1}", key.trim(), value.trim())));
     }
@@ -195,6 +198,16 @@ fn of_line(line: &str) -> Option<(usize, String)> {
     let value = value.split('#').next().unwrap_or_default().trim();
     let found = if value.is_empty() { "nothing".to_owned() } else { format!("`{}`", short(value)) };
     Some((at, format!("{key}: {found} is no value; {}", of_value(value)?)))
+}
+
+/// A table called by a name with blanks, as other programs give them.
+fn of_header(line: &str) -> Option<(usize, String)> {
+    let name = line.trim().strip_prefix('[')?.strip_suffix(']')?.strip_prefix("materials.")?;
+    let quoted = name.starts_with(['"', '\'']);
+    (!quoted && !name.chars().all(is_bare)).then(|| {
+        let at = line.len() - line.trim_start().len();
+        (at, format!("the name `{0}` has more than letters, digits, - and _; write [materials.\"{0}\"]", short(name)))
+    })
 }
 
 fn is_bare(c: char) -> bool {

@@ -87,6 +87,10 @@ fn what_is_no_toml_is_mended_where_the_mistake_is_a_common_one() {
             "materials.a.kd = #808080\n",
             "line 1, column 18: materials.a.kd: `#` begins a comment; write [0.2159, 0.2159, 0.2159], the linear light that this colour stands for",
         ),
+        (
+            "[materials.Box Paint]\n",
+            "line 1, column 1: the name `Box Paint` has more than letters, digits, - and _; write [materials.\"Box Paint\"]",
+        ),
         ("camera.fov_deg =\n", "line 1, column 17: camera.fov_deg: nothing is no value; write one after the `=`"),
         (
             "[light]\na = 1\n[light]\nb = 1\n",

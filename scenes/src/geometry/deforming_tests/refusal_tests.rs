@@ -25,8 +25,8 @@ fn broken_skins_are_refused() {
             "5 positions but 4 joints and weights",
         ),
         (|f| f.set("/accessors/4/count", json!(4_000_000_000_u64)), "accessor 4 reaches beyond its buffer or limits"),
-        (|f| f.set("/accessors/4/componentType", json!(5121)), "accessor 4 holds U8 Vec4, expected [F32] Vec4"),
-        (|f| f.set("/accessors/5/type", json!("VEC4")), "accessor 5 holds F32 Vec4, expected [F32] Mat4"),
+        (|f| f.set("/accessors/4/componentType", json!(5121)), "accessor 4 holds VEC4 of unsigned bytes, expected VEC4 of floats"),
+        (|f| f.set("/accessors/5/type", json!("VEC4")), "accessor 5 holds VEC4 of floats, expected MAT4 of floats"),
     ];
     for (change, part) in cases {
         let mut file = arm();
@@ -57,7 +57,7 @@ fn broken_animations_and_morph_targets_are_refused() {
         (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0], &[[0.0, f32::NAN, 0.0]]), "values must be finite"),
         (|f| f.animate("A", 0, "rotation", "LINEAR", &[0.0], &[[0.0; 4]]), "rotation [0.0, 0.0, 0.0, 0.0] must be finite and not 0"),
         (|f| f.animate("A", 0, "scale", "CUBICSPLINE", &[0.0], &[[0.0; 3]]), "animation 0, channel 0: 1 values where its 1 keys need 3"),
-        (|f| f.animate("A", 0, "scale", "LINEAR", &[0.0], &[[0.0; 4]]), "holds F32 Vec4, expected [F32] Vec3"),
+        (|f| f.animate("A", 0, "scale", "LINEAR", &[0.0], &[[0.0; 4]]), "holds VEC4 of floats, expected VEC3 of floats"),
         (
             |f| f.animate("A", 77, "scale", "LINEAR", &[0.0], &[[1.0; 3]]),
             "animation 0, channel 0: names a node or property that is not there",

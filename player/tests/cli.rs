@@ -221,7 +221,7 @@ fn light_view_and_size_are_set() {
     file("through.toml", "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.position = [0, 0, 3]\n[[key]]\nt_s = 1\ncamera.position = [0, 0, -3]");
     expect_error(&play_lit(&bundle, &["--animation", "@/through.toml"]), 2, "the position meets the target");
     expect_error(&play_lit(&bundle, &["--animation", "glow", "--method", "sparse-transfer"]), 2, "sets material `a`");
-    expect_error(&play_lit(&bundle, &["--method", "transfer-images"]), 2, "this bundle has: sparse-transfer");
+    expect_error(&play_lit(&bundle, &["--method", "sphere-shadows"]), 2, "this bundle has: sparse-transfer");
     assert!(!bundle.folder().join("0.exr").exists());
 
     expect_success(&play_lit(&bundle, &["--size", "64x32", "--stats", "@/s.json"]));

@@ -237,7 +237,7 @@ fn files_that_do_not_belong_together_are_refused() {
                 bake.meta.objects[2].vertices += 1;
                 bake.rows.push(u32::MAX);
             }),
-            "object `worm` has other vertices than in the scene",
+            "has lobes for 151 vertices of a scene of 150",
         ),
     ] {
         assert!(message.contains(part), "{message}");

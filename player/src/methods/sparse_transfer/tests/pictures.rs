@@ -143,7 +143,7 @@ fn what_is_nearer_hides_what_is_farther() {
         let mut other = scene.meta.objects[0].clone();
         other.name = "other".to_owned();
         scene.meta.objects.push(other);
-        scene.meta.objects[usize::from(!nearer_first)].material = 1;
+        scene.meta.objects[usize::from(!nearer_first)].material = scene.meta.materials.len() as u32 - 1;
         let bundle = Bundle::of(scene, sparse::maps(), None, sparse::even_transfer(8, 1, 1.0));
         let mut method = load_all(&gpu, &bundle);
         draw(&gpu, &mut method, &look(&bundle, &environment("even", 0.0, [1.0; 3])));

@@ -206,15 +206,15 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
     let scene = StoredScene::read_file(&folder.join(&manifest.scene_file.file)).unwrap();
     let method = &manifest.methods[0];
     let of_kind = |kind: &'static str| method.files.iter().filter(move |(k, _)| k == kind).map(|(_, entry)| folder.join(&entry.file));
-    let main = of_kind(match method.name.as_str() {
+    let mut main = of_kind(match method.name.as_str() {
         "transfer-images" => "transfer-images",
         "sparse-transfer" => "sparse-transfer",
         _ => "sphere-shadows",
     });
-    let main = main.last().unwrap();
+    let main = main.next_back().unwrap();
     let look = Look::default_of(&scene.meta);
     if method.name == "transfer-images" {
-        let basis = BrdfBasis::read_file(&of_kind("brdf-basis").last().unwrap()).unwrap();
+        let basis = BrdfBasis::read_file(&of_kind("brdf-basis").next_back().unwrap()).unwrap();
         let bundle = TransferImages::read_file(&main).unwrap();
         let on_bases: Vec<_> =
             bundle.head.meta.materials.iter().map(|name| basis.coefficients_of(&look.materials[name]).unwrap()).collect();

@@ -11,7 +11,7 @@ use crate::spheres::fit::{Settings, fit};
 use crate::spheres::motion::poses;
 use relume_formats::container::Stored;
 use relume_formats::kinds::SphereSet;
-use relume_formats::{Error, Place};
+use relume_formats::Place;
 use relume_scenes::{Deforming, Mesh};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<Vec<[f32; 
         // A file of another kind has no clips; clips that are broken need not keep a mesh from its spheres.
         Err(error) => {
             let mesh = relume_scenes::load_mesh(path, warnings)?;
-            if !matches!(error, Error::Unsupported { .. }) {
+            if ["gltf", "glb"].iter().any(|e| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(e))) {
                 warnings.push(format!("{error}; the spheres are fitted at rest, without a look at its clips"));
             }
             Ok((mesh, Vec::new()))

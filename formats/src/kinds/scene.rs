@@ -325,7 +325,7 @@ fn vectors(
 
 fn fault_of_positions(positions: &[[f32; 3]]) -> Option<String> {
     // Not so with NaN either.
-    let at = positions.as_flattened().iter().position(|x| !(x.abs() <= MAX_COORDINATE))?;
+    let at = positions.as_flattened().iter().position(|x| x.is_nan() || x.abs() > MAX_COORDINATE)?;
     let value = positions.as_flattened()[at];
     let fault =
         if value.is_finite() { format!("is {value:?}, farther from the origin than {MAX_COORDINATE:e} m") } else { NOT_FINITE.to_owned() };

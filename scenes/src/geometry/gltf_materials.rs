@@ -95,12 +95,12 @@ impl<'a> MaterialReader<'a> {
         let pbr = source.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let (mut metallic, mut roughness) = (pbr.metallic_factor(), pbr.roughness_factor());
-        if let Some(info) = pbr.metallic_roughness_texture() {
-            if let Some(texture) = self.texture(&info.texture())? {
-                self.ignore("a metallic-roughness texture, whose mean is taken", true);
-                let [_, green, blue] = mean(&texture);
-                (metallic, roughness) = (metallic * blue, roughness * green);
-            }
+        if let Some(info) = pbr.metallic_roughness_texture()
+            && let Some(texture) = self.texture(&info.texture())?
+        {
+            self.ignore("a metallic-roughness texture, whose mean is taken", true);
+            let [_, green, blue] = mean(&texture);
+            (metallic, roughness) = (metallic * blue, roughness * green);
         }
         let ggx = Ggx { base_color: [r, g, b], metallic, roughness };
         let place = Place::file(&self.file.path);

@@ -124,6 +124,11 @@ pub(crate) fn steers(c: char) -> bool {
     c.is_control() || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
+/// Whether `c` shows where it stands and does nothing else; what does not is escaped by [`plain`], and left out of names that other programs give.
+pub fn shows(c: char) -> bool {
+    !(steers(c) || is_invisible(c))
+}
+
 /// What takes no room, so that two names look the same.
 fn is_invisible(c: char) -> bool {
     matches!(

@@ -7,6 +7,7 @@ use crate::scene::Material;
 use gltf::material::AlphaMode;
 use gltf::texture::{MagFilter, WrappingMode};
 use relume_formats::basis::{Filter, Texture, Wrap};
+use relume_formats::name::{MAX_CHARS, shows};
 use relume_formats::state::{Brdf, FIXED_ROUGHNESS_MIN, Ggx, Rgb};
 use relume_formats::{Place, Result};
 use std::collections::BTreeMap;
@@ -40,15 +41,9 @@ pub(super) fn material_names(document: &gltf::Document) -> Vec<String> {
     numbered(document.materials().map(|material| name_of(&material)).chain(std::iter::once(DEFAULT.to_owned()))).0
 }
 
-/// Most letters of a name.
-const MAX_NAME: usize = 128;
-
 /// A name that fits on one line.
 pub(crate) fn tidy_name(name: &str) -> String {
-    // Also what turns the direction of text or has no width.
-    let is_hidden =
-        |c: char| c.is_control() || matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}');
-    let tidy: String = name.trim().chars().take(MAX_NAME).map(|c| if is_hidden(c) { ' ' } else { c }).collect();
+    let tidy: String = name.trim().chars().take(MAX_CHARS).map(|c| if shows(c) { c } else { ' ' }).collect();
     tidy.trim().to_owned()
 }
 

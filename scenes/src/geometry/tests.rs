@@ -321,3 +321,13 @@ fn texture_coordinates_come_along() {
         "{warnings:?}"
     );
 }
+
+/// What a scene would refuse as a name is gone from the names of other programs.
+#[test]
+fn names_of_other_programs_are_tidied_by_the_rule_for_names() {
+    for (given, expected) in [(" Lack\u{61c} rot\n", "Lack  rot"), ("a\u{202e}b\u{1b}c", "a b c"), ("päper", "päper")] {
+        assert_eq!(super::tidy_name(given), expected);
+        assert!(relume_formats::name::fault(expected).is_none());
+    }
+    assert_eq!(super::tidy_name(&"x".repeat(1000)).len(), relume_formats::name::MAX_CHARS);
+}

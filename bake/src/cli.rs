@@ -2,9 +2,11 @@
 
 use crate::job::ProgressMode;
 use crate::memory::MemoryLimit;
+use crate::methods::choice::{METHODS, Quality, Registered};
 use crate::spheres::fit::{DEFAULT_ITERATIONS, MAX_SPHERES};
 use crate::trace::reference::Paths;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Bakes how light moves through a scene, once, so that `player` can show it while materials change.
@@ -63,8 +65,8 @@ pub struct RunArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Method to bake; may be given several times, the one that the player should prefer first [default: sphere-shadows if shapes vary, else sparse-transfer if light or view vary, else transfer-images]
-    #[arg(long, value_name = "NAME")]
-    pub method: Vec<MethodName>,
+    #[arg(long, value_name = "NAME", value_parser = method_parser())]
+    pub method: Vec<&'static Registered>,
     /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024; sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview 16, final 64; sphere-shadows has none
     #[arg(long, default_value = "preview")]
     pub quality: Quality,
@@ -101,48 +103,6 @@ pub struct RunArgs {
     /// How progress is told
     #[arg(long, default_value = "auto")]
     pub progress: ProgressMode,
-}
-
-/// The methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MethodName {
-    /// Materials vary, light and view stay.
-    TransferImages,
-    /// Environment and view vary, materials stay.
-    SparseTransfer,
-    /// Environment, view and shapes vary, materials stay; spheres cast the shadows.
-    SphereShadows,
-}
-
-/// Samples by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Quality {
-    /// A first look.
-    Draft,
-    /// Good to work with.
-    Preview,
-    /// Good to keep.
-    Final,
-}
-
-impl Quality {
-    /// Film samples a pixel.
-    pub fn samples(self) -> u32 {
-        match self {
-            Self::Draft => 64,
-            Self::Preview => 256,
-            Self::Final => 1024,
-        }
-    }
-
-    /// Rays for a texel of the light at whose border visibility changes.
-    pub fn rays_per_texel(self) -> u32 {
-        match self {
-            Self::Draft => 1,
-            Self::Preview => 16,
-            Self::Final => 64,
-        }
-    }
 }
 
 /// Arguments of `bake plan`.
@@ -258,8 +218,8 @@ pub struct ChartArgs {
     /// The scene
     pub scene: String,
     /// Method to chart; may be given several times [default: all that show everything that the scene varies]
-    #[arg(long, value_name = "NAME")]
-    pub method: Vec<MethodName>,
+    #[arg(long, value_name = "NAME", value_parser = method_parser())]
+    pub method: Vec<&'static Registered>,
     /// Where the chart goes [default: charts/<scene name>]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -285,6 +245,11 @@ pub struct GalleryArgs {
     /// How progress is told
     #[arg(long, default_value = "auto")]
     pub progress: ProgressMode,
+}
+
+fn method_parser() -> impl TypedValueParser<Value = &'static Registered> {
+    let names = PossibleValuesParser::new(METHODS.map(|method| method.card.name));
+    names.try_map(|name| Registered::find(&name).ok_or("no such method"))
 }
 
 fn parse_memory(text: &str) -> Result<MemoryLimit, String> {

@@ -10,15 +10,15 @@ pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Leftover, MethodSummary};
-use crate::cli::{ExportArgs, MethodName, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
+use crate::cli::{ExportArgs, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::frame_cost;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::memory::MemoryLimit;
-use crate::methods::choice::{self, Asked};
-use crate::methods::{Method, sparse_transfer};
+use crate::methods::Method;
+use crate::methods::choice::{self, Asked, METHODS, Registered};
 use crate::output::{create_folder, expect_writable};
 use crate::plan;
 use crate::trace::gather::MAX_REFLECTIONS;
@@ -26,6 +26,7 @@ use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::Place;
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
+use relume_formats::method::cards_of;
 use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
@@ -73,18 +74,13 @@ pub fn run(args: &RunArgs) -> Result<String> {
 
 /// The methods that the command line asks for, or the cheapest one that serves what varies.
 fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn Method>>> {
-    let names = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
+    let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
+    let names: Vec<&str> = chosen.iter().map(|method| method.card.name).collect();
     if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
         return refuse("--method", "the same one is given twice; once is enough".to_owned());
     }
-    for (flag, given, owner) in
-        [("--bases", args.bases.is_some(), MethodName::TransferImages), ("--terms", args.terms.is_some(), MethodName::SparseTransfer)]
-    {
-        if given && !names.contains(&owner) {
-            return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method".to_owned());
-        }
-    }
+    cards_of(names.iter().copied(), &Place::file("--method"))?;
     let asked = Asked {
         size: args.size.unwrap_or(scene.size),
         quality: args.quality,
@@ -94,7 +90,11 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
         bases: args.bases,
         terms: args.terms,
     };
-    Ok(names.into_iter().map(|name| asked.method(name, scene)).collect())
+    let stranger = METHODS.into_iter().filter(|method| !names.contains(&method.card.name)).filter_map(|method| method.option);
+    if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(&asked)) {
+        return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method".to_owned());
+    }
+    Ok(chosen.into_iter().map(|method| (method.new)(&asked, scene)).collect())
 }
 
 /// What came of one method, and a warning where that is less than was asked for.
@@ -119,15 +119,7 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
         text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
     }
     if figures.is_some_and(|(_, worst)| worst > 100.0 * max_error) {
-        let number = |name: &str| entry.settings.get(name).and_then(serde_json::Value::as_u64);
-        let more = |n: u64, most: u64, flag: &str, next: u64| {
-            if n < most { format!("add {flag} {}", next.min(most)) } else { "no more of them does better".to_owned() }
-        };
-        let remedy = match (number("bases"), number("terms")) {
-            (Some(bases), _) => more(bases, 16, "--bases", bases + 1),
-            (_, Some(terms)) => more(terms, sparse_transfer::MAX_TERMS as u64, "--terms", 2 * terms),
-            (None, None) => "give objects more spheres".to_owned(),
-        };
+        let remedy = Registered::find(&entry.name).map(|method| (method.remedy)(&entry.settings)).unwrap_or_default();
         say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
     }
     text

@@ -1,9 +1,8 @@
 //! Which animations the methods of a bundle can play: one rule for what a bake writes and what `bake verify` accepts.
 
 use crate::methods::Method;
-use crate::methods::choice::{Asked, METHODS};
+use crate::methods::choice::{Asked, METHODS, Registered};
 use relume_formats::bundle::{Scope, expect_some_plays};
-use relume_formats::container::Kind;
 use relume_formats::kinds::scene::Meta;
 use relume_formats::state::{Animation, with_line};
 use relume_formats::{Error, Place};
@@ -12,9 +11,9 @@ use std::path::Path;
 
 /// What the method called `name` shows of `scene` once it is baked; `None` for a name that is no method's.
 fn scope(name: &str, scene: &Scene, meta: &Meta) -> Option<Scope> {
-    let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name)?;
+    let card = Registered::find(name)?.card;
     let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.clone());
-    Some(Scope { scene: meta.clone(), kind, maps: if kind == Kind::TransferImages { Vec::new() } else { maps.collect() } })
+    Some(Scope { scene: meta.clone(), card, maps: if card.lets_vary.light { maps.collect() } else { Vec::new() } })
 }
 
 /// The animations of `scene`, which a bundle holds as `meta`, that one of `methods` plays, and a sentence for each that none does.
@@ -42,7 +41,7 @@ fn sentence(animation: &Animation, error: &Error, scene: &Scene, meta: &Meta, me
         scope(name, scene, meta).is_some_and(|scope| expect_some_plays(animation, &[scope], &place_of(animation, scene)).is_ok())
     };
     let asked = Asked::of_scene(scene);
-    let all: Vec<Box<dyn Method>> = METHODS.into_iter().map(|name| asked.method(name, scene)).collect();
+    let all: Vec<Box<dyn Method>> = METHODS.into_iter().map(|method| (method.new)(&asked, scene)).collect();
     let others: Vec<&str> =
         all.iter().filter(|method| method.expect_fit(scene).is_ok()).map(|method| method.name()).filter(plays).collect();
     match others.first() {

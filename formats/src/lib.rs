@@ -5,6 +5,7 @@
 //! * [`container`]: the `.relume` file: magic, versions, section table, checksums, limits;
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
+//! * [`method`]: the cards of the methods: names, what they let vary, files;
 //! * [`near`]: what was meant by a name that is not there;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
 //! * [`bundle`]: what must agree between the files of a bundle;
@@ -22,6 +23,7 @@ pub mod error;
 pub mod evaluate;
 pub mod fast;
 pub mod kinds;
+pub mod method;
 pub mod name;
 pub mod near;
 mod regular;

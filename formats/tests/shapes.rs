@@ -18,6 +18,7 @@ use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::scene::{Meta, StoredClip, StoredObject, StoredShape};
+use relume_formats::method::{Card, SPARSE_TRANSFER, SPHERE_SHADOWS};
 use relume_formats::shape::{DeformingMesh, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES};
 use relume_formats::state::{Posed, State, parse_toml};
 use support::raw_file::{RawFile, RawSection};
@@ -66,18 +67,18 @@ fn only_shapes_that_a_scene_varies_may_be_set() {
     meta.objects = ["fox", "plane"].map(|name| StoredObject { name: name.to_owned(), material: 0, triangles: 0 }).to_vec();
     meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: Vec::new() }];
     (meta.varies_shape, meta.varies_view, meta.varies_light) = (true, true, false);
-    let refusal = |meta: &Meta, kind: Kind, text: &str| {
+    let refusal = |meta: &Meta, card: &Card, text: &str| {
         let place = Place::file("s.toml");
         let state: State = parse_toml(text, &place).unwrap();
-        state.expect_only(&meta.varies(kind), &place).err().map(|e| e.to_string())
+        state.expect_only(&meta.varies(card), &place).err().map(|e| e.to_string())
     };
-    assert_eq!(refusal(&meta, Kind::SphereShadows, "shapes.fox.time_s = 1\ncamera.fov_deg = 30"), None);
-    let message = refusal(&meta, Kind::SphereShadows, "shapes.plane.time_s = 1").unwrap();
+    assert_eq!(refusal(&meta, &SPHERE_SHADOWS, "shapes.fox.time_s = 1\ncamera.fov_deg = 30"), None);
+    let message = refusal(&meta, &SPHERE_SHADOWS, "shapes.plane.time_s = 1").unwrap();
     assert!(message.contains("sets shape `plane`, which this bundle does not vary (only the camera, shape `fox` vary)"), "{message}");
-    assert!(refusal(&meta, Kind::SphereShadows, "environment.rotation_deg = 1").unwrap().contains("[environment]"));
-    assert!(refusal(&meta, Kind::SparseTransfer, "shapes.fox.time_s = 1").unwrap().contains("sets shape `fox`"));
+    assert!(refusal(&meta, &SPHERE_SHADOWS, "environment.rotation_deg = 1").unwrap().contains("[environment]"));
+    assert!(refusal(&meta, &SPARSE_TRANSFER, "shapes.fox.time_s = 1").unwrap().contains("sets shape `fox`"));
     meta.varies_shape = false;
-    assert!(refusal(&meta, Kind::SphereShadows, "shapes.fox.time_s = 1").unwrap().contains("only the camera varies"));
+    assert!(refusal(&meta, &SPHERE_SHADOWS, "shapes.fox.time_s = 1").unwrap().contains("only the camera varies"));
 }
 
 #[test]

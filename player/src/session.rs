@@ -87,7 +87,7 @@ pub struct Session {
     folder: PathBuf,
     method: Method,
     /// Of all methods of the bundle.
-    kinds: Vec<Kind>,
+    known: Vec<Method>,
     size: Option<[u32; 2]>,
     /// The method at work, as soon as the scene is there.
     playback: Option<Box<dyn Playback>>,
@@ -122,7 +122,7 @@ impl Session {
         let animations: Vec<_> = own.into_iter().collect();
         let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let (method, kinds) = (playlist.method, playlist.kinds.clone());
+        let (method, known) = (playlist.method, playlist.known.clone());
         let source = Source::start(playlist, request.limits)?;
         let gpu = open_gpu()?;
         method.expect_adapter(&gpu)?;
@@ -132,7 +132,7 @@ impl Session {
             gpu,
             folder: request.folder.to_owned(),
             method,
-            kinds,
+            known,
             size: request.size,
             playback: None,
             pending: Vec::new(),
@@ -201,7 +201,7 @@ impl Session {
         if let Some((scene, maps)) = self.scene.clone().zip(maps) {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
             let animation = if self.plays_first { animations.next() } else { None };
-            let scope = Scope { scene, kind: self.method.kind, maps };
+            let scope = Scope { scene, card: self.method.card, maps };
             self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope).map_err(Error::with_line)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect()).map_err(Error::with_line)?);
         }
@@ -210,7 +210,8 @@ impl Session {
 
     /// Fails if no method of the bundle can play an animation. One that another method plays is no fault.
     fn expect_some_method_plays<'a>(&self, mut animations: impl Iterator<Item = &'a PlacedAnimation>, scope: &Scope) -> Result<()> {
-        let is_played = |placed: &PlacedAnimation| self.kinds.iter().any(|kind| sets_only(&placed.animation, &scope.scene.varies(*kind)));
+        let is_played =
+            |placed: &PlacedAnimation| self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)));
         animations.try_for_each(|placed| {
             if is_played(placed) {
                 return Ok(());
@@ -222,7 +223,7 @@ impl Session {
     fn check_loaded(&self, complete: bool) -> Result<()> {
         let Pieces { what, expected, missing, .. } = self.pieces();
         if expected == 0 {
-            return Err(self.invalid(&format!("no file of kind `{}` came", self.method.kind.name())));
+            return Err(self.invalid(&format!("no main file of {} came", self.method.card.name)));
         }
         if !self.is_ready() || (complete && !missing.is_empty()) {
             return Err(self.invalid(&format!("{} of {expected} {what} are missing", missing.len())));
@@ -321,7 +322,7 @@ impl Session {
 
     /// Name of the method that plays.
     pub fn method_name(&self) -> &'static str {
-        self.method.name
+        self.method.card.name
     }
 
     /// What the adapter says of itself.

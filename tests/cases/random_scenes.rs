@@ -2,9 +2,9 @@
 
 use crate::support::{command, job};
 use relume_bake::bundle::{self, Leftover};
-use relume_bake::cli::{MethodName, Quality};
+
 use relume_bake::inspect;
-use relume_bake::methods::choice::{Asked, METHODS};
+use relume_bake::methods::choice::{Asked, METHODS, Quality, Registered};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -132,7 +132,7 @@ enum Outcome {
     Refused(String),
 }
 
-fn outcome(folder: &Path, method: MethodName) -> Outcome {
+fn outcome(folder: &Path, method: &Registered) -> Outcome {
     let scene = match relume_scenes::load(&folder.join("scene.toml")) {
         Ok(scene) => scene,
         Err(error) => {
@@ -141,7 +141,7 @@ fn outcome(folder: &Path, method: MethodName) -> Outcome {
         }
     };
     let asked = Asked { quality: Quality::Draft, samples: Some(1), bases: Some(3), terms: Some(4), ..Asked::of_scene(&scene) };
-    match bundle::run(&scene, &[asked.method(method, &scene)], scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()) {
+    match bundle::run(&scene, &[(method.new)(&asked, &scene)], scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()) {
         Ok(_) => Outcome::Baked,
         Err(error) => {
             assert_eq!(error.exit_code(), 2, "{error}");

@@ -174,18 +174,18 @@ fn fitting(scene: &Scene, methods: &[&str]) -> Result<Vec<&'static Sweep>> {
         return Err(BakeError::invalid(&place, "varies nothing, so there is nothing to chart; name what varies under [vary]"));
     }
     let mut sweeps = Vec::new();
-    for sweep in SWEEPS.iter().filter(|sweep| methods.is_empty() || methods.contains(&sweep.method)) {
-        let fits = match (sweep.serves)(&scene.vary) {
+    for sweep in SWEEPS.iter().filter(|sweep| methods.is_empty() || methods.contains(&sweep.method.card.name)) {
+        let fits = match sweep.method.serves_all(&scene.vary) {
             true => (sweep.expect_fit)(scene),
             false => Err(BakeError::invalid(
                 &place,
-                format!("[vary] names more than {} lets vary; vary less, or leave that method out", sweep.method),
+                format!("[vary] names more than {} lets vary; vary less, or leave that method out", sweep.method.card.name),
             )),
         };
         match fits {
             Ok(()) => sweeps.push(sweep),
             Err(e) if !methods.is_empty() => return Err(e),
-            Err(e) => say(&format!("{} is left out: {e}", sweep.method)),
+            Err(e) => say(&format!("{} is left out: {e}", sweep.method.card.name)),
         }
     }
     if sweeps.is_empty() {
@@ -237,7 +237,9 @@ mod tests {
     #[test]
     fn methods_that_show_all_that_varies_are_charted() {
         let names = |scene: &Scene, methods: &[&str]| {
-            fitting(scene, methods).map(|sweeps| sweeps.iter().map(|sweep| sweep.method).collect::<Vec<_>>()).map_err(|e| e.to_string())
+            fitting(scene, methods)
+                .map(|sweeps| sweeps.iter().map(|sweep| sweep.method.card.name).collect::<Vec<_>>())
+                .map_err(|e| e.to_string())
         };
         let room = library("cornell-knot");
         assert_eq!(names(&room, &[]), Ok(vec!["transfer-images"]));

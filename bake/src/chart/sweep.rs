@@ -3,13 +3,14 @@
 use crate::bundle::{self, Leftover};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
+use crate::methods::choice::Registered;
 use crate::methods::{Method, sparse_transfer, sphere_shadows, transfer_images};
 use crate::output::create_folder;
 use relume_formats::container::Stored;
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::manifest::{self, FileEntry};
 use relume_formats::{Error, Place};
-use relume_scenes::{Scene, Vary};
+use relume_scenes::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,10 +34,8 @@ pub struct Variant {
 
 /// A method's sweep.
 pub struct Sweep {
-    /// Name of the method.
-    pub method: &'static str,
-    /// Whether the method shows everything that varies.
-    pub serves: fn(&Vary) -> bool,
+    /// The method.
+    pub method: &'static Registered,
     /// Fails, naming what else stands in the way.
     pub expect_fit: fn(&Scene) -> Result<()>,
     /// Makes the bundles.
@@ -177,7 +176,7 @@ mod tests {
             let path = folder.path().join("scene.toml");
             std::fs::write(&path, ROOM.replace("VARY", vary)).unwrap();
             let scene = relume_scenes::load(&path).unwrap();
-            assert!((sweep.serves)(&scene.vary) && (sweep.expect_fit)(&scene).is_ok());
+            assert!(sweep.method.serves_all(&scene.vary) && (sweep.expect_fit)(&scene).is_ok());
             let bench = Bench { folder: folder.path(), size: [16, 16], job: &Job::new(ProgressMode::None) };
             let variants = (sweep.variants)(&scene, &bench).unwrap();
             assert_eq!(variants.len(), count);

@@ -3,10 +3,9 @@
 use super::{SAME_COMMAND, load, start_threads};
 use crate::chart::figures::{Chart, Point};
 use crate::chart::{self, FOLDER};
-use crate::cli::{ChartArgs, MethodName};
+use crate::cli::ChartArgs;
 use crate::error::Result;
 use crate::job::{Job, watch_signals};
-use crate::methods::{sparse_transfer, sphere_shadows, transfer_images};
 use std::path::Path;
 
 /// `bake chart`.
@@ -14,19 +13,11 @@ pub fn chart(args: &ChartArgs) -> Result<String> {
     watch_signals()?;
     start_threads(args.threads)?;
     let scene = load(&args.scene)?;
-    let methods: Vec<&str> = args.method.iter().map(|method| name(*method)).collect();
+    let methods: Vec<&str> = args.method.iter().map(|method| method.card.name).collect();
     let folder = args.output.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scene.name));
     let chart = chart::run(&scene, &methods, &folder, &Job::new(args.progress));
     let chart = chart.map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
     Ok(describe(&chart, &folder))
-}
-
-fn name(method: MethodName) -> &'static str {
-    match method {
-        MethodName::TransferImages => transfer_images::NAME,
-        MethodName::SparseTransfer => sparse_transfer::NAME,
-        MethodName::SphereShadows => sphere_shadows::NAME,
-    }
 }
 
 /// A line a point, and where to look.

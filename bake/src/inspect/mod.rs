@@ -12,7 +12,7 @@ mod verify;
 
 pub use export::{export_file, export_scene};
 pub use info::info;
-pub use verify::verify;
+pub use verify::{Bundled, verify};
 
 use relume_formats::container::Codec;
 

@@ -1,16 +1,13 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
-use relume_formats::bundle::{
-    Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_receivers, expect_some_plays, expect_textures,
-};
+use crate::methods::choice::Registered;
+use relume_formats::bundle::{Maps, Objects, Scope, expect_name, expect_some_plays};
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
-use relume_formats::kinds::{
-    BrdfBasis, Environment, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, check_file,
-};
-use relume_formats::shape::DeformingMesh;
+use relume_formats::kinds::{SphereSet, StoredScene, check_file};
+use relume_formats::method::{Card, cards_of};
 use relume_formats::state::Animation;
-use relume_formats::{Error, Place, Result};
+use relume_formats::{Place, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -27,10 +24,6 @@ pub fn verify(path: &Path) -> Result<String> {
 fn sound(path: &Path, header: &Header) -> String {
     let (kind, sections) = (header.kind.name(), header.sections.len());
     format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display())
-}
-
-fn refused(place: &Place, reason: &str) -> Error {
-    Error::invalid(place, format!("{reason}; bake the whole bundle again"))
 }
 
 /// A bundle being checked. Of large files only heads are kept.
@@ -64,8 +57,10 @@ impl<'a> Bundle<'a> {
         let animations = self.animations()?;
         let objects = self.sphere_sets()?;
         let mut scopes = Vec::new();
-        for method in self.manifest.methods.clone() {
-            scopes.push(self.method(&method, &objects)?);
+        let methods = self.manifest.methods.clone();
+        let cards = cards_of(methods.iter().map(|method| method.name.as_str()), &Place::file(self.folder.join(FILE_NAME)))?;
+        for (method, card) in methods.iter().zip(cards) {
+            scopes.push(self.method(method, card, &objects)?);
         }
         animations.iter().try_for_each(|(place, animation)| expect_some_plays(animation, &scopes, place))?;
         let files = self.manifest.entries().count();
@@ -102,59 +97,27 @@ impl<'a> Bundle<'a> {
     }
 
     /// Checks the files of `method`; returns what it lets vary.
-    fn method(&mut self, method: &MethodEntry, objects: &Objects) -> Result<Scope> {
+    fn method(&mut self, method: &MethodEntry, card: &'static Card, objects: &Objects) -> Result<Scope> {
         let place = Place::file(self.folder.join(FILE_NAME)).part(format!("method `{}`", method.name));
-        let kind = [Kind::TransferImages, Kind::SparseTransfer, Kind::SphereShadows].into_iter().find(|kind| kind.name() == method.name);
-        let kind = kind.ok_or_else(|| Error::unsupported(&place, "is unknown to this program; use a newer one"))?;
-        expect_files(kind, &method.files, &place)?;
-        let files: Vec<(Kind, PathBuf)> = method
-            .files
-            .iter()
-            .filter_map(|(name, entry)| Some((Kind::ALL.into_iter().find(|kind| kind.name() == name)?, self.folder.join(&entry.file))))
-            .collect();
-        let maps = if kind == Kind::TransferImages { self.images(&files).map(|()| Maps::default()) } else { self.lit(&files, objects) }?;
+        card.expect_files(&method.files, &place)?;
+        let path = |entry: &FileEntry| self.folder.join(&entry.file);
+        let files = method.files.iter().filter_map(|(name, entry)| Some((Kind::find(name)?, path(entry))));
+        let files: Vec<(Kind, PathBuf)> = files.collect();
+        let maps = match Registered::find(card.name) {
+            Some(registered) => (registered.verify)(&Bundled { scene: &self.scene, objects }, &files)?,
+            None => Maps::default(),
+        };
         files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
-        Ok(Scope { scene: self.scene.meta.clone(), kind, maps: maps.names().to_vec() })
+        Ok(Scope { scene: self.scene.meta.clone(), card, maps: maps.names().to_vec() })
     }
+}
 
-    fn images(&self, files: &[(Kind, PathBuf)]) -> Result<()> {
-        let [(_, basis), (_, images)] = files else { return Ok(()) };
-        let head = TransferImages::open(images)?.read(TransferImages::checked_head)?;
-        expect_images(&head, &BrdfBasis::read_file(basis)?, &self.scene.meta, &Place::file(images))
-    }
-
-    /// The files of a method that the environment lights.
-    fn lit(&self, files: &[(Kind, PathBuf)], objects: &Objects) -> Result<Maps> {
-        let (mut maps, mut textured, mut shapes) = (Maps::default(), false, self.scene.meta.shapes.iter());
-        for (kind, path) in files {
-            let place = Place::file(path);
-            match kind {
-                Kind::Environment => maps.add(&Environment::read_file(path)?, &place)?,
-                Kind::Textures => {
-                    expect_textures(&Textures::read_file(path)?, &self.scene, &place)?;
-                    textured = true;
-                }
-                Kind::Shape => {
-                    let shape = DeformingMesh::read_file(path)?;
-                    let stored = shapes.next().ok_or_else(|| refused(&place, "is a shape of no object"))?;
-                    objects.expect_shape(&shape, stored, &self.scene, &place)?;
-                }
-                Kind::SparseTransfer => {
-                    let meta = SparseTransfer::open(path)?.read(SparseTransfer::checked_meta)?;
-                    expect_lit("rows", meta.vertices.into(), &self.scene, &maps, textured, &place)?;
-                }
-                _ => {
-                    let shadows = SphereShadows::read_file(path)?;
-                    expect_lit("lobes", shadows.meta.vertices(), &self.scene, &maps, textured, &place)?;
-                    expect_receivers(&shadows, &self.scene, objects, &place)?;
-                    if let Some(missing) = shapes.next() {
-                        return Err(refused(&place, &format!("needs the shape of object `{}` before it", missing.object)));
-                    }
-                }
-            }
-        }
-        Ok(maps)
-    }
+/// What the files of a method must agree with.
+pub struct Bundled<'a> {
+    /// The scene.
+    pub scene: &'a StoredScene,
+    /// Its objects, with their sphere sets.
+    pub objects: &'a Objects,
 }
 
 #[cfg(test)]

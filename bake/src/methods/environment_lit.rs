@@ -1,13 +1,15 @@
 //! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the files of light and textures.
 
 use crate::error::{BakeError, Result};
+use crate::inspect::Bundled;
 use relume_formats::Place;
-use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS};
-use relume_formats::container::Stored;
+use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_textures};
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
 use relume_scenes::{Emitter, Light, NamedMap, Scene};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 /// Widest environment map in a bundle.
 const MAP_WIDTH: u32 = 2048;
@@ -125,4 +127,35 @@ pub(super) fn stored_bytes(scene: &Scene) -> Result<usize> {
     let place = || Place::file(&scene.file);
     let maps = environments(scene).iter().map(|map| Ok(map.to_bytes(place())?.len())).sum::<Result<usize>>()?;
     Ok(maps + textures(scene).map(|textures| textures.to_bytes(place())).transpose()?.map_or(0, |bytes| bytes.len()))
+}
+
+/// Checks maps and textures among the `files` of a method against the scene of `bundle`; returns the maps. `other` is told of every other file, which come
+/// behind them, and of what came before.
+pub(super) fn verify(
+    bundle: &Bundled<'_>,
+    files: &[(Kind, PathBuf)],
+    mut other: impl FnMut(Kind, &Path, &Lit) -> relume_formats::Result<()>,
+) -> relume_formats::Result<Maps> {
+    let mut lit = Lit::default();
+    for (kind, path) in files {
+        let place = Place::file(path);
+        match kind {
+            Kind::Environment => lit.maps.add(&Environment::read_file(path)?, &place)?,
+            Kind::Textures => {
+                expect_textures(&Textures::read_file(path)?, bundle.scene, &place)?;
+                lit.textured = true;
+            }
+            kind => other(*kind, path, &lit)?,
+        }
+    }
+    Ok(lit.maps)
+}
+
+/// Maps and textures of a method.
+#[derive(Default)]
+pub(super) struct Lit {
+    /// The maps.
+    pub maps: Maps,
+    /// Whether there are textures.
+    pub textured: bool,
 }

@@ -11,14 +11,20 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
 use relume_formats::kinds::manifest::MethodEntry;
+use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// A method with the settings that it is to bake with.
 pub trait Method {
+    /// What there is to say of it.
+    fn card(&self) -> &'static Card;
+
     /// Its name in manifests and on the command line.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.card().name
+    }
 
     /// Fails, naming what stands in the way, unless the method can show the scene at all and a file can hold it.
     ///
@@ -73,6 +79,14 @@ pub struct Predicted {
     pub memory: u64,
     /// What the bake will choose by itself for [`Method::chosen`].
     pub chosen: Option<usize>,
+}
+
+/// What to tell a user whose bake with `settings` is not exact enough: to ask for the `next` number of what `setting` counts, `most` at most.
+fn more_of(settings: &BTreeMap<String, Value>, setting: &str, next: impl Fn(u64) -> u64, most: u64) -> String {
+    match settings.get(setting).and_then(Value::as_u64) {
+        Some(n) if n < most => format!("add --{setting} {}", next(n).min(most)),
+        _ => "no more of them does better".to_owned(),
+    }
 }
 
 /// `count` of the numbers below `all`, or all of these, spread by the golden section: evenly, but in step with nothing.

@@ -5,13 +5,11 @@ mod stored;
 mod text;
 
 use crate::bundle::{self, Shared};
-use crate::cli::MethodName;
 use crate::error::Result;
 use crate::job::{Job, ProgressMode};
-use crate::methods::choice::{Asked, METHODS, cheapest, serves_all};
+use crate::methods::choice::{Asked, METHODS, Registered, cheapest};
 use crate::playable;
 use charted::BestPoint;
-use clap::ValueEnum;
 use relume_formats::{Error, Place};
 use relume_scenes::Scene;
 use serde::Serialize;
@@ -123,13 +121,13 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     let mut stored = stored::read(&folders.bundles.join(&scene.name), scene);
     let mut charted = charted::read(&folders.charts.join(&scene.name));
     let mut shared = None;
-    let mut candidate = |name: MethodName| {
-        let method = asked.method(name, scene);
+    let mut candidate = |registered: &'static Registered| {
+        let method = (registered.new)(&asked, scene);
         let misfit = method.expect_fit(scene).err().map(|error| reason(&error.to_string(), scene));
         let mut candidate = Candidate {
             name: method.name(),
             misfit,
-            serves_all: serves_all(name, &scene.vary),
+            serves_all: registered.serves_all(&scene.vary),
             leaves_out: Vec::new(),
             settings: method.asked_for(),
             predicted: None,
@@ -149,7 +147,7 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     };
     let methods = METHODS.into_iter().map(&mut candidate).collect::<Result<Vec<Candidate>>>()?;
     let preferred = cheapest(&scene.vary);
-    let taken = methods.iter().zip(METHODS).find(|(_, name)| *name == preferred).map(|(candidate, _)| candidate);
+    let taken = methods.iter().find(|candidate| candidate.name == preferred.card.name);
     let fits = taken.filter(|candidate| candidate.misfit.is_none());
     Ok(Plan {
         scene: scene.name.clone(),
@@ -181,17 +179,12 @@ fn reason(message: &str, scene: &Scene) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Why `bake run` takes the method `name`, which may not fit.
-fn why(name: MethodName, misfit: Option<&str>) -> String {
-    let method = name.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
-    let cheapest = match name {
-        MethodName::TransferImages => "light, view and shape stay, so a frame is a sum of baked images, which costs least",
-        MethodName::SparseTransfer => "light or view varies and shapes stay: the cheapest method that follows a light or a camera",
-        MethodName::SphereShadows => "shapes vary: the only method whose shadows follow them",
-    };
+/// Why `bake run` takes `method`, which may not fit.
+fn why(method: &Registered, misfit: Option<&str>) -> String {
+    let (name, cheapest) = (method.card.name, method.why);
     match misfit {
         None => cheapest.to_owned(),
-        Some(misfit) => format!("{cheapest}; but {method} does not fit: {misfit}"),
+        Some(misfit) => format!("{cheapest}; but {name} does not fit: {misfit}"),
     }
 }
 

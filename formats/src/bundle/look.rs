@@ -1,8 +1,8 @@
 //! How a scene looks at one moment: what it has, and what a state replaces of it.
 
-use crate::container::Kind;
 use crate::error::{Error, Place, Result};
 use crate::kinds::scene::{self, EnvironmentLook, StoredMaterial};
+use crate::method::{Card, Materials};
 use crate::near::did_you_mean;
 use crate::state::{Brdf, Camera, EnvironmentState, Posed, State, Varies};
 use std::collections::BTreeMap;
@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 pub struct Scope {
     /// The scene.
     pub scene: scene::Meta,
-    /// Kind of the main file of the method that plays, which decides what varies.
-    pub kind: Kind,
+    /// The method that plays, which decides what varies.
+    pub card: &'static Card,
     /// The environment maps that there are.
     pub maps: Vec<String>,
 }
@@ -34,12 +34,12 @@ pub struct Look {
 impl Scope {
     /// What may change at playback.
     pub fn varies(&self) -> Varies<'_> {
-        self.scene.varies(self.kind)
+        self.scene.varies(self.card)
     }
 
     /// The materials that may be edited, in the order of the scene.
     pub fn materials(&self) -> impl Iterator<Item = &StoredMaterial> {
-        self.scene.materials.iter().filter(|material| material.varies && self.kind == Kind::TransferImages)
+        self.scene.materials.iter().filter(|material| material.varies && self.card.lets_vary.materials > Materials::Fixed)
     }
 
     /// `now` with the leaves that `change` names replaced.

@@ -3,21 +3,19 @@
 //! Everything that reads bundles calls these: `bake verify`, `bake info` and `bake export` on all files, a player on those that it reads, as they arrive.
 //! No check needs more of another file than its head, so that nothing large must be kept.
 //!
-//! * [`expect_files`]: the files of a method and their order; [`expect_name`]: what the manifest calls a file's content;
+//! * [`expect_name`]: what the manifest calls a file's content;
 //! * [`expect_images`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
 //! * [`Scope`], [`Look`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
 
 mod animations;
-mod files;
 mod images;
 mod lit;
 mod look;
 mod shadows;
 
 pub use animations::{expect_playable, expect_some_plays, sets_only};
-pub use files::{expect_files, expect_name};
 pub use images::expect_images;
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};
@@ -28,4 +26,12 @@ use crate::error::{Error, Place, Result};
 /// The error that a file does not fit the others of its bundle.
 fn refuse<T>(place: &Place, reason: impl AsRef<str>) -> Result<T> {
     Err(Error::invalid(place, format!("{}; bake the whole bundle again", reason.as_ref())))
+}
+
+/// Fails unless the file at `place`, whose content is called `name`, is listed by that name.
+pub fn expect_name(name: &str, listed: &str, place: &Place) -> Result<()> {
+    if name == listed {
+        return Ok(());
+    }
+    refuse(place, format!("holds `{name}`, the manifest lists `{listed}`"))
 }

@@ -1,109 +1,81 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
-use super::Stored as _;
-use super::{CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, expect_decoded};
+use super::{
+    CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, Sections, Stored as _, expect_decoded,
+};
 use crate::error::{Error, Place, Result};
 use crate::kinds;
-use crate::shape::DeformingMesh;
-use crate::state::Animation;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
-/// What a file holds. The number is what stands in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u32)]
-pub enum Kind {
+/// Writes down what there is to say of each kind, a line each: number, name, type, and most sections of a file.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident = $number:literal, $name:literal, $stored:ty, $sections:expr;)*) => {
+        /// What a file holds. The number is what stands in the file.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        #[repr(u32)]
+        pub enum Kind {
+            $($(#[$doc])* $kind = $number,)*
+        }
+
+        impl Kind {
+            /// Every kind this version knows.
+            pub const ALL: [Kind; [$(Kind::$kind),*].len()] = [$(Kind::$kind),*];
+
+            /// The name used in messages, manifests and `bake info`.
+            pub const fn name(self) -> &'static str {
+                match self { $(Kind::$kind => $name),* }
+            }
+
+            /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
+            pub fn max_sections(self) -> usize {
+                match self { $(Kind::$kind => $sections),* }
+            }
+
+            /// The version of the kind that this program reads and writes.
+            pub fn current_version(self) -> u32 {
+                match self { $(Kind::$kind => <$stored>::VERSION),* }
+            }
+
+            /// What checks the sections of a file of this kind, see [`Stored::check`].
+            pub(crate) fn check(self) -> fn(&mut Sections<'_>) -> Result<()> {
+                match self { $(Kind::$kind => <$stored>::check),* }
+            }
+        }
+    };
+}
+
+kinds! {
     /// Meshes, camera and materials of a scene: `kinds::scene`.
-    Scene = 1,
+    Scene = 1, "scene", kinds::StoredScene, 4;
     /// One animation: `kinds::animation`.
-    Animation = 2,
+    Animation = 2, "animation", crate::state::Animation, 1;
     /// A basis of a BRDF space: `kinds::brdf_basis`.
-    BrdfBasis = 3,
+    BrdfBasis = 3, "brdf-basis", kinds::BrdfBasis, 5;
     /// The images of the method `transfer-images`: `kinds::transfer_images`.
-    TransferImages = 4,
+    TransferImages = 4, "transfer-images", kinds::TransferImages, MAX_SECTIONS;
     /// The Haar coefficients of every 4 × 4 bitmap: `kinds::haar_table`.
-    HaarTable = 5,
+    HaarTable = 5, "haar-table", kinds::HaarTable, 1;
     /// An equirectangular environment map: `kinds::environment`.
-    Environment = 6,
+    Environment = 6, "environment", kinds::Environment, 2;
     /// Texture coordinates and textures of a scene's meshes: `kinds::textures`.
-    Textures = 7,
+    Textures = 7, "textures", kinds::Textures, 18;
     /// The rows of the method `sparse-transfer`: `kinds::sparse_transfer`.
-    SparseTransfer = 8,
+    SparseTransfer = 8, "sparse-transfer", kinds::SparseTransfer, MAX_SECTIONS;
     /// Spheres that cover a solid: `kinds::sphere_set`.
-    SphereSet = 9,
+    SphereSet = 9, "sphere-set", kinds::SphereSet, 7;
     /// The texels that one sphere blocks, for every direction and size: `kinds::visibility_table`.
-    VisibilityTable = 10,
+    VisibilityTable = 10, "visibility-table", kinds::VisibilityTable, 1;
     /// A mesh that deforms, and its clips: `kinds::shape`.
-    Shape = 11,
+    Shape = 11, "shape", crate::shape::DeformingMesh, 12;
     /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
-    SphereShadows = 12,
+    SphereShadows = 12, "sphere-shadows", kinds::SphereShadows, 5;
 }
 
 impl Kind {
-    /// Every kind this version knows.
-    pub const ALL: [Kind; 12] = [
-        Kind::Scene,
-        Kind::Animation,
-        Kind::BrdfBasis,
-        Kind::TransferImages,
-        Kind::HaarTable,
-        Kind::Environment,
-        Kind::Textures,
-        Kind::SparseTransfer,
-        Kind::SphereSet,
-        Kind::Shape,
-        Kind::VisibilityTable,
-        Kind::SphereShadows,
-    ];
-
-    /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
-    pub fn max_sections(self) -> usize {
-        match self {
-            Kind::Animation | Kind::HaarTable | Kind::VisibilityTable => 1,
-            Kind::Scene => 4,
-            Kind::BrdfBasis | Kind::SphereShadows => 5,
-            Kind::Environment => 2,
-            Kind::SphereSet => 7,
-            Kind::Shape => 12,
-            Kind::Textures => 18,
-            Kind::TransferImages | Kind::SparseTransfer => MAX_SECTIONS,
-        }
-    }
-
-    /// The version of the kind that this program reads and writes.
-    pub fn current_version(self) -> u32 {
-        match self {
-            Kind::Scene => kinds::StoredScene::VERSION,
-            Kind::Animation => Animation::VERSION,
-            Kind::BrdfBasis => kinds::BrdfBasis::VERSION,
-            Kind::TransferImages => kinds::TransferImages::VERSION,
-            Kind::HaarTable => kinds::HaarTable::VERSION,
-            Kind::Environment => kinds::Environment::VERSION,
-            Kind::Textures => kinds::Textures::VERSION,
-            Kind::SparseTransfer => kinds::SparseTransfer::VERSION,
-            Kind::SphereSet => kinds::SphereSet::VERSION,
-            Kind::Shape => DeformingMesh::VERSION,
-            Kind::VisibilityTable => kinds::VisibilityTable::VERSION,
-            Kind::SphereShadows => kinds::SphereShadows::VERSION,
-        }
-    }
-
-    /// The name used in messages, manifests and `bake info`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Scene => "scene",
-            Kind::Animation => "animation",
-            Kind::BrdfBasis => "brdf-basis",
-            Kind::TransferImages => "transfer-images",
-            Kind::HaarTable => "haar-table",
-            Kind::Environment => "environment",
-            Kind::Textures => "textures",
-            Kind::SparseTransfer => "sparse-transfer",
-            Kind::SphereSet => "sphere-set",
-            Kind::Shape => "shape",
-            Kind::VisibilityTable => "visibility-table",
-            Kind::SphereShadows => "sphere-shadows",
-        }
+    /// The kind called `name`.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 }
 

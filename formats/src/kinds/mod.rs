@@ -27,10 +27,8 @@ pub use textures::Textures;
 pub use transfer_images::TransferImages;
 pub use visibility_table::VisibilityTable;
 
-use crate::container::{Header, Kind, Stored, open};
+use crate::container::{Header, open};
 use crate::error::Result;
-use crate::shape::DeformingMesh;
-use crate::state::Animation;
 use std::path::Path;
 
 /// Checks every checksum and value of the file at `path`, whatever its kind; returns its header. No more than a part of a large file is kept in memory.
@@ -41,19 +39,6 @@ pub fn check_file(path: &Path) -> Result<Header> {
     let reader = open(path)?;
     let (header, place) = (reader.header().clone(), reader.place().clone());
     header.expect_kind(header.kind, header.kind.current_version(), &place)?;
-    reader.read(match header.kind {
-        Kind::Scene => StoredScene::check,
-        Kind::Animation => Animation::check,
-        Kind::BrdfBasis => BrdfBasis::check,
-        Kind::TransferImages => TransferImages::check,
-        Kind::HaarTable => HaarTable::check,
-        Kind::Environment => Environment::check,
-        Kind::Textures => Textures::check,
-        Kind::SparseTransfer => SparseTransfer::check,
-        Kind::SphereSet => SphereSet::check,
-        Kind::Shape => DeformingMesh::check,
-        Kind::VisibilityTable => VisibilityTable::check,
-        Kind::SphereShadows => SphereShadows::check,
-    })?;
+    reader.read(header.kind.check())?;
     Ok(header)
 }

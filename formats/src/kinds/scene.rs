@@ -12,6 +12,7 @@
 use super::names::{fault_of_name, fault_of_names};
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
 use crate::error::{Error, Place, Result};
+use crate::method::{Card, Materials};
 use crate::shape::MAX_CLIPS;
 use crate::state::{Brdf, Camera, EnvironmentState, MAX_COORDINATE, MaterialState, Posed, Rgb, ShapeState, Varies};
 use glam::Vec3;
@@ -147,22 +148,16 @@ impl Meta {
             .or_else(|| self.shapes.iter().find_map(StoredShape::fault))
     }
 
-    /// What a method whose main file is of `kind` lets vary of this scene.
-    pub fn varies(&self, kind: Kind) -> Varies<'_> {
-        match kind {
-            Kind::TransferImages => {
-                Varies { materials: self.materials.iter().filter(|m| m.varies).map(|m| m.name.as_str()).collect(), ..Varies::default() }
-            }
-            Kind::SparseTransfer => {
-                Varies { environment: self.varies_light && self.environment.is_some(), camera: self.varies_view, ..Varies::default() }
-            }
-            Kind::SphereShadows => Varies {
-                environment: self.varies_light && self.environment.is_some(),
-                camera: self.varies_view,
-                shapes: if self.varies_shape { self.shapes.iter().map(|shape| shape.object.as_str()).collect() } else { Vec::new() },
-                ..Varies::default()
-            },
-            _ => Varies::default(),
+    /// What the method of `card` lets vary of this scene.
+    pub fn varies(&self, card: &Card) -> Varies<'_> {
+        let lets = &card.lets_vary;
+        let materials = self.materials.iter().filter(|m| m.varies && lets.materials > Materials::Fixed);
+        let shapes = self.shapes.iter().filter(|_| self.varies_shape && lets.shape);
+        Varies {
+            environment: lets.light && self.varies_light && self.environment.is_some(),
+            camera: lets.view && self.varies_view,
+            materials: materials.map(|m| m.name.as_str()).collect(),
+            shapes: shapes.map(|shape| shape.object.as_str()).collect(),
         }
     }
 }

@@ -50,7 +50,7 @@ pub fn list() -> Result<Vec<String>> {
     let infos: Vec<AdapterInfo> = all(&instance, None)?.iter().map(Adapter::get_info).collect();
     let software = infos.iter().find(|info| info.device_type == DeviceType::Cpu);
     let cpu = software.map(|info| {
-        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.name).collect();
+        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
         format!("{CPU} [radiance of {} on all cores, {} draws]", able.join(", "), info.name)
     });
     Ok(infos.iter().map(describe).chain(cpu).collect())

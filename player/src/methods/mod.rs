@@ -10,9 +10,9 @@ use crate::controls::Look;
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::Arrival;
-use relume_formats::container::Kind;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::transfer_images::Head;
+use relume_formats::method::Card;
 use relume_formats::state::Rgb;
 use relume_formats::{Error as FormatError, Place};
 
@@ -22,14 +22,8 @@ pub const METHODS: [Method; 3] = [transfer_images::METHOD, sparse_transfer::METH
 /// A method's line in the registry.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// Its name in manifests and on the command line.
-    pub name: &'static str,
-    /// Kind of its main file, which comes last and arrives piece by piece.
-    pub kind: Kind,
-    /// Index of the section of that file with which the first piece is complete.
-    pub first_piece: usize,
-    /// Whether it plays with the sphere sets of the scene's objects, which then come before its own files.
-    pub sphere_sets: bool,
+    /// What there is to say of it.
+    pub card: &'static Card,
     /// Whether it can do its sums on the CPU, as the adapter `cpu` asks for.
     pub on_cpu: bool,
     /// Begins to play.
@@ -112,7 +106,7 @@ impl Pieces {
 impl Method {
     /// The method called `name`.
     pub fn find(name: &str) -> Option<Self> {
-        METHODS.into_iter().find(|method| method.name == name)
+        METHODS.into_iter().find(|method| method.card.name == name)
     }
 
     /// Fails if `gpu` is to leave the sums to the CPU and this method cannot.
@@ -120,8 +114,8 @@ impl Method {
         if self.on_cpu || !gpu.radiance_on_cpu {
             return Ok(());
         }
-        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.name).collect();
-        let (name, able) = (self.name, able.join(", "));
+        let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
+        let (name, able) = (self.card.name, able.join(", "));
         Err(Error::Usage(format!(
             "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
         )))
@@ -129,7 +123,7 @@ impl Method {
 
     /// The error that a file of this kind does not belong to the method, or not in this place.
     fn has_no_use_for(&self, arrival: &Arrival) -> Error {
-        let reason = format!("method {} has no use for kind `{}` here; bake it again", self.name, arrival.kind.name());
+        let reason = format!("method {} has no use for kind `{}` here; bake it again", self.card.name, arrival.kind.name());
         FormatError::invalid(&arrival.section.place, reason).into()
     }
 }

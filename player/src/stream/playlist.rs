@@ -6,7 +6,6 @@
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
-use relume_formats::bundle::expect_files;
 use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::near::did_you_mean;
@@ -48,8 +47,8 @@ pub struct Playlist {
     pub items: Vec<Item>,
     /// The method that plays them.
     pub method: Method,
-    /// The kinds of the main files of all methods of the bundle that are known.
-    pub kinds: Vec<Kind>,
+    /// All methods of the bundle that are known.
+    pub known: Vec<Method>,
 }
 
 impl Playlist {
@@ -59,7 +58,7 @@ impl Playlist {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
         let (method, entry) = choose(&manifest, method, folder)?;
-        expect_files(method.kind, &entry.files, &place.part(format!("method `{}`", entry.name)))?;
+        method.card.expect_files(&entry.files, &place.part(format!("method `{}`", entry.name)))?;
         let item = |kind, entry: &FileEntry| Item {
             path: folder.join(&entry.file),
             kind,
@@ -77,19 +76,17 @@ impl Playlist {
             let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
             items.extend(others.map(|(name, entry)| named(name, Kind::Animation, entry)));
         }
-        if method.sphere_sets {
+        if method.card.sphere_sets {
             let sets = manifest.sphere_sets.iter();
             items.extend(sets.map(|(object, set)| named(object, Kind::SphereSet, &set.file)));
         }
         for (kind, entry) in &entry.files {
-            let kind = Kind::ALL
-                .into_iter()
-                .find(|k| k.name() == kind)
+            let kind = Kind::find(kind)
                 .ok_or_else(|| FormatError::unsupported(&place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
             items.push(item(kind, entry));
         }
-        let kinds = manifest.methods.iter().filter_map(|entry| Some(Method::find(&entry.name)?.kind)).collect();
-        Ok(Self { items, method, kinds })
+        let known = manifest.methods.iter().filter_map(|entry| Method::find(&entry.name)).collect();
+        Ok(Self { items, method, known })
     }
 
     /// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.
@@ -111,7 +108,7 @@ fn choose<'a>(manifest: &'a Manifest, name: Option<&str>, folder: &Path) -> Resu
     };
     entries.iter().find_map(|entry| Some((Method::find(&entry.name)?, entry))).ok_or_else(|| {
         let there: Vec<_> = entries.iter().map(|entry| format!("`{}`", entry.name)).collect();
-        let known: Vec<_> = METHODS.iter().map(|method| method.name).collect();
+        let known: Vec<_> = METHODS.iter().map(|method| method.card.name).collect();
         let reason = format!("method {} is unknown to this player, which plays {}", there.join(", "), known.join(", "));
         FormatError::unsupported(&Place::file(folder.join(FILE_NAME)), reason).into()
     })
@@ -155,11 +152,11 @@ impl Item {
     }
 
     fn least_bytes(&self, method: Method) -> Result<u64> {
-        if self.kind != method.kind {
+        if Some(self.kind) != method.card.main() {
             return Ok(self.bytes);
         }
         let reader = open(&self.path)?;
-        let last_needed = reader.header().sections.get(method.first_piece);
+        let last_needed = reader.header().sections.get(method.card.first_piece);
         Ok(last_needed.map_or(self.bytes, |info| info.offset + info.stored_bytes))
     }
 }

@@ -9,12 +9,13 @@ pub mod sparse;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
-use relume_formats::container::{Kind, Stored};
+use relume_formats::container::Stored;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
+use relume_formats::method::TRANSFER_IMAGES;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
 use relume_player::controls::Scope;
 use std::collections::BTreeMap;
@@ -85,7 +86,7 @@ pub fn scene_meta() -> scene::Meta {
 
 /// What may be set of `scene` when images are played.
 pub fn scope(scene: scene::Meta) -> Scope {
-    Scope { scene, kind: Kind::TransferImages, maps: Vec::new() }
+    Scope { scene, card: &TRANSFER_IMAGES, maps: Vec::new() }
 }
 
 fn scene() -> StoredScene {

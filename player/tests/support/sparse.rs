@@ -5,12 +5,13 @@ use super::Random;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
-use relume_formats::container::{Kind, Stored};
+use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Steps};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, SparseTransfer, StoredScene, Textures};
+use relume_formats::method::SPARSE_TRANSFER;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera};
 use relume_player::controls::Scope;
 use std::collections::BTreeMap;
@@ -131,7 +132,7 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
 /// What may be set of [`scene`] among [`maps`].
 pub fn scope() -> Scope {
     let maps = maps().into_iter().map(|map| map.name).collect();
-    Scope { scene: scene([2, 2]).meta, kind: Kind::SparseTransfer, maps }
+    Scope { scene: scene([2, 2]).meta, card: &SPARSE_TRANSFER, maps }
 }
 
 /// A texture for the grid of [`scene`], with holes, over two repetitions mirrored one way.

@@ -70,10 +70,10 @@ fn black_pictures_have_no_figure() {
     ];
     for (what, text, is_black, has_figure) in cases {
         let (place, scene) = (Place::of(&text), scene(&text));
-        let name = METHODS[usize::from(scene.vary.light)];
+        let method = METHODS[usize::from(scene.vary.light)];
         let asked = Asked { samples: Some(4), bases: Some(2), terms: Some(4), ..Asked::of_scene(&scene) };
         let out = place.at("out");
-        let (summary, _) = bundle::run(&scene, &[asked.method(name, &scene)], scene.size, &out, Leftover::Refuse, 0, &job()).unwrap();
+        let (summary, _) = bundle::run(&scene, &[(method.new)(&asked, &scene)], scene.size, &out, Leftover::Refuse, 0, &job()).unwrap();
         let errors = &summary.methods[0].entry.errors;
         assert_eq!((summary.is_black, errors.contains_key("relative_l2_worst")), (is_black, has_figure), "{what}: {errors:?}");
         inspect::verify(&out).unwrap();

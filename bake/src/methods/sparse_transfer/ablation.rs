@@ -10,7 +10,6 @@ use super::visibility::transfer_row;
 use super::{environments, importance, push, receivers};
 use crate::bundle::{self, Leftover};
 use crate::chart::ablation::{Drawing, SAMPLES, STATES, Steps, at_state, bundle_folder, exact, library, played, quiet, reference};
-use crate::cli::MethodName;
 use crate::methods::choice::Asked;
 use crate::trace::world::World;
 use rayon::prelude::*;
@@ -63,7 +62,7 @@ fn whole_rows(rows: &Rows, state: usize) -> Vec<Rgb> {
 fn ablation_of_knot_outdoors() {
     let scene = library("knot-outdoors");
     let folder = bundle_folder("knot-outdoors");
-    let method = Asked::of_scene(&scene).method(MethodName::SparseTransfer, &scene);
+    let method = (super::METHOD.new)(&Asked::of_scene(&scene), &scene);
     bundle::run(&scene, &[method], scene.size, &folder, Leftover::Resume, 0, &quiet()).unwrap();
     let stored = SparseTransfer::read_file(&folder.join("sparse-transfer.relume")).unwrap();
     let kept = stored.meta.terms();

@@ -9,6 +9,7 @@ use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_formats::kinds::{Environment, Textures};
+use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -24,8 +25,8 @@ pub struct Wanted {
 }
 
 impl Method for Wanted {
-    fn name(&self) -> &'static str {
-        NAME
+    fn card(&self) -> &'static Card {
+        &relume_formats::method::SPARSE_TRANSFER
     }
 
     fn expect_fit(&self, scene: &Scene) -> Result<()> {

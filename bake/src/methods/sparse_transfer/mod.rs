@@ -11,6 +11,7 @@ mod lights;
 mod method;
 mod prediction;
 mod quantise;
+mod registered;
 mod rows;
 mod sweep;
 mod texels;
@@ -18,6 +19,7 @@ mod visibility;
 
 pub use errors::Errors;
 pub use method::Wanted;
+pub use registered::METHOD;
 pub use rows::MAX_TERMS;
 pub use sweep::SWEEP;
 
@@ -51,7 +53,7 @@ mod ablation;
 mod accuracy_table;
 
 /// Name of the method.
-pub const NAME: &str = "sparse-transfer";
+pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
 /// Changes whenever the same scene and settings give other bytes than before.
 pub const REVISION: u32 = 1;
 /// Texels along a side of the light's faces where light bounces.

@@ -2,11 +2,9 @@
 
 use super::quantise::{self, blocks, shapes};
 use super::rows::{MAX_TERMS, RADIANCES, Rows};
-use super::{NAME, Settings, Terms, Wanted, expect_fit};
+use super::{METHOD, NAME, Settings, Terms, Wanted, expect_fit};
 use crate::chart::sweep::{Bench, Sweep, Variant, read};
-use crate::cli::MethodName;
 use crate::error::Result;
-use crate::methods::choice::serves_all;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::kinds::SparseTransfer;
 use relume_formats::kinds::sparse_transfer::{BlockShape, Meta};
@@ -15,7 +13,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| serves_all(MethodName::SparseTransfer, vary), expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
 
 /// Rays a texel where visibility changes: those of draft and preview. More take longer than a chart may, and change nothing that it can tell.
 const RAYS: [u32; 2] = [1, 16];

@@ -7,7 +7,6 @@ use super::errors::{Posed, centre, lobes, shown_in};
 use super::ladder::blocked_by_table;
 use crate::bundle::{self, Leftover};
 use crate::chart::ablation::{Drawing, SAMPLES, STATES, Steps, at_state, bundle_folder, exact, library, played, quiet, reference};
-use crate::cli::MethodName;
 use crate::methods::choice::Asked;
 use crate::methods::environment_lit::environments;
 use crate::methods::sparse_transfer::receivers as tracing_receivers;
@@ -109,7 +108,7 @@ impl Lobe {
 fn ablation(name: &str) {
     let scene = library(name);
     let folder = bundle_folder(name);
-    let method = Asked::of_scene(&scene).method(MethodName::SphereShadows, &scene);
+    let method = (super::METHOD.new)(&Asked::of_scene(&scene), &scene);
     bundle::run(&scene, &[method], scene.size, &folder, Leftover::Resume, 0, &quiet()).unwrap();
     let shadows = SphereShadows::read_file(&folder.join("sphere-shadows.relume")).unwrap();
     let with_spheres = scene.objects.iter().filter(|object| object.spheres.is_some());

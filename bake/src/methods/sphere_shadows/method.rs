@@ -10,6 +10,7 @@ use crate::methods::{Method, Predicted, Traced, environment_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{MethodEntry, shape_file};
 use relume_formats::kinds::{Environment, Textures};
+use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -31,8 +32,8 @@ impl Wanted {
 }
 
 impl Method for Wanted {
-    fn name(&self) -> &'static str {
-        NAME
+    fn card(&self) -> &'static Card {
+        &relume_formats::method::SPHERE_SHADOWS
     }
 
     fn expect_fit(&self, scene: &Scene) -> Result<()> {

@@ -7,6 +7,7 @@
 mod errors;
 mod method;
 mod prediction;
+mod registered;
 mod rows;
 mod sweep;
 
@@ -16,6 +17,7 @@ mod ablation;
 mod ladder;
 
 pub use method::Wanted;
+pub use registered::METHOD;
 pub use sweep::SWEEP;
 
 use super::environment_lit;
@@ -25,7 +27,7 @@ use relume_formats::bundle::MAX_SPHERE_PAIRS;
 use relume_scenes::{Object, Scene};
 
 /// Name of the method.
-pub const NAME: &str = "sphere-shadows";
+pub const NAME: &str = relume_formats::method::SPHERE_SHADOWS.name;
 /// Changes whenever the same scene and settings give other bytes than before, spheres included.
 pub const REVISION: u32 = 2;
 /// As many names as anybody would read are listed.

@@ -1,17 +1,15 @@
 //! The settings of the method on the chart: spheres, terms, and levels of visibility.
 
-use super::{NAME, Wanted, expect_fit};
+use super::{METHOD, NAME, Wanted, expect_fit};
 use crate::chart::sweep::{Bench, Sweep, Variant, read};
-use crate::cli::MethodName;
 use crate::error::Result;
-use crate::methods::choice::serves_all;
 use relume_formats::kinds::SphereShadows;
 use relume_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| serves_all(MethodName::SphereShadows, vary), expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
 
 /// Spheres of every object that has some.
 const SPHERES: [u32; 4] = [16, 32, 64, 128];

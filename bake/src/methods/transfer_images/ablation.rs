@@ -7,7 +7,6 @@ use super::{NAME, basis_for};
 use crate::brdf;
 use crate::bundle::{self, Leftover};
 use crate::chart::ablation::{SAMPLES, SIZE, STATES, at_state, bundle_folder, library, percent, played, quiet};
-use crate::cli::MethodName;
 use crate::methods::choice::Asked;
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
@@ -124,7 +123,7 @@ fn ablation_of_cornell_knot() {
     let scene = library("cornell-knot");
     let folder = bundle_folder("cornell-knot");
     let asked = Asked::of_scene(&scene);
-    bundle::run(&scene, &[asked.method(MethodName::TransferImages, &scene)], SIZE, &folder, Leftover::Resume, 0, &quiet()).unwrap();
+    bundle::run(&scene, &[(super::METHOD.new)(&asked, &scene)], SIZE, &folder, Leftover::Resume, 0, &quiet()).unwrap();
     let images = TransferImages::read_file(&folder.join("transfer-images.relume")).unwrap();
     let stored_basis = BrdfBasis::read_file(&folder.join("brdf-basis.relume")).unwrap();
     let (bases, samples) = (images.head.meta.bases as usize, images.head.meta.samples);

@@ -11,6 +11,7 @@ use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{MethodEntry, content_hash};
+use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -41,8 +42,8 @@ pub enum Bases {
 }
 
 impl Method for Wanted {
-    fn name(&self) -> &'static str {
-        NAME
+    fn card(&self) -> &'static Card {
+        &relume_formats::method::TRANSFER_IMAGES
     }
 
     fn expect_fit(&self, scene: &Scene) -> Result<()> {

@@ -9,6 +9,7 @@ mod method;
 mod pack;
 mod prediction;
 mod project;
+mod registered;
 mod sweep;
 mod tiles;
 
@@ -26,6 +27,7 @@ use crate::work_log::WorkLog;
 pub use method::{Bases, Wanted};
 use project::Projector;
 use rayon::prelude::*;
+pub use registered::METHOD;
 use relume_formats::Place;
 use relume_formats::basis::linear_from_srgb;
 use relume_formats::kinds::BrdfBasis;
@@ -38,7 +40,7 @@ pub use sweep::SWEEP;
 use tiles::{Tile, TileFragment};
 
 /// Name of the method.
-pub const NAME: &str = "transfer-images";
+pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
 /// Changes whenever the same scene and settings give other bytes than before.
 pub const REVISION: u32 = 2;
 /// Side of a tile, pixels.

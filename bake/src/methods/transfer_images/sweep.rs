@@ -1,11 +1,9 @@
 //! The settings of the method on the chart: bases, which a frame pays for, and samples, which the bake pays for.
 
 use super::pack::{scale_for, sort_by_importance};
-use super::{Bases, NAME, Wanted, basis_for, expect_fit};
+use super::{Bases, METHOD, NAME, Wanted, basis_for, expect_fit};
 use crate::chart::sweep::{Bench, Sweep, Variant, read};
-use crate::cli::MethodName;
 use crate::error::Result;
-use crate::methods::choice::serves_all;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
@@ -15,7 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: NAME, serves: |vary| serves_all(MethodName::TransferImages, vary), expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
 
 /// Film samples a pixel: those of the qualities by name.
 const SAMPLES: [u32; 3] = [64, 256, 1024];

@@ -23,15 +23,8 @@ use relume_formats::state::Rgb;
 use stage::Stage;
 
 /// The method's line in the registry.
-pub const METHOD: Method = Method {
-    name: "sparse-transfer",
-    kind: Kind::SparseTransfer,
-    // Behind the meta.
-    first_piece: BLOCK_SECTIONS,
-    sphere_sets: false,
-    on_cpu: false,
-    start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)),
-};
+pub const METHOD: Method =
+    Method { card: &relume_formats::method::SPARSE_TRANSFER, on_cpu: false, start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)) };
 
 const ACCUMULATE: &str = include_str!("accumulate.wgsl");
 

@@ -29,15 +29,8 @@ use stage::{Changed, Stage, Work};
 use wgpu::BufferUsages;
 
 /// The method's line in the registry.
-pub const METHOD: Method = Method {
-    name: "sphere-shadows",
-    kind: Kind::SphereShadows,
-    // The order of terms, without which no lobe can be cut.
-    first_piece: 4,
-    sphere_sets: true,
-    on_cpu: true,
-    start: |_, setup| Ok(Box::new(SphereShadows::new(setup)?)),
-};
+pub const METHOD: Method =
+    Method { card: &relume_formats::method::SPHERE_SHADOWS, on_cpu: true, start: |_, setup| Ok(Box::new(SphereShadows::new(setup)?)) };
 
 const CAPS: &str = include_str!("caps.wgsl");
 const TERMS: &str = include_str!("terms.wgsl");

@@ -21,14 +21,8 @@ use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
 use relume_formats::kinds::{BrdfBasis, scene};
 
 /// The method's line in the registry.
-pub const METHOD: Method = Method {
-    name: "transfer-images",
-    kind: Kind::TransferImages,
-    first_piece: HEAD_SECTIONS,
-    sphere_sets: false,
-    on_cpu: false,
-    start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
-};
+pub const METHOD: Method =
+    Method { card: &relume_formats::method::TRANSFER_IMAGES, on_cpu: false, start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)) };
 
 const SHADER: &str = include_str!("sum.wgsl");
 

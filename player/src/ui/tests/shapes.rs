@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::controls::Scope;
-use relume_formats::container::Kind;
 use relume_formats::kinds::scene::{StoredClip, StoredObject, StoredShape};
+use relume_formats::method::SPHERE_SHADOWS;
 use relume_formats::state::{Posed, ShapeState};
 
 fn scope() -> Scope {
     let clip = |name: &str| StoredClip { name: name.to_owned(), duration_s: 2.0 };
-    let mut scope = Scope { kind: Kind::SphereShadows, ..support::sparse::scope() };
+    let mut scope = Scope { card: &SPHERE_SHADOWS, ..support::sparse::scope() };
     scope.scene.varies_shape = true;
     scope.scene.objects.push(StoredObject { name: "fox".to_owned(), material: 0, triangles: 0 });
     scope.scene.shapes = vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk"), clip("Run")] }];

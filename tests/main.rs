@@ -11,6 +11,8 @@
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`cases`]: inputs that went wrong once;
+//! * [`reuse`]: what a change of a scene traces again;
+//! * [`pieces`]: bakes over many machines;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
 
@@ -22,8 +24,10 @@ mod chart;
 mod cli;
 mod cpu_gpu;
 mod frame_cost;
+mod pieces;
 mod plan;
 mod relighting;
+mod reuse;
 mod shadows;
 mod sphere_motion;
 mod spheres;

@@ -16,10 +16,12 @@ pub use work::{Work, holds_work};
 use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
-use crate::methods::{Method, Traced};
+use crate::merge::Part;
+use crate::methods::choice::Asked;
+use crate::methods::{Method, Product};
 use crate::output::sweep_partial;
 use crate::scene_hash::scene_hash;
-use crate::work_log::WorkLog;
+use crate::stage::{Share, Traced};
 use crate::{playable, report};
 use publish::publish;
 use relume_formats::Place;
@@ -32,12 +34,15 @@ use relume_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Mutex;
 use std::time::Instant;
 pub use stored_scene::stored_scene;
-use work::{log_name, write_entry};
+use work::write_entry;
 
 /// Folder within a bundle that holds unfinished work.
-const UNFINISHED: &str = "unfinished";
+pub(crate) const UNFINISHED: &str = "unfinished";
+/// File there that says what a part of a bake was asked for.
+pub(crate) const PART: &str = "part.json";
 
 /// What to do about work that an interrupted bake left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +101,43 @@ pub fn run(
     seed: u64,
     job: &Job,
 ) -> Result<(Summary, FolderLock)> {
+    let order = Order { folder, size, leftover, seed, part: None };
+    match make(scene, methods, &order, job)? {
+        (Outcome::Bundle(summary), lock) => Ok((summary, lock)),
+        (Outcome::Pieces(_), _) => Err(BakeError::invalid(&Place::file(folder), "some pieces are missing; bake again with --force")),
+    }
+}
+
+/// Makes the pieces of `part`, of stages that wait for no other part, and leaves them unfinished in `folder`. Everything else as [`run`], which a merge of
+/// all parts calls.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_part(scene: &Scene, methods: &[Box<dyn Method>], part: &Part, folder: &Path, leftover: Leftover, job: &Job) -> Result<Traced> {
+    let Asked { size, seed, .. } = part.asked;
+    let (outcome, _lock) = make(scene, methods, &Order { folder, size, leftover, seed, part: Some(part) }, job)?;
+    Part { done: true, ..part.clone() }.write(folder)?;
+    Ok(if let Outcome::Pieces(traced) = outcome { traced } else { Traced::default() })
+}
+
+/// How a bundle is to be made.
+struct Order<'a> {
+    folder: &'a Path,
+    size: [u32; 2],
+    leftover: Leftover,
+    seed: u64,
+    /// What is asked of a part of a bake, if this is one.
+    part: Option<&'a Part>,
+}
+
+/// What came of it.
+enum Outcome {
+    Bundle(Summary),
+    Pieces(Traced),
+}
+
+fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job) -> Result<(Outcome, FolderLock)> {
+    let Order { folder, size, leftover, part, .. } = *order;
     methods.iter().try_for_each(|method| method.expect_fit(scene))?;
     expect_sizes(scene, size)?;
     // By the very checks of its readers, before anything is traced.
@@ -109,11 +151,15 @@ pub fn run(
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));
     }
-    let work = Work { folder, unfinished: &unfinished, leftover, hash: scene_hash(scene), sphere_sets: &[], job };
+    if let Some(part) = part {
+        part.write(folder)?;
+    }
+    let (traced, share) = (Mutex::new(Traced::default()), part.map_or(Share::WHOLE, |part| part.share));
+    let work = Work { folder, unfinished: &unfinished, leftover, share, sphere_sets: None, traced: &traced, job };
     let old = publish::old_manifest(folder, &unfinished, scene, leftover)?;
-    let baked = bake_into(scene, methods, &stored, old.as_ref(), seed, work);
-    match baked {
-        Ok(summary) => work::tidy(folder, &names).map(|()| (summary, lock)),
+    match bake_into(scene, methods, &stored, old.as_ref(), order.seed, work) {
+        Ok(Outcome::Bundle(summary)) => work::tidy(folder, &names).map(|()| (Outcome::Bundle(summary), lock)),
+        Ok(pieces) => Ok((pieces, lock)),
         Err(error) => {
             // Without a log nothing could go on with what is there. Whatever else goes wrong, the first error is the one worth telling.
             if !holds_work(folder, &names) {
@@ -131,10 +177,10 @@ fn bake_into(
     old: Option<&Manifest>,
     seed: u64,
     work: Work<'_>,
-) -> Result<Summary> {
+) -> Result<Outcome> {
     let start = Instant::now();
-    let Work { folder, unfinished, leftover, hash, .. } = work;
-    let size = stored.meta.size;
+    let Work { folder, unfinished, .. } = work;
+    let (size, hash) = (stored.meta.size, scene_hash(scene));
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     let (playable, left_out) = playable::split(scene, &stored.meta, &names);
     left_out.iter().for_each(|sentence| say(&format!("warning: {sentence}")));
@@ -152,19 +198,18 @@ fn bake_into(
         say(&format!("warning: {}: {}", Place::file(&scene.file), darkness::WARNING));
     }
     let sphere_sets = sphere_sets::fit_all(scene, seed, old, folder, &work)?;
-    let work = Work { sphere_sets: &sphere_sets, ..work };
+    let work = Work { sphere_sets: sphere_sets.as_deref(), ..work };
+    let mut done = work.take_traced();
     let mut summaries = Vec::new();
     for method in methods {
-        let may_reuse = leftover != Leftover::Discard && !WorkLog::exists(&unfinished.join(log_name(method.name())));
-        let reusable = old.filter(|_| may_reuse).and_then(|old| publish::reusable_entry(old, folder, hash, method.as_ref()));
-        summaries.push(match reusable {
-            Some(entry) => MethodSummary { entry, traced: None },
-            None => {
-                let (entry, traced) = method.bake(scene, &work)?;
-                MethodSummary { entry, traced: Some(traced) }
-            }
-        });
+        let summary = bake_by(method.as_ref(), scene, old, &work)?;
+        let traced = summary.as_ref().map_or_else(|| Some(work.take_traced()), |summary| summary.traced);
+        traced.into_iter().for_each(|traced| done.add(traced));
+        summaries.push(summary);
     }
+    let is_part = work.share.is_part();
+    let whole = summaries.into_iter().collect::<Option<Vec<MethodSummary>>>();
+    let (Some(sphere_sets), Some(methods), false) = (sphere_sets, whole, is_part) else { return Ok(Outcome::Pieces(done)) };
     let manifest = Manifest {
         version: manifest::VERSION,
         scene: scene.name.clone(),
@@ -172,14 +217,27 @@ fn bake_into(
         scene_file,
         animations,
         sphere_sets: sphere_sets.iter().map(|set| (set.object.clone(), set.entry.clone())).collect(),
-        methods: summaries.iter().map(|summary| summary.entry.clone()).collect(),
+        methods: methods.iter().map(|summary| summary.entry.clone()).collect(),
     };
     publish(&manifest, old, unfinished, folder)?;
-    let summary = Summary { sphere_sets, methods: summaries, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
+    let summary = Summary { sphere_sets, methods, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
     if summary.has_news() {
         write_report(folder, &summary, start)?;
     }
-    Ok(summary)
+    Ok(Outcome::Bundle(summary))
+}
+
+/// What a method comes to, from `old` if that serves; `None` if pieces are missing that others make.
+fn bake_by(method: &dyn Method, scene: &Scene, old: Option<&Manifest>, work: &Work<'_>) -> Result<Option<MethodSummary>> {
+    let reads = format!("{:032x}", method.reads(scene));
+    let may_reuse = work.leftover != Leftover::Discard && !holds_work(work.folder, &[method.name()]);
+    let old = old.filter(|_| may_reuse && !work.share.is_part());
+    if let Some(entry) = old.and_then(|old| publish::reusable_entry(old, work.folder, &reads, method)) {
+        return Ok(Some(MethodSummary { entry, traced: None }));
+    }
+    let Some(Product { files, settings, errors, measured_on }) = method.bake(scene, work)? else { return Ok(None) };
+    let entry = MethodEntry { name: method.name().to_owned(), reads, files, settings, errors, measured_on };
+    Ok(Some(MethodSummary { entry, traced: Some(work.take_traced()) }))
 }
 
 /// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours of tracing.

@@ -4,6 +4,7 @@ use crate::job::ProgressMode;
 use crate::memory::MemoryLimit;
 use crate::methods::choice::{METHODS, Quality, Registered};
 use crate::spheres::fit::{DEFAULT_ITERATIONS, MAX_SPHERES};
+use crate::stage::Share;
 use crate::trace::reference::Paths;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -29,6 +30,11 @@ pub struct Cli {
 pub enum Command {
     /// Bake a scene into a bundle that `player` plays
     Run(RunArgs),
+    /// Make one bundle of the folders that `bake run --pieces` made on many machines
+    #[command(long_about = "\
+Make one bundle of the folders that `bake run SCENE --pieces I/N -o DIR` made, one for each I from 1 to N, in any order: the bundle of the undivided bake, byte for byte. What waits for all pieces, such as \
+light that bounces, is done here; the scene is read again from where it was.")]
+    Merge(MergeArgs),
     /// Tell what a scene varies, which methods serve that, what baking it will take, and what is left out
     Plan(PlanArgs),
     /// Tell what a file or bundle holds: sections, sizes, settings, measured error
@@ -100,6 +106,29 @@ pub struct RunArgs {
     /// Throw away what is there and bake everything again; what other methods left unfinished stays
     #[arg(long)]
     pub force: bool,
+    /// Make piece I of every N alone, for one of N machines, each with a folder of its own; `bake merge` makes the bundle of all N folders
+    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true, conflicts_with = "force")]
+    pub pieces: Share,
+    /// How progress is told
+    #[arg(long, default_value = "auto")]
+    pub progress: ProgressMode,
+}
+
+/// Arguments of `bake merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// The folders of all pieces, as `bake run SCENE --pieces I/N -o DIR` made them, in any order
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// Where the bundle goes
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the machine has free]
+    #[arg(long, value_name = "GIB", value_parser = parse_memory)]
+    pub memory: Option<MemoryLimit>,
     /// How progress is told
     #[arg(long, default_value = "auto")]
     pub progress: ProgressMode,

@@ -10,17 +10,19 @@ pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Leftover, MethodSummary};
-use crate::cli::{ExportArgs, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
+use crate::cli::{ExportArgs, MergeArgs, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::frame_cost;
 use crate::inspect;
 use crate::job::{Job, say, watch_signals};
 use crate::memory::MemoryLimit;
+use crate::merge::{self, Part};
 use crate::methods::Method;
 use crate::methods::choice::{self, Asked, METHODS, Registered};
 use crate::output::{create_folder, expect_writable};
 use crate::plan;
+use crate::stage::Share;
 use crate::trace::gather::MAX_REFLECTIONS;
 use crate::trace::reference::{self, Estimate, Paths};
 use relume_formats::Place;
@@ -49,39 +51,82 @@ pub fn run(args: &RunArgs) -> Result<String> {
     if !(max_error > 0.0 && max_error.is_finite()) {
         return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
     }
-    let methods = methods(args, &scene, max_error)?;
-    warn(&methods.iter().flat_map(|method| method.leaves_out(&scene)).collect::<Vec<_>>());
+    let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
+    let asked = asked(args, &scene, max_error);
+    let methods = methods(&chosen, &asked, &scene)?;
     let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
         _ => Leftover::Refuse,
     };
-    let size = args.size.unwrap_or(scene.size);
     let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
-    let baked = bundle::run(&scene, &methods, size, &folder, leftover, args.seed, &job);
-    let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+    if args.pieces.is_part() {
+        return run_part(&scene, &methods, &asked, args.pieces, &folder, leftover, &job);
+    }
+    bake(&scene, &methods, &asked, &folder, leftover, &job)
+}
+
+/// Bakes and tells what came of it.
+fn bake(scene: &Scene, methods: &[Box<dyn Method>], asked: &Asked, folder: &Path, leftover: Leftover, job: &Job) -> Result<String> {
+    let baked = bundle::run(scene, methods, asked.size, folder, leftover, asked.seed, job);
     // The lock lasts until the report is whole.
-    let (summary, _lock) = baked.map_err(|e| e.kept(bundle::holds_work(&folder, &names), RESUME))?;
+    let (summary, _lock) = baked.map_err(|e| e.kept(bundle::holds_work(folder, &names(methods)), RESUME))?;
     let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
-    summary.methods.iter().for_each(|method| text += &describe(&scene, method, summary.is_black, max_error));
+    summary.methods.iter().for_each(|method| text += &describe(scene, method, summary.is_black, asked.max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
     if summary.has_news() {
-        text += &frame_cost::measure(&scene, &summary, size, &folder)?;
+        text += &frame_cost::measure(scene, &summary, asked.size, folder)?;
     }
     Ok(text)
 }
 
-/// The methods that the command line asks for, or the cheapest one that serves what varies.
-fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn Method>>> {
-    let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
-    let refuse = |flag: &str, reason: String| Err(BakeError::invalid(&Place::file(flag), reason));
-    let names: Vec<&str> = chosen.iter().map(|method| method.card.name).collect();
-    if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
-        return refuse("--method", "the same one is given twice; once is enough".to_owned());
-    }
-    cards_of(names.iter().copied(), &Place::file("--method"))?;
-    let asked = Asked {
+/// Makes the pieces of a share.
+fn run_part(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    asked: &Asked,
+    share: Share,
+    folder: &Path,
+    leftover: Leftover,
+    job: &Job,
+) -> Result<String> {
+    let part = Part::new(scene, &names(methods), asked, share);
+    let baked = bundle::run_part(scene, methods, &part, folder, leftover, job);
+    let traced = baked.map_err(|e| e.kept(bundle::holds_work(folder, &names(methods)), RESUME))?;
+    let Share { number, of } = share;
+    let folder = folder.display();
+    Ok(format!(
+        "{}: pieces {number}/{of}: {} made, {:.1} million rays in {:.1} s, in {folder}; when all {of} are done: bake merge DIR... -o BUNDLE\n",
+        scene.name,
+        traced.pieces,
+        traced.rays as f64 / 1e6,
+        traced.seconds
+    ))
+}
+
+/// `bake merge`.
+pub fn merge(args: &MergeArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let part = merge::expect_all(&args.folders)?;
+    let scene = relume_scenes::load(&part.scene)?;
+    warn(&scene.warnings);
+    let unknown = |name: &String| BakeError::invalid(&Place::file(name), "is no method of this program; merge with the one that baked");
+    let chosen = part.methods.iter().map(|name| Registered::find(name).ok_or_else(|| unknown(name))).collect::<Result<Vec<_>>>()?;
+    let methods = methods(&chosen, &part.asked, &scene)?;
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    merge::gather(&args.folders, &args.output)?;
+    bake(&scene, &methods, &part.asked, &args.output, Leftover::Resume, &job)
+}
+
+fn names(methods: &[Box<dyn Method>]) -> Vec<&'static str> {
+    methods.iter().map(|method| method.name()).collect()
+}
+
+/// What the command line asks of all methods.
+fn asked(args: &RunArgs, scene: &Scene, max_error: f64) -> Asked {
+    Asked {
         size: args.size.unwrap_or(scene.size),
         quality: args.quality,
         samples: args.spp,
@@ -89,12 +134,24 @@ fn methods(args: &RunArgs, scene: &Scene, max_error: f64) -> Result<Vec<Box<dyn 
         max_error,
         bases: args.bases,
         terms: args.terms,
-    };
-    let stranger = METHODS.into_iter().filter(|method| !names.contains(&method.card.name)).filter_map(|method| method.option);
-    if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(&asked)) {
-        return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method".to_owned());
     }
-    Ok(chosen.into_iter().map(|method| (method.new)(&asked, scene)).collect())
+}
+
+/// The methods that are `chosen`, with what is `asked` of them. Tells what they leave out.
+fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Result<Vec<Box<dyn Method>>> {
+    let refuse = |flag: &str, reason: &str| Err(BakeError::invalid(&Place::file(flag), reason));
+    let names: Vec<&str> = chosen.iter().map(|method| method.card.name).collect();
+    if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
+        return refuse("--method", "the same one is given twice; once is enough");
+    }
+    cards_of(names.iter().copied(), &Place::file("--method"))?;
+    let stranger = METHODS.into_iter().filter(|method| !names.contains(&method.card.name)).filter_map(|method| method.option);
+    if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(asked)) {
+        return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method");
+    }
+    let methods: Vec<Box<dyn Method>> = chosen.iter().map(|method| (method.new)(asked, scene)).collect();
+    warn(&methods.iter().flat_map(|method| method.leaves_out(scene)).collect::<Vec<_>>());
+    Ok(methods)
 }
 
 /// What came of one method, and a warning where that is less than was asked for.

@@ -28,7 +28,7 @@ pub struct Interrupted;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C and SIGTERM end running stages at their next step.
+/// From now on Ctrl-C and SIGTERM end what is running at its next step.
 ///
 /// # Errors
 /// If the handler cannot be installed.
@@ -79,8 +79,8 @@ impl Job {
         self.memory
     }
 
-    /// Starts a stage of `total` steps.
-    pub fn stage(&self, name: &'static str, total: u64) -> Stage {
+    /// Starts to count `total` steps of what is called `name`.
+    pub fn progress(&self, name: &'static str, total: u64) -> Progress {
         let bar = match self.mode {
             ProgressMode::Auto => ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8)),
             _ => ProgressBar::hidden(),
@@ -90,13 +90,13 @@ impl Job {
         }
         bar.set_message(name);
         let now = Instant::now();
-        Stage { mode: self.mode, name, total, done: AtomicU64::new(0), bar, start: now, last_told: Mutex::new(now) }
+        Progress { mode: self.mode, name, total, done: AtomicU64::new(0), bar, start: now, last_told: Mutex::new(now) }
     }
 }
 
-/// A running stage; its steps may be done by many threads.
+/// How far something is; its steps may be done by many threads.
 #[derive(Debug)]
-pub struct Stage {
+pub struct Progress {
     mode: ProgressMode,
     name: &'static str,
     total: u64,
@@ -111,7 +111,7 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 /// Time between two lines of JSON progress.
 const JSON_INTERVAL: Duration = Duration::from_millis(500);
 
-impl Stage {
+impl Progress {
     /// Counts `steps` more steps as done.
     pub fn advance(&self, steps: u64) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
@@ -154,7 +154,7 @@ pub fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", plain(line));
 }
 
-impl Drop for Stage {
+impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

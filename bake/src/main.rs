@@ -25,6 +25,7 @@ fn main() -> ExitCode {
     }
     let result = match &cli.command {
         Command::Run(args) => commands::run(args),
+        Command::Merge(args) => commands::merge(args),
         Command::Plan(args) => commands::plan(args),
         Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
         Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),

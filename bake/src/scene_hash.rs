@@ -1,60 +1,150 @@
-//! A hash of everything of a scene that baked results depend on.
+//! Hashes of the parts of a scene, so that every step of a bake is done again when something changes that it reads, and only then.
 //!
-//! Clips of shapes that deform are in it. Left out on purpose: parameters of materials that vary, animations, exposure, and names of objects and lights. Changing these re-traces nothing.
+//! In no part are parameters of materials that vary but those that [`Part::Albedos`] has, animations, exposure, and names of objects and lights: changing
+//! these re-traces nothing.
 
 use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
-use relume_scenes::{Cone, Emitter, Glow, NamedMap, Scene, Texture};
+use relume_scenes::{Cone, Emitter, Glow, Material, NamedMap, Scene, Texture};
 use std::collections::HashMap;
 use xxhash_rust::xxh3::Xxh3;
 
-/// xxh3-128 over the parts of `scene` that results depend on.
-pub fn scene_hash(scene: &Scene) -> u128 {
+/// What a step may read of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Meshes at rest, in world space, with normals and texture coordinates.
+    Geometry,
+    /// How objects deform, clips included.
+    Shapes,
+    /// Textures and cut-outs, and which object has which material.
+    Textures,
+    /// Diffuse albedos of all materials, which other surfaces reflect.
+    Albedos,
+    /// Materials that stay, names of those that vary, and textures.
+    Surfaces,
+    /// Lights but the environment.
+    Lights,
+    /// Where the camera is.
+    Camera,
+    /// How often light is reflected.
+    Reflections,
+    /// The environment map that the scene shows, its gain and rotation.
+    Environment,
+    /// All environment maps, with their names.
+    Maps,
+}
+
+impl Part {
+    /// Those that are no part of another.
+    const WHOLE: [Self; 8] =
+        [Self::Geometry, Self::Shapes, Self::Surfaces, Self::Lights, Self::Camera, Self::Reflections, Self::Environment, Self::Maps];
+}
+
+/// xxh3-128 over some parts of `scene`.
+pub fn hash_of(scene: &Scene, parts: &[Part]) -> u128 {
     let mut hash = Hasher(Xxh3::new());
-    hash.number(scene.reflections.into());
-    hash.floats(&scene.camera.position);
-    hash.floats(&scene.camera.target);
-    hash.floats(&[scene.camera.fov_deg]);
-    hash.number(scene.materials.len() as u64);
-    let classes: HashMap<usize, usize> = scene.vary.materials.iter().copied().zip(1..).collect();
-    for (index, material) in scene.materials.iter().enumerate() {
-        let class = classes.get(&index);
-        hash.number(class.map_or(0, |c| *c as u64));
-        match class {
-            Some(_) => hash.text(&material.name),
-            None => hash.brdf(&material.brdf),
-        }
-        hash.number(material.brdf.model() as u64);
-        if let Some(texture) = &material.texture {
-            hash.floats(&[material.alpha_cutoff.unwrap_or(-1.0)]);
-            hash.texture(texture);
-        }
-    }
-    hash.number(scene.objects.len() as u64);
-    for object in &scene.objects {
-        hash.number(object.material as u64);
-        hash.floats(object.mesh.positions.as_flattened());
-        hash.floats(object.mesh.normals.as_flattened());
-        hash.floats(object.mesh.uvs.as_flattened());
-        hash.bytes(bytemuck::cast_slice(&object.mesh.triangles));
-        hash.shape(object.shape.as_deref());
-    }
-    hash.number(scene.lights.len() as u64);
-    scene.lights.iter().for_each(|light| hash.emitter(&light.emitter));
-    if let Some(environment) = &scene.environment {
-        hash.floats(&environment.gain);
-        hash.floats(&[environment.rotation_deg]);
-        for NamedMap { map, .. } in [&environment.map].into_iter().chain(&environment.others) {
-            hash.number(map.width.into());
-            hash.floats(map.texels.as_flattened());
-        }
+    for part in parts {
+        // Parts have no fixed lengths.
+        hash.text(&format!("{part:?}"));
+        hash.part(*part, scene);
     }
     hash.0.digest128()
+}
+
+/// xxh3-128 over everything of `scene` that results of any method depend on.
+pub fn scene_hash(scene: &Scene) -> u128 {
+    hash_of(scene, &Part::WHOLE)
 }
 
 struct Hasher(Xxh3);
 
 impl Hasher {
+    fn part(&mut self, part: Part, scene: &Scene) {
+        match part {
+            Part::Geometry => self.geometry(scene),
+            Part::Shapes => {
+                for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.shape.is_some()) {
+                    self.number(index as u64);
+                    self.shape(object.shape.as_deref());
+                }
+            }
+            Part::Textures => {
+                self.assignment(scene);
+                for (index, material) in scene.materials.iter().enumerate().filter(|(_, material)| material.texture.is_some()) {
+                    self.number(index as u64);
+                    self.cutout_and_texture(material);
+                }
+            }
+            Part::Albedos => {
+                self.assignment(scene);
+                scene.materials.iter().for_each(|material| self.floats(&material.brdf.diffuse_albedo()));
+            }
+            Part::Surfaces => self.surfaces(scene),
+            Part::Lights => {
+                self.number(scene.lights.len() as u64);
+                scene.lights.iter().for_each(|light| self.emitter(&light.emitter));
+            }
+            Part::Camera => self.vectors(&[&scene.camera.position, &scene.camera.target, &[scene.camera.fov_deg]]),
+            Part::Reflections => self.number(scene.reflections.into()),
+            Part::Environment => {
+                for environment in &scene.environment {
+                    self.vectors(&[&environment.gain, &[environment.rotation_deg]]);
+                    self.map(&environment.map);
+                }
+            }
+            Part::Maps => {
+                for map in scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)) {
+                    self.text(&map.name);
+                    self.map(map);
+                }
+            }
+        }
+    }
+
+    fn geometry(&mut self, scene: &Scene) {
+        self.number(scene.objects.len() as u64);
+        for object in &scene.objects {
+            self.floats(object.mesh.positions.as_flattened());
+            self.floats(object.mesh.normals.as_flattened());
+            self.floats(object.mesh.uvs.as_flattened());
+            self.bytes(bytemuck::cast_slice(&object.mesh.triangles));
+        }
+    }
+
+    /// Which object has which material.
+    fn assignment(&mut self, scene: &Scene) {
+        self.number(scene.objects.len() as u64);
+        scene.objects.iter().for_each(|object| self.number(object.material as u64));
+    }
+
+    fn surfaces(&mut self, scene: &Scene) {
+        self.assignment(scene);
+        self.number(scene.materials.len() as u64);
+        let classes: HashMap<usize, usize> = scene.vary.materials.iter().copied().zip(1..).collect();
+        for (index, material) in scene.materials.iter().enumerate() {
+            let class = classes.get(&index);
+            self.number(class.map_or(0, |c| *c as u64));
+            match class {
+                Some(_) => self.text(&material.name),
+                None => self.brdf(&material.brdf),
+            }
+            self.number(material.brdf.model() as u64);
+            self.cutout_and_texture(material);
+        }
+    }
+
+    fn cutout_and_texture(&mut self, material: &Material) {
+        if let Some(texture) = &material.texture {
+            self.floats(&[material.alpha_cutoff.unwrap_or(-1.0)]);
+            self.texture(texture);
+        }
+    }
+
+    fn map(&mut self, NamedMap { map, .. }: &NamedMap) {
+        self.number(map.width.into());
+        self.floats(map.texels.as_flattened());
+    }
+
     fn number(&mut self, n: u64) {
         self.0.update(&n.to_le_bytes());
     }

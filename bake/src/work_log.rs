@@ -59,6 +59,23 @@ impl WorkLog {
         Ok(scan.map(|(pieces, end)| Self { place, inner: Mutex::new(Inner { file, end, pieces }) }))
     }
 
+    /// Adds the pieces of the log at `from` to those of the log at `path`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// If one of them cannot be read or written, or `path` is the log of another bake.
+    pub fn absorb(path: &Path, from: &Path) -> Result<()> {
+        let place = Place::file(from);
+        let mut key = [0; KEY_BYTES];
+        File::open(from).and_then(|mut file| file.read_exact(&mut key)).map_err(|e| Error::io(&place, e))?;
+        let key = u128::from_le_bytes(key);
+        let other = || Error::invalid(&place, "is of another bake; bake that part again with --force");
+        let theirs = Self::reopen(from, key)?.ok_or_else(other)?;
+        let ours = if Self::exists(path) { Self::reopen(path, key)?.ok_or_else(other)? } else { Self::create(path, key)? };
+        let known = ours.finished();
+        let new = theirs.finished().into_iter().filter(|piece| known.binary_search(piece).is_err());
+        new.into_iter().try_for_each(|piece| ours.append(piece, &theirs.read(piece)?))
+    }
+
     /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds nothing.
     pub fn exists(path: &Path) -> bool {
         std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)

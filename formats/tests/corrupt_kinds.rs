@@ -360,7 +360,7 @@ const MANIFEST: &str = r#"{
     "scene_file": {"file": "scene.relume", "bytes": 1, "hash": "00"},
     "animations": {"turn": {"file": "turn.relume", "bytes": 1, "hash": "00"}},
     "methods": [{"name": "transfer-images", "files": [["brdf-basis", {"file": "basis.relume", "bytes": 1, "hash": "00"}]],
-                 "settings": {"bases": 6}, "errors": {"relative_l2": 0.001}}]
+                 "reads": "0123456789abcdef0123456789abcdef", "settings": {"bases": 6}, "errors": {"relative_l2": 0.001}}]
 }"#;
 
 fn read_manifest(text: &[u8]) -> Result<Manifest, Error> {

@@ -165,8 +165,10 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let errors = prop::collection::btree_map(".{0,12}", finite, 0..4);
     let set = (entry.clone(), settings.clone()).prop_map(|(file, settings)| SphereSetEntry { file, settings });
     let sphere_sets = prop::collection::btree_map(r"\PC{0,12}", set, 0..3);
-    let method = (r"\PC{0,12}", files, settings, errors, ".{0,12}").prop_map(|(name, files, settings, errors, measured_on)| MethodEntry {
+    let method = (r"\PC{0,12}", "[0-9a-f]{32}", files, settings, errors, ".{0,12}");
+    let method = method.prop_map(|(name, reads, files, settings, errors, measured_on)| MethodEntry {
         name,
+        reads,
         files,
         settings,
         errors,
@@ -193,6 +195,7 @@ fn a_manifest_with_an_error_that_is_no_number_is_not_written() {
     let errors = BTreeMap::from([("relative_l2".to_owned(), f64::NAN)]);
     let method = MethodEntry {
         name: "transfer-images".to_owned(),
+        reads: "0".repeat(32),
         files: Vec::new(),
         settings: BTreeMap::new(),
         errors,

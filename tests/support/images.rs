@@ -3,6 +3,7 @@
 use super::job;
 use relume_bake::brdf::basis;
 use relume_bake::methods::transfer_images::{self, Settings};
+use relume_bake::stage::{Share, Stage, fill};
 use relume_bake::work_log::WorkLog;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
@@ -18,7 +19,11 @@ pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBa
     let folder = tempfile::tempdir().unwrap();
     let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
     let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
-    let (images, _) = transfer_images::bake(scene, settings, &basis, &log, &job()).unwrap();
+    let run = |stage: &dyn Stage| {
+        fill(stage, &log, Share::WHOLE, &job())?;
+        Ok(Some(log))
+    };
+    let images = transfer_images::bake(scene, settings, &basis, &job(), run).unwrap().unwrap();
     (basis, images)
 }
 

@@ -36,15 +36,15 @@ pub(super) fn old_manifest(folder: &Path, unfinished: &Path, scene: &Scene, left
     }
 }
 
-/// The method's entry of a finished bundle if it came from the same scene and settings, and its files are whole and of today's versions.
-pub(super) fn reusable_entry(old: &Manifest, folder: &Path, hash: u128, method: &dyn Method) -> Option<MethodEntry> {
+/// The method's entry of a finished bundle if all that it `reads` of the scene and its settings are the same, and its files are whole and of today's versions.
+pub(super) fn reusable_entry(old: &Manifest, folder: &Path, reads: &str, method: &dyn Method) -> Option<MethodEntry> {
     let entry = old.methods.iter().find(|m| m.name == method.name())?;
     let mut asked = method.asked_for();
     if let Some((name, chosen)) = method.chosen().and_then(|name| Some((name, entry.settings.get(name)?))) {
         // Chosen by error then, and so it would be again.
         asked.entry(name.to_owned()).or_insert_with(|| chosen.clone());
     }
-    let same = old.scene_hash == format!("{hash:032x}") && entry.settings == asked;
+    let same = entry.reads == reads && entry.settings == asked;
     (same && entry.files.iter().all(|(_, file)| is_readable(file, folder))).then(|| entry.clone())
 }
 

@@ -1,23 +1,22 @@
 //! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a solid is found before hours of tracing.
 
 use super::publish::is_readable;
-use super::work::log_name;
+use super::work::has_log;
 use super::{Leftover, Work};
 use crate::error::Result;
-use crate::job::say;
+use crate::job::{Job, say};
 use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};
 use crate::spheres::motion::poses;
-use crate::work_log::WorkLog;
-use relume_formats::container::replace_file;
+use crate::stage::Stage;
+use relume_formats::container::{Stored, replace_file};
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, SphereSetEntry, sphere_set_file};
-use relume_formats::{Place, read_regular};
+use relume_formats::{Error, Place};
 use relume_scenes::{Mesh, Object, Scene};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// Raised whenever the same mesh and settings come to other spheres.
 const REVISION: u32 = 0;
@@ -48,6 +47,7 @@ pub struct Fitted {
 }
 
 /// A set that an object asks for.
+#[derive(Clone, Copy)]
 struct Wanted<'a> {
     object: &'a Object,
     /// Where its vertices are in the poses that the fit looks at.
@@ -59,27 +59,38 @@ struct Wanted<'a> {
 
 /// The sets of all objects that want one, in their order; those of `old`, a bundle in `folder`, are reused if mesh and settings are the same.
 ///
+/// `None` if others fit some of them.
+///
 /// # Errors
 /// If an object encloses nothing, a file cannot be written, or the user asks to stop; finished sets stay in their logs.
-pub(super) fn fit_all(scene: &Scene, seed: u64, old: Option<&Manifest>, folder: &Path, work: &Work<'_>) -> Result<Vec<SphereSetSummary>> {
+pub(super) fn fit_all(
+    scene: &Scene,
+    seed: u64,
+    old: Option<&Manifest>,
+    folder: &Path,
+    work: &Work<'_>,
+) -> Result<Option<Vec<SphereSetSummary>>> {
     let with_spheres = scene.objects.iter().filter_map(|object| Some((object, object.spheres?)));
-    let one = |(object, spheres): (&Object, u32)| {
+    let one = |(number, (object, spheres)): (u32, (&Object, u32))| {
         let settings = Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
         let poses = object.shape.as_deref().map(poses).unwrap_or_default();
         let asked = asked_for(&settings, &object.mesh, &poses);
         let wanted = Wanted { object, poses: &poses, settings: &settings, asked: &asked };
-        let may_reuse = work.leftover != Leftover::Discard && !WorkLog::exists(&work.unfinished.join(log_name(&log_of(object))));
+        let may_reuse = work.leftover != Leftover::Discard && !has_log(work.unfinished, &log_of(object));
         let reusable = old.filter(|_| may_reuse).and_then(|old| reusable_entry(old, folder, object, &asked));
         let (entry, fitted) = match reusable {
             Some(entry) => (entry, None),
             None => {
-                let (file, fitted) = fit_one(scene, &wanted, work)?;
+                let fit = Fit { wanted, scene, number, job: work.job };
+                let Some((file, fitted)) = fit_one(&fit, work)? else { return Ok(None) };
                 (SphereSetEntry { file, settings: asked }, fitted)
             }
         };
-        Ok(SphereSetSummary { object: object.name.clone(), entry, fitted })
+        Ok(Some(SphereSetSummary { object: object.name.clone(), entry, fitted }))
     };
-    with_spheres.map(one).collect()
+    // All are begun, whoever has the others.
+    let sets = (0..).zip(with_spheres).map(one).collect::<Result<Vec<Option<SphereSetSummary>>>>()?;
+    Ok(sets.into_iter().collect())
 }
 
 /// Everything that decides what the spheres are.
@@ -114,22 +125,53 @@ fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeM
     (entry.settings == *asked && is_readable(&entry.file, folder)).then(|| entry.clone())
 }
 
-/// The set's file, from the log of an interrupted bake or fitted anew.
-fn fit_one(scene: &Scene, wanted: &Wanted<'_>, work: &Work<'_>) -> Result<(FileEntry, Option<Fitted>)> {
-    let Wanted { object, poses, settings, asked } = *wanted;
-    let file = sphere_set_file(&object.name);
+/// The set's file, from the log of an interrupted bake or fitted anew; `None` if others fit it.
+fn fit_one(fit: &Fit<'_>, work: &Work<'_>) -> Result<Option<(FileEntry, Option<Fitted>)>> {
+    let file = sphere_set_file(&fit.wanted.object.name);
     let path = work.unfinished.join(&file);
-    let log = work.open_log(&log_of(object), &json!(asked).to_string())?;
-    if log.finished().contains(&WHOLE) {
-        let bytes = log.read(WHOLE)?;
-        replace_file(&path, &bytes)?;
-        return Ok((FileEntry::of(&file, &bytes), None));
+    let Some(log) = work.run(fit)? else { return Ok(None) };
+    let traced = work.take_traced();
+    let bytes = log.read(WHOLE)?;
+    replace_file(&path, &bytes)?;
+    let fitted = (traced.pieces > 0).then(|| Ok::<_, Error>(Fitted { set: SphereSet::read_file(&path)?, seconds: traced.seconds }));
+    Ok(Some((FileEntry::of(&file, &bytes), fitted.transpose()?)))
+}
+
+/// Fitting the spheres of one object: one piece, the file.
+struct Fit<'a> {
+    wanted: Wanted<'a>,
+    scene: &'a Scene,
+    /// Among the objects with spheres.
+    number: u32,
+    job: &'a Job,
+}
+
+impl Stage for Fit<'_> {
+    fn name(&self) -> String {
+        log_of(self.wanted.object)
     }
-    let start = Instant::now();
-    let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
-    let fitted = fit::fit(&object.mesh, poses, &object.name, &place, settings, work.job)?;
-    fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
-    let entry = work.write(&fitted.set, &file)?;
-    log.append(WHOLE, &read_regular(&path, entry.bytes, "")?)?;
-    Ok((entry, Some(Fitted { set: fitted.set, seconds: start.elapsed().as_secs_f64() })))
+
+    fn label(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn key(&self) -> u128 {
+        xxh3_128(json!(self.wanted.asked).to_string().as_bytes())
+    }
+
+    fn pieces(&self) -> u32 {
+        1
+    }
+
+    fn piece(&self, _: u32) -> Result<Vec<u8>> {
+        let Wanted { object, poses, settings, .. } = self.wanted;
+        let place = Place::file(&self.scene.file).part(format!("object `{}`", object.name));
+        let fitted = fit::fit(&object.mesh, poses, &object.name, &place, settings, self.job)?;
+        fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
+        Ok(fitted.set.to_bytes(place)?)
+    }
+
+    fn first_share(&self) -> u32 {
+        self.number
+    }
 }

@@ -1,10 +1,11 @@
 //! Where methods work: the folder of what is not finished yet, the logs and the new files in it.
 
 use super::{Leftover, SphereSetSummary};
-use super::{UNFINISHED, lock};
+use super::{PART, UNFINISHED, lock};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::output::{files, whole_name};
+use crate::stage::{Share, Stage, Traced, fill, is_whole};
 use crate::work_log::WorkLog;
 use relume_formats::container::Stored;
 use relume_formats::kinds::SphereSet;
@@ -12,6 +13,7 @@ use relume_formats::kinds::manifest::{FILE_NAME as MANIFEST, FileEntry, is_plain
 use relume_formats::{Error, Place};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Where a method works, and by what rules.
 #[derive(Clone, Copy)]
@@ -21,41 +23,55 @@ pub struct Work<'a> {
     /// Folder for new files.
     pub(super) unfinished: &'a Path,
     pub(super) leftover: Leftover,
-    /// Hash of the scene.
-    pub(super) hash: u128,
-    /// The spheres of the objects that ask for some, in their order.
-    pub(super) sphere_sets: &'a [SphereSetSummary],
+    /// Which pieces are made here.
+    pub(super) share: Share,
+    /// The spheres of the objects that ask for some, in their order, once all are there.
+    pub(super) sphere_sets: Option<&'a [SphereSetSummary]>,
+    /// What was traced so far by the method at work.
+    pub(super) traced: &'a Mutex<Traced>,
     /// For progress and interruption.
     pub job: &'a Job,
 }
 
 impl Work<'_> {
-    /// The log of `method`, empty or with what an interrupted bake left. `key` tells everything besides the scene that its pieces depend on.
+    /// Makes the pieces of `stage` that are missing and fall to this bake; returns their log, or `None` if others make some of them.
     ///
     /// # Errors
-    /// If what is there belongs to another bake, or the file cannot be opened.
-    pub fn open_log(&self, method: &str, key: &str) -> Result<WorkLog> {
-        let path = self.unfinished.join(log_name(method));
-        let key = xxhash_rust::xxh3::xxh3_128(format!("{:032x} {key}", self.hash).as_bytes());
-        if self.leftover != Leftover::Resume || !WorkLog::exists(&path) {
-            return Ok(WorkLog::create(&path, key)?);
-        }
-        let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
-        WorkLog::reopen(&path, key)?.ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
+    /// If what an interrupted bake left belongs to another, a piece fails, or the user asks to stop; finished pieces stay in the log.
+    pub fn run(&self, stage: &dyn Stage) -> Result<Option<WorkLog>> {
+        let log = self.open_log(stage)?;
+        let traced = fill(stage, &log, self.share, self.job)?;
+        self.traced.lock().unwrap_or_else(PoisonError::into_inner).add(traced);
+        Ok(is_whole(stage, &log).then_some(log))
     }
 
-    /// The sphere sets of the objects that ask for some, in their order.
+    /// The log of `stage`, empty or with what an interrupted bake left.
+    fn open_log(&self, stage: &dyn Stage) -> Result<WorkLog> {
+        let path = self.unfinished.join(log_name(&stage.name()));
+        if self.leftover != Leftover::Resume || !WorkLog::exists(&path) {
+            return Ok(WorkLog::create(&path, stage.key())?);
+        }
+        let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
+        WorkLog::reopen(&path, stage.key())?.ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
+    }
+
+    /// What was traced since the last call.
+    pub(super) fn take_traced(&self) -> Traced {
+        std::mem::take(&mut *self.traced.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The sphere sets of the objects that ask for some, in their order; `None` if others fit some of them.
     ///
     /// # Errors
     /// If one cannot be read back.
-    pub fn sphere_sets(&self) -> Result<Vec<SphereSet>> {
+    pub fn sphere_sets(&self) -> Result<Option<Vec<SphereSet>>> {
         let read = |summary: &SphereSetSummary| {
             let file = &summary.entry.file.file;
             // What is reused stands in the bundle already.
             let [new, old] = [self.unfinished, self.folder].map(|folder| folder.join(file));
             Ok(SphereSet::read_file(if new.exists() { &new } else { &old })?)
         };
-        self.sphere_sets.iter().map(read).collect()
+        self.sphere_sets.map(|sets| sets.iter().map(read).collect()).transpose()
     }
 
     /// Writes a file of the bundle.
@@ -70,14 +86,15 @@ impl Work<'_> {
 /// Beginning of what the logs of sphere sets are called. Any bake of the scene goes on with them.
 const SPHERES: &str = "spheres-";
 
-/// Name of the log of finished pieces of a method, or of whatever else is called so.
-pub(super) fn log_name(of: &str) -> String {
-    format!("{of}.log")
+/// Name of the log of a stage.
+fn log_name(stage: &str) -> String {
+    format!("{stage}.log")
 }
 
 /// Whether a log belongs to a bake by the methods called `names`.
 fn is_own_log(file: &str, names: &[&str]) -> bool {
-    file.starts_with(SPHERES) || names.iter().any(|name| log_name(name) == file)
+    let of_method = |name: &&str| file.strip_prefix(*name).is_some_and(|rest| rest.starts_with(['.', '-']));
+    file.starts_with(SPHERES) || names.iter().any(of_method)
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {
@@ -90,6 +107,11 @@ pub fn holds_work(folder: &Path, names: &[&str]) -> bool {
     files(&folder.join(UNFINISHED)).iter().any(is_work)
 }
 
+/// Whether there is work on the pieces of `stage`.
+pub(super) fn has_log(unfinished: &Path, stage: &str) -> bool {
+    WorkLog::exists(&unfinished.join(log_name(stage)))
+}
+
 /// Takes away what a bake by the methods called `names` left in the folder of unfinished work. Work of other methods stays, and what is not ours.
 ///
 /// # Errors
@@ -100,6 +122,7 @@ pub(super) fn tidy(folder: &Path, names: &[&str]) -> Result<()> {
         let is_ours = match path.extension().and_then(OsStr::to_str) {
             Some("log") => is_own_log(&name, names) || !WorkLog::holds_pieces(&path),
             Some("relume") => true,
+            _ if name == PART => true,
             // An older bundle's, put aside: nothing to go back to as soon as there is a newer one.
             _ if name == MANIFEST => is_published,
             _ => whole_name(&name).is_some(),

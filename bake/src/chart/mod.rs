@@ -143,10 +143,10 @@ struct Shown {
 }
 
 fn show_all(variants: &[Variant], truths: &[Truth], animation: &Path, bench: &Bench<'_>) -> Result<Shown> {
-    let stage = bench.job.stage("showing", variants.len() as u64);
+    let progress = bench.job.progress("showing", variants.len() as u64);
     let mut shown = Shown { measured: Vec::new(), best: 0, best_images: Vec::new() };
     for (number, variant) in variants.iter().enumerate() {
-        stage.check()?;
+        progress.check()?;
         let (images, played) = show(variant, animation, bench)?;
         let pairs: Vec<Pair<'_>> = images.iter().zip(truths).map(|(ours, truth)| truth.pair(ours)).collect();
         shown.measured.push((image_errors(&pairs, bench.size), played));
@@ -154,7 +154,7 @@ fn show_all(variants: &[Variant], truths: &[Truth], animation: &Path, bench: &Be
         if number == 0 || error(number) < error(shown.best) {
             (shown.best, shown.best_images) = (number, images);
         }
-        stage.advance(1);
+        progress.advance(1);
     }
     Ok(shown)
 }

@@ -18,7 +18,7 @@ const STUDENT: f64 = 2.447;
 /// # Errors
 /// If the player fails or the user interrupts.
 pub fn measure(variants: &[Variant], animation: &Path, frames: u32, size: [u32; 2], job: &Job) -> Result<Vec<FrameTime>> {
-    let stage = job.stage("timing", (variants.len() * ROUNDS) as u64);
+    let progress = job.progress("timing", (variants.len() * ROUNDS) as u64);
     let mut rounds = Vec::new();
     for round in 0..ROUNDS {
         let mut played: Vec<(usize, Played)> = Vec::new();
@@ -26,10 +26,10 @@ pub fn measure(variants: &[Variant], animation: &Path, frames: u32, size: [u32; 
         let turns: Box<dyn Iterator<Item = usize>> =
             if round % 2 == 0 { Box::new(0..variants.len()) } else { Box::new((0..variants.len()).rev()) };
         for number in turns {
-            stage.check()?;
+            progress.check()?;
             let Variant { method, folder, .. } = &variants[number];
             played.push((number, Playing { folder, method, animation, frames, size, exr: None }.play()?));
-            stage.advance(1);
+            progress.advance(1);
         }
         played.sort_by_key(|(number, _)| *number);
         rounds.push(played.into_iter().map(|(_, played)| [played.median_ms, played.p95_ms]).collect::<Vec<_>>());

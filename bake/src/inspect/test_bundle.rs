@@ -41,6 +41,7 @@ impl TestBundle {
             sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
                 name: "transfer-images".to_owned(),
+                reads: "0123456789abcdef".repeat(2),
                 files: vec![("brdf-basis".to_owned(), basis), ("transfer-images".to_owned(), images)],
                 settings: BTreeMap::from([("samples".to_owned(), 16.into())]),
                 errors: BTreeMap::from([("relative_l2_median".to_owned(), 0.00125)]),

@@ -7,6 +7,7 @@ use relume_formats::bundle::Maps;
 use relume_formats::container::Kind;
 use relume_formats::method::{Card, Materials, Variation};
 use relume_scenes::{Scene, Vary};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -44,7 +45,7 @@ impl Registered {
 }
 
 /// Samples by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub enum Quality {
     /// A first look.
     Draft,
@@ -75,7 +76,8 @@ impl Quality {
 }
 
 /// What the user asks of methods; what is `None` follows from the rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Asked {
     /// Film size in pixels.
     pub size: [u32; 2],

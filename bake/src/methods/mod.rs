@@ -10,7 +10,7 @@ use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use relume_formats::kinds::manifest::MethodEntry;
+use relume_formats::kinds::manifest::FileEntry;
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::Value;
@@ -50,26 +50,33 @@ pub trait Method {
     /// Memory that a bake holds at most, as far as is known before anything is traced.
     fn memory(&self, scene: &Scene) -> MemoryNeed;
 
-    /// Bakes the scene and writes the method's files.
+    /// A hash of everything of the scene that the files and errors of a bake depend on, and of nothing else: while it and the settings stay, a bake serves.
+    fn reads(&self, scene: &Scene) -> u128;
+
+    /// Bakes the scene and writes the method's files; `None` if pieces are missing that others make.
     ///
     /// # Errors
-    /// See [`crate::error::BakeError`]; finished work stays in the log.
-    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)>;
+    /// See [`crate::error::BakeError`]; finished work stays in the logs.
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>>;
 }
 
-/// What tracing took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Traced {
-    /// Rays traced, shadow rays included; those of resumed pieces are not counted.
-    pub rays: u64,
-    /// Wall-clock seconds.
-    pub seconds: f64,
+/// What a bake has made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Product {
+    /// Its files in the order in which a player wants them, each with its kind.
+    pub files: Vec<(String, FileEntry)>,
+    /// The settings that change results, with those that the bake chose.
+    pub settings: BTreeMap<String, Value>,
+    /// Measured errors, by what was measured.
+    pub errors: BTreeMap<String, f64>,
+    /// On which states, where, and against what they were measured.
+    pub measured_on: String,
 }
 
 /// What a bake will take, and leave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted {
-    /// As in [`Traced`].
+    /// Rays traced, shadow rays included.
     pub rays: f64,
     /// Wall-clock seconds of all stages of the method on as many threads as rayon has, if the machine goes on as it does now.
     pub seconds: f64,

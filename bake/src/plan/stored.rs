@@ -1,7 +1,7 @@
 //! What an earlier bake of the same scene came to, read from its bundle.
 
+use crate::methods::choice::{Asked, Registered};
 use crate::report;
-use crate::scene_hash::scene_hash;
 use relume_formats::kinds::Manifest;
 use relume_formats::kinds::manifest::MethodEntry;
 use relume_scenes::Scene;
@@ -46,7 +46,12 @@ pub(super) fn read(folder: &Path, scene: &Scene) -> Stored {
         Ok(manifest) => manifest,
         Err(error) => return unusable(error.to_string()),
     };
-    if manifest.scene_hash != format!("{:032x}", scene_hash(scene)) {
+    let asked = Asked::of_scene(scene);
+    let serves = |entry: &&MethodEntry| {
+        let method = Registered::find(&entry.name).map(|method| (method.new)(&asked, scene));
+        method.is_some_and(|method| entry.reads == format!("{:032x}", method.reads(scene)))
+    };
+    if !manifest.methods.iter().any(|entry| serves(&entry)) {
         return unusable(format!("{}: was baked from another state of the scene; `bake run` brings it up to date", folder.display()));
     }
     let report = report::read(folder);
@@ -61,5 +66,5 @@ pub(super) fn read(folder: &Path, scene: &Scene) -> Stored {
             frame: part(report::FRAME),
         }
     };
-    Stored { methods: manifest.methods.iter().map(|entry| (entry.name.clone(), figures(entry))).collect(), unusable: None }
+    Stored { methods: manifest.methods.iter().filter(serves).map(|entry| (entry.name.clone(), figures(entry))).collect(), unusable: None }
 }

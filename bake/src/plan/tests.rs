@@ -1,4 +1,5 @@
 use super::*;
+use crate::methods::choice::{Asked, Registered};
 use crate::scene_hash::scene_hash;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry, VERSION};
 use serde_json::json;
@@ -69,7 +70,9 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     let bundles = tempfile::tempdir().unwrap();
     let folder = bundles.path().join("ball");
     std::fs::create_dir(&folder).unwrap();
+    let reads = (Registered::find("transfer-images").unwrap().new)(&Asked::of_scene(&scene), &scene).reads(&scene);
     let method = MethodEntry {
+        reads: format!("{reads:032x}"),
         name: "transfer-images".to_owned(),
         files: vec![("brdf-basis".to_owned(), FileEntry::of("a.relume", &[0; 70])), ("b".to_owned(), FileEntry::of("b.relume", &[0; 30]))],
         settings: BTreeMap::from([("bases".to_owned(), json!(5))]),
@@ -93,7 +96,7 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     assert!(text.contains(stored), "{text}");
     assert_eq!(json_of(&scene, bundles.path())["methods"][0]["stored"]["bytes_on_disk"], 100);
 
-    manifest.scene_hash = "0".repeat(32);
+    manifest.methods[0].reads = "0".repeat(32);
     manifest.write(&folder).unwrap();
     let value = json_of(&scene, bundles.path());
     assert!(value["stored_unusable"].as_str().unwrap().contains("another state of the scene"), "{value}");

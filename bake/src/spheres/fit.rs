@@ -11,7 +11,7 @@ use super::solid::Solid;
 use super::start::start;
 use super::triangle_tree::TriangleTree;
 use crate::error::{BakeError, Result};
-use crate::job::{Job, Stage};
+use crate::job::{Job, Progress};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use relume_formats::Place;
@@ -75,8 +75,8 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
     let solid = Solid::of(mesh, place)?;
     let motion = Motion::new(&solid, poses);
     let searches = if settings.spheres > MANY_SPHERES { 1 } else { SEARCHES };
-    let stage = job.stage("spheres", u64::from(settings.iterations) * searches);
-    let run = |k: u64| search(&solid, &motion, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &stage);
+    let progress = job.progress("spheres", u64::from(settings.iterations) * searches);
+    let run = |k: u64| search(&solid, &motion, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &progress);
     let found = (0..searches).into_par_iter().map(run).collect::<Result<Vec<Found<'_>>>>()?;
     let best = found.into_iter().min_by(|a, b| a.search.lowest().total_cmp(&b.search.lowest()));
     let Some(Found { search, mut history }) = best else { return Err(BakeError::invalid(place, "holds nothing to cover")) };
@@ -138,7 +138,7 @@ struct Found<'a> {
     history: Vec<f64>,
 }
 
-fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u64, stage: &Stage) -> Result<Found<'a>> {
+fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u64, progress: &Progress) -> Result<Found<'a>> {
     let area: f64 = solid.surface.planes.iter().map(|(_, area)| area).sum();
     let wanted = (PIECES.0 * settings.spheres).max(PIECES.1);
     let size = (4.0 * area / wanted as f64).sqrt();
@@ -149,14 +149,14 @@ fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u
     let mut history = Vec::new();
     let smallest = SMALLEST_PIECE * solid.diagonal;
     for iteration in 0..settings.iterations {
-        stage.check()?;
+        progress.check()?;
         let share = f64::from(iteration) / f64::from(settings.iterations);
         if iteration % REFINE == REFINE - 1 {
             search.refine(size * (smallest / size).min(1.0).powf(share));
         }
         search.round(LOSS.0 * (1.0 - share / LOSS.1).max(0.0).powi(2));
         history.push(search.lowest());
-        stage.advance(1);
+        progress.advance(1);
     }
     for _ in 0..2 {
         search.refine(smallest);

@@ -126,13 +126,13 @@ fn render_best(scene: &Scene, world: &World, lights: &Lights, settings: &Setting
 /// Computes every pixel, a row at a time on all threads.
 fn film(settings: &Settings, images: usize, job: &Job, pixel: impl Fn(u32) -> Vec<PixelSums> + Sync) -> Result<Vec<Estimate>, Interrupted> {
     let [width, height] = settings.size;
-    let stage = job.stage("tracing", u64::from(height));
+    let progress = job.progress("tracing", u64::from(height));
     let rows: Vec<Vec<Vec<PixelSums>>> = (0..height)
         .into_par_iter()
         .map(|y| {
-            stage.check()?;
+            progress.check()?;
             let row = (0..width).map(|x| pixel(y * width + x)).collect();
-            stage.advance(1);
+            progress.advance(1);
             Ok(row)
         })
         .collect::<Result<_, Interrupted>>()?;

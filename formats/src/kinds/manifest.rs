@@ -69,6 +69,8 @@ pub struct SphereSetEntry {
 pub struct MethodEntry {
     /// Name of the method.
     pub name: String,
+    /// xxh3-128 of everything of the scene that these files and errors depend on, hexadecimal.
+    pub reads: String,
     /// Its files in the order in which a player wants them, each with its kind.
     pub files: Vec<(String, FileEntry)>,
     /// The settings that change results.

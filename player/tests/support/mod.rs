@@ -227,6 +227,7 @@ impl Bundle {
             animations: BTreeMap::from([("glow".to_owned(), entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()))]),
             sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
+                reads: "0".repeat(32),
                 name: "transfer-images".to_owned(),
                 files: vec![
                     ("brdf-basis".to_owned(), entry("basis.relume", basis.write_file(&at("basis.relume")).unwrap())),

@@ -227,6 +227,7 @@ impl Bundle {
             animations: BTreeMap::new(),
             sphere_sets: sets.iter().map(set_entry).collect(),
             methods: vec![MethodEntry {
+                reads: "0".repeat(32),
                 name: "sphere-shadows".to_owned(),
                 files,
                 settings: BTreeMap::new(),

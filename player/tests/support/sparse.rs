@@ -183,6 +183,7 @@ impl Bundle {
             (name.to_owned(), entry(&file, animation.write_file(&at(&file)).unwrap()))
         };
         let method = |name: &str, files| MethodEntry {
+            reads: "0".repeat(32),
             name: name.to_owned(),
             files,
             settings: BTreeMap::new(),

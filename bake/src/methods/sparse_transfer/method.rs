@@ -1,13 +1,13 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
+use super::{NAME, REVISION, Settings, Terms, bounces, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
 use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Traced, environment_lit};
+use crate::methods::{Method, Predicted, Product, environment_lit};
+use crate::scene_hash::{Part, hash_of};
 use relume_formats::container::Stored;
-use relume_formats::kinds::manifest::MethodEntry;
 use relume_formats::kinds::{Environment, Textures};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
@@ -60,10 +60,15 @@ impl Method for Wanted {
         MemoryNeed { bytes: predicted_bytes(scene), remedy: "simplify the meshes" }
     }
 
-    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
-        // How many terms are wanted changes nothing of what is traced.
-        let log = work.open_log(NAME, &format!("{} {REVISION}", self.settings.rays_per_texel))?;
-        let baked = super::bake(scene, &self.settings, &log, work.job)?;
+    fn reads(&self, scene: &Scene) -> u128 {
+        let parts = [Part::Geometry, Part::Textures, Part::Maps, Part::Reflections];
+        // Light that bounces takes the colours of the surfaces with it.
+        let albedos = (bounces(scene) > 0).then_some(Part::Albedos);
+        hash_of(scene, &parts.into_iter().chain(albedos).collect::<Vec<_>>())
+    }
+
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
+        let Some(baked) = super::bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else { return Ok(None) };
         let mut files = Vec::new();
         for (number, environment) in baked.environments.iter().enumerate() {
             files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
@@ -77,6 +82,6 @@ impl Method for Wanted {
         let [stored, unrounded] = &baked.errors;
         let errors = environment_lit::figures(&[("", stored), ("_before_rounding", unrounded)]);
         let measured_on = errors::measured_on();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, baked.traced))
+        Ok(Some(Product { files, settings: recorded, errors, measured_on }))
     }
 }

@@ -6,6 +6,7 @@
 
 mod bounce;
 mod errors;
+mod gather;
 mod importance;
 mod lights;
 mod method;
@@ -23,15 +24,14 @@ pub use registered::METHOD;
 pub use rows::MAX_TERMS;
 pub use sweep::SWEEP;
 
+use super::environment_lit;
 use super::environment_lit::{environments, worst};
-use super::{Traced, environment_lit};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
-use crate::trace::world::{World, take_ray_count};
+use crate::stage::Stage;
 use crate::work_log::WorkLog;
-use bounce::Bouncer;
+use gather::Gather;
 pub(super) use lights::{HeldOutLights, exact_radiances};
-use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::basis::haar;
@@ -41,10 +41,7 @@ use relume_formats::kinds::{Environment, SparseTransfer};
 use relume_scenes::Scene;
 use rows::Rows;
 pub(super) use rows::{RADIANCES, STATES};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
-use texels::{FACE_SIZE, Texels};
-use visibility::transfer_row;
+use texels::FACE_SIZE;
 pub(crate) use visibility::{Receiver, receivers};
 
 #[cfg(test)]
@@ -58,8 +55,6 @@ pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
 pub const REVISION: u32 = 1;
 /// Texels along a side of the light's faces where light bounces.
 const BOUNCED_FACE_SIZE: usize = 16;
-/// Rows of one piece of the log.
-const PIECE: usize = 64;
 /// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for it.
 const ROUNDING: f64 = 1.05;
 
@@ -99,8 +94,6 @@ pub struct Baked {
     pub environments: Vec<Environment>,
     /// Errors at the vertices as stored, and before rounding.
     pub errors: [Errors; 2],
-    /// What tracing took.
-    pub traced: Traced,
 }
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
@@ -158,26 +151,21 @@ pub fn predicted_bytes(scene: &Scene) -> u64 {
     2 * selected + dense + triangles * 600 + lights + (64 << 20)
 }
 
-/// Bakes `scene`. Finished pieces are in `log` already or are added to it.
+/// Bakes `scene`. `run` makes the pieces of a stage and gives the log that has them; what is `None` there ends the bake without rows.
 ///
 /// # Errors
-/// If the log cannot be written or read, or the job is interrupted.
-pub fn bake(scene: &Scene, settings: &Settings, log: &WorkLog, job: &Job) -> Result<Baked> {
-    let world = World::new(scene);
-    let receivers = receivers(scene);
+/// If a log cannot be written or read, or the job is interrupted.
+pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>) -> Result<Option<Baked>> {
     let environments = environments(scene);
     let lights = HeldOutLights::new(&environments, face_size(scene));
-    let start = Instant::now();
-    let rays = AtomicU64::new(0);
-    let gather = Gather { world: &world, receivers: &receivers, lights: &lights, log, job, rays: &rays };
-    let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
+    let gather = Gather::new(scene, &lights, settings.rays_per_texel);
     let rows = match bounces(scene) {
-        0 => gather.direct(&texels)?,
-        bounces => gather.bounced(scene, bounces, &texels)?,
+        0 => gather.direct(run)?,
+        bounces => gather.bounced(bounces, run)?,
     };
-    let traced = Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() };
+    let Some(rows) = rows else { return Ok(None) };
     let meta = Meta {
-        vertices: receivers.len() as u32,
+        vertices: vertices(scene) as u32,
         face_size: face_size(scene) as u32,
         bounces: bounces(scene),
         rgb: rows.channels == 3,
@@ -186,134 +174,21 @@ pub fn bake(scene: &Scene, settings: &Settings, log: &WorkLog, job: &Job) -> Res
         rays_per_texel: settings.rays_per_texel,
     };
     let (transfer, errors) = pack(&rows, &lights, settings.terms, &meta, job)?;
-    Ok(Baked { transfer, environments, errors, traced })
+    Ok(Some(Baked { transfer, environments, errors }))
 }
 
 /// Rounds as many terms as are wanted and measures what that leaves.
 fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: &Meta, job: &Job) -> Result<(SparseTransfer, [Errors; 2])> {
-    let stage = job.stage("packing", 2);
+    let progress = job.progress("packing", 2);
     let by_terms = errors::by_terms(rows, lights);
-    stage.advance(1);
-    stage.check()?;
+    progress.advance(1);
+    progress.check()?;
     let terms = terms.of(&by_terms);
     let blocks = quantise::shapes(terms);
     let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta.clone() } };
     let stored = errors::of_stored(&transfer, rows, lights);
-    stage.advance(1);
+    progress.advance(1);
     Ok((transfer, [stored, by_terms[terms - 1]]))
-}
-
-/// What gathering needs at hand.
-struct Gather<'a> {
-    world: &'a World,
-    receivers: &'a [Receiver],
-    lights: &'a HeldOutLights,
-    log: &'a WorkLog,
-    job: &'a Job,
-    rays: &'a AtomicU64,
-}
-
-impl Gather<'_> {
-    fn pieces(&self) -> u32 {
-        self.receivers.len().div_ceil(PIECE) as u32
-    }
-
-    fn receivers_of(&self, piece: u32) -> &[Receiver] {
-        let first = piece as usize * PIECE;
-        &self.receivers[first..(first + PIECE).min(self.receivers.len())]
-    }
-
-    /// Makes the pieces that the log lacks, numbered from `first`.
-    fn fill_log(&self, stage: &'static str, first: u32, make: impl Fn(u32) -> Vec<u8> + Sync) -> Result<()> {
-        let finished = self.log.finished();
-        let missing: Vec<u32> = (0..self.pieces()).filter(|piece| finished.binary_search(&(first + piece)).is_err()).collect();
-        let stage = self.job.stage(stage, missing.len() as u64);
-        missing.par_iter().try_for_each(|&piece| {
-            stage.check()?;
-            let bytes = make(piece);
-            self.rays.fetch_add(take_ray_count(), Ordering::Relaxed);
-            self.log.append(first + piece, &bytes)?;
-            stage.advance(1);
-            Ok::<_, BakeError>(())
-        })
-    }
-
-    /// Rows of direct light.
-    fn direct(&self, texels: &Texels) -> Result<Rows> {
-        let weights = importance::weights(FACE_SIZE);
-        self.fill_log("tracing", 0, |piece| {
-            let mut rows = Rows::new(MAX_TERMS, 1);
-            let mut row = vec![0.0; weights.len()];
-            for receiver in self.receivers_of(piece) {
-                transfer_row(receiver, self.world, texels, &mut row);
-                push(&mut rows, vec![row.clone()], &weights, self.lights, FACE_SIZE);
-            }
-            rows.encode()
-        })?;
-        let mut all = Rows::new(MAX_TERMS, 1);
-        for piece in 0..self.pieces() {
-            let count = self.receivers_of(piece).len();
-            let rows = Rows::decode(&self.log.read(piece)?, count, MAX_TERMS, 1);
-            all.append(rows.ok_or_else(|| self.log.refuse("holds rows of another length; bake again with --force"))?);
-        }
-        Ok(all)
-    }
-
-    /// Rows of direct light and so many `bounces`, in colour.
-    fn bounced(&self, scene: &Scene, bounces: u32, texels: &Texels) -> Result<Rows> {
-        let coefficients = FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
-        self.fill_log("tracing", 0, |piece| {
-            let mut row = vec![0.0; texels.weights.len()];
-            let of = |receiver| {
-                transfer_row(receiver, self.world, texels, &mut row);
-                bounce::coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE).into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>()
-            };
-            self.receivers_of(piece).iter().flat_map(of).collect()
-        })?;
-        let direct = self.dense_rows(0, coefficients)?;
-        let bouncer = Bouncer::new(scene, self.world);
-        let mut arriving = direct.iter().flat_map(|v| [*v; 3]).collect::<Vec<f32>>();
-        let mut total = arriving.clone();
-        for bounce in 1..=bounces {
-            let first = bounce * self.pieces();
-            self.fill_log("bouncing", first, |piece| {
-                let rows = self.receivers_of(piece).iter().flat_map(|receiver| bouncer.row(receiver, &arriving, 3 * coefficients));
-                rows.flat_map(f32::to_le_bytes).collect()
-            })?;
-            arriving = self.dense_rows(first, 3 * coefficients)?;
-            total.iter_mut().zip(&arriving).for_each(|(sum, value)| *sum += value);
-        }
-        Ok(self.selected(&total, coefficients))
-    }
-
-    /// All values of the pieces from `first` on, rows of `length`.
-    fn dense_rows(&self, first: u32, length: usize) -> Result<Vec<f32>> {
-        let mut all = Vec::with_capacity(self.receivers.len() * length);
-        for piece in 0..self.pieces() {
-            let bytes = self.log.read(first + piece)?;
-            all.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
-        }
-        if all.len() != self.receivers.len() * length {
-            return Err(self.log.refuse("holds rows of another length; bake again with --force").into());
-        }
-        Ok(all)
-    }
-
-    /// The most important terms of `rows`, which are of texels × RGB.
-    fn selected(&self, rows: &[f32], coefficients: usize) -> Rows {
-        let weights = importance::weights(BOUNCED_FACE_SIZE);
-        let selected = rows.par_chunks(PIECE * coefficients * 3).map(|piece| {
-            let mut selected = Rows::new(MAX_TERMS, 3);
-            for row in piece.chunks_exact(coefficients * 3) {
-                let planes = (0..3).map(|c| row.iter().skip(c).step_by(3).copied().collect()).collect();
-                push(&mut selected, planes, &weights, self.lights, BOUNCED_FACE_SIZE);
-            }
-            selected
-        });
-        let mut all = Rows::new(MAX_TERMS, 3);
-        selected.collect::<Vec<_>>().into_iter().for_each(|rows| all.append(rows));
-        all
-    }
 }
 
 /// Adds a row given by texels, one plane per channel.

@@ -38,13 +38,13 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
     let some: Vec<Receiver> = spread(VERTICES, receivers.len()).into_iter().filter_map(|vertex| receivers.get(vertex).copied()).collect();
     let weights = importance::weights(face_size(scene));
-    let stage = job.stage("predicting", some.len() as u64);
+    let progress = job.progress("predicting", some.len() as u64);
     reset_ray_counts();
     let start = Instant::now();
     let traced = some.par_iter().map(|receiver| {
-        stage.check()?;
+        progress.check()?;
         let rows = rows_of(receiver, scene, &world, &texels, &weights, &lights);
-        stage.advance(1);
+        progress.advance(1);
         Ok((rows, take_ray_count()))
     });
     let traced = traced.collect::<Result<Vec<(Rows, u64)>>>()?;

@@ -1,13 +1,15 @@
 //! How far the shadows of spheres are from those of the meshes: rays against the pixel basis, at some receivers, in some poses, under the held-out lights.
 
 use super::rows::MAX_EXACT;
+use super::{NAME, REVISION};
 use crate::error::Result;
 use crate::job::Job;
-use crate::methods::Traced;
-use crate::methods::sparse_transfer::{HeldOutLights, RADIANCES, STATES, exact_radiances, receivers as tracing_receivers};
-use crate::trace::world::{World, take_ray_count};
+use crate::methods::sparse_transfer::{self, HeldOutLights, RADIANCES, STATES, exact_radiances};
+use crate::scene_hash::{Part, hash_of};
+use crate::stage::Stage;
+use crate::trace::world::World;
+use crate::work_log::WorkLog;
 use glam::Vec3A;
-use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::cubemap::{self, FACES};
 use relume_formats::basis::diffuse::{self, NODES};
@@ -20,8 +22,7 @@ use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use xxhash_rust::xxh3::xxh3_128;
 
 /// Texels of the light.
 const TEXELS: usize = FACES * SIDE * SIDE;
@@ -40,49 +41,128 @@ pub struct Measured {
     pub all_terms: Vec<f64>,
     /// What was compared.
     pub on: String,
-    /// What tracing took.
-    pub traced: Traced,
 }
 
-/// Measures `shadows` on `scene`, whose sphere sets are `sets`.
-///
-/// # Errors
-/// If the user interrupts, or a clip leads beyond all numbers.
-pub fn measure(scene: &Scene, shadows: &SphereShadows, sets: &[SphereSet], maps: &[Environment], job: &Job) -> Result<Measured> {
-    let start = Instant::now();
-    let lights = HeldOutLights::new(maps, SIDE);
-    let poses = poses(scene)?;
-    let vertices = shadows.rows.len();
-    let some = receivers_looked_at(vertices);
-    let stage = job.stage("measuring", (poses.len() * (some.len().div_ceil(CHUNK) + 2 * STATES)) as u64);
-    let rays = AtomicU64::new(0);
-    let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
-    let detail = Detail::of(&shadows.meta);
-    let [kept, whole] = [detail.terms, None].map(|terms| lobes(shadows, terms));
-    for pose in &poses {
-        let truth = traced(pose, &some, &lights, |steps| {
-            rays.fetch_add(take_ray_count(), Ordering::Relaxed);
-            stage.advance(steps);
-            stage.check().is_ok()
-        });
-        stage.check()?;
-        let ours = shown_in(pose, &some, shadows, sets)?;
-        for (errors, lobes, terms, levels) in
-            [(&mut shown, &kept, detail.terms, detail.levels), (&mut all_terms, &whole, None, Levels::All)]
-        {
-            for state in 0..STATES {
-                stage.check()?;
-                errors.push(error(&ours.under(lobes, &light(planes(&lights, state), terms), levels), &truth, state));
-                stage.advance(1);
+/// What a bake is measured on.
+pub struct Measuring {
+    lights: HeldOutLights,
+    poses: Vec<Scene>,
+    some: Vec<usize>,
+}
+
+/// Radiance of a white surface at the receivers under all lights, [receivers, [`RADIANCES`]], of each pose.
+type Truth = Vec<Vec<[f32; RADIANCES]>>;
+
+impl Measuring {
+    /// Lights made of `maps`, poses and receivers of `scene`.
+    ///
+    /// # Errors
+    /// If a clip leads beyond all numbers.
+    pub fn new(scene: &Scene, maps: &[Environment]) -> Result<Self> {
+        let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
+        Ok(Self { lights: HeldOutLights::new(maps, SIDE), poses: poses(scene)?, some: receivers_looked_at(vertices) })
+    }
+
+    /// What rays to the meshes of `scene` see, a stage for each pose; `None` if others make pieces of one.
+    ///
+    /// # Errors
+    /// If a log cannot be written or read, or the user interrupts.
+    pub fn traced(&self, scene: &Scene, run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>) -> Result<Option<Truth>> {
+        let reads = hash_of(scene, &[Part::Geometry, Part::Shapes, Part::Textures, Part::Maps]);
+        let mut truth = Some(Vec::new());
+        for (number, pose) in self.poses.iter().enumerate() {
+            let key = xxh3_128(format!("{reads:032x} {number} {REVISION}").as_bytes());
+            let stage = Tracing { number, eyes: Eyes::new(pose, &self.lights), some: &self.some, key };
+            // All poses are begun, for shares of a cluster have pieces of each.
+            truth = match (run(&stage)?, truth) {
+                (Some(log), Some(mut truth)) => {
+                    truth.push(stage.read(&log)?);
+                    Some(truth)
+                }
+                _ => None,
+            };
+        }
+        Ok(truth)
+    }
+
+    /// Errors of `shadows` with the spheres of `sets` against `truth`.
+    ///
+    /// # Errors
+    /// If the user interrupts, or a sphere cannot follow.
+    pub fn errors(&self, shadows: &SphereShadows, sets: &[SphereSet], truth: &Truth, job: &Job) -> Result<Measured> {
+        let Self { lights, poses, some } = self;
+        let progress = job.progress("measuring", (poses.len() * 2 * STATES) as u64);
+        let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
+        let detail = Detail::of(&shadows.meta);
+        let [kept, whole] = [detail.terms, None].map(|terms| lobes(shadows, terms));
+        for (pose, truth) in poses.iter().zip(truth) {
+            let ours = shown_in(pose, some, shadows, sets)?;
+            for (errors, lobes, terms, levels) in
+                [(&mut shown, &kept, detail.terms, detail.levels), (&mut all_terms, &whole, None, Levels::All)]
+            {
+                for state in 0..STATES {
+                    progress.check()?;
+                    errors.push(error(&ours.under(lobes, &light(planes(lights, state), terms), levels), truth, state));
+                    progress.advance(1);
+                }
             }
         }
+        let on = format!(
+            "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
+            poses.len(),
+            some.len()
+        );
+        Ok(Measured { shown, all_terms, on })
     }
-    let on = format!(
-        "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
-        poses.len(),
-        some.len()
-    );
-    Ok(Measured { shown, all_terms, on, traced: Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() } })
+}
+
+/// Tracing one pose, some receivers a piece.
+struct Tracing<'a> {
+    number: usize,
+    eyes: Eyes<'a>,
+    some: &'a [usize],
+    key: u128,
+}
+
+impl Stage for Tracing<'_> {
+    fn name(&self) -> String {
+        format!("{NAME}-pose-{}", self.number)
+    }
+
+    fn label(&self) -> Option<&'static str> {
+        Some("tracing")
+    }
+
+    fn key(&self) -> u128 {
+        self.key
+    }
+
+    fn pieces(&self) -> u32 {
+        self.some.len().div_ceil(CHUNK) as u32
+    }
+
+    fn piece(&self, number: u32) -> Result<Vec<u8>> {
+        let first = number as usize * CHUNK;
+        let some = self.some[first..].iter().take(CHUNK);
+        Ok(some.flat_map(|vertex| self.eyes.radiances(*vertex)).flat_map(f32::to_le_bytes).collect())
+    }
+
+    fn first_share(&self) -> u32 {
+        self.number as u32 * self.pieces()
+    }
+}
+
+impl Tracing<'_> {
+    fn read(&self, log: &WorkLog) -> Result<Vec<[f32; RADIANCES]>> {
+        let mut all = Vec::new();
+        for piece in 0..self.pieces() {
+            all.extend(log.read(piece)?.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)));
+        }
+        if all.len() != self.some.len() * RADIANCES {
+            return Err(log.refuse("holds radiances of other receivers; bake again with --force").into());
+        }
+        Ok(all.as_chunks().0.to_vec())
+    }
 }
 
 /// The vertices, of so many, that are looked at.
@@ -121,32 +201,32 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
     std::iter::once(Ok(scene.clone())).chain(posed).collect()
 }
 
-/// Radiance of a white surface at `some` vertices under all lights, row-major [receivers, [`RADIANCES`]], as rays to the centres of texels see the meshes.
-/// `go_on` is told of each finished chunk and may end the work.
-pub(super) fn traced(pose: &Scene, some: &[usize], lights: &HeldOutLights, go_on: impl Fn(u64) -> bool + Sync) -> Vec<[f32; RADIANCES]> {
-    let world = World::new(pose);
-    let receivers = tracing_receivers(pose);
-    let chunk = |vertices: &[usize]| {
-        let of = |vertex: &usize| {
-            let receiver = &receivers[*vertex];
-            let mut row = diffuse::lobe(receiver.normal.into());
-            inverse_cube(&mut row, SIDE);
-            for (texel, value) in row.iter_mut().enumerate() {
-                let direction = centre(texel);
-                // What of a texel is above the horizon while its centre is below is seen by its centre all the same, unless the surface is in the way.
-                if *value != 0.0 && world.occluded(receiver.origin, direction, f32::INFINITY) {
-                    *value = 0.0;
-                }
+/// What looks from the vertices of a pose at the light.
+pub(super) struct Eyes<'a> {
+    world: World,
+    receivers: Vec<sparse_transfer::Receiver>,
+    lights: &'a HeldOutLights,
+}
+
+impl<'a> Eyes<'a> {
+    pub(super) fn new(pose: &Scene, lights: &'a HeldOutLights) -> Self {
+        Self { world: World::new(pose), receivers: sparse_transfer::receivers(pose), lights }
+    }
+
+    /// Radiance of a white surface at `vertex` under all lights, as rays to the centres of texels see the meshes.
+    pub(super) fn radiances(&self, vertex: usize) -> [f32; RADIANCES] {
+        let receiver = &self.receivers[vertex];
+        let mut row = diffuse::lobe(receiver.normal.into());
+        inverse_cube(&mut row, SIDE);
+        for (texel, value) in row.iter_mut().enumerate() {
+            let direction = centre(texel);
+            // What of a texel is above the horizon while its centre is below is seen by its centre all the same, unless the surface is in the way.
+            if *value != 0.0 && self.world.occluded(receiver.origin, direction, f32::INFINITY) {
+                *value = 0.0;
             }
-            exact_radiances(&[row], lights)
-        };
-        vertices.iter().map(of).collect::<Vec<_>>()
-    };
-    let chunks = some.par_chunks(CHUNK).map(|vertices| {
-        let radiances = chunk(vertices);
-        go_on(1).then_some(radiances)
-    });
-    chunks.collect::<Option<Vec<_>>>().unwrap_or_default().concat()
+        }
+        exact_radiances(&[row], self.lights)
+    }
 }
 
 /// The direction of a texel's centre.

@@ -1,14 +1,15 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::errors::{measure, predicted_bytes};
+use super::errors::{Measuring, predicted_bytes};
 use super::{NAME, REVISION, expect_fit, leaves_out, prediction, rows};
 use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Traced, environment_lit};
+use crate::methods::{Method, Predicted, Product, environment_lit};
+use crate::scene_hash::{Part, hash_of};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::manifest::{MethodEntry, shape_file};
+use relume_formats::kinds::manifest::shape_file;
 use relume_formats::kinds::{Environment, Textures};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
@@ -61,11 +62,17 @@ impl Method for Wanted {
         MemoryNeed { bytes: predicted_bytes(scene), remedy: "simplify the meshes" }
     }
 
-    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
+    fn reads(&self, scene: &Scene) -> u128 {
+        hash_of(scene, &[Part::Geometry, Part::Shapes, Part::Textures, Part::Maps])
+    }
+
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
         let environments = environment_lit::environments(scene);
         let shadows = rows::bake(scene);
-        // First of all, for an interrupted bake has nothing to go on with but its spheres.
-        let measured = measure(scene, &shadows, &work.sphere_sets()?, &environments, work.job)?;
+        let measuring = Measuring::new(scene, &environments)?;
+        let Some(truth) = measuring.traced(scene, &|stage| work.run(stage))? else { return Ok(None) };
+        let Some(sets) = work.sphere_sets()? else { return Ok(None) };
+        let measured = measuring.errors(&shadows, &sets, &truth, work.job)?;
         let mut files = Vec::new();
         for (number, environment) in environments.iter().enumerate() {
             files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
@@ -78,7 +85,6 @@ impl Method for Wanted {
         }
         files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));
         let errors = environment_lit::figures(&[("", &measured.shown), ("_all_terms", &measured.all_terms)]);
-        let entry = MethodEntry { name: NAME.to_owned(), files, settings: self.asked_for(), errors, measured_on: measured.on };
-        Ok((entry, measured.traced))
+        Ok(Some(Product { files, settings: self.asked_for(), errors, measured_on: measured.on }))
     }
 }

@@ -1,16 +1,16 @@
 //! What a bake will take: nothing but measuring traces rays, and files are small enough to be made on the spot.
 
-use super::errors::{poses, predicted_bytes, receivers_looked_at, traced};
+use super::errors::{Eyes, poses, predicted_bytes, receivers_looked_at};
 use super::rows;
 use crate::error::Result;
 use crate::methods::sparse_transfer::HeldOutLights;
 use crate::methods::{Predicted, environment_lit, spread};
 use crate::trace::world::{reset_ray_counts, take_ray_count};
+use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::Stored;
 use relume_scenes::Scene;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Receivers that are measured.
@@ -26,20 +26,21 @@ pub fn predict(scene: &Scene) -> Result<Predicted> {
     let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
     let looked_at = receivers_looked_at(vertices);
     let some: Vec<usize> = spread(RECEIVERS, looked_at.len()).into_iter().filter_map(|k| looked_at.get(k).copied()).collect();
-    let rays = AtomicU64::new(0);
+    let eyes = Eyes::new(scene, &lights);
     reset_ray_counts();
     let start = Instant::now();
-    traced(scene, &some, &lights, |_| {
-        rays.fetch_add(take_ray_count(), Ordering::Relaxed);
-        true
-    });
+    let rays_from = |vertex: &usize| {
+        std::hint::black_box(eyes.radiances(*vertex));
+        take_ray_count()
+    };
+    let rays: u64 = some.par_iter().map(rays_from).sum();
     let scale = poses.len() as f64 * looked_at.len() as f64 / some.len().max(1) as f64;
     let place = || Place::file(&scene.file);
     let shapes = scene.objects.iter().filter_map(|object| object.shape.as_deref());
     let shapes = shapes.map(|shape| Ok(shape.to_bytes(place())?.len())).sum::<Result<usize>>()?;
     let lobes = rows::bake(scene).to_bytes(place())?.len();
     Ok(Predicted {
-        rays: rays.into_inner() as f64 * scale,
+        rays: rays as f64 * scale,
         seconds: start.elapsed().as_secs_f64() * scale,
         bytes: (environment_lit::stored_bytes(scene)? + shapes + lobes) as f64,
         memory: predicted_bytes(scene),

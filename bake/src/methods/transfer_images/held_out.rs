@@ -104,11 +104,11 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
     let pixels = one_pixel_in(SPACING, settings.size);
-    let stage = job.stage("measuring", pixels.len() as u64);
+    let progress = job.progress("measuring", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
-        stage.check()?;
+        progress.check()?;
         let truth = true_radiance(&gather, pixel, settings.samples, &states);
-        stage.advance(1);
+        progress.advance(1);
         let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
             let stored = DVec3::from_array(image[pixel as usize].map(f64::from));
             Squares { difference: truth.distance_squared(stored), norm: truth.length_squared() }
@@ -138,15 +138,15 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let pixels = one_pixel_in(spacing, size);
     let samples = samples.min(CHOICE_PATHS);
-    let stage = job.stage("choosing", pixels.len() as u64);
+    let progress = job.progress("choosing", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
-        stage.check()?;
+        progress.check()?;
         let mut paths = Vec::with_capacity(samples as usize);
         gather.pixel(pixel, samples, |path| paths.push(*path));
         let shows_light = paths.iter().any(GatherPath::shows_light);
         let squares = states.iter().zip(&coefficients).flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
         let squares = if shows_light { Vec::new() } else { squares.collect() };
-        stage.advance(1);
+        progress.advance(1);
         Ok(squares)
     });
     let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;

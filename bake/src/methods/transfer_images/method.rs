@@ -6,15 +6,17 @@ use crate::bundle::Work;
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Traced};
+use crate::methods::{Method, Predicted, Product};
+use crate::scene_hash::{Part, hash_of};
 use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::brdf_basis::Functions;
-use relume_formats::kinds::manifest::{MethodEntry, content_hash};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+
+/// What a bake reads of a scene.
+pub(super) const READS: [Part; 6] = [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
 
 /// The setting that says how many bases there are.
 const BASES: &str = "bases";
@@ -88,7 +90,11 @@ impl Method for Wanted {
         need(scene, &Settings { size, samples, seed, bases })
     }
 
-    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<(MethodEntry, Traced)> {
+    fn reads(&self, scene: &Scene) -> u128 {
+        hash_of(scene, &READS)
+    }
+
+    fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
         let Self { size, samples, seed, bases } = *self;
         let bases = match bases {
             Bases::Number(bases) => bases,
@@ -97,8 +103,7 @@ impl Method for Wanted {
         let settings = Settings { size, samples, seed, bases };
         work.job.memory().expect(need(scene, &settings))?;
         let basis = basis_for(scene, bases)?;
-        let log = work.open_log(NAME, &log_key(&settings, &basis))?;
-        let (images, traced) = super::bake(scene, &settings, &basis, &log, work.job)?;
+        let Some(images) = super::bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else { return Ok(None) };
         let errors = held_out::measure(scene, &settings, &basis, &images, work.job)?;
         let files = vec![
             (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),
@@ -110,19 +115,10 @@ impl Method for Wanted {
             |errors: HeldOutErrors| [("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)];
         let errors = errors.into_iter().flat_map(figures).collect();
         let measured_on = held_out::measured_on();
-        Ok((MethodEntry { name: NAME.to_owned(), files, settings: recorded, errors, measured_on }, traced))
+        Ok(Some(Product { files, settings: recorded, errors, measured_on }))
     }
 }
 
 fn need(scene: &Scene, settings: &Settings) -> MemoryNeed {
     MemoryNeed { bytes: predicted_bytes(scene, settings), remedy: "lower --size or --bases" }
-}
-
-/// Everything besides the scene that the tiles of a log depend on.
-fn log_key(settings: &Settings, basis: &BrdfBasis) -> String {
-    let functions: &[f32] = match &basis.functions {
-        Functions::BlinnPhong { lobes } => lobes,
-        Functions::Ggx { weights, .. } => weights,
-    };
-    format!("{settings:?} {REVISION} {}", content_hash(bytemuck::cast_slice(functions)))
 }

@@ -16,28 +16,29 @@ mod tiles;
 #[cfg(test)]
 mod ablation;
 
-use super::Traced;
 use crate::brdf;
 use crate::error::{BakeError, Result};
 use crate::job::Job;
+use crate::scene_hash::hash_of;
+use crate::stage::Stage;
 use crate::trace::gather::{Gather, MAX_REFLECTIONS};
 use crate::trace::lights::Lights;
-use crate::trace::world::{World, reset_ray_counts, take_ray_count};
+use crate::trace::world::World;
 use crate::work_log::WorkLog;
 pub use method::{Bases, Wanted};
 use project::Projector;
-use rayon::prelude::*;
 pub use registered::METHOD;
 use relume_formats::Place;
 use relume_formats::basis::linear_from_srgb;
 use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::manifest::content_hash;
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS, Meta, TransferImages};
 use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::{Emitter, Scene};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 pub use sweep::SWEEP;
 use tiles::{Tile, TileFragment};
+use xxhash_rust::xxh3::xxh3_128;
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
@@ -152,35 +153,25 @@ pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     fragments * (layout.channels() as u64 * 8 + 32) + pixels * 12 * u64::from(held_out::STATES) + triangles * 600 + texels * 48
 }
 
-/// Bakes `scene`. Finished tiles are in `log` already or are added to it.
+/// Bakes `scene`. `run` makes the tiles and gives the log that has them; what is `None` there ends the bake without images.
 ///
 /// # Errors
 /// If the log cannot be written or read, or the job is interrupted.
-pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &WorkLog, job: &Job) -> Result<(TransferImages, Traced)> {
+pub fn bake(
+    scene: &Scene,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    job: &Job,
+    run: impl FnOnce(&dyn Stage) -> Result<Option<WorkLog>>,
+) -> Result<Option<TransferImages>> {
     let chromaticity = chromaticity(scene);
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
     let projector = projector(scene, basis, &layout, chromaticity);
-
-    let [columns, rows] = settings.size.map(|n| n.div_ceil(TILE));
-    let finished = log.finished();
-    let missing: Vec<u32> = (0..columns * rows).filter(|tile| finished.binary_search(tile).is_err()).collect();
-    let stage = job.stage("tracing", missing.len() as u64);
-    // Choosing the number of bases has traced some too.
-    reset_ray_counts();
-    let (rays, start) = (AtomicU64::new(0), Instant::now());
-    missing.par_iter().try_for_each(|&id| {
-        stage.check()?;
-        let tile = trace_tile(id, columns, settings, &gather, &projector);
-        log.append(id, &tile.encode())?;
-        rays.fetch_add(take_ray_count(), Ordering::Relaxed);
-        stage.advance(1);
-        Ok::<_, BakeError>(())
-    })?;
-    drop(stage);
-    let traced = Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64() };
+    let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
+    let Some(log) = run(&tiles)? else { return Ok(None) };
 
     let meta = Meta {
         size: settings.size,
@@ -191,8 +182,60 @@ pub fn bake(scene: &Scene, settings: &Settings, basis: &BrdfBasis, log: &WorkLog
         seed: settings.seed,
         editable_fragments: 0,
     };
-    let stage = job.stage("packing", 2 * u64::from(columns * rows));
-    Ok((pack::pack(log, columns * rows, &layout, basis, meta, &stage)?, traced))
+    let progress = job.progress("packing", 2 * u64::from(tiles.pieces()));
+    pack::pack(&log, tiles.pieces(), &layout, basis, meta, &progress).map(Some)
+}
+
+/// Everything that the tiles depend on.
+fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
+    let functions: &[f32] = match &basis.functions {
+        Functions::BlinnPhong { lobes } => lobes,
+        Functions::Ggx { weights, .. } => weights,
+    };
+    let (reads, functions) = (hash_of(scene, &method::READS), content_hash(bytemuck::cast_slice(functions)));
+    xxh3_128(format!("{reads:032x} {settings:?} {REVISION} {functions}").as_bytes())
+}
+
+/// Tracing and projecting, a tile a piece.
+struct Tiles<'a> {
+    settings: Settings,
+    gather: Gather<'a>,
+    projector: Projector<'a>,
+    key: u128,
+}
+
+impl Tiles<'_> {
+    /// Tiles along each side of the film.
+    fn grid(&self) -> [u32; 2] {
+        self.settings.size.map(|side| side.div_ceil(TILE))
+    }
+}
+
+impl Stage for Tiles<'_> {
+    fn name(&self) -> String {
+        NAME.to_owned()
+    }
+
+    fn label(&self) -> Option<&'static str> {
+        Some("tracing")
+    }
+
+    fn key(&self) -> u128 {
+        self.key
+    }
+
+    fn pieces(&self) -> u32 {
+        let [columns, rows] = self.grid();
+        columns * rows
+    }
+
+    fn piece(&self, number: u32) -> Result<Vec<u8>> {
+        let ([width, height], [columns, _]) = (self.settings.size, self.grid());
+        let (x0, y0) = (number % columns * TILE, number / columns * TILE);
+        let row = |y: u32| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x);
+        let pixels = (y0..(y0 + TILE).min(height)).flat_map(row);
+        Ok(trace_pixels(pixels, self.settings.samples, &self.gather, &self.projector).encode())
+    }
 }
 
 fn projector<'a>(scene: &Scene, basis: &'a BrdfBasis, layout: &'a Layout, chromaticity: Option<Rgb>) -> Projector<'a> {
@@ -203,13 +246,6 @@ fn projector<'a>(scene: &Scene, basis: &'a BrdfBasis, layout: &'a Layout, chroma
 fn grey_channel(chromaticity: Option<Rgb>) -> usize {
     let colour = chromaticity.unwrap_or([1.0; 3]);
     (0..3).max_by(|a, b| colour[*a].total_cmp(&colour[*b])).unwrap_or(0)
-}
-
-fn trace_tile(id: u32, columns: u32, settings: &Settings, gather: &Gather<'_>, projector: &Projector<'_>) -> Tile {
-    let [width, height] = settings.size;
-    let (x0, y0) = (id % columns * TILE, id / columns * TILE);
-    let row = |y: u32| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x);
-    trace_pixels((y0..(y0 + TILE).min(height)).flat_map(row), settings.samples, gather, projector)
 }
 
 /// The fragments of some pixels, projected.

@@ -1,7 +1,7 @@
 //! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts images by importance.
 
 use super::tiles::{Tile, TileFragment};
-use crate::job::{Interrupted, Stage};
+use crate::job::{Interrupted, Progress};
 use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
@@ -28,7 +28,7 @@ pub fn pack(
     layout: &Layout,
     basis: &BrdfBasis,
     mut meta: Meta,
-    stage: &Stage,
+    progress: &Progress,
 ) -> crate::error::Result<TransferImages> {
     let channel_starts = channel_starts(layout);
     let samples = meta.samples as f32;
@@ -37,7 +37,7 @@ pub fn pack(
     let mut fragments = Vec::new();
     let mut sums = vec![SlotSums::default(); layout.slots.len()];
     let mut finite = true;
-    for_each_record(log, tiles, layout, stage, |fragment, record| {
+    for_each_record(log, tiles, layout, progress, |fragment, record| {
         fragments.push(*fragment);
         for (sums, start) in sums.iter_mut().zip(channel_starts.windows(2)) {
             // Fixed fragments have no values in the later slots.
@@ -64,7 +64,7 @@ pub fn pack(
     // Second reading: every value to its place.
     let count_of = |slot: &Slot| if slot.fixed.is_some() { fragments.len() } else { editable };
     let mut images: Vec<Vec<f16>> = layout.slots.iter().map(|s| vec![f16::ZERO; s.channels() * count_of(s)]).collect();
-    for_each_record(log, tiles, layout, stage, |fragment, record| {
+    for_each_record(log, tiles, layout, progress, |fragment, record| {
         let key = |f: &TileFragment| (f.class == fixed_class, f.pixel, f.class);
         let Ok(index) = fragments.binary_search_by_key(&key(fragment), key) else { return };
         for ((image, slot), (start, scale)) in images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales)) {
@@ -107,11 +107,11 @@ fn for_each_record(
     log: &WorkLog,
     tiles: u32,
     layout: &Layout,
-    stage: &Stage,
+    progress: &Progress,
     mut each: impl FnMut(&TileFragment, &[f32]),
 ) -> crate::error::Result<()> {
     for id in 0..tiles {
-        stage.check().map_err(|Interrupted| Interrupted)?;
+        progress.check().map_err(|Interrupted| Interrupted)?;
         let tile = Tile::decode(&log.read(id)?);
         let mut values = tile.values.as_slice();
         for fragment in &tile.fragments {
@@ -123,7 +123,7 @@ fn for_each_record(
             each(fragment, record);
             values = rest;
         }
-        stage.advance(1);
+        progress.advance(1);
     }
     Ok(())
 }

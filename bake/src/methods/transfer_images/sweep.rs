@@ -86,6 +86,7 @@ mod tests {
     use super::super::{Settings, bake};
     use super::*;
     use crate::job::{Job, ProgressMode};
+    use crate::stage::{Share, Stage, fill};
 
     /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last bit of a half or two.
     #[test]
@@ -96,7 +97,12 @@ mod tests {
             let basis = basis_for(&scene, bases).unwrap();
             let settings = Settings { size: [24, 24], samples: 8, seed: 0, bases };
             let log = crate::work_log::WorkLog::create(&folder.path().join("log"), 0).unwrap();
-            (bake(&scene, &settings, &basis, &log, &Job::new(ProgressMode::None)).unwrap().0, basis)
+            let job = Job::new(ProgressMode::None);
+            let run = |stage: &dyn Stage| {
+                fill(stage, &log, Share::WHOLE, &job)?;
+                Ok(Some(log))
+            };
+            (bake(&scene, &settings, &basis, &job, run).unwrap().unwrap(), basis)
         };
         let (many, _) = bake_with(16);
         for bases in [2, 6] {

@@ -1,0 +1,140 @@
+//! What a change of a scene makes a bake trace again, counted in rays, and as docs/notes/REUSE.md has it.
+
+use crate::support::{job, write_scene};
+use relume_bake::bundle::{self, Leftover};
+use relume_bake::methods::choice::{Asked, Registered};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// `METHODS` stands for what a method needs.
+const SCENE: &str = "
+    [vary]
+    VARY
+    [render]
+    size = [16, 16]
+    reflections = REFLECTIONS
+    [camera]
+    position = [0.0, 1.0, 4.0]
+    target = [0.0, 0.4, 0.0]
+    fov_deg = 45.0
+    [materials.clay]
+    brdf = 'blinn-phong'
+    kd = [0.5, 0.4, 0.3]
+    [materials.slate]
+    brdf = 'blinn-phong'
+    kd = [0.2, 0.2, 0.25]
+    [[object]]
+    name = 'ball'
+    shape = 'sphere'
+    subdivisions = 1
+    material = 'clay'
+    SPHERES
+    transform = { translation = [0.0, 0.5, 0.0], scale = 0.5 }
+    [[object]]
+    name = 'floor'
+    shape = 'quad'
+    segments = 4
+    material = 'slate'
+    transform = { scale = 4.0 }
+    [environment]
+    file = 'lamps'
+    gain = [1.0, 1.0, 1.0]
+    rotation_deg = 0.0
+    LIGHT
+";
+const LAMP: &str = "[[light]]
+    name = 'lamp'
+    kind = 'point'
+    intensity = [2.0, 2.0, 2.0]
+    transform = { translation = [0.0, 3.0, 1.0] }";
+
+/// A change: what it is, and what becomes of which words; an animation is added where these are empty.
+const CHANGES: [(&str, &str, &str); 13] = [
+    ("the camera moves", "position = [0.0, 1.0, 4.0]", "position = [0.5, 1.0, 4.0]"),
+    ("another film size", "size = [16, 16]", "size = [24, 16]"),
+    ("another exposure", "fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0"),
+    ("an animation more", "", ""),
+    ("gain of the environment", "gain = [1.0, 1.0, 1.0]", "gain = [2.0, 1.0, 1.0]"),
+    ("rotation of the environment", "rotation_deg = 0.0", "rotation_deg = 30.0"),
+    ("a further environment map", "file = 'lamps'", "file = 'lamps'\n    others = ['clear-sky']"),
+    ("a default of a material that varies", "kd = [0.5, 0.4, 0.3]", "kd = [0.4, 0.4, 0.3]"),
+    ("a material that stays", "kd = [0.2, 0.2, 0.25]", "kd = [0.2, 0.3, 0.25]"),
+    ("its highlight", "kd = [0.2, 0.2, 0.25]", "kd = [0.2, 0.2, 0.25]\n    ks = [0.1, 0.1, 0.1]"),
+    ("a light", "intensity = [2.0, 2.0, 2.0]", "intensity = [3.0, 2.0, 2.0]"),
+    ("an object's transform", "translation = [0.0, 0.5, 0.0]", "translation = [0.1, 0.5, 0.0]"),
+    ("an object's name", "name = 'ball'", "name = 'globe'"),
+];
+
+/// A method and how the scene suits it.
+struct Column {
+    title: &'static str,
+    method: &'static str,
+    vary: &'static str,
+    reflections: u32,
+}
+
+const COLUMNS: [Column; 4] = [
+    Column { title: "transfer-images", method: "transfer-images", vary: "materials = ['clay']", reflections: 2 },
+    Column { title: "sparse-transfer", method: "sparse-transfer", vary: "light = true\nview = true\nmaterials = ['clay']", reflections: 1 },
+    Column {
+        title: "sparse-transfer, light bounces",
+        method: "sparse-transfer",
+        vary: "light = true\nview = true\nmaterials = ['clay']",
+        reflections: 2,
+    },
+    Column { title: "sphere-shadows", method: "sphere-shadows", vary: "light = true\nview = true\nmaterials = ['clay']", reflections: 1 },
+];
+
+/// Rays that the method traces for the bundle in `folder` of the scene that stands there; `None` if it reuses what it has.
+fn rays(folder: &Path, method: &str) -> Option<u64> {
+    let scene = relume_scenes::load(&folder.join("scene.toml")).unwrap();
+    let asked = Asked { samples: Some(4), bases: Some(3), terms: Some(8), ..Asked::of_scene(&scene) };
+    let methods = [(Registered::find(method).unwrap().new)(&asked, &scene)];
+    let (summary, _) = bundle::run(&scene, &methods, scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()).unwrap();
+    summary.methods[0].traced.map(|traced| traced.rays)
+}
+
+/// What a cell of the table says of a change.
+fn cell(column: &Column, from: &str, to: &str) -> &'static str {
+    let (light, spheres) = if column.method == "transfer-images" { (LAMP, "") } else { ("", "spheres = 2") };
+    let text = SCENE
+        .replace("VARY", column.vary)
+        .replace("REFLECTIONS", &column.reflections.to_string())
+        .replace("SPHERES", spheres)
+        .replace("LIGHT", light);
+    if !text.contains(from) {
+        return "-";
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), &text);
+    assert!(rays(folder.path(), column.method).is_some_and(|rays| rays > 0));
+    assert_eq!(rays(folder.path(), column.method), None, "the same scene again");
+    if from.is_empty() {
+        std::fs::create_dir(folder.path().join("animations")).unwrap();
+        let animation = "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 1.0\n";
+        std::fs::write(folder.path().join("animations/fade.toml"), animation).unwrap();
+    }
+    write_scene(folder.path(), &text.replace(from, to));
+    match rays(folder.path(), column.method) {
+        None => "0 rays",
+        Some(rays) => {
+            assert!(rays > 0);
+            "traced"
+        }
+    }
+}
+
+#[test]
+fn a_change_traces_what_it_must_and_no_more() {
+    let mut table = format!(
+        "| change |{} |\n|---|---|---|---|---|\n",
+        COLUMNS.map(|column| format!(" {} |", column.title)).concat().trim_end_matches('|')
+    );
+    for (change, from, to) in CHANGES {
+        let cells = COLUMNS.map(|column| format!(" {} |", cell(&column, from, to)));
+        let _ = writeln!(table, "| {change} |{}", cells.concat());
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/notes/REUSE.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    assert!(page.contains(&table), "docs/notes/REUSE.md must have this table:\n{table}");
+}

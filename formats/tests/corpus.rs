@@ -244,7 +244,7 @@ const MANIFESTS: [(&str, &str, &str); 3] = [
         r#"{"version":0,"scene":"a","scene_hash":"0","scene_file":{"file":"../a","bytes":1,"hash":"0"},"animations":{},"methods":[]}"#,
     ),
     ("manifest-of-the-future.json", "manifest version 1000", r#"{"version":1000}"#),
-    ("manifest-cut-short.json", "EOF", r#"{"version":0,"scene":"a","#),
+    ("manifest-cut-short.json", "ends early, at line 1", r#"{"version":0,"scene":"a","#),
 ];
 
 fn written(value: &impl Stored) -> Vec<u8> {

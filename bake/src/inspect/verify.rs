@@ -1,7 +1,8 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
 use relume_formats::bundle::{
-    Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_receivers, expect_some_plays, expect_textures,
+    Maps, Objects, Scope, Settings, expect_files, expect_images, expect_lit, expect_name, expect_receivers, expect_some_plays,
+    expect_textures,
 };
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
@@ -95,10 +96,16 @@ impl<'a> Bundle<'a> {
         let mut objects = Objects::new(&self.scene);
         for (object, entry) in self.manifest.sphere_sets.clone() {
             let place = Place::file(self.folder.join(&entry.file.file));
-            objects.add_set(&SphereSet::read_file(&place.file)?, &object, &self.scene, &place)?;
+            let set = SphereSet::read_file(&place.file)?;
+            objects.add_set(&set, &object, &self.scene, &place)?;
+            self.manifest.methods.iter().try_for_each(|method| self.settings(method).expect_set(&set, &object))?;
             self.is_sound(&place.file)?;
         }
         Ok(objects)
+    }
+
+    fn settings(&self, method: &MethodEntry) -> Settings {
+        Settings::of(method, &self.manifest, &Place::file(self.folder.join(FILE_NAME)))
     }
 
     /// Checks the files of `method`; returns what it lets vary.
@@ -112,19 +119,24 @@ impl<'a> Bundle<'a> {
             .iter()
             .filter_map(|(name, entry)| Some((Kind::ALL.into_iter().find(|kind| kind.name() == name)?, self.folder.join(&entry.file))))
             .collect();
-        let maps = if kind == Kind::TransferImages { self.images(&files).map(|()| Maps::default()) } else { self.lit(&files, objects) }?;
+        let settings = self.settings(method);
+        let maps = match kind {
+            Kind::TransferImages => self.images(&files, &settings).map(|()| Maps::default()),
+            _ => self.lit(&files, objects, &settings),
+        }?;
         files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
         Ok(Scope { scene: self.scene.meta.clone(), kind, maps: maps.names().to_vec() })
     }
 
-    fn images(&self, files: &[(Kind, PathBuf)]) -> Result<()> {
+    fn images(&self, files: &[(Kind, PathBuf)], settings: &Settings) -> Result<()> {
         let [(_, basis), (_, images)] = files else { return Ok(()) };
         let head = TransferImages::open(images)?.read(TransferImages::checked_head)?;
-        expect_images(&head, &BrdfBasis::read_file(basis)?, &self.scene.meta, &Place::file(images))
+        expect_images(&head, &BrdfBasis::read_file(basis)?, &self.scene.meta, &Place::file(images))?;
+        settings.expect_images(&head.meta)
     }
 
     /// The files of a method that the environment lights.
-    fn lit(&self, files: &[(Kind, PathBuf)], objects: &Objects) -> Result<Maps> {
+    fn lit(&self, files: &[(Kind, PathBuf)], objects: &Objects, settings: &Settings) -> Result<Maps> {
         let (mut maps, mut textured, mut shapes) = (Maps::default(), false, self.scene.meta.shapes.iter());
         for (kind, path) in files {
             let place = Place::file(path);
@@ -142,11 +154,13 @@ impl<'a> Bundle<'a> {
                 Kind::SparseTransfer => {
                     let meta = SparseTransfer::open(path)?.read(SparseTransfer::checked_meta)?;
                     expect_lit("rows", meta.vertices.into(), &self.scene, &maps, textured, &place)?;
+                    settings.expect_rows(&meta)?;
                 }
                 _ => {
                     let shadows = SphereShadows::read_file(path)?;
                     expect_lit("lobes", shadows.meta.vertices(), &self.scene, &maps, textured, &place)?;
                     expect_receivers(&shadows, &self.scene, objects, &place)?;
+                    settings.expect_objects(&self.scene.meta, objects)?;
                     if let Some(missing) = shapes.next() {
                         return Err(refused(&place, &format!("needs the shape of object `{}` before it", missing.object)));
                     }

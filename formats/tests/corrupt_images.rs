@@ -49,7 +49,7 @@ fn broken_bases() {
         (|b| lobes(b)[5] = -3e38, "section `lobes`: element 5"),
         (|b| b.meta.error_between.mean = f64::NAN, "section `meta`: errors"),
         (|b| b.meta.error_at_samples.worst = -1.0, "section `meta`: errors"),
-        (|b| b.meta.error_between.mean = 2.0 * b.meta.error_between.worst, "section `meta`: errors"),
+        (|b| b.meta.error_between.mean = 2.0 * b.meta.error_between.worst, "section `meta`: mean error"),
         (
             |b| lobes(b).iter_mut().for_each(|v| *v *= 1000.0),
             "section `coefficients`: coefficients and functions miss the model's lobes by",
@@ -140,7 +140,7 @@ fn broken_transfer_images() {
         (|h| h.scales[2] = 3e38, "section `scales`: element 2, 3e38, is beyond 1e18"),
         (|h| h.scales[2] = -1.0, "a scale is negative"),
         (|h| h.scales[2] = 0.3, "section `scales`: scale 3e-1 is no power of 2"),
-        (|h| h.scales[2] *= 1e20, "is beyond 1e18"),
+        (|h| h.scales[2] = 2f32.powi(60), "section `scales`: element 2, 1.1529215e18, is beyond 1e18"),
         (|h| h.coverage.fill(f16::from_f32(0.9)), "section `fragments/coverage`: the fragments of pixel"),
         (|h| h.meta.chromaticity = Some([0.5, 0.25, 0.5]), "has no channel of 1"),
         (|h| h.meta.materials[1] = "\u{7}".to_owned(), "has control characters"),

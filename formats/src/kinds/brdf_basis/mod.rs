@@ -243,9 +243,9 @@ impl Stored for BrdfBasis {
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
-        let section = sections.take("meta")?;
-        let meta: Meta = section.record()?;
-        section.expect(meta.fault())?;
+        let of_meta = sections.take("meta")?;
+        let meta: Meta = of_meta.record()?;
+        of_meta.expect(meta.fault())?;
         let of_parameters = sections.take("parameters")?;
         let nodes = of_parameters.length()?;
         let parameters = if (2..=MAX_NODES).contains(&nodes) { of_parameters.f32s()? } else { Vec::new() };
@@ -264,6 +264,7 @@ impl Stored for BrdfBasis {
         }
         section.expect_shape(&[nodes, functions.parts() as u64, bases])?;
         of_parameters.expect(fault_of_range(&parameters, functions.range()))?;
+        of_meta.expect(meta.fault_of_means())?;
         let basis = Self { meta, parameters, coefficients, functions };
         section.expect(residual::fault(&basis))?;
         Ok(basis)
@@ -278,12 +279,14 @@ impl Meta {
         let is_error = |e: &f64| e.is_finite() && *e >= 0.0;
         let places = [self.error_at_samples.worst_at, between.worst_at];
         let sound = errors.iter().all(is_error) && places.iter().all(|at| at.is_finite());
+        (!sound).then(|| format!("errors {errors:?} at {places:?} are no numbers of at least 0"))
+    }
+
+    fn fault_of_means(&self) -> Option<String> {
         // A mean of equal numbers may be rounded up.
-        let is_mean = |mean: f64, worst: f64| mean <= worst * (1.0 + 1e-9);
-        if sound && is_mean(mean, worst) && is_mean(between.mean, between.worst) {
-            return None;
-        }
-        Some(format!("errors {errors:?} at {places:?} are no numbers of at least 0, of which means are below the worst"))
+        let is_wrong = |error: &&BasisError| error.mean > error.worst * (1.0 + 1e-9);
+        let wrong = [&self.error_at_samples, &self.error_between].into_iter().find(is_wrong)?;
+        Some(format!("mean error {}, above the worst, {}", wrong.mean, wrong.worst))
     }
 }
 

@@ -129,7 +129,7 @@ fn images() -> TransferImages {
         scales: Vec::new(),
     };
     let layout = head.layout();
-    head.scales = (0..layout.slots.len()).map(|slot| 0.5f32.powi(slot as i32 % 5 + 12)).collect();
+    head.scales = (0..layout.slots.len()).map(|slot| 0.5f32.powi(slot as i32 % 5 + 8)).collect();
     // The first is the largest of its image, and images of diffuse paths hold nothing below 0.
     let value = |slot: usize, i: usize| {
         let value = if i == 0 { 7.0 } else { ((slot * 37 + i * 11) % 64) as f32 / 8.0 - 1.0 };

@@ -4,6 +4,7 @@
 use crate::container::Kind;
 use crate::error::{Error, Place, Result};
 use crate::kinds::manifest::FileEntry;
+use crate::kinds::{sparse_transfer, transfer_images};
 use crate::near::did_you_mean;
 
 /// All methods, the one whose frames cost least first.
@@ -14,8 +15,15 @@ pub const TRANSFER_IMAGES: Card = Card {
     name: "transfer-images",
     lets_vary: Variation { materials: Materials::Whole, ..Variation::NONE },
     files: &[(Kind::BrdfBasis, Count::One), (Kind::TransferImages, Count::One)],
-    // After meta, pixels, counts, classes and scales.
-    first_piece: 5,
+    first_piece: transfer_images::HEAD_SECTIONS,
+    settings: &[
+        ("revision", Form::Count),
+        ("size", Form::Size),
+        ("samples", Form::Count),
+        ("seed", Form::Count),
+        ("bases", Form::Count),
+        ("max_error", Form::Positive),
+    ],
     sphere_sets: false,
     lies_over: false,
 };
@@ -24,8 +32,9 @@ pub const SPARSE_TRANSFER: Card = Card {
     name: "sparse-transfer",
     lets_vary: Variation { light: true, view: true, ..Variation::NONE },
     files: &[(Kind::Environment, Count::Some), (Kind::Textures, Count::Perhaps), (Kind::SparseTransfer, Count::One)],
-    // A block has indices, scales and values; the first comes after meta.
-    first_piece: 3,
+    // Behind the meta.
+    first_piece: sparse_transfer::BLOCK_SECTIONS,
+    settings: &[("revision", Form::Count), ("rays_per_texel", Form::Count), ("terms", Form::Count), ("max_error", Form::Positive)],
     sphere_sets: false,
     lies_over: false,
 };
@@ -39,7 +48,9 @@ pub const SPHERE_SHADOWS: Card = Card {
         (Kind::Shape, Count::Any),
         (Kind::SphereShadows, Count::One),
     ],
+    // The order of terms, without which no lobe can be cut.
     first_piece: 4,
+    settings: &[("revision", Form::Count), ("objects", Form::Objects), ("seed", Form::Count)],
     sphere_sets: true,
     lies_over: false,
 };
@@ -55,10 +66,27 @@ pub struct Card {
     pub files: &'static [(Kind, Count)],
     /// Index of the section of the main file with which the first piece is complete that a player can show.
     pub first_piece: usize,
+    /// The settings that change its results, as manifests list them.
+    pub settings: &'static [(&'static str, Form)],
     /// Whether it plays with the sphere sets of the scene's objects, which then come before its own files.
     pub sphere_sets: bool,
     /// Whether it adds to the picture of another method, which a bundle must then hold, too, and before it.
     pub lies_over: bool,
+}
+
+/// What a setting is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// A whole number of at least 0.
+    Count,
+    /// A number above 0.
+    Positive,
+    /// Width and height.
+    Size,
+    /// 32 hexadecimal digits.
+    Hash,
+    /// Names of objects, each with a number of spheres or null.
+    Objects,
 }
 
 /// How often a kind occurs among the files of a method.

@@ -1,4 +1,4 @@
-//! Sound containers whose content breaks the rules of its kind, and manifests that break theirs.
+//! Sound containers whose content breaks the rules of its kind: scenes, animations, and the order of sections in all kinds.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -6,42 +6,19 @@ mod support {
     pub mod playing;
     pub mod raw_file;
     pub mod reading;
+    pub mod refusing;
     pub mod samples;
     pub mod scenes;
 }
 
-use half::f16;
-use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::container::Stored;
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{BrdfBasis, HaarTable, Manifest, StoredScene, TransferImages, VisibilityTable};
+use relume_formats::kinds::{HaarTable, StoredScene, VisibilityTable};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
-use relume_formats::{Error, Place};
-use std::sync::Arc;
 use support::raw_file::{RawFile, RawSection};
 use support::reading::refusal;
+use support::refusing::{assert_forged_refused, assert_invalid, assert_refused};
 use support::{samples, scenes};
-
-/// Refused when it is read, and not even written.
-fn assert_refused<T: Stored>(value: &T, expected: &str) {
-    assert_invalid(T::KIND, &value.to_bytes_unchecked(Place::file("a.relume")).unwrap(), expected);
-    let unwritten = value.to_bytes(Place::file("a.relume")).unwrap_err().to_string();
-    assert!(unwritten.contains(expected) && !unwritten.contains("damaged"), "`{expected}`: {unwritten}");
-}
-
-fn assert_invalid(kind: Kind, bytes: &[u8], expected: &str) {
-    let error = refusal(kind, bytes);
-    assert!(matches!(error, Error::Invalid { .. }) && error.to_string().contains(expected), "`{expected}`: {error}");
-}
-
-/// A file with one section changed beyond what the types allow.
-fn assert_forged_refused<T: Stored>(value: &T, section: &str, change: impl Fn(&mut RawSection), expected: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let mut file = RawFile::parse(&value.write_file(&folder.path().join("a.relume")).unwrap());
-    change(file.sections.iter_mut().find(|s| s.name == section).unwrap());
-    assert_invalid(T::KIND, &file.bytes(), expected);
-}
 
 /// Sections missing, there twice under another name, or in another order.
 fn assert_order_matters<T: Stored>(value: &T) {
@@ -92,7 +69,7 @@ fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
 #[test]
 fn broken_scenes() {
     type Change = fn(&mut StoredScene);
-    let cases: [(Change, &str); 33] = [
+    let cases: [(Change, &str); 35] = [
         (|s| s.meta.camera.fov_deg = 0.0, "fov_deg 0 is outside"),
         (|s| s.meta.camera.target = s.meta.camera.position, "position and target coincide"),
         (|s| s.meta.camera.position[1] = f32::NAN, "finite"),
@@ -113,6 +90,8 @@ fn broken_scenes() {
         (|s| s.positions[0][2] = f32::INFINITY, "section `positions`: element 2 is not a finite number"),
         (|s| s.normals[0][0] = f32::NAN, "section `normals`: element 0 is not a finite number"),
         (|s| s.triangles[0][1] = s.positions.len() as u32, "names a vertex that is not there"),
+        (|s| s.triangles[0] = [0; 3], "section `triangles`: triangle 0 has two corners in one place"),
+        (|s| s.positions[s.triangles[0][1] as usize] = s.positions[s.triangles[0][2] as usize], "has two corners in one place"),
         (|s| s.normals[0] = [0.0; 3], "section `normals`: the normal of vertex 0 is of length 0, not 1"),
         (|s| s.normals[0][0] *= 1.0001, "section `normals`: the normal of vertex 0 is of length 1.0001, not 1"),
         (|s| s.positions[0][1] = -1.001e9, "section `positions`: element 1 is -1001000000.0, farther from the origin than 1e9 m"),
@@ -188,229 +167,11 @@ fn many_keys() -> Track {
     Track { leaf: ["materials", "z", "shininess"].map(str::to_owned).to_vec(), times_s, values }
 }
 
-/// Lobes of a Blinn-Phong basis.
-fn lobes(basis: &mut BrdfBasis) -> &mut Vec<f32> {
-    match &mut basis.functions {
-        Functions::BlinnPhong { lobes } => lobes,
-        Functions::Ggx { .. } => panic!("not of this model"),
-    }
-}
-
+/// Files of other programs have these, and a bake keeps them.
 #[test]
-fn broken_bases() {
-    type Change = fn(&mut BrdfBasis);
-    let cases: [(Change, &str); 15] = [
-        (|b| b.parameters.swap(0, 1), "increasing parameters"),
-        (|b| b.parameters[1] = f32::NAN, "increasing parameters"),
-        (|b| *b.parameters.last_mut().unwrap() = f32::INFINITY, "section `parameters`: element"),
-        (|b| (b.parameters, b.coefficients) = (vec![1.0], vec![0.0; 3]), "needs 2 to 65536"),
-        (|b| b.coefficients[2] = f32::NAN, "section `coefficients`: element 2"),
-        (|b| lobes(b)[77] = f32::NEG_INFINITY, "section `lobes`: element 77"),
-        (|b| (b.coefficients, *lobes(b)) = (vec![1.0; b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
-        (|b| *b = samples::basis(1, 33, true), "holds 33 bases, 2 to 32"),
-        (|b| *b.parameters.last_mut().unwrap() = 199.0, "section `parameters`: runs from 1 to 199, expected 1 to 200"),
-        (|b| b.parameters[0] = -5.0, "section `parameters`: runs from -5 to 200"),
-        (|b| b.parameters.iter_mut().for_each(|p| *p = 1.0 + *p * 1e-3), "section `parameters`: runs from 1.001 to 1.2"),
-        (|b| b.coefficients[1] = 3e38, "section `coefficients`: element 1, 3e38, is beyond 10000.0"),
-        (|b| lobes(b)[5] = -3e38, "section `lobes`: element 5"),
-        (|b| b.meta.error_between.mean = f64::NAN, "section `meta`: errors"),
-        (|b| b.meta.error_at_samples.worst = -1.0, "section `meta`: errors"),
-    ];
-    let sound = samples::basis(3, 3, true);
-    for (change, expected) in cases {
-        let mut basis = sound.clone();
-        change(&mut basis);
-        assert_refused(&basis, expected);
-    }
-    let transposed = |s: &mut RawSection| s.shape.reverse();
-    assert_forged_refused(&sound, "coefficients", transposed, "section `coefficients`: has shape");
-    assert_forged_refused(&sound, "lobes", transposed, "section `lobes`: has shape");
-    assert_forged_refused(&sound, "lobes", |s| s.element = 2, "section `lobes`: holds u32, expected f32");
-    assert_forged_refused(&sound, "lobes", |s| s.name = "lobe".to_owned(), "expected section `lobes` or `roughness` here");
-    assert_forged_refused(&sound, "parameters", |s| s.shape.push(1), "section `parameters`: has shape");
-    let many = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[65_537], 1, &[0; 4 * 65_537]);
-    assert_forged_refused(&sound, "parameters", many, "needs 2 to 65536");
-}
-
-/// Roughness and weights of a GGX basis.
-fn samples_of(basis: &mut BrdfBasis) -> (&mut Vec<f32>, &mut Vec<f32>) {
-    match &mut basis.functions {
-        Functions::Ggx { roughness, weights } => (roughness, weights),
-        Functions::BlinnPhong { .. } => panic!("not of this model"),
-    }
-}
-
-#[test]
-fn broken_ggx_bases() {
-    type Change = fn(&mut BrdfBasis);
-    let cases: [(Change, &str); 12] = [
-        (|b| b.parameters.reverse(), "increasing parameters"),
-        (|b| b.parameters[0] = 0.3, "section `parameters`: runs from 0.3 to 1, expected 0.32 to 1"),
-        (|b| samples_of(b).1[9] = 1e31, "section `weights`: element 9"),
-        (|b| b.coefficients[11] = f32::NAN, "section `coefficients`: element 11"),
-        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
-        (|b| samples_of(b).0[1] = 0.3, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
-        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
-        (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
-        (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
-        (|b| *b = samples::ggx_basis(1, 2, 65), "section `roughness`: needs 1 to 64"),
-        (|b| (b.coefficients, *samples_of(b).1) = (vec![1.0; 2 * b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
-        (|b| *b = samples::ggx_basis(1, 33, 2), "holds 33 bases, 2 to 32"),
-    ];
-    let sound = samples::ggx_basis(3, 3, 2);
-    for (change, expected) in cases {
-        let mut basis = sound.clone();
-        change(&mut basis);
-        assert_refused(&basis, expected);
-    }
-    let none = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[0], 1, &[]);
-    assert_forged_refused(&sound, "roughness", none, "section `roughness`: needs 1 to 64");
-    assert_forged_refused(&sound, "roughness", |s| s.shape.push(1), "section `roughness`: has shape [2, 1]");
-    let transposed = |s: &mut RawSection| s.shape.reverse();
-    assert_forged_refused(&sound, "weights", transposed, "section `weights`: has shape [5, 2], expected [2, 5]");
-    assert_forged_refused(&sound, "coefficients", |s| s.shape.swap(1, 2), "section `coefficients`: has shape");
-    // Of one part only, as a basis of the other model has.
-    let one_part = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[s.shape[0], 1, 3], 1, &s.raw()[..s.raw_bytes as usize / 2]);
-    assert_forged_refused(&sound, "coefficients", one_part, "section `coefficients`: has shape");
-}
-
-#[test]
-fn broken_transfer_images() {
-    type Change = fn(&mut Head);
-    let cases: [(Change, &str); 22] = [
-        (|h| h.meta.size = [0, 3], "film size [0, 3]"),
-        (|h| h.meta.size = [3, 16_385], "film size [3, 16385]"),
-        (|h| h.meta.materials[1] = "m0".to_owned(), "are called `"),
-        (|h| h.meta.chromaticity = Some([1.0, 2.0, 0.0]), "chromaticity is outside"),
-        (|h| h.meta.chromaticity = Some([1.0, f32::NAN, 0.0]), "chromaticity is outside"),
-        (|h| h.meta.editable_fragments = h.pixel.len() as u32 + 1, "do not fit the film"),
-        (|h| h.meta.editable_fragments += 1, "not in order, or of a class"),
-        (|h| h.meta.editable_fragments -= 1, "not in order, or of a class"),
-        (|h| h.pixel[0] = 12, "outside the film"),
-        (|h| h.pixel.swap(0, 4), "not in order"),
-        (|h| (h.pixel[1], h.class[1]) = (h.pixel[0], h.class[0]), "not in order"),
-        (|h| h.class[0] = 3, "of a class that is not there"),
-        (|h| *h.class.last_mut().unwrap() = 3, "of a class that is not there"),
-        (|h| h.coverage[0] = f16::ZERO, "a coverage is outside"),
-        (|h| h.coverage[0] = f16::from_f32(1.01), "a coverage is outside"),
-        (|h| h.coverage[0] = f16::NAN, "a coverage is outside"),
-        (|h| h.scales[2] = f32::INFINITY, "section `scales`: element 2"),
-        (|h| h.scales[2] = 3e38, "section `scales`: element 2, 3e38, is beyond 1e18"),
-        (|h| h.scales[2] = -1.0, "a scale is negative"),
-        (|h| h.coverage.fill(f16::from_f32(0.9)), "section `fragments/coverage`: the fragments of pixel"),
-        (|h| h.meta.chromaticity = Some([0.5, 0.25, 0.5]), "has no channel of 1"),
-        (|h| h.meta.materials[1] = "\u{7}".to_owned(), "has control characters"),
-    ];
-    let sound = samples::images(3, 2, 3, true, [4, 3]);
-    for (change, expected) in cases {
-        let mut head = (*sound.head).clone();
-        change(&mut head);
-        // Images after a broken head must not matter, nor could all of them be written.
-        assert_refused(&TransferImages { head: Arc::new(head), images: Vec::new() }, expected);
-    }
-}
-
-#[test]
-fn broken_counts_of_transfer_images() {
-    let sound = samples::images(3, 2, 3, true, [4, 3]);
-    let with_head = |change: &dyn Fn(&mut Head)| {
-        let mut head = (*sound.head).clone();
-        change(&mut head);
-        TransferImages { head: Arc::new(head), images: Vec::new() }
-    };
-    assert_refused(&with_head(&|_| ()), "0 images, expected 24");
-    assert_refused(&with_head(&|h| h.meta.bases = 1), "2 materials and 1 bases are out of range");
-    assert_refused(&with_head(&|h| h.meta.bases = 33), "2 materials and 33 bases are out of range");
-    // In the record: two numbers of 4 bytes, then a list of two names of 2 characters, then the number of bases.
-    let endless = |s: &mut RawSection| {
-        let mut raw = s.raw();
-        let at = 8 + 8 + 2 * (8 + 2);
-        assert_eq!(raw[at..at + 4], [3, 0, 0, 0]);
-        raw[at..at + 4].fill(255);
-        s.set_raw(&raw);
-    };
-    assert_forged_refused(&sound, "meta", endless, "2 materials and 4294967295 bases are out of range");
-    assert_refused(&with_head(&|h| h.meta.materials = (0..65).map(|i| i.to_string()).collect()), "65 materials and 3 bases");
-    assert_refused(&with_head(&|h| h.meta.materials.clear()), "0 materials and 3 bases");
-    assert_refused(&with_head(&|h| h.scales.truncate(3)), "section `scales`: has shape [3]");
-    let three = |s: &mut RawSection| *s = RawSection::new(&s.name, s.element, &[3], 1, &s.raw()[..6]);
-    assert_forged_refused(&sound, "fragments/class", three, "section `fragments/class`: has shape [3]");
-    assert_forged_refused(&sound, "fragments/coverage", three, "section `fragments/coverage`: has shape [3]");
-}
-
-#[test]
-fn broken_images() {
-    let sound = samples::images(3, 2, 3, true, [4, 3]);
-    let mut not_finite = sound.clone();
-    not_finite.images[4].values[1] = f16::INFINITY;
-    assert_refused(&not_finite, "a value is not a finite number");
-    let rgb = sound.images.iter().position(|i| i.slot == 0).unwrap();
-    let mut short = sound.clone();
-    short.images.truncate(rgb);
-    assert_refused(&short, &format!("{rgb} images, expected"));
-    for name in ["image/9999", "image/0", "image/00001", "picture/0001", "image/"] {
-        assert_forged_refused(&sound, "image/0001", |s| s.name = name.to_owned(), "is no image of this layout");
-    }
-    let grey = |s: &mut RawSection| s.shape = vec![1, s.shape.iter().product()];
-    assert_forged_refused(&sound, "image/0000", grey, "section `image/0000`: has shape [1, ");
-}
-
-const MANIFEST: &str = r#"{
-    "version": 0, "scene": "box", "scene_hash": "00",
-    "scene_file": {"file": "scene.relume", "bytes": 1, "hash": "00"},
-    "animations": {"turn": {"file": "turn.relume", "bytes": 1, "hash": "00"}},
-    "methods": [{"name": "transfer-images", "files": [["brdf-basis", {"file": "basis.relume", "bytes": 1, "hash": "00"}]],
-                 "reads": "0123456789abcdef0123456789abcdef", "settings": {"bases": 6}, "errors": {"relative_l2": 0.001}}]
-}"#;
-
-fn read_manifest(text: &[u8]) -> Result<Manifest, Error> {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("manifest.json"), text).unwrap();
-    Manifest::read(folder.path())
-}
-
-#[test]
-fn broken_manifests() {
-    assert_eq!(read_manifest(MANIFEST.as_bytes()).unwrap().entries().count(), 3);
-    let cases = [
-        ("\"version\": 0,", "", "has no version"),
-        ("\"version\": 0", "\"version\": -1", "has no version"),
-        ("\"version\": 0", "\"version\": \"0\"", "has no version"),
-        ("\"scene\": \"box\",", "", "missing field `scene`"),
-        ("\"scene\": \"box\"", "\"scene\": 3", "invalid type"),
-        ("\"bytes\": 1", "\"bytes\": -1", "invalid value"),
-        ("\"bytes\": 1", "\"bytes\": 1, \"more\": 2", "unknown field `more`"),
-        ("\"settings\"", "\"setings\"", "unknown field `setings`"),
-        ("0.001", "null", "invalid type"),
-        ("]\n}", "", "EOF"),
-        ("scene.relume", "../scene.relume", "`../scene.relume` is no plain file name"),
-        ("scene.relume", "/etc/passwd", "`/etc/passwd` is no plain file name"),
-        ("turn.relume", "sub/turn.relume", "is no plain file name"),
-        ("turn.relume", "..", "is no plain file name"),
-        ("basis.relume", ".hidden", "is no plain file name"),
-        ("basis.relume", "", "is no plain file name"),
-        ("basis.relume", "c:\\\\basis.relume", "is no plain file name"),
-    ];
-    for (from, to, expected) in cases {
-        let text = MANIFEST.replacen(from, to, 1);
-        assert_ne!(text, MANIFEST, "the case `{from}` changes something");
-        let error = read_manifest(text.as_bytes()).unwrap_err();
-        let message = error.to_string();
-        assert!(matches!(error, Error::Invalid { .. }) && message.contains(expected), "`{to}`: {message}");
-        assert!(message.contains("manifest.json: ") && !message.contains('\n'), "{message}");
-    }
-}
-
-#[test]
-fn manifests_that_are_not_there_or_not_ours() {
-    let error = read_manifest(MANIFEST.replace("\"version\": 0", "\"version\": 12").as_bytes()).unwrap_err();
-    assert!(matches!(error, Error::Unsupported { .. }));
-    assert!(error.to_string().contains("manifest version 12, this program reads version 0"), "{error}");
-    assert!(read_manifest(b"\xff\xfe").unwrap_err().to_string().contains("not a text file"));
-    assert!(read_manifest(&[b'['; 100_000]).unwrap_err().to_string().contains("recursion limit"));
-
-    let folder = tempfile::tempdir().unwrap();
-    let error = Manifest::read(folder.path()).unwrap_err();
-    assert!(matches!(error, Error::Invalid { .. }));
-    assert!(error.to_string().contains("holds no bundle (no manifest.json); make one with `bake run"), "{error}");
+fn normals_that_point_away_and_triangles_there_twice_are_legal() {
+    let mut scene = (0..).map(scenes::scene).find(|s| s.triangles.len() > 1).unwrap();
+    scene.normals.iter_mut().flatten().for_each(|x| *x = -*x);
+    scene.triangles[1] = scene.triangles[0];
+    scene.to_bytes(relume_formats::Place::file("a.relume")).unwrap();
 }

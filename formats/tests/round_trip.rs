@@ -157,15 +157,16 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
         any::<bool>().prop_map(serde_json::Value::from),
         any::<i64>().prop_map(serde_json::Value::from),
         (-1e300..1e300f64).prop_map(serde_json::Value::from),
-        ".{0,12}".prop_map(serde_json::Value::from),
+        r"\PC{0,12}".prop_map(serde_json::Value::from),
     ];
-    let finite = any::<f64>().prop_filter("finite", |v| v.is_finite());
-    let files = prop::collection::vec((".{0,12}", entry.clone()), 0..3);
-    let settings = prop::collection::btree_map(".{0,12}", value, 0..4);
-    let errors = prop::collection::btree_map(".{0,12}", finite, 0..4);
-    let set = (entry.clone(), settings.clone()).prop_map(|(file, settings)| SphereSetEntry { file, settings });
+    let error = prop_oneof![0.0..2.0f64, 0.0..1e100f64];
+    let files = prop::collection::vec((r"\PC{0,12}", entry.clone()), 0..3);
+    let settings = prop::collection::btree_map("[a-z][a-z0-9_]{0,11}", value, 0..4);
+    let errors = prop::collection::btree_map("[a-z][a-z0-9_]{0,11}", error, 0..4);
+    let set = (entry.clone(), prop::collection::btree_map("seed|spheres|iterations", 0..u64::MAX, 0..3))
+        .prop_map(|(file, settings)| SphereSetEntry { file, settings: settings.into_iter().map(|(k, v)| (k, v.into())).collect() });
     let sphere_sets = prop::collection::btree_map(r"\PC{0,12}", set, 0..3);
-    let method = (r"\PC{0,12}", "[0-9a-f]{32}", files, settings, errors, ".{0,12}");
+    let method = (r"\PC{0,12}", "[0-9a-f]{32}", files, settings, errors, r"\PC{0,12}");
     let method = method.prop_map(|(name, reads, files, settings, errors, measured_on)| MethodEntry {
         name,
         reads,
@@ -204,7 +205,7 @@ fn a_manifest_with_an_error_that_is_no_number_is_not_written() {
     let manifest = Manifest {
         version: 0,
         scene: "a".to_owned(),
-        scene_hash: String::new(),
+        scene_hash: "0".repeat(32),
         scene_file: entry,
         animations: BTreeMap::new(),
         sphere_sets: BTreeMap::new(),

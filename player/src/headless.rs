@@ -58,7 +58,6 @@ pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
         method: cli.method.as_deref(),
         state,
         animation,
-        offer_all: !cli.headless,
         size: cli.size,
         limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },
     })

@@ -269,7 +269,7 @@ mod tests {
 
     fn live(folder: &Path, limits: Limits) -> Live {
         let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-        let request = Request { folder, method: None, state, animation: None, offer_all: true, size: None, limits };
+        let request = Request { folder, method: None, state, animation: None, size: None, limits };
         Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
     }
 

@@ -4,9 +4,9 @@ use crate::controls::{Controls, Look, PlacedAnimation, PlacedState, Scope};
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
 use crate::methods::{Method, Pieces, Playback, Setup};
-use crate::stream::{Animations, Arrival, Event, Limits, Playlist, Source, decode_all};
+use crate::stream::{Arrival, Event, Limits, Playlist, Source, decode_all};
 use crate::surfaces::Surfaces;
-use relume_formats::bundle::{expect_name, expect_playable, sets_only};
+use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::manifest::FILE_NAME;
 use relume_formats::kinds::transfer_images::Head;
@@ -27,8 +27,6 @@ pub struct Request<'a> {
     pub state: PlacedState,
     /// Animation to play.
     pub animation: Option<AnimationChoice<'a>>,
-    /// Whether to read all of the bundle's animations, for the user to choose from, or only the one to play.
-    pub offer_all: bool,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
     /// How much may be read, and how fast.
@@ -88,6 +86,7 @@ pub struct Session {
     method: Method,
     /// Of all methods of the bundle.
     known: Vec<Method>,
+    settings: Settings,
     size: Option<[u32; 2]>,
     /// The method at work, as soon as the scene is there.
     playback: Option<Box<dyn Playback>>,
@@ -117,12 +116,11 @@ impl Session {
             Some(AnimationChoice::Named(name)) => (Some(name), None),
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
-        let wanted = if request.offer_all { Animations::All { first: name } } else { Animations::Only(name) };
-        let playlist = Playlist::of(request.folder, request.method, wanted)?;
+        let playlist = Playlist::of(request.folder, request.method, name)?;
         let animations: Vec<_> = own.into_iter().collect();
         let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let (method, known) = (playlist.method, playlist.known.clone());
+        let (method, known, settings) = (playlist.method, playlist.known.clone(), playlist.settings.clone());
         let source = Source::start(playlist, request.limits)?;
         let gpu = open_gpu()?;
         method.expect_adapter(&gpu)?;
@@ -133,6 +131,7 @@ impl Session {
             folder: request.folder.to_owned(),
             method,
             known,
+            settings,
             size: request.size,
             playback: None,
             pending: Vec::new(),
@@ -168,7 +167,8 @@ impl Session {
                     if scene.meta.varies_view {
                         self.surfaces = Surfaces::new(scene.positions.clone(), scene.triangles.clone());
                     }
-                    self.playback = Some((self.method.start)(&self.gpu, Setup { scene, place, size: self.size })?);
+                    let setup = Setup { scene, place, settings: self.settings.clone(), size: self.size };
+                    self.playback = Some((self.method.start)(&self.gpu, setup)?);
                 }
             }
             Kind::Animation => {

@@ -115,6 +115,21 @@ fn truncated_and_damaged_files() {
     }
 }
 
+/// All animations are read, for a bundle is sound or it is not, whatever is played of it.
+#[test]
+fn a_damaged_animation_is_refused_though_nobody_plays_it() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let path = bundle.folder().join("glow.relume");
+    let mut damaged = std::fs::read(&path).unwrap();
+    *damaged.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, damaged).unwrap();
+    expect_error(&headless(bundle.folder(), &["--frames", "@/%d.png"]), 2, "glow.relume: section `animation`: checksum");
+    assert!(!bundle.folder().join("0.png").exists());
+}
+
 #[test]
 fn an_animation_becomes_frames_a_sheet_and_statistics() {
     if !gpu_there() {
@@ -163,7 +178,7 @@ fn a_prefix_plays_what_it_holds() {
     }
     let bundle = Bundle::write(true);
     let play = |bytes: u64| headless(bundle.folder(), &["--bytes", &bytes.to_string(), "--exr", "@/p.exr", "--stats", "@/s.json"]);
-    let all: u64 = bundle.playlist_bytes() - bundle.manifest.animations["glow"].bytes;
+    let all = bundle.playlist_bytes();
     expect_success(&play(all - bundle.manifest.methods[0].files[1].1.bytes / 2));
     let stats = stats(&bundle.folder().join("s.json"));
     let missing: Vec<u64> = stats["missing_slots"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect();
@@ -321,7 +336,8 @@ fn a_prefix_of_blocks_plays() {
     };
     assert_eq!(missing(least), serde_json::json!([1, 2, 3, 4]));
     let files: u64 = bundle.manifest.methods[0].files.iter().map(|(_, entry)| entry.bytes).sum();
-    let all = files + bundle.manifest.scene_file.bytes;
+    let animations: u64 = bundle.manifest.animations.values().map(|entry| entry.bytes).sum();
+    let all = files + animations + bundle.manifest.scene_file.bytes;
     assert_eq!((missing(all - 1), missing(all)), (serde_json::json!([4]), serde_json::json!([])));
 }
 

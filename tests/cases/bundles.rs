@@ -25,6 +25,8 @@ use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+mod sections;
+
 #[path = "../../formats/tests/support/raw_file.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod raw_file;
@@ -128,8 +130,7 @@ impl Sound {
 
     fn put(&self, path: &Path, bytes: &[u8]) {
         std::fs::write(path, bytes).unwrap();
-        let mut manifest =
-            std::fs::read_to_string(self.out().join("manifest.json")).map(|text| serde_json::from_str::<Manifest>(&text).unwrap()).unwrap();
+        let mut manifest = Manifest::read(&self.out()).unwrap();
         let name = path.file_name().unwrap().to_str().unwrap();
         let mend = |entry: &mut FileEntry| {
             if entry.file == name {
@@ -189,7 +190,7 @@ fn change_value(section: &mut RawSection, random: &mut Random) {
 /// What the player says of the bundle in `folder`, all of it loaded and one frame drawn.
 fn play(folder: &Path) -> relume_player::Result<Vec<Rgb>> {
     let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-    let request = Request { folder, method: None, state, animation: None, offer_all: true, size: None, limits: Default::default() };
+    let request = Request { folder, method: None, state, animation: None, size: None, limits: Default::default() };
     let mut session = Session::start(request, || Gpu::open(None))?;
     loop {
         match session.advance()? {

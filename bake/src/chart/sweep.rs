@@ -114,6 +114,13 @@ impl Cut<'_> {
         *entry = FileEntry::of(&entry.file, &content.write_file(&path)?);
         Ok(())
     }
+
+    /// Says that the first method was baked with `value` for its setting `name`.
+    pub fn set(&mut self, name: &str, value: Value) {
+        if let Some(method) = self.manifest.methods.first_mut() {
+            method.settings.insert(name.to_owned(), value);
+        }
+    }
 }
 
 /// Links where the file system can, for bundles are large.

@@ -365,7 +365,7 @@ mod tests {
         let folder = bundle();
         let text = info(folder.path(), false).unwrap();
         for part in [
-            "  scene       test room, hash 0123456789abcdef\n",
+            "  scene       test room, hash 0123456789abcdef0123456789abcdef\n",
             "    settings  samples 16\n",
             "    errors    relative_l2_median 0.001250\n",
             "    measured  16 states\n",

@@ -35,7 +35,7 @@ impl TestBundle {
         let manifest = Manifest {
             version: VERSION,
             scene: "test room".to_owned(),
-            scene_hash: "0123456789abcdef".to_owned(),
+            scene_hash: "0123456789abcdef".repeat(2),
             scene_file: put(&self.scene, folder, "scene.relume"),
             animations: BTreeMap::from([("glow".to_owned(), animation)]),
             sphere_sets: BTreeMap::new(),
@@ -100,12 +100,15 @@ fn basis() -> BrdfBasis {
     let error = |mean| BasisError { mean, worst: 2.0 * mean, worst_at: 7.0 };
     let abscissa = |i: usize| i as f32 / (lobe_table::NODES - 1) as f32;
     let lobe = |power: i32| (0..lobe_table::NODES).map(move |i| abscissa(i).powi(power));
-    BrdfBasis {
+    let mut basis = BrdfBasis {
         meta: BasisMeta { shared_diffuse: true, error_at_samples: error(0.001), error_between: error(0.0015) },
         parameters: vec![1.0, 50.5, 200.0],
         coefficients: vec![0.0, 1.0, 2.0, 0.5, -1.0, 4.0, 0.25, 8.0, -16.0],
         functions: Functions::BlinnPhong { lobes: lobe(1).chain(lobe(2)).collect() },
-    }
+    };
+    // Its lobes are those of no model.
+    basis.meta.error_between.worst = basis.largest_error();
+    basis
 }
 
 fn images() -> TransferImages {
@@ -127,8 +130,12 @@ fn images() -> TransferImages {
         scales: Vec::new(),
     };
     let layout = head.layout();
-    head.scales = (0..layout.slots.len()).map(|slot| 0.5 + slot as f32).collect();
-    let value = |slot: usize, i: usize| f16::from_f32(((slot * 37 + i * 11) % 64) as f32 / 8.0 - 1.0);
+    head.scales = (0..layout.slots.len()).map(|slot| 0.5f32.powi(slot as i32 % 5 + 8)).collect();
+    // The first is the largest of its image, and images of diffuse paths hold nothing below 0.
+    let value = |slot: usize, i: usize| {
+        let value = if i == 0 { 7.0 } else { ((slot * 37 + i * 11) % 64) as f32 / 8.0 - 1.0 };
+        f16::from_f32(4096.0 * if layout.slots[slot].is_positive() { value.abs() } else { value })
+    };
     let images = layout
         .slots
         .iter()

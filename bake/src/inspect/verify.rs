@@ -1,7 +1,7 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
 use crate::methods::choice::Registered;
-use relume_formats::bundle::{Maps, Objects, Scope, expect_name, expect_some_plays};
+use relume_formats::bundle::{Maps, Objects, Scope, Settings, expect_name, expect_some_plays};
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::{SphereSet, StoredScene, check_file};
@@ -90,10 +90,16 @@ impl<'a> Bundle<'a> {
         let mut objects = Objects::new(&self.scene);
         for (object, entry) in self.manifest.sphere_sets.clone() {
             let place = Place::file(self.folder.join(&entry.file.file));
-            objects.add_set(&SphereSet::read_file(&place.file)?, &object, &self.scene, &place)?;
+            let set = SphereSet::read_file(&place.file)?;
+            objects.add_set(&set, &object, &self.scene, &place)?;
+            self.manifest.methods.iter().try_for_each(|method| self.settings(method).expect_set(&set, &object))?;
             self.is_sound(&place.file)?;
         }
         Ok(objects)
+    }
+
+    fn settings(&self, method: &MethodEntry) -> Settings {
+        Settings::of(method, &self.manifest, &Place::file(self.folder.join(FILE_NAME)))
     }
 
     /// Checks the files of `method`; returns what it lets vary.
@@ -103,8 +109,9 @@ impl<'a> Bundle<'a> {
         let path = |entry: &FileEntry| self.folder.join(&entry.file);
         let files = method.files.iter().filter_map(|(name, entry)| Some((Kind::find(name)?, path(entry))));
         let files: Vec<(Kind, PathBuf)> = files.collect();
+        let settings = self.settings(method);
         let maps = match Registered::find(card.name) {
-            Some(registered) => (registered.verify)(&Bundled { scene: &self.scene, objects }, &files)?,
+            Some(registered) => (registered.verify)(&Bundled { scene: &self.scene, objects, settings: &settings }, &files)?,
             None => Maps::default(),
         };
         files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
@@ -118,6 +125,8 @@ pub struct Bundled<'a> {
     pub scene: &'a StoredScene,
     /// Its objects, with their sphere sets.
     pub objects: &'a Objects,
+    /// What the manifest says of the method.
+    pub settings: &'a Settings,
 }
 
 #[cfg(test)]

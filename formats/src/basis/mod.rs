@@ -8,6 +8,7 @@ pub mod cubemap;
 pub mod diffuse;
 mod equirect;
 pub mod haar;
+pub mod half_difference;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;

@@ -7,18 +7,21 @@
 //! * [`expect_images`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
+//! * [`Settings`]: what the manifest says of settings against the files;
 //! * [`Scope`], [`Look`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
 
 mod animations;
 mod images;
 mod lit;
 mod look;
+mod settings;
 mod shadows;
 
 pub use animations::{expect_playable, expect_some_plays, sets_only};
 pub use images::expect_images;
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};
+pub use settings::Settings;
 pub use shadows::{MAX_SPHERE_PAIRS, Objects, expect_receivers};
 
 use crate::error::{Error, Place, Result};

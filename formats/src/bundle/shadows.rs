@@ -59,6 +59,11 @@ impl Objects {
         Ok(())
     }
 
+    /// Whether `object` has a sphere set.
+    pub fn has_set(&self, object: &str) -> bool {
+        self.sets.contains(object)
+    }
+
     /// Fails unless the shape at `place`, that of the object of `stored`, rests where the object does and has the clips that `scene` lists.
     pub fn expect_shape(&self, shape: &DeformingMesh, stored: &StoredShape, scene: &StoredScene, place: &Place) -> Result<()> {
         let object = &stored.object;

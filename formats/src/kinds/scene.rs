@@ -5,7 +5,10 @@
 //! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, what varies, environment, materials, objects |
 //! | `positions` | f32  | [vertices, 3] | metres, world space, each coordinate of at most 10⁹ m |
 //! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space: of length 1 to 10⁻⁵ |
-//! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front |
+//! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front; three places |
+//!
+//! Triangles may be there twice and normals may point away from them: imported meshes have either, and are kept as their files have them. None has two
+//! corners in one place, for those without area are left out when a mesh is loaded.
 //!
 //! Objects own consecutive ranges of triangles. Names of materials, of objects and of the clips of a shape differ.
 
@@ -278,7 +281,7 @@ impl Stored for StoredScene {
         let normals = vectors(sections, "normals", Some(positions.len()), fault_of_normals)?;
         let section = sections.take("triangles")?;
         let triangles = section.u32_rows()?;
-        section.expect(fault_of_triangles(&triangles, positions.len(), &meta.objects))?;
+        section.expect(fault_of_triangles(&triangles, &positions, &meta.objects))?;
         Ok(Self { meta, positions, normals, triangles })
     }
 }
@@ -299,7 +302,7 @@ impl StoredScene {
             .or_else(uneven)
             .or_else(|| fault_of_positions(&self.positions))
             .or_else(|| fault_of_normals(&self.normals))
-            .or_else(|| fault_of_triangles(&self.triangles, self.positions.len(), &self.meta.objects));
+            .or_else(|| fault_of_triangles(&self.triangles, &self.positions, &self.meta.objects));
         fault.map_or(Ok(()), |fault| Err(Error::invalid(place, fault)))
     }
 }
@@ -336,9 +339,14 @@ fn fault_of_normals(normals: &[[f32; 3]]) -> Option<String> {
     }
 }
 
-fn fault_of_triangles(triangles: &[[u32; 3]], vertices: usize, objects: &[StoredObject]) -> Option<String> {
-    if let Some(triangle) = triangles.iter().position(|triangle| triangle.iter().any(|vertex| *vertex as usize >= vertices)) {
-        return Some(format!("triangle {triangle} names a vertex that is not there"));
+fn fault_of_triangles(triangles: &[[u32; 3]], positions: &[[f32; 3]], objects: &[StoredObject]) -> Option<String> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        let [Some(a), Some(b), Some(c)] = corners.map(|vertex| positions.get(vertex as usize)) else {
+            return Some(format!("triangle {triangle} names a vertex that is not there"));
+        };
+        if a == b || b == c || c == a {
+            return Some(format!("triangle {triangle} has two corners in one place, and so no area"));
+        }
     }
     let owned = objects.iter().map(|o| u64::from(o.triangles)).sum::<u64>();
     (owned != triangles.len() as u64).then(|| "the objects do not cover the triangles".to_owned())

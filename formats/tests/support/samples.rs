@@ -2,8 +2,8 @@
 
 use half::f16;
 use relume_formats::basis::lobe_table;
-use relume_formats::kinds::brdf_basis::{BasisError, Functions, Meta as BasisMeta};
-use relume_formats::kinds::transfer_images::{Head, Image, Meta as ImagesMeta};
+use relume_formats::kinds::brdf_basis::{BasisError, Functions, MAX_SAMPLES, Meta as BasisMeta};
+use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta as ImagesMeta, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{BlinnPhong, Ggx, ROUGHNESS_MIN};
 use std::sync::Arc;
@@ -34,10 +34,11 @@ impl Random {
         2.0 * self.unit() - 1.0
     }
 
-    /// Any finite half: all signs, exponents and subnormals.
-    fn half(&mut self) -> f16 {
+    /// Any half of an image: all exponents up to the largest, subnormals, and all signs if it may be `signed`.
+    fn half(&mut self, signed: bool) -> f16 {
         let value = f16::from_bits(self.bits() as u16);
-        if value.is_finite() { value } else { f16::ONE }
+        let value = if value.to_f32().abs() <= LARGEST_HALF { value } else { f16::ONE };
+        if signed { value } else { f16::from_bits(value.to_bits() & 0x7fff) }
     }
 
     pub fn blinn_phong(&mut self) -> BlinnPhong {
@@ -54,8 +55,21 @@ impl Random {
 }
 
 fn basis_meta(random: &mut Random) -> BasisMeta {
-    let mut error = || BasisError { mean: f64::from(random.unit()), worst: f64::from(random.unit()), worst_at: 3.5 };
+    let mut error = || {
+        let (a, b) = (f64::from(random.unit()), f64::from(random.unit()));
+        BasisError { mean: a.min(b), worst: a.max(b), worst_at: 3.5 }
+    };
     BasisMeta { shared_diffuse: true, error_at_samples: error(), error_between: error() }
+}
+
+/// States how far the lobes are off, which are those of no model.
+fn honest(mut basis: BrdfBasis) -> BrdfBasis {
+    if matches!(&basis.functions, Functions::Ggx { roughness, .. } if roughness.len() > MAX_SAMPLES) {
+        return basis;
+    }
+    basis.meta.error_between.worst = basis.largest_error();
+    basis.meta.error_between.mean = 0.5 * basis.meta.error_between.worst;
+    basis
 }
 
 /// Of the Blinn-Phong space; `smooth` lobes compress to a few hundred bytes, others do not.
@@ -63,19 +77,19 @@ pub fn basis(seed: u64, bases: usize, smooth: bool) -> BrdfBasis {
     let random = &mut Random(seed);
     let nodes = 2 + random.below(6);
     let lobe = |random: &mut Random, i: usize| if smooth { (i / 1024) as f32 * 0.25 } else { random.signed() };
-    BrdfBasis {
+    honest(BrdfBasis {
         meta: basis_meta(random),
         parameters: (0..nodes).map(|i| 1.0 + 199.0 * i as f32 / (nodes - 1) as f32).collect(),
         coefficients: (0..nodes * bases).map(|_| random.signed()).collect(),
         functions: Functions::BlinnPhong { lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect() },
-    }
+    })
 }
 
 /// Of the GGX space.
 pub fn ggx_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
     let random = &mut Random(seed);
     let nodes = 2 + random.below(6);
-    BrdfBasis {
+    honest(BrdfBasis {
         meta: basis_meta(random),
         parameters: (0..nodes).map(|i| ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * i as f32 / (nodes - 1) as f32).collect(),
         coefficients: (0..nodes * 2 * bases).map(|_| random.signed()).collect(),
@@ -83,7 +97,7 @@ pub fn ggx_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
             roughness: (0..samples).map(|_| random.ggx().roughness).collect(),
             weights: (0..(bases - 1) * (1 + 2 * samples)).map(|_| random.signed()).collect(),
         },
-    }
+    })
 }
 
 pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size: [u32; 2]) -> TransferImages {
@@ -106,13 +120,17 @@ pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size:
     let coverage = pixel.iter().map(|_| f16::from_f32((1 + random.below(64)) as f32 / (64 * (materials + 1)) as f32)).collect();
     let mut head = Head { meta, pixel, class, coverage, scales: Vec::new() };
     let layout = head.layout();
-    head.scales = layout.slots.iter().map(|_| random.unit() * 3.0).collect();
-    let mut images: Vec<_> = layout
-        .slots
-        .iter()
-        .enumerate()
-        .map(|(slot, s)| Image { slot, values: (0..s.channels() * head.fragments_of(s)).map(|_| random.half()).collect() })
-        .collect();
+    let image = |slot: usize, s: &Slot, random: &mut Random| {
+        let mut values: Vec<f16> = (0..s.channels() * head.fragments_of(s)).map(|_| random.half(!s.is_positive())).collect();
+        // The range is made use of.
+        if let Some(value) = values.last_mut() {
+            *value = f16::from_f32(LARGEST_HALF * (0.5 + 0.5 * random.unit()));
+        }
+        Image { slot, values }
+    };
+    let mut images: Vec<_> = layout.slots.iter().enumerate().map(|(slot, s)| image(slot, s, random)).collect();
+    let scale = |image: &Image, random: &mut Random| if image.values.is_empty() { 0.0 } else { 0.5f32.powi(random.below(24) as i32) };
+    head.scales = images.iter().map(|image| scale(image, random)).collect();
     // Any order of importance is legal.
     images.sort_by_cached_key(|_| random.bits());
     TransferImages { head: Arc::new(head), images }

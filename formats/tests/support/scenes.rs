@@ -29,6 +29,14 @@ fn shape(object: &StoredObject) -> StoredShape {
     StoredShape { object: object.name.clone(), clips: [("", 0.0), ("Läufer", 1.5)].map(clip).to_vec() }
 }
 
+/// Of three vertices that differ.
+fn triangle(random: &mut Random, vertices: usize) -> [u32; 3] {
+    let first = random.below(vertices);
+    let second = 1 + random.below(vertices - 2);
+    let third = second + 1 + random.below(vertices - 1 - second);
+    [first, first + second, first + third].map(|vertex| (vertex % vertices) as u32)
+}
+
 pub fn scene(seed: u64) -> StoredScene {
     let random = &mut Random(seed);
     let materials = 1 + random.below(3);
@@ -36,7 +44,7 @@ pub fn scene(seed: u64) -> StoredScene {
         .map(|i| StoredObject { name: format!("object {i}"), material: random.below(materials) as u32, triangles: random.below(5) as u32 })
         .collect();
     let triangles: u32 = objects.iter().map(|o| o.triangles).sum();
-    let vertices = 1 + random.below(9);
+    let vertices = 3 + random.below(7);
     StoredScene {
         meta: Meta {
             name: "päper room".to_owned(),
@@ -56,7 +64,7 @@ pub fn scene(seed: u64) -> StoredScene {
         },
         positions: (0..vertices).map(|_| point(random)).collect(),
         normals: (0..vertices).map(|i| [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.6, 0.8]][i % 3]).collect(),
-        triangles: (0..triangles).map(|_| [(); 3].map(|()| random.below(vertices) as u32)).collect(),
+        triangles: (0..triangles).map(|_| triangle(random, vertices)).collect(),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::gpu::Gpu;
 use crate::methods::Setup;
 use crate::stream::{Arrival, decode_all};
 use relume_formats::Place;
-use relume_formats::bundle::{Maps, expect_lit, expect_textures};
+use relume_formats::bundle::{Maps, Settings, expect_lit, expect_textures};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::{Environment, StoredScene, Textures, scene};
 
@@ -14,6 +14,8 @@ use relume_formats::kinds::{Environment, StoredScene, Textures, scene};
 pub(crate) struct Surroundings {
     /// The scene.
     pub(crate) scene: StoredScene,
+    /// What the manifest says of the method's settings.
+    pub(crate) settings: Settings,
     size: [u32; 2],
     maps: Vec<Map>,
     /// What is known of them.
@@ -43,6 +45,7 @@ impl Surroundings {
         }
         Ok(Self {
             scene: setup.scene,
+            settings: setup.settings,
             size,
             maps: Vec::new(),
             known: Maps::default(),

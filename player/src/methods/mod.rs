@@ -10,6 +10,7 @@ use crate::controls::Look;
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::Arrival;
+use relume_formats::bundle::Settings;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::transfer_images::Head;
 use relume_formats::method::Card;
@@ -36,6 +37,8 @@ pub struct Setup {
     pub scene: StoredScene,
     /// Its file.
     pub place: Place,
+    /// What the manifest says of the method's settings.
+    pub settings: Settings,
     /// Size of the film that the user asks for, in pixels.
     pub size: Option<[u32; 2]>,
 }

@@ -8,7 +8,7 @@ mod playlist;
 mod throttle;
 
 pub use decode::{decode_all, decode_sections};
-pub use playlist::{Animations, Item, Playlist};
+pub use playlist::{Item, Playlist};
 
 use crate::error::{Error, Result};
 use relume_formats::container::{Kind, Section, expect_decoded};
@@ -174,7 +174,7 @@ mod tests {
     }
 
     fn play(bundle: &Bundle, limits: Limits) -> Result<(Vec<String>, bool, u64)> {
-        let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(Some("glow")))?, limits)?;
+        let source = Source::start(Playlist::of(bundle.folder(), None, Some("glow"))?, limits)?;
         let (names, complete) = names_until_end(&source)?;
         Ok((names, complete, source.bytes()))
     }

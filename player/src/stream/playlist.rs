@@ -1,11 +1,12 @@
 //! Which files of a bundle are played, and in which order.
 //!
-//! The scene comes first, then the animation, which is small and without which not even the first frame is known, then the sphere sets, if the method
+//! The scene comes first, then the animations, which are small, and without which not even the first frame is known, then the sphere sets, if the method
 //! plays with them, then the files of the method in the order of the manifest, the one that arrives piece by piece last.
 
 use super::throttle::{Pace, Throttle};
 use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
+use relume_formats::bundle::Settings;
 use relume_formats::container::{Kind, Reader, open};
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::near::did_you_mean;
@@ -28,18 +29,6 @@ pub struct Item {
     pub hash: String,
 }
 
-/// Which of a bundle's animations to read.
-#[derive(Debug, Clone, Copy)]
-pub enum Animations<'a> {
-    /// The one of this name, or none.
-    Only(Option<&'a str>),
-    /// All, the one of this name first.
-    All {
-        /// The name, or `None` for the order of the manifest.
-        first: Option<&'a str>,
-    },
-}
-
 /// The files to play, in playback order.
 #[derive(Clone)]
 pub struct Playlist {
@@ -47,14 +36,16 @@ pub struct Playlist {
     pub items: Vec<Item>,
     /// The method that plays them.
     pub method: Method,
+    /// What the manifest says of the method's settings.
+    pub settings: Settings,
     /// All methods of the bundle that are known.
     pub known: Vec<Method>,
 }
 
 impl Playlist {
-    /// The playlist of the bundle in `folder`: for the method called `method`, or the first in the manifest that this player knows, with the
-    /// `animations`.
-    pub fn of(folder: &Path, method: Option<&str>, animations: Animations<'_>) -> Result<Self> {
+    /// The playlist of the bundle in `folder`: for the method called `method`, or the first in the manifest that this player knows, with all
+    /// animations, the one called `first` in front.
+    pub fn of(folder: &Path, method: Option<&str>, first: Option<&str>) -> Result<Self> {
         let manifest = Manifest::read(folder)?;
         let place = Place::file(folder.join(FILE_NAME));
         let (method, entry) = choose(&manifest, method, folder)?;
@@ -68,14 +59,11 @@ impl Playlist {
         };
         let named = |name: &str, kind, entry: &FileEntry| Item { name: Some(name.to_owned()), ..item(kind, entry) };
         let mut items = vec![named(&manifest.scene, Kind::Scene, &manifest.scene_file)];
-        let (Animations::Only(first) | Animations::All { first }) = animations;
         if let Some(name) = first {
             items.push(named(name, Kind::Animation, animation_entry(&manifest, name)?));
         }
-        if let Animations::All { .. } = animations {
-            let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
-            items.extend(others.map(|(name, entry)| named(name, Kind::Animation, entry)));
-        }
+        let others = manifest.animations.iter().filter(|(name, _)| Some(name.as_str()) != first);
+        items.extend(others.map(|(name, entry)| named(name, Kind::Animation, entry)));
         if method.card.sphere_sets {
             let sets = manifest.sphere_sets.iter();
             items.extend(sets.map(|(object, set)| named(object, Kind::SphereSet, &set.file)));
@@ -86,7 +74,7 @@ impl Playlist {
             items.push(item(kind, entry));
         }
         let known = manifest.methods.iter().filter_map(|entry| Method::find(&entry.name)).collect();
-        Ok(Self { items, method, known })
+        Ok(Self { items, method, settings: Settings::of(entry, &manifest, &place), known })
     }
 
     /// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.

@@ -13,7 +13,7 @@ use relume_formats::container::Stored;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
-use relume_formats::kinds::transfer_images::{Head, Image, Meta, TransferImages};
+use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
 use relume_formats::method::TRANSFER_IMAGES;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
@@ -51,14 +51,14 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// Mostly 0..1, at times negative, tiny (subnormal halves among them) or zero.
-    fn half(&mut self) -> f16 {
+    /// Mostly up to the largest half of an image, at times negative if it may be `signed`, tiny (a subnormal half) or zero.
+    fn half(&mut self, signed: bool) -> f16 {
         let value = self.unit();
         f16::from_f32(match self.bits() % 8 {
-            0 => -value,
+            0 if signed => -value * LARGEST_HALF,
             1 => value * 1e-5,
             2 => 0.0,
-            _ => value,
+            _ => value * LARGEST_HALF,
         })
     }
 }
@@ -94,15 +94,21 @@ fn scene() -> StoredScene {
     StoredScene { meta: scene_meta(), normals: vec![[0.0, 0.0, 1.0]; 3], positions, triangles: vec![[0, 1, 2]] }
 }
 
+/// States how far the lobes are off, which are those of no model.
+pub fn honest(mut basis: BrdfBasis) -> BrdfBasis {
+    basis.meta.error_between.worst = basis.largest_error();
+    basis
+}
+
 fn basis() -> BrdfBasis {
     let mut random = Random(7);
     let error = brdf_basis::BasisError { mean: 0.0, worst: 0.0, worst_at: 1.0 };
-    BrdfBasis {
+    honest(BrdfBasis {
         meta: brdf_basis::Meta { shared_diffuse: true, error_at_samples: error, error_between: error },
         parameters: vec![1.0, 20.0, 200.0],
         coefficients: (0..3 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
         functions: Functions::BlinnPhong { lobes: vec![0.25; (BASES - 1) * lobe_table::NODES] },
-    }
+    })
 }
 
 /// A basis of the GGX space, of as many functions as [`basis`] has.
@@ -110,12 +116,12 @@ fn ggx_basis() -> BrdfBasis {
     let mut random = Random(8);
     let roughness = vec![0.4, 0.8];
     let weights = (0..(BASES - 1) * (1 + 2 * roughness.len())).map(|_| random.unit()).collect();
-    BrdfBasis {
+    honest(BrdfBasis {
         parameters: vec![0.32, 0.5, 1.0],
         coefficients: (0..3 * 2 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
         functions: Functions::Ggx { roughness, weights },
         ..basis()
-    }
+    })
 }
 
 /// (pixel, class) of all fragments, editable ones first. Pixels have one fragment, several, or none at all.
@@ -174,13 +180,13 @@ pub fn images(one_colour: bool) -> TransferImages {
         scales: Vec::new(),
     };
     let layout = head.layout();
-    head.scales = layout.slots.iter().map(|_| 0.1 + random.unit()).collect();
+    head.scales = layout.slots.iter().map(|_| 0.5f32.powi(14 + (random.bits() % 3) as i32)).collect();
     // The order of importance is not that of the slots.
     let mut order: Vec<usize> = (0..layout.slots.len()).collect();
     order.sort_by_key(|slot| slot * 7 % 31);
     let image = |slot: usize| {
         let count = layout.slots[slot].channels() * head.fragments_of(&layout.slots[slot]);
-        Image { slot, values: (0..count).map(|_| random.half()).collect() }
+        Image { slot, values: (0..count).map(|_| random.half(!layout.slots[slot].is_positive())).collect() }
     };
     let images = order.into_iter().map(image).collect();
     TransferImages { head: Arc::new(head), images }
@@ -222,7 +228,7 @@ impl Bundle {
         let manifest = Manifest {
             version: 0,
             scene: "synthetic".to_owned(),
-            scene_hash: String::new(),
+            scene_hash: "0".repeat(32),
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([("glow".to_owned(), entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()))]),
             sphere_sets: BTreeMap::new(),

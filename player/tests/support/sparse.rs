@@ -193,7 +193,7 @@ impl Bundle {
         let manifest = Manifest {
             version: 0,
             scene: "lit".to_owned(),
-            scene_hash: String::new(),
+            scene_hash: "0".repeat(32),
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([animation("glow", super::ANIMATION), animation("turn", TURN)]),
             sphere_sets: BTreeMap::new(),

@@ -34,6 +34,7 @@ fn wanted(asked: &Asked) -> Wanted {
 fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
     environment_lit::verify(bundle, files, |_, path, lit| {
         let meta = SparseTransfer::open(path)?.read(SparseTransfer::checked_meta)?;
-        expect_lit("rows", meta.vertices.into(), bundle.scene, &lit.maps, lit.textured, &Place::file(path))
+        expect_lit("rows", meta.vertices.into(), bundle.scene, &lit.maps, lit.textured, &Place::file(path))?;
+        bundle.settings.expect_rows(&meta)
     })
 }

@@ -3,7 +3,7 @@
 use super::quantise::{self, blocks, shapes};
 use super::rows::{MAX_TERMS, RADIANCES, Rows};
 use super::{METHOD, NAME, Settings, Terms, Wanted, expect_fit};
-use crate::chart::sweep::{Bench, Sweep, Variant, read};
+use crate::chart::sweep::{Bench, Cut, Sweep, Variant, read};
 use crate::error::Result;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::kinds::SparseTransfer;
@@ -42,8 +42,12 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
             let Shape { terms, bytes, coarser } = shape;
             let whole = terms >= transfer.meta.terms() && !bytes && coarser == 1;
             let name = format!("{NAME}-{rays}-{terms}{}-{coarser}", if bytes { "-bytes" } else { "" });
-            let folder =
-                if whole { baked.folder.clone() } else { bench.cut(&baked.folder, &name, |file| file.replace(&cut(&transfer, shape)))? };
+            let write = |file: &mut Cut<'_>| {
+                let cut = cut(&transfer, shape);
+                file.set("terms", json!(cut.meta.terms()));
+                file.replace(&cut)
+            };
+            let folder = if whole { baked.folder.clone() } else { bench.cut(&baked.folder, &name, write)? };
             let face_size = transfer.meta.face_size as usize / coarser;
             let settings =
                 [("terms", json!(terms)), ("rays_per_texel", json!(rays)), ("face_size", json!(face_size)), ("bytes", json!(bytes))];

@@ -23,7 +23,7 @@ pub const METHOD: Registered = Registered {
 };
 
 fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
-    let Bundled { scene, objects } = bundle;
+    let Bundled { scene, objects, settings } = bundle;
     let mut shapes = scene.meta.shapes.iter();
     environment_lit::verify(bundle, files, |kind, path, lit| {
         let place = Place::file(path);
@@ -36,6 +36,7 @@ fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
         let shadows = SphereShadows::read_file(path)?;
         expect_lit("lobes", shadows.meta.vertices(), scene, &lit.maps, lit.textured, &place)?;
         expect_receivers(&shadows, scene, objects, &place)?;
+        settings.expect_objects(&scene.meta, objects)?;
         let missing = shapes.next();
         missing.map_or(Ok(()), |shape| Err(refused(format!("needs the shape of object `{}` before it", shape.object))))
     })

@@ -5,11 +5,8 @@ use crate::job::{Interrupted, Progress};
 use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Layout, MAX_SCALE, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, LARGEST_HALF, Layout, MAX_SCALE, Meta, Slot, TransferImages};
 use std::sync::Arc;
-
-/// The largest stored half of an image: a power of two well below the largest half, so that scales are powers of two and scaling is exact.
-const LARGEST_HALF: f32 = 32_768.0;
 
 /// Sums over all fragments of one slot.
 #[derive(Debug, Clone, Copy, Default)]

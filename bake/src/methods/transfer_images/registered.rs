@@ -36,6 +36,7 @@ fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
     if let [(_, basis), (_, images)] = files {
         let head = TransferImages::open(images)?.read(TransferImages::checked_head)?;
         expect_images(&head, &BrdfBasis::read_file(basis)?, &bundle.scene.meta, &Place::file(images))?;
+        bundle.settings.expect_images(&head.meta)?;
     }
     Ok(Maps::default())
 }

@@ -34,6 +34,7 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
                 let basis = basis_for(scene, bases)?;
                 let fewer = with_fewer_bases(&images, &basis);
                 bench.cut(&baked.folder, &format!("{NAME}-{samples}-{bases}"), |cut| {
+                    cut.set("bases", json!(bases));
                     cut.replace(&basis)?;
                     cut.replace(&fewer)
                 })?

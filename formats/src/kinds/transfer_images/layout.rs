@@ -43,6 +43,12 @@ impl Slot {
     pub fn channels(&self) -> usize {
         if self.rgb { 3 } else { 1 }
     }
+
+    /// Whether nothing but light times reflectance of at least 0 adds up in it: every basis on the way is the diffuse one, or a fixed surface reflects as it
+    /// is. Other basis functions may be negative, and so may what they make of light.
+    pub fn is_positive(&self) -> bool {
+        self.eye_basis == 0 && !matches!(self.first, FirstReflection::Editable { basis: 1.., .. })
+    }
 }
 
 /// All slots of a bake.
@@ -125,5 +131,8 @@ mod tests {
         assert_eq!(seen.len(), layout.bases * layout.firsts());
         let fixed: Vec<_> = layout.slots.iter().filter_map(|s| s.fixed).map(|f| layout.first_index(f)).collect();
         assert_eq!(fixed, (0..layout.firsts()).collect::<Vec<_>>());
+        // Fixed fragments share the slots of the same first reflection, so both are positive or neither.
+        assert!(layout.slots.iter().all(|slot| slot.fixed.is_none_or(|fixed| slot.eye_basis == 0 && fixed == slot.first)));
+        assert_eq!(layout.slots.iter().filter(|slot| slot.is_positive()).count(), 2 + 3);
     }
 }

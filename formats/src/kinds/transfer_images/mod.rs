@@ -6,12 +6,15 @@
 //! | `fragments/pixel`    | u32  | [fragments]           | y·width + x |
 //! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
 //! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0; of a pixel 1 at most in all. The least half where the fixed class only shows what others emit |
-//! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot, 0 to [`MAX_SCALE`]; 0 for an all-zero slot |
+//! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot, a power of 2 up to [`MAX_SCALE`]; 0 for an all-zero slot |
 //! | `image/NNNN`         | f16  | [channels, fragments] | one slot of the [`Layout`], channel by channel; brightest slots first |
 //!
 //! A *fragment* is one class of material seen through one pixel. Values are weighted by coverage already, so a pixel's radiance is the plain
 //! sum over its fragments and silhouettes stay antialiased for any materials. Fragments of editable materials come first, then the fixed
 //! ones, each group sorted by (pixel, class). Slots that also serve fixed fragments hold all fragments, the others only the editable ones.
+//! The largest half of a slot is from [`LARGEST_HALF`]/2 to [`LARGEST_HALF`] in size, which is what its scale is for. Slots of the diffuse basis alone
+//! ([`Slot::is_positive`]) hold no value below 0; the others may, for basis functions are negative in places.
+//!
 //! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
 
 mod layout;
@@ -33,6 +36,10 @@ pub const MAX_MATERIALS: usize = 64;
 /// Largest factor of a slot. A pixel is a sum over at most 65 fragments of 65,600 slots, each a half times two coefficients of materials of at most
 /// 2·10⁴: with this factor that is below 2·10³⁸, still a number.
 pub const MAX_SCALE: f32 = 1e18;
+/// The largest stored half of an image: a power of two well below the largest half, so that scales are powers of two and scaling is exact.
+pub const LARGEST_HALF: f32 = 32_768.0;
+/// How far the largest half of an image may be beyond its range, in parts of it: the logarithm behind its scale is rounded.
+const RANGE_TOLERANCE: f32 = 0.01;
 /// How far above 1 the coverages of a pixel may be in all, for their rounding to halves.
 const COVERAGE_TOLERANCE: f32 = 1e-3;
 /// Number of sections before the first image.
@@ -150,6 +157,9 @@ impl Head {
         if head.scales.iter().any(|s| *s < 0.0) {
             return Err(section.invalid("a scale is negative"));
         }
+        // As f64 even the least f32 has its leading 1 in front of the mantissa.
+        let is_power = |scale: f32| f64::from(scale).to_bits() << 12 == 0;
+        section.expect(head.scales.iter().find(|scale| !is_power(**scale)).map(|scale| format!("scale {scale:e} is no power of 2")))?;
         Ok(head)
     }
 
@@ -168,8 +178,24 @@ impl Head {
         if !values.iter().all(|v| v.is_finite()) {
             return Err(section.invalid("a value is not a finite number"));
         }
+        let scale = self.scales.get(slot).copied().unwrap_or_default();
+        section.expect(fault_of_range(scale, &values))?;
+        if layout.slots[slot].is_positive() && values.iter().any(|v| *v < f16::ZERO) {
+            return Err(section.invalid("radiance of diffuse paths is below 0"));
+        }
         Ok(Image { slot, values })
     }
+}
+
+/// An image uses the range that its scale gives it, neither more nor less than half.
+fn fault_of_range(scale: f32, values: &[f16]) -> Option<String> {
+    let largest = values.iter().map(|v| v.to_f32().abs()).fold(0.0, f32::max);
+    let most = LARGEST_HALF * (1.0 + RANGE_TOLERANCE);
+    let least = LARGEST_HALF / 2.0 * (1.0 - RANGE_TOLERANCE);
+    if scale == 0.0 {
+        return (largest > 0.0).then(|| format!("has values up to {largest} and scale 0"));
+    }
+    (!(least..=most).contains(&largest)).then(|| format!("its largest value is {largest}, outside {least}..{most}"))
 }
 
 /// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are each in the order of pixels.

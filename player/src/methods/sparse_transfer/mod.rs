@@ -51,6 +51,7 @@ impl SparseTransfer {
             let meta = decode_sections(&place, std::mem::take(&mut self.pending), Meta::decode)?;
             let Some(waiting) = self.waiting.take() else { return Ok(()) };
             waiting.expect_bake("rows", meta.vertices.into(), &place)?;
+            waiting.settings.expect_rows(&meta)?;
             self.maps = Some(waiting.map_names());
             self.stage = Some(set_up(gpu, waiting, meta, &place)?);
             return gpu.check();

@@ -4,7 +4,7 @@ mod pictures;
 
 use super::*;
 use crate::gpu::Readback;
-use crate::stream::{Animations, Event, Limits, Playlist, Source};
+use crate::stream::{Event, Limits, Playlist, Source};
 use crate::support::sparse::{self, Bundle};
 use crate::support::{gpu_there, largest_difference};
 use relume_formats::evaluate;
@@ -20,13 +20,15 @@ fn gpu() -> Option<Gpu> {
 
 /// The method, and the sections of its files after the first `blocks` blocks.
 fn load(gpu: &Gpu, bundle: &Bundle, blocks: usize) -> (SparseTransfer, Vec<Arrival>) {
-    let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None)).unwrap(), Limits::default()).unwrap();
-    let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), size: None };
+    let playlist = Playlist::of(bundle.folder(), None, None).unwrap();
+    let settings = playlist.settings.clone();
+    let source = Source::start(playlist, Limits::default()).unwrap();
+    let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), settings, size: None };
     let (mut method, mut later) = (SparseTransfer::new(setup).unwrap(), Vec::new());
     loop {
         match source.poll().unwrap() {
             Event::Waiting => std::thread::yield_now(),
-            Event::Section(arrival) if arrival.kind == Kind::Scene => {}
+            Event::Section(arrival) if matches!(arrival.kind, Kind::Scene | Kind::Animation) => {}
             Event::Section(arrival) if method.pieces().arrived() == blocks && method.maps.is_some() => later.push(arrival),
             Event::Section(arrival) => method.section_arrived(gpu, arrival).unwrap(),
             Event::End { .. } => return (method, later),
@@ -195,13 +197,15 @@ fn files_that_do_not_belong_together_are_refused() {
     let Some(gpu) = gpu() else { return };
     let refusal = |scene: StoredScene, maps: Vec<Environment>, rows: Rows| {
         let bundle = Bundle::of(scene, maps, None, rows);
-        let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None)).unwrap(), Limits::default()).unwrap();
-        let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), size: None };
+        let playlist = Playlist::of(bundle.folder(), None, None).unwrap();
+        let settings = playlist.settings.clone();
+        let source = Source::start(playlist, Limits::default()).unwrap();
+        let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), settings, size: None };
         let mut method = SparseTransfer::new(setup).unwrap();
         loop {
             match source.poll().unwrap() {
                 Event::Waiting => std::thread::yield_now(),
-                Event::Section(arrival) if arrival.kind == Kind::Scene => {}
+                Event::Section(arrival) if matches!(arrival.kind, Kind::Scene | Kind::Animation) => {}
                 Event::Section(arrival) => {
                     if let Err(error) = method.section_arrived(&gpu, arrival) {
                         assert_eq!(error.exit_code(), 2);

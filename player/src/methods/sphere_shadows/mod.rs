@@ -70,6 +70,7 @@ impl SphereShadows {
             (Kind::SphereSet, Some(object)) => {
                 let set = decode_all(sections)?;
                 waiting.objects.add_set(&set, &object, &waiting.surroundings.scene, place)?;
+                waiting.surroundings.settings.expect_set(&set, &object)?;
                 waiting.sets.insert(object, set);
             }
             (Kind::Shape, _) => {
@@ -86,6 +87,7 @@ impl SphereShadows {
                 let bake: Bake = decode_all(sections)?;
                 waiting.surroundings.expect_bake("lobes", bake.meta.vertices(), place)?;
                 expect_receivers(&bake, &waiting.surroundings.scene, &waiting.objects, place)?;
+                waiting.surroundings.settings.expect_objects(&waiting.surroundings.scene.meta, &waiting.objects)?;
                 self.maps = Some(waiting.surroundings.map_names());
                 if let Some(waiting) = self.waiting.take() {
                     self.stage = Some(waiting.set_up(gpu, &bake, place)?);

@@ -1,7 +1,7 @@
 //! The GPU, and the fast CPU path, against the meaning.
 
 use super::*;
-use crate::stream::{Animations, Event, Limits, Playlist, Source};
+use crate::stream::{Event, Limits, Playlist, Source};
 use crate::support::gpu_there;
 use crate::support::shadows::Bundle;
 use relume_formats::evaluate::sparse_transfer;
@@ -22,12 +22,13 @@ fn gpus() -> Option<[Gpu; 2]> {
 }
 
 fn arrivals(bundle: &Bundle) -> Vec<Arrival> {
-    let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None)).unwrap(), Limits::default()).unwrap();
+    let playlist = Playlist::of(bundle.folder(), None, None).unwrap();
+    let source = Source::start(playlist, Limits::default()).unwrap();
     let mut arrivals = Vec::new();
     loop {
         match source.poll().unwrap() {
             Event::Waiting => std::thread::yield_now(),
-            Event::Section(arrival) if arrival.kind == Kind::Scene => {}
+            Event::Section(arrival) if matches!(arrival.kind, Kind::Scene | Kind::Animation) => {}
             Event::Section(arrival) => arrivals.push(arrival),
             Event::End { .. } => return arrivals,
         }
@@ -35,7 +36,8 @@ fn arrivals(bundle: &Bundle) -> Vec<Arrival> {
 }
 
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<SphereShadows> {
-    let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), size: None };
+    let settings = Playlist::of(bundle.folder(), None, None)?.settings;
+    let setup = Setup { scene: bundle.scene.clone(), place: Place::file("scene"), settings, size: None };
     let mut method = SphereShadows::new(setup)?;
     arrivals(bundle).into_iter().try_for_each(|arrival| method.section_arrived(gpu, arrival))?;
     Ok(method)

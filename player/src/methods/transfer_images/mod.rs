@@ -15,7 +15,7 @@ use crate::gpu::{Film, Gpu, Passes};
 use crate::stream::{Arrival, decode_all, decode_sections};
 use images::Images;
 use relume_formats::Error as FormatError;
-use relume_formats::bundle::expect_images;
+use relume_formats::bundle::{Settings, expect_images};
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
 use relume_formats::kinds::{BrdfBasis, scene};
@@ -29,6 +29,7 @@ const SHADER: &str = include_str!("sum.wgsl");
 /// What has arrived of a bake, on its way to and on the GPU.
 struct TransferImages {
     scene: scene::Meta,
+    settings: Settings,
     /// Sections that wait for those without which they cannot be decoded.
     pending: Vec<Section>,
     basis: Option<BrdfBasis>,
@@ -38,13 +39,13 @@ struct TransferImages {
 impl TransferImages {
     /// Images are baked at one size: another one is refused.
     fn new(setup: Setup) -> Result<Self> {
-        let scene = setup.scene.meta;
+        let (scene, settings) = (setup.scene.meta, setup.settings);
         if let Some([width, height]) = setup.size.filter(|asked| *asked != scene.size) {
             let [w, h] = scene.size;
             let reason = format!("this bundle was baked at {w}x{h}; leave --size out, or bake with --size {width}x{height}");
             return Err(Error::Usage(reason));
         }
-        Ok(Self { scene, pending: Vec::new(), basis: None, images: None })
+        Ok(Self { scene, settings, pending: Vec::new(), basis: None, images: None })
     }
 
     fn images_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
@@ -61,6 +62,7 @@ impl TransferImages {
             return Err(FormatError::invalid(&place, "needs a BRDF basis before it; bake the whole bundle again").into());
         };
         expect_images(&head, &basis, &self.scene, &place)?;
+        self.settings.expect_images(&head.meta)?;
         self.images = Some(Images::new(gpu, head, basis, place)?);
         gpu.check()
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::gpu::Readback;
-use crate::stream::{Animations, Event, Limits, Playlist, Source};
+use crate::stream::{Event, Limits, Playlist, Source};
 use crate::support::{self, Bundle};
 use relume_formats::Place;
 use relume_formats::container::Stored as _;
@@ -16,14 +16,16 @@ fn gpu() -> Option<Gpu> {
 
 /// Everything of the bundle, loaded on `gpu`.
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
-    let source = Source::start(Playlist::of(bundle.folder(), None, Animations::Only(None))?, Limits::default())?;
+    let playlist = Playlist::of(bundle.folder(), None, None)?;
+    let settings = playlist.settings.clone();
+    let source = Source::start(playlist, Limits::default())?;
     let place = Place::file(bundle.folder().join("scene.relume"));
     let scene = StoredScene::read_file(&place.file)?;
-    let mut method = TransferImages::new(Setup { scene, place, size: None })?;
+    let mut method = TransferImages::new(Setup { scene, place, settings, size: None })?;
     loop {
         match source.poll()? {
             Event::Waiting => std::thread::yield_now(),
-            Event::Section(arrival) if arrival.kind == Kind::Scene => {}
+            Event::Section(arrival) if matches!(arrival.kind, Kind::Scene | Kind::Animation) => {}
             Event::Section(arrival) => method.section_arrived(gpu, arrival)?,
             Event::End { .. } => return Ok(method),
         }

@@ -16,7 +16,11 @@
 //! * Blinn-Phong has one part: ρ ≈ kd·b₀ + ks·Σⱼ cⱼ(s)·bⱼ.
 //! * GGX has two, the lobe at f₀ = 1 but for Schlick's weight, and that with it: ρ ≈ d·b₀ + Σⱼ (f₀·cⱼ(r) + eⱼ(r))·bⱼ, see [`Ggx`].
 //!
+//! At every node the error of the lobe, relative L2, is at most 1.25 times the largest that is stored in `meta` and 10⁻³: a reader measures it again.
+//!
 //! Basis functions may be negative and reflect more than they receive; nothing may clamp them.
+
+mod residual;
 
 use crate::basis::{Angles, lobe_table, microfacet};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
@@ -29,6 +33,9 @@ use std::f32::consts::FRAC_1_PI;
 pub const MAX_BASES: usize = 32;
 /// Most samples that basis functions of GGX may combine.
 pub const MAX_SAMPLES: usize = 64;
+
+/// Most nodes: eight times as many as a bake writes. At each of them a reader compares the lobe.
+pub const MAX_NODES: u64 = 4096;
 
 /// Largest coefficient. Basis functions are scaled so that these are of the order of the BRDF, whose lobes reach 33 sr⁻¹.
 pub const MAX_COEFFICIENT: f32 = 1e4;
@@ -127,6 +134,11 @@ impl BrdfBasis {
     /// Number of bases, the diffuse one included.
     pub fn bases(&self) -> usize {
         1 + self.functions.glossy_bases()
+    }
+
+    /// Largest relative L2 error of a lobe at any node, as a reader measures it: the errors that a basis states must not be much less.
+    pub fn largest_error(&self) -> f64 {
+        residual::largest(self)
     }
 
     /// Coefficients of part `part` of the unit lobe at `parameter`; outside the stored range the nearest node's.
@@ -231,14 +243,14 @@ impl Stored for BrdfBasis {
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
-        let section = sections.take("meta")?;
-        let meta: Meta = section.record()?;
-        section.expect(meta.fault())?;
+        let of_meta = sections.take("meta")?;
+        let meta: Meta = of_meta.record()?;
+        of_meta.expect(meta.fault())?;
         let of_parameters = sections.take("parameters")?;
         let nodes = of_parameters.length()?;
-        let parameters = if (2..=65_536).contains(&nodes) { of_parameters.f32s()? } else { Vec::new() };
+        let parameters = if (2..=MAX_NODES).contains(&nodes) { of_parameters.f32s()? } else { Vec::new() };
         if parameters.is_empty() || !parameters.is_sorted_by(|a, b| a < b) {
-            return Err(of_parameters.invalid("needs 2 to 65536 increasing parameters"));
+            return Err(of_parameters.invalid(format!("needs 2 to {MAX_NODES} increasing parameters")));
         }
         of_parameters.expect_finite(&parameters)?;
 
@@ -252,7 +264,10 @@ impl Stored for BrdfBasis {
         }
         section.expect_shape(&[nodes, functions.parts() as u64, bases])?;
         of_parameters.expect(fault_of_range(&parameters, functions.range()))?;
-        Ok(Self { meta, parameters, coefficients, functions })
+        of_meta.expect(meta.fault_of_means())?;
+        let basis = Self { meta, parameters, coefficients, functions };
+        section.expect(residual::fault(&basis))?;
+        Ok(basis)
     }
 }
 
@@ -265,6 +280,13 @@ impl Meta {
         let places = [self.error_at_samples.worst_at, between.worst_at];
         let sound = errors.iter().all(is_error) && places.iter().all(|at| at.is_finite());
         (!sound).then(|| format!("errors {errors:?} at {places:?} are no numbers of at least 0"))
+    }
+
+    fn fault_of_means(&self) -> Option<String> {
+        // A mean of equal numbers may be rounded up.
+        let is_wrong = |error: &&BasisError| error.mean > error.worst * (1.0 + 1e-9);
+        let wrong = [&self.error_at_samples, &self.error_between].into_iter().find(is_wrong)?;
+        Some(format!("mean error {}, above the worst, {}", wrong.mean, wrong.worst))
     }
 }
 

@@ -1,15 +1,23 @@
 //! `manifest.json`: what a bundle holds, in order of playback preference, and what it was made from.
 //!
+//! It is read strictly: a key is there once and known, hashes are 32 digits 0-9 a-f, settings are those of their method and of their type, errors are from
+//! 0 to [`MAX_ERROR`] and medians not above the worst. What settings say of files, the files say too (`relume_formats::bundle`).
+//!
 //! Only what follows from the scene, the settings and the seed stands here; timings and machines go to `report.json`.
+
+mod figures;
+mod json;
+
+pub use figures::MAX_ERROR;
 
 use super::names::{fault_of_name, fault_of_names};
 use crate::container::replace_file;
 use crate::error::{Error, Place, Result};
-use crate::name::file_of;
+use crate::name::{file_of, plain, shortened};
 use crate::near::{did_you_mean, nearest_file};
 use crate::regular::open_regular;
 use crate::state::read_text;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read as _;
 use std::path::Path;
@@ -19,10 +27,11 @@ use xxhash_rust::xxh3::Xxh3;
 pub const FILE_NAME: &str = "manifest.json";
 /// The one manifest version there is so far.
 pub const VERSION: u32 = 0;
+/// Most characters of what says on which states errors were measured: a line of some 120.
+pub const MAX_MEASURED_ON_CHARS: usize = 1000;
 
 /// The manifest of a bundle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Manifest {
     /// [`VERSION`].
     pub version: u32,
@@ -35,15 +44,14 @@ pub struct Manifest {
     /// The files of kind `animation`, by name of the animation.
     pub animations: BTreeMap<String, FileEntry>,
     /// The files of kind `sphere-set`, by name of the object; none unless the scene asks for some.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub sphere_sets: BTreeMap<String, SphereSetEntry>,
     /// The methods that can play this bundle, the preferred one first.
     pub methods: Vec<MethodEntry>,
 }
 
 /// One file of a bundle.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FileEntry {
     /// File name within the bundle.
     pub file: String,
@@ -54,8 +62,7 @@ pub struct FileEntry {
 }
 
 /// The spheres of one object, in world space.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SphereSetEntry {
     /// The file of kind `sphere-set`.
     pub file: FileEntry,
@@ -64,8 +71,7 @@ pub struct SphereSetEntry {
 }
 
 /// One method's share of a bundle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MethodEntry {
     /// Name of the method.
     pub name: String,
@@ -78,7 +84,7 @@ pub struct MethodEntry {
     /// Measured errors, by what was measured.
     pub errors: BTreeMap<String, f64>,
     /// On which states, where, and against what they were measured; empty in bundles that are too old to tell.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub measured_on: String,
 }
 
@@ -155,6 +161,11 @@ pub fn is_plain_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 200 && !name.starts_with('.') && name.chars().all(plain)
 }
 
+/// The error of a manifest that is not as a bake writes it.
+fn damaged(place: &Place, fault: &str) -> Error {
+    Error::invalid(place, format!("{fault}; copy the bundle again, or bake it again"))
+}
+
 impl Manifest {
     /// Reads the manifest of the bundle in `folder`.
     pub fn read(folder: &Path) -> Result<Self> {
@@ -177,7 +188,7 @@ impl Manifest {
             other => other?,
         };
         // Older or newer manifests may differ in any field but this one.
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(|e| Error::invalid(&place, e.to_string()))?;
+        let value: serde_json::Value = json::parse(&text).map_err(|fault| damaged(&place, &fault))?;
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(v) if v == u64::from(VERSION) => {}
             Some(v) => {
@@ -186,9 +197,9 @@ impl Manifest {
                     format!("manifest version {v}, this program reads version {VERSION}; bake it again"),
                 ));
             }
-            None => return Err(Error::invalid(&place, "has no version; bake it again")),
+            None => return Err(damaged(&place, "has no version")),
         }
-        let manifest: Self = serde_json::from_value(value).map_err(|e| Error::invalid(&place, format!("{e}; bake it again")))?;
+        let manifest: Self = json::manifest(value).map_err(|fault| damaged(&place, &fault))?;
         manifest.validate(&place)?;
         Ok(manifest)
     }
@@ -205,14 +216,19 @@ impl Manifest {
         if self.methods.is_empty() {
             return refuse("lists no method".to_owned());
         }
-        if let Some(fault) = self.fault_of_names().or_else(|| self.fault_of_files()) {
-            return refuse(fault);
-        }
-        // JSON has no NaN; it would be written as null, which nothing can read back.
-        match self.methods.iter().flat_map(|m| &m.errors).find(|(_, error)| !error.is_finite()) {
-            Some((name, error)) => refuse(format!("measured error `{name}` is {error}")),
-            None => Ok(()),
-        }
+        let fault = self
+            .fault_of_names()
+            .or_else(|| self.fault_of_hashes())
+            .or_else(|| self.fault_of_files())
+            .or_else(|| self.methods.iter().find_map(figures::fault_of_method))
+            .or_else(|| self.sphere_sets.iter().find_map(figures::fault_of_sphere_set));
+        fault.map_or(Ok(()), refuse)
+    }
+
+    fn fault_of_hashes(&self) -> Option<String> {
+        let hashes = [("scene_hash", &self.scene_hash)].into_iter().chain(self.entries().map(|entry| (entry.file.as_str(), &entry.hash)));
+        let mut wrong = hashes.filter(|(_, hash)| !figures::is_hash(hash));
+        wrong.next().map(|(what, hash)| format!("the hash `{}` of `{what}` is not 32 digits 0-9 a-f", plain(&shortened(hash))))
     }
 
     fn fault_of_names(&self) -> Option<String> {

@@ -326,8 +326,8 @@ fn texture_coordinates_come_along() {
 #[test]
 fn names_of_other_programs_are_tidied_by_the_rule_for_names() {
     for (given, expected) in [(" Lack\u{61c} rot\n", "Lack  rot"), ("a\u{202e}b\u{1b}c", "a b c"), ("päper", "päper")] {
-        assert_eq!(super::tidy_name(given), expected);
+        assert_eq!(tidy_name(given), expected);
         assert!(relume_formats::name::fault(expected).is_none());
     }
-    assert_eq!(super::tidy_name(&"x".repeat(1000)).len(), relume_formats::name::MAX_CHARS);
+    assert_eq!(tidy_name(&"x".repeat(1000)).len(), relume_formats::name::MAX_CHARS);
 }

@@ -66,11 +66,6 @@ pub(super) fn found(value: &DeValue<'_>) -> String {
     }
 }
 
-/// "4 numbers".
-pub(super) fn counted(count: usize) -> String {
-    if count == 1 { "1 number".to_owned() } else { format!("{count} numbers") }
-}
-
 pub(super) fn of_number(value: &DeValue<'_>) -> Option<String> {
     match value {
         DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some(format!("write {} without quotes", text.trim())),

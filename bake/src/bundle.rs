@@ -17,7 +17,7 @@ use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
 use crate::methods::{Method, Traced};
-use crate::output::sweep_partial;
+use crate::output::{files, sweep_partial};
 use crate::scene_hash::scene_hash;
 use crate::work_log::WorkLog;
 use crate::{playable, report};
@@ -96,7 +96,7 @@ pub fn run(
     seed: u64,
     job: &Job,
 ) -> Result<(Summary, FolderLock)> {
-    methods.iter().try_for_each(|method| method.expect_fit(scene))?;
+    methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
     expect_sizes(scene, size)?;
     // By the very checks of its readers, before anything is traced.
     let stored = stored_scene(scene, size);
@@ -104,6 +104,7 @@ pub fn run(
     methods.iter().try_for_each(|method| job.memory().expect(method.memory(scene)))?;
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
+    [folder, &unfinished].into_iter().try_for_each(expect_files)?;
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     if leftover == Leftover::Refuse && holds_work(folder, &names) {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
@@ -180,6 +181,19 @@ fn bake_into(
         write_report(folder, &summary, start)?;
     }
     Ok(summary)
+}
+
+/// Fails if a folder, pipe or device stands in `folder` where only files go that a bake replaces.
+fn expect_files(folder: &Path) -> Result<()> {
+    let is_ours = |name: &str| [manifest::FILE_NAME, report::FILE_NAME].contains(&name) || name.ends_with(".relume") || name.ends_with(".log");
+    match files(folder).into_iter().find(|(name, path)| is_ours(name) && !path.is_file()) {
+        Some((_, path)) => {
+            let what = if path.is_dir() { "a folder" } else { "no regular file" };
+            let reason = format!("is {what} where a bake keeps a file; move it away, or bake elsewhere with -o");
+            Err(BakeError::invalid(&Place::file(&path), reason))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours of tracing.

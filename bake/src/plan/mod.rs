@@ -125,7 +125,7 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     let mut shared = None;
     let mut candidate = |name: MethodName| {
         let method = asked.method(name, scene);
-        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.to_string(), scene));
+        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.with_line().to_string(), scene));
         let mut candidate = Candidate {
             name: method.name(),
             misfit,
@@ -191,7 +191,7 @@ fn why(name: MethodName, misfit: Option<&str>) -> String {
     };
     match misfit {
         None => cheapest.to_owned(),
-        Some(misfit) => format!("{cheapest}; but {method} does not fit: {misfit}"),
+        Some(misfit) => format!("{method}, which would be, does not fit: {misfit}"),
     }
 }
 

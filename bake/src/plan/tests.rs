@@ -60,7 +60,7 @@ fn what_no_method_does_is_said() {
 fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() {
     let text = plan(&ball("shape = true", "reflections = 1", ""), &at(Path::new("none")), false).unwrap();
     assert!(text.contains("\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"), "{text}");
-    assert!(text.contains("\nchosen: none, for shapes vary") && text.contains("does not fit: no object has spheres"), "{text}");
+    assert!(text.contains("\nchosen: none; sphere-shadows, which would be, does not fit: no object has spheres"), "{text}");
 }
 
 #[test]

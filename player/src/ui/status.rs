@@ -71,21 +71,25 @@ impl Status {
             Seen::Nothing => (hint(self.moves, self.picks).into(), weak),
         };
         let line = |index: usize| Rect::from_min_size(rect.min + Vec2::new(0.0, LINE * index as f32), Vec2::new(rect.width(), LINE));
-        let keys = |ui: &mut Ui, keys: &str| ui.label(RichText::new(keys).small().color(Color32::from_gray(95))).rect.width();
+        // The caller draws elsewhere.
+        let mut child = |place: Rect, layout: Layout| {
+            let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
+            child.set_clip_rect(place);
+            child
+        };
         let mut left = line(0);
         for (index, text) in self.keys.iter().enumerate() {
             let (place, layout) = match self.beside {
                 true => (line(0), Layout::right_to_left(Align::Center)),
                 false => (line(index + 1), Layout::left_to_right(Align::Center)),
             };
-            let width = keys(&mut ui.new_child(UiBuilder::new().max_rect(place).layout(layout)), text);
+            let keys = RichText::new(text).small().color(Color32::from_gray(95));
+            let width = child(place, layout).label(keys).rect.width();
             if self.beside {
                 left.max.x -= width + HINT_GAP;
             }
         }
-        let mut ui = ui.new_child(UiBuilder::new().max_rect(left).layout(Layout::left_to_right(Align::Center)));
-        ui.set_clip_rect(left);
-        ui.add(Label::new(RichText::new(text).color(colour)).truncate());
+        child(left, Layout::left_to_right(Align::Center)).add(Label::new(RichText::new(text).color(colour)).truncate());
     }
 }
 

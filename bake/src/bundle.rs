@@ -185,7 +185,8 @@ fn bake_into(
 
 /// Fails if a folder, pipe or device stands in `folder` where only files go that a bake replaces.
 fn expect_files(folder: &Path) -> Result<()> {
-    let is_ours = |name: &str| [manifest::FILE_NAME, report::FILE_NAME].contains(&name) || name.ends_with(".relume") || name.ends_with(".log");
+    let is_ours =
+        |name: &str| [manifest::FILE_NAME, report::FILE_NAME].contains(&name) || name.ends_with(".relume") || name.ends_with(".log");
     match files(folder).into_iter().find(|(name, path)| is_ours(name) && !path.is_file()) {
         Some((_, path)) => {
             let what = if path.is_dir() { "a folder" } else { "no regular file" };
@@ -226,4 +227,24 @@ fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> 
     let of_set = |set: &SphereSetSummary| Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })));
     report.insert(report::SPHERES.to_owned(), summary.sphere_sets.iter().filter_map(of_set).collect());
     Ok(report::merge(folder, report)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_in_the_place_of_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("notes")).unwrap();
+        std::fs::write(folder.path().join("scene.relume"), "").unwrap();
+        expect_files(folder.path()).unwrap();
+        for name in ["transfer-images.relume", "manifest.json", "report.json", "sparse-transfer.log"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+            let error = expect_files(folder.path()).unwrap_err();
+            let expected = format!("{name}: is a folder where a bake keeps a file; move it away, or bake elsewhere with -o");
+            assert!(error.exit_code() == 2 && error.to_string().ends_with(&expected), "{error}");
+            std::fs::remove_dir(folder.path().join(name)).unwrap();
+        }
+    }
 }

@@ -40,7 +40,10 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Err(Error::invalid(&Place::file(path), format!("no such scene; did you mean `{meant}`?")));
     }
     let names = library_names(library)?;
-    Err(Error::invalid(&Place::file(path), format!("no such scene{}", what_there_is(name_or_path, &names.iter().map(String::as_str).collect::<Vec<_>>()))))
+    Err(Error::invalid(
+        &Place::file(path),
+        format!("no such scene{}", what_there_is(name_or_path, &names.iter().map(String::as_str).collect::<Vec<_>>())),
+    ))
 }
 
 fn is_scene(path: &Path) -> bool {

@@ -4,6 +4,7 @@ use relume_formats::bundle::{
     Maps, Objects, Scope, expect_files, expect_images, expect_lit, expect_name, expect_receivers, expect_some_plays, expect_textures,
 };
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
+use relume_formats::counts::counted;
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::{
     BrdfBasis, Environment, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, check_file,
@@ -25,8 +26,8 @@ pub fn verify(path: &Path) -> Result<String> {
 
 /// The line that says that a file was read whole.
 fn sound(path: &Path, header: &Header) -> String {
-    let (kind, sections) = (header.kind.name(), header.sections.len());
-    format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display())
+    let (kind, sections) = (header.kind.name(), counted(header.sections.len(), "section", "sections"));
+    format!("{}: {kind}, {sections}, every checksum and value checked\n", path.display())
 }
 
 fn refused(place: &Place, reason: &str) -> Error {

@@ -4,9 +4,11 @@ use glam::{DVec3, Vec3A};
 use relume_formats::state::Film;
 use relume_scenes::{Object, Scene};
 
-/// A triangle is coarse if it spans more of the film's height than this: no shadow that is smaller than that can show in it, and one that is
-/// hardly larger is a blur of its size. A sixteenth is about what the shadow of a chair's leg takes in the view of a room.
+/// A triangle is coarse if it spans more of the film's height than this: no shadow that is smaller can show in it, and one that is hardly larger is a
+/// blur of its size. A sixteenth is about what the shadow of a chair's leg takes in the view of a room.
 const COARSE: f64 = 1.0 / 16.0;
+/// But on a small film what spans so few pixels hardly shows either way.
+const LEAST_PIXELS: f64 = 16.0;
 /// Objects that are named.
 const MOST_LISTED: usize = 3;
 
@@ -14,7 +16,7 @@ const MOST_LISTED: usize = 3;
 pub(super) fn notice(scene: &Scene) -> Option<String> {
     let [width, height] = scene.size;
     let view = View::new(&scene.camera.film(width, height), scene.size);
-    let least = COARSE * f64::from(height);
+    let least = (COARSE * f64::from(height)).max(LEAST_PIXELS);
     let mut coarse: Vec<(&str, f64)> = scene.objects.iter().map(|object| (object.name.as_str(), view.largest(object))).collect();
     coarse.retain(|(_, span)| *span > least);
     coarse.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -23,7 +25,7 @@ pub(super) fn notice(scene: &Scene) -> Option<String> {
     let more = coarse.len().saturating_sub(MOST_LISTED);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     Some(format!(
-        "shadows smaller than the triangles of {}{more}, of which one spans {largest:.0} pixels (more than {least:.0}, 1/16 of the height, is coarse): \
+        "shadows smaller than the triangles of {}{more}, of which one spans {largest:.0} pixels (more than {least:.0} is coarse): \
          light is known at vertices only; raise `segments` or `subdivisions`, subdivide the mesh, or, where the light may stay, use transfer-images",
         names.join(", ")
     ))

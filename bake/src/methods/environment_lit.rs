@@ -64,7 +64,8 @@ fn faint_glow<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
 pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
     let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
     let share = 100.0 * Glow::FAINT;
-    let glows = glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"));
+    let glows =
+        glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"));
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
     let highlights = highlights.map(|m| format!("material `{}`: {name} shows its diffuse part only", m.name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);

@@ -64,6 +64,21 @@ fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() 
 }
 
 #[test]
+fn meshes_too_coarse_for_light_at_vertices_are_told() {
+    let outdoors = ball("light = true\nview = true", "reflections = 1", "");
+    let larger = |scene: &Scene, size: [u32; 2]| Scene { size, ..scene.clone() };
+    let told = |scene: &Scene| json_of(scene, Path::new("none"))["not_modelled"].to_string();
+    // The plane's triangles, 0.7 m of the 2.9 m that the film shows of its middle and more before it, are those of 24 lines of pixels here.
+    assert!(!told(&outdoors).contains("triangles"), "{}", told(&outdoors));
+    let coarse = told(&larger(&outdoors, [512, 384]));
+    assert!(coarse.contains("shadows smaller than the triangles of `plane`") && coarse.contains("(more than 24 is coarse)"), "{coarse}");
+    assert!(coarse.contains("raise `segments`") && coarse.contains("use transfer-images"), "{coarse}");
+    // Images know the light at pixels.
+    let materials = larger(&ball("materials = ['white']", "reflections = 1", ""), [512, 384]);
+    assert!(!told(&materials).contains("triangles"), "{}", told(&materials));
+}
+
+#[test]
 fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     let scene = ball("materials = ['white']", "reflections = 1", "");
     let bundles = tempfile::tempdir().unwrap();

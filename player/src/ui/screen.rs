@@ -12,7 +12,9 @@ use super::status::Status;
 use super::style::SURROUND;
 use super::undertaking::Undertaking;
 use crate::surfaces::Surfaces;
-use egui::{CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo};
+use egui::{
+    CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
+};
 use relume_formats::name::plain;
 
 /// Around the line below the picture.

@@ -37,9 +37,8 @@ impl Status {
     /// As many lines as the keys take in `room`, beside the panel; `height` is the window's. What is under the pointer changes nothing of it.
     pub fn new(ui: &Ui, moves: bool, picks: bool, room: f32, height: f32) -> Self {
         let keys: Vec<&str> = [RESET].into_iter().filter(|_| moves).chain(KEYS).collect();
-        let width = |text: &str, style: TextStyle| {
-            ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), Color32::WHITE).size().x
-        };
+        let width =
+            |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), Color32::WHITE).size().x;
         let small = |text: &str| width(text, TextStyle::Small);
         let hint = [hint(moves, picks), FIXED].into_iter().filter(|text| picks || *text != FIXED);
         let hint = hint.map(|text| width(text, TextStyle::Body)).fold(0.0, f32::max);

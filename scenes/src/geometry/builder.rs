@@ -186,7 +186,8 @@ impl MeshBuilder {
     }
 
     fn note_mended_uvs(&mut self) {
-        let (vertices, without, broken) = (counted(self.mesh.positions.len(), "vertex", "vertices"), self.vertices_without_uv, self.broken_uvs);
+        let (vertices, without, broken) =
+            (counted(self.mesh.positions.len(), "vertex", "vertices"), self.vertices_without_uv, self.broken_uvs);
         if !self.mesh.uvs.is_empty() && without > 0 {
             self.notes.push(format!("gave the texture coordinates (0, 0) to {without} of {vertices}, which had none"));
         }

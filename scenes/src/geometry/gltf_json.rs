@@ -193,7 +193,7 @@ fn mend(json: &mut Value, notes: &mut Vec<String>) {
         dropped += before - channels.len();
     }
     if dropped > 0 {
-        notes.push(format!("left out {}, which move no node", counted(dropped, "animation channel", "animation channels")));
+        notes.push(format!("left out {} without a node to move", counted(dropped, "animation channel", "animation channels")));
     }
 }
 

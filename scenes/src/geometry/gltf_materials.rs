@@ -71,7 +71,8 @@ impl<'a> MaterialReader<'a> {
         if !self.renamed.is_empty() {
             warnings.push(format!("{place}: names of materials repeat; numbered {}", listed(&self.renamed)));
         }
-        warnings.extend(self.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} {} {what}", one_or(*count, "has", "have"))));
+        warnings
+            .extend(self.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} {} {what}", one_or(*count, "has", "have"))));
     }
 
     fn ignore(&mut self, what: &'static str, present: bool) {

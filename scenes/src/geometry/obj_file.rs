@@ -159,7 +159,11 @@ impl ObjFile {
                 self.strays(),
                 format!(
                     "{} texture coordinates or normals of which the file has none; read without them",
-                    if self.strays() == 1 { "1 corner of a face names".to_owned() } else { format!("{} corners of faces name", self.strays()) }
+                    if self.strays() == 1 {
+                        "1 corner of a face names".to_owned()
+                    } else {
+                        format!("{} corners of faces name", self.strays())
+                    }
                 ),
             ),
         ]

@@ -159,7 +159,7 @@ fn faces_without_an_area_are_counted() {
     let text = ply_ascii(false, None).replace("3 1 0 4 4\n", "2 1 0 4\n");
     let (mesh, warnings) = folder.load("t.ply", text);
     assert_eq!(mesh.triangles.len(), 5);
-    assert!(warnings[0].ends_with("t.ply: ignored 1 faces with fewer than three corners"), "{warnings:?}");
+    assert!(warnings[0].ends_with("t.ply: ignored 1 face with fewer than three corners"), "{warnings:?}");
 }
 
 #[test]
@@ -257,7 +257,7 @@ fn broken_off_is_refused_with_its_line() {
         ("3 0 1 2", "3 0 1 -2", "line 6: face 0 names vertex -2 of 3"),
         ("3 0 1 2", "4 0 1 2", "line 6: a vertex index is missing"),
         ("3 0 1 2", "18446744073709551615 0 1 2", "line 6: a vertex index is missing"),
-        ("3 0 1 2", "2 0 1", "t.off: has no faces: ignored 1 faces with fewer than three corners; export it as a mesh"),
+        ("3 0 1 2", "2 0 1", "t.off: has no faces: ignored 1 face with fewer than three corners; export it as a mesh"),
     ] {
         let message = folder.refusal("t.off", text.replacen(from, to, 1));
         assert!(message.contains(part), "{from:?} → {to:?}: {message}");

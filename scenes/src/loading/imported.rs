@@ -73,7 +73,8 @@ fn expect_one(objects: &[ImportedObject], place: &Place) -> Result<()> {
         1 => Ok(()),
         count => {
             let (listed, remedy) = (listed(&materials), "give the object a `material`, or take parts of one material by `node`");
-            let reason = format!("`spheres` are fitted to one mesh, but the file brings one for each of {count} materials, {listed}; {remedy}");
+            let reason =
+                format!("`spheres` are fitted to one mesh, but the file brings one for each of {count} materials, {listed}; {remedy}");
             Err(Error::invalid(place, reason))
         }
     }

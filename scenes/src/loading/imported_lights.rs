@@ -26,7 +26,11 @@ pub(super) fn punctual_lights(file: &GltfFile, nodes: &[PlacedNode<'_>], warning
         lights.push(Light { name, emitter });
     }
     if ranges > 0 {
-        warnings.push(format!("{place}: {ranges} of {} {} a range, which is ignored", counted(lights.len(), "light", "lights"), one_or(ranges, "has", "have")));
+        warnings.push(format!(
+            "{place}: {ranges} of {} {} a range, which is ignored",
+            counted(lights.len(), "light", "lights"),
+            one_or(ranges, "has", "have")
+        ));
     }
     Ok(lights)
 }

@@ -75,7 +75,8 @@ pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<(
         if let (Some(node), Some(name)) = (&file.node, &file.file)
             && !is_gltf(Path::new(name))
         {
-            let reason = format!("node `{}` is named, but only a glTF file has nodes, and `{name}` is none; remove `node`", shortened(node));
+            let reason =
+                format!("node `{}` is named, but only a glTF file has nodes, and `{name}` is none; remove `node`", shortened(node));
             return Err(Error::invalid(&place, reason));
         }
         if file.lights.is_some() && file.material.is_some() {

@@ -101,7 +101,7 @@ fn what_cannot_be_read_names_its_line() {
         ("f 1 2 3", "f 0 1 2", "line 4: names vertex 0, but they count from 1"),
         ("f 1 2 3", "f 1 2 4", "line 4: names vertex 4, of 3"),
         ("f 1 2 3", "\r\nf 1 2 -4", "line 5: names vertex -4, but only 3 come before"),
-        ("f 1 2 3", "f 1/1 2 3", "line 4: names texture coordinate 1, of 0"),
+        ("f 1 2 3", "vt 0 0\nf 1/2 2 3", "line 5: names texture coordinate 2, of 1"),
         ("f 1 2 3", "f 1/1/1/1 2 3", "line 4: `1/1/1/1` is no corner of a face"),
         ("f 1 2 3", "f 1//// 2 3", "line 4: `1////` is no corner of a face, which has at most three numbers"),
         ("f 1 2 3", "f /1 2 3", "line 4: `` is no number of a vertex"),

@@ -188,7 +188,6 @@ fn broken_ply_is_refused() {
             "t.ply: ends within its header, in which line 19, `end_headers`, is not known; fetch or export it again",
         ),
         ("end_header", "end_header 1", "line 19: `end_header 1` is no line of a header; export the file again"),
-        ("element material 1", "Element material 1", "`Element material 1` is no line of a header"),
         ("element material 1", "element material", "`element material` is no line of a header"),
         ("\n3 1 0 4 4", "\n3 1 0 5 4", "t.ply: face 1 names vertex 5 of 5, which count from 0"),
         ("\n3 1 0 4 4", "\n3 1 0 -4 4", "t.ply: face 1 names vertex -4 of 5"),

@@ -201,7 +201,7 @@ fn broken_gltf_is_refused() {
         ("/buffers/0/uri", json!("data:;base64,???"), "broken base64"),
         ("/nodes/1", json!({"children": [0]}), "t.gltf: node 0 is below itself; export the file again"),
         ("/nodes/0/children", json!([7]), "not valid glTF"),
-        ("/asset", json!({"version": "2.0", "x": 1, "minVersion": 3}), "not a glTF 2.0 file"),
+        ("/asset", json!({"version": "2.0", "x": 1, "minVersion": 3}), "needs glTF of version 3 (asset.minVersion)"),
     ] {
         let message = change(pointer, value);
         assert!(message.contains(part), "{pointer}: {message}");

@@ -70,7 +70,7 @@ fn expect_kind(path: &Path, place: &Place) -> Result<()> {
     let is_cut = |start: &[u8]| start.len() < 4 && !start.is_empty();
     match is_of_kind(&start) || is_cut(&start) {
         true => Ok(()),
-        false => Err(Error::invalid(place, format!("is no {kind} file, as its name says, but {}", signatures::seems(&start)))),
+        false => Err(Error::invalid(place, format!("is no {kind} file, though its name says so, but {}", signatures::seems(&start)))),
     }
 }
 

@@ -121,10 +121,10 @@ fn broken_and_oversized_maps_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let header = |size: &str| format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
     for (name, content, part) in [
-        ("a.hdr", b"hello".to_vec(), "is no Radiance file, as its name says, but a text; save the picture again"),
+        ("a.hdr", b"hello".to_vec(), "is no Radiance file, though its name says so, but a text; save the picture again"),
         ("a.hdr", header("-Y 99999 +X 99999"), "99999 × 99999 texels"),
         ("a.hdr", header("-Y 1 +X 2"), "scan line 1 of 1 is cut short"),
-        ("a.exr", b"hello".to_vec(), "is no OpenEXR file, as its name says, but a text; save the picture again"),
+        ("a.exr", b"hello".to_vec(), "is no OpenEXR file, though its name says so, but a text; save the picture again"),
         ("a.png", Vec::new(), "it reads .hdr and .exr, convert it"),
     ] {
         let path = folder.path().join(name);

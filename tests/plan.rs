@@ -2,43 +2,15 @@
 
 use crate::shadows;
 use crate::support::relit;
+use crate::support::room::ROOM;
 use crate::support::{command, expect_exit, write_scene};
 use serde_json::Value;
 use std::path::Path;
 
-/// A room small enough to bake in seconds.
-const ROOM: &str = "
-    [vary]
-    materials = ['ball', 'room']
-    [render]
-    size = [96, 80]
-    reflections = 2
-    [camera]
-    position = [0.0, 1.0, 3.5]
-    target = [0.0, 0.8, 0.0]
-    fov_deg = 45.0
-    [materials.ball]
-    brdf = 'blinn-phong'
-    kd = [0.2, 0.3, 0.4]
-    [materials.room]
-    brdf = 'blinn-phong'
-    kd = [0.6, 0.6, 0.6]
-    [[object]]
-    name = 'ball'
-    shape = 'sphere'
-    material = 'ball'
-    transform = { translation = [0.1, 0.5, 0.0], scale = 0.5 }
-    [[object]]
-    name = 'floor'
-    shape = 'quad'
-    material = 'room'
-    transform = { scale = 4.0 }
-    [[light]]
-    name = 'lamp'
-    kind = 'area'
-    radiance = [10.0, 9.0, 8.0]
-    transform = { translation = [0.0, 2.5, 0.5], rotation_deg = [-90.0, 0.0, 0.0] }
-";
+/// The room as large as predictions need.
+fn room() -> String {
+    ROOM.replace("size = [48, 40]", "size = [96, 80]")
+}
 
 /// Runs `bake` in `folder` and returns what it prints.
 fn bake_in(folder: &Path, arguments: &[&str]) -> String {
@@ -77,7 +49,7 @@ fn check_predictions(scene: &str, method: &str) {
 
 #[test]
 fn predictions_of_transfer_images_come_true() {
-    check_predictions(ROOM, "transfer-images");
+    check_predictions(&room(), "transfer-images");
 }
 
 #[test]
@@ -99,7 +71,7 @@ fn predictions_of_sphere_shadows_come_true() {
 #[test]
 fn plans_tell_what_is_stored_and_never_fail_for_want_of_it() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write_scene(folder.path(), ROOM);
+    let path = write_scene(folder.path(), &room());
     let path = path.to_str().unwrap();
     let name = folder.path().file_name().unwrap().to_str().unwrap();
     let before = json(&bake_in(folder.path(), &["plan", path, "--json"]));
@@ -111,7 +83,7 @@ fn plans_tell_what_is_stored_and_never_fail_for_want_of_it() {
     let manifest = json(&std::fs::read_to_string(folder.path().join("baked").join(name).join("manifest.json")).unwrap());
     assert_eq!(stored["errors"], manifest["methods"][0]["errors"]);
     // Colours of materials that vary change no hash; a fixed shape does.
-    write_scene(folder.path(), &ROOM.replace("scale = 0.5", "scale = 0.4"));
+    write_scene(folder.path(), &room().replace("scale = 0.5", "scale = 0.4"));
     let changed = json(&bake_in(folder.path(), &["plan", path, "--json"]));
     assert!(changed["methods"][0]["stored"].is_null() && changed["stored_unusable"].is_string());
     let text = bake_in(folder.path(), &["plan", path]);
@@ -121,7 +93,7 @@ fn plans_tell_what_is_stored_and_never_fail_for_want_of_it() {
 #[test]
 fn what_varies_nothing_or_is_not_there_ends_as_it_should() {
     let folder = tempfile::tempdir().unwrap();
-    let still = ROOM.replace("materials = ['ball', 'room']", "");
+    let still = room().replace("materials = ['ball', 'room']", "");
     let path = write_scene(folder.path(), &still);
     let text = bake_in(folder.path(), &["plan", path.to_str().unwrap()]);
     assert!(text.contains("varies nothing") && text.contains("`bake reference`"), "{text}");

@@ -345,7 +345,7 @@ fn objects_that_cannot_have_spheres_are_refused() {
         (SCENE.replace("spheres = 8", "spheres = -1"), "-1"),
         (SCENE.replace("spheres = 8", "sphere = 8"), "did you mean `spheres`"),
         (SCENE.replace("name = 'ball'", "name = '../ball'"), "the name of an object with `spheres`"),
-        (SCENE.replace("shape = 'sphere'\n    subdivisions = 2\n    material = 'clay'", "file = 'x.glb'"), "one material"),
+        (SCENE.replace("shape = 'sphere'\n    subdivisions = 2\n    material = 'clay'", "file = 'x.glb'"), "no such file: `x.glb`"),
         (flat, "object `floor`"),
     ];
     for (text, part) in cases {

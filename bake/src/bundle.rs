@@ -19,7 +19,7 @@ use crate::job::{Job, say};
 use crate::merge::Part;
 use crate::methods::choice::Asked;
 use crate::methods::{Method, Product};
-use crate::output::sweep_partial;
+use crate::output::{files, sweep_partial};
 use crate::scene_hash::scene_hash;
 use crate::stage::{Share, Traced};
 use crate::{playable, report};
@@ -37,7 +37,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 pub use stored_scene::stored_scene;
-use work::write_entry;
+use work::{has_logs, write_entry};
 
 /// Folder within a bundle that holds unfinished work.
 pub(crate) const UNFINISHED: &str = "unfinished";
@@ -138,7 +138,7 @@ enum Outcome {
 
 fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job) -> Result<(Outcome, FolderLock)> {
     let Order { folder, size, leftover, part, .. } = *order;
-    methods.iter().try_for_each(|method| method.expect_fit(scene))?;
+    methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
     expect_sizes(scene, size)?;
     // By the very checks of its readers, before anything is traced.
     let stored = stored_scene(scene, size);
@@ -146,6 +146,7 @@ fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job
     methods.iter().try_for_each(|method| job.memory().expect(method.memory(scene)))?;
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
+    [folder, &unfinished].into_iter().try_for_each(expect_files)?;
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     if leftover == Leftover::Refuse && holds_work(folder, &names) {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
@@ -230,7 +231,7 @@ fn bake_into(
 /// What a method comes to, from `old` if that serves; `None` if pieces are missing that others make.
 fn bake_by(method: &dyn Method, scene: &Scene, old: Option<&Manifest>, work: &Work<'_>) -> Result<Option<MethodSummary>> {
     let reads = format!("{:032x}", method.reads(scene));
-    let may_reuse = work.leftover != Leftover::Discard && !holds_work(work.folder, &[method.name()]);
+    let may_reuse = work.leftover != Leftover::Discard && !has_logs(work.unfinished, method.name());
     let old = old.filter(|_| may_reuse && !work.share.is_part());
     if let Some(entry) = old.and_then(|old| publish::reusable_entry(old, work.folder, &reads, method)) {
         return Ok(Some(MethodSummary { entry, traced: None }));
@@ -238,6 +239,20 @@ fn bake_by(method: &dyn Method, scene: &Scene, old: Option<&Manifest>, work: &Wo
     let Some(Product { files, settings, errors, measured_on }) = method.bake(scene, work)? else { return Ok(None) };
     let entry = MethodEntry { name: method.name().to_owned(), reads, files, settings, errors, measured_on };
     Ok(Some(MethodSummary { entry, traced: Some(work.take_traced()) }))
+}
+
+/// Fails if a folder, pipe or device stands in `folder` where only files go that a bake replaces.
+fn expect_files(folder: &Path) -> Result<()> {
+    let is_ours =
+        |name: &str| [manifest::FILE_NAME, report::FILE_NAME].contains(&name) || name.ends_with(".relume") || name.ends_with(".log");
+    match files(folder).into_iter().find(|(name, path)| is_ours(name) && !path.is_file()) {
+        Some((_, path)) => {
+            let what = if path.is_dir() { "a folder" } else { "no regular file" };
+            let reason = format!("is {what} where a bake keeps a file; move it away, or bake elsewhere with -o");
+            Err(BakeError::invalid(&Place::file(&path), reason))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours of tracing.
@@ -270,4 +285,24 @@ fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> 
     let of_set = |set: &SphereSetSummary| Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })));
     report.insert(report::SPHERES.to_owned(), summary.sphere_sets.iter().filter_map(of_set).collect());
     Ok(report::merge(folder, report)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_in_the_place_of_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("notes")).unwrap();
+        std::fs::write(folder.path().join("scene.relume"), "").unwrap();
+        expect_files(folder.path()).unwrap();
+        for name in ["transfer-images.relume", "manifest.json", "report.json", "sparse-transfer.log"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+            let error = expect_files(folder.path()).unwrap_err();
+            let expected = format!("{name}: is a folder where a bake keeps a file; move it away, or bake elsewhere with -o");
+            assert!(error.exit_code() == 2 && error.to_string().ends_with(&expected), "{error}");
+            std::fs::remove_dir(folder.path().join(name)).unwrap();
+        }
+    }
 }

@@ -1,16 +1,18 @@
 //! Carries out each command of the command line; returns what to print.
 
+mod bundle_path;
 mod chart;
 mod gallery;
 mod spheres;
 
+use bundle_path::expect_no_scene;
 pub use chart::chart;
 pub use gallery::gallery;
 pub use spheres::spheres;
 
 use crate::brdf::blinn_phong::glossy_albedo;
 use crate::bundle::{self, Leftover, MethodSummary};
-use crate::cli::{ExportArgs, MergeArgs, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
+use crate::cli::{ExportArgs, InfoArgs, MergeArgs, PathArgs, PlanArgs, ReferenceArgs, RunArgs, TablesArgs};
 use crate::error::{BakeError, Result};
 use crate::exr_file::write_exr;
 use crate::frame_cost;
@@ -187,6 +189,18 @@ pub fn plan(args: &PlanArgs) -> Result<String> {
     watch_signals()?;
     let folders = plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(crate::chart::FOLDER) };
     plan::plan(&load(&args.scene)?, &folders, args.json)
+}
+
+/// `bake info`.
+pub fn info(args: &InfoArgs) -> Result<String> {
+    expect_no_scene(&args.path)?;
+    Ok(inspect::info(&args.path, args.json)?)
+}
+
+/// `bake verify`.
+pub fn verify(args: &PathArgs) -> Result<String> {
+    expect_no_scene(&args.path)?;
+    Ok(inspect::verify(&args.path)?)
 }
 
 /// `bake export`.

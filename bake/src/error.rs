@@ -1,6 +1,7 @@
 //! What can end a bake.
 
 use crate::job::Interrupted;
+use relume_formats::state::with_line;
 use relume_formats::{Error, Place};
 
 /// Shorthand for results of this crate.
@@ -76,6 +77,14 @@ impl BakeError {
             return self;
         }
         Self::Kept { error: Box::new(self), remedy }
+    }
+
+    /// This error with the line of the scene, state or animation that it speaks of.
+    pub fn with_line(self) -> Self {
+        match self {
+            Self::File(error) => Self::File(with_line(error)),
+            other => other,
+        }
     }
 
     /// Bad input, named with its place.

@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory, Parser};
 use relume_bake::cli::{Cli, Command};
-use relume_bake::{commands, inspect, job};
+use relume_bake::{commands, job};
 use relume_formats::error::in_plain_words;
 use relume_formats::name::{one_line, plain_lines};
 use relume_formats::near::what_there_is;
@@ -27,8 +27,8 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run(args),
         Command::Merge(args) => commands::merge(args),
         Command::Plan(args) => commands::plan(args),
-        Command::Info(args) => inspect::info(&args.path, args.json).map_err(Into::into),
-        Command::Verify(args) => inspect::verify(&args.path).map_err(Into::into),
+        Command::Info(args) => commands::info(args),
+        Command::Verify(args) => commands::verify(args),
         Command::Export(args) => commands::export(args),
         Command::Tables(args) => commands::tables(args),
         Command::Spheres(args) => commands::spheres(args),

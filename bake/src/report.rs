@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// Name of the report within a folder.
-const FILE_NAME: &str = "report.json";
+pub(crate) const FILE_NAME: &str = "report.json";
 /// No report is longer.
 const MAX_BYTES: u64 = 16 << 20;
 /// The key under which sphere sets are reported, each by the name of its file.

@@ -19,6 +19,7 @@
 pub mod basis;
 pub mod bundle;
 pub mod container;
+pub mod counts;
 pub mod error;
 pub mod evaluate;
 pub mod fast;

@@ -41,6 +41,7 @@ fn broken_manifests() {
         ("\"turn\": {", "\"tu\\nrn\": {", "control characters"),
         ("[[\"brdf-basis\", ", "[[", "methods[0].files[0]: a kind and a file are expected"),
         ("[[\"brdf-basis\"", "[[7", "methods[0].files[0]: 7 where a text is expected"),
+        ("\"reads\": \"0", "\"reads\": \"x", "method `transfer-images`: `reads` is no hash of 32 digits"),
         ("0.001", "null", "methods[0].errors.relative_l2: null where a number is expected"),
         ("0.001", "\"x\"", "methods[0].errors.relative_l2: \"x\" where a number is expected"),
         ("0.001", "-1", "measured error `relative_l2` is -1e0, outside 0..1e100"),

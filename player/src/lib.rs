@@ -44,6 +44,7 @@ use cli::Cli;
 use controls::PlacedState;
 use gpu::Gpu;
 use relume_formats::Place;
+use relume_formats::kinds::manifest;
 use relume_formats::state::{Rgb, State};
 use session::{Frame, Request, Session};
 use std::io::Write as _;
@@ -60,7 +61,29 @@ pub fn run(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
             _ => Ok(()),
         };
     }
+    if let Some(path) = &cli.folder {
+        expect_no_scene(path)?;
+    }
     if cli.headless { headless::play(cli, interrupt) } else { app::play(cli, interrupt) }
+}
+
+/// A scene, or another file, is what a bundle is baked from; the player plays bundles.
+fn expect_no_scene(path: &Path) -> Result<()> {
+    let is_scene = path.join("scene.toml").is_file() && !path.join(manifest::FILE_NAME).exists();
+    let shown = path.display();
+    let what = match path.extension().and_then(|extension| extension.to_str()) {
+        _ if is_scene => "the folder of a scene",
+        _ if !path.is_file() => return Ok(()),
+        Some("toml") => "a file of text",
+        Some("relume") => return refuse(path, "is one file of a bundle; name its folder"),
+        _ => return refuse(path, "is a file where the folder of a bundle is wanted; make one with `bake run SCENE -o DIR`"),
+    };
+    let reason = format!("is {what}, but the player plays bundles; bake one by `bake run {shown} -o DIR`, then `player DIR`");
+    refuse(path, &reason)
+}
+
+fn refuse(path: &Path, reason: &str) -> Result<()> {
+    Err(relume_formats::Error::invalid(&Place::file(path), reason).into())
 }
 
 /// Renders one state of the bundle in `folder` with its preferred method: film size, and linear radiance row by row in W/(sr·m²).

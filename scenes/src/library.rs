@@ -1,13 +1,14 @@
 //! Where scenes and their files are found.
 
-use crate::suggest::unknown_name;
-use relume_formats::near::nearest_file;
+use relume_formats::near::{nearest_file, what_there_is};
 use relume_formats::{Error, Place, Result, read_regular};
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Name of the file that makes a folder a scene.
 const SCENE_FILE: &str = "scene.toml";
+/// Where the library lies in the workspace.
+const LIBRARY: &str = "scenes/library";
 
 /// Turns what a user typed into the path of a scene file: an existing `.toml` file, a folder that holds a `scene.toml`,
 /// or the name of a scene in the library.
@@ -28,8 +29,7 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
         let meant = nearest_file(Path::new(""), path).map(|file| format!("did you mean `{file}`? Else ")).unwrap_or_default();
-        let library = library.display();
-        let reason = format!("no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {library}");
+        let reason = format!("no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {LIBRARY}");
         return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
     }
     let in_library = library.join(path).join(SCENE_FILE);
@@ -40,7 +40,10 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Err(Error::invalid(&Place::file(path), format!("no such scene; did you mean `{meant}`?")));
     }
     let names = library_names(library)?;
-    Err(Error::invalid(&Place::file(library), unknown_name("scene", name_or_path, names.iter().map(String::as_str))))
+    Err(Error::invalid(
+        &Place::file(path),
+        format!("no such scene{}", what_there_is(name_or_path, &names.iter().map(String::as_str).collect::<Vec<_>>())),
+    ))
 }
 
 fn is_scene(path: &Path) -> bool {
@@ -66,7 +69,7 @@ fn library_names(library: &Path) -> Result<Vec<String>> {
 /// `scenes/library` in the current folder or above it, else the one that the program was built from.
 fn library_folder() -> PathBuf {
     let here = std::env::current_dir().unwrap_or_default();
-    let above = here.ancestors().map(|folder| folder.join("scenes/library")).find(|folder| folder.is_dir());
+    let above = here.ancestors().map(|folder| folder.join(LIBRARY)).find(|folder| folder.is_dir());
     above.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("library"))
 }
 
@@ -74,7 +77,7 @@ fn library_folder() -> PathBuf {
 fn workspace_root(folder: &Path) -> Option<PathBuf> {
     let folder = folder.canonicalize().ok()?;
     let library = folder.parent()?;
-    library.ends_with("scenes/library").then(|| library.ancestors().nth(2).map(Path::to_path_buf))?
+    library.ends_with(LIBRARY).then(|| library.ancestors().nth(2).map(Path::to_path_buf))?
 }
 
 /// The path that `name` stands for in a scene file in `folder`: relative to the folder, but `assets/…` of a library scene is relative
@@ -151,7 +154,7 @@ mod tests {
     fn unknown_names_list_the_library_and_suggest() {
         let root = library();
         let message = resolve_in("buny-room", &root.path().join("scenes/library")).unwrap_err().to_string();
-        assert!(message.ends_with("no scene `buny-room`; did you mean `bunny-room`? There are: `bunny-room`, `cornell-knot`"), "{message}");
+        assert!(message.ends_with("no such scene; did you mean `bunny-room`? There are: `bunny-room`, `cornell-knot`"), "{message}");
         let error = resolve_in("nowhere/scene.toml", root.path()).unwrap_err();
         assert!(error.is_bad_input() && error.to_string().starts_with("nowhere/scene.toml: no scene file here"), "{error}");
     }

@@ -153,15 +153,15 @@ pub struct Glow {
     pub uvs: Arc<[[f32; 2]]>,
 }
 
-/// What a texture emits at most, as a share of one that is white all over, where methods lit by the environment alone leave it out.
-const FAINT: f64 = 0.05;
-
 impl Glow {
-    /// True if the texture is almost black: a few lamps on a surface that otherwise reflects.
+    /// What a faint texture emits at most, as a share of one that is white all over; methods lit by the environment alone leave it out.
+    pub const FAINT: f64 = 0.05;
+
+    /// True if the texture emits at most [`Glow::FAINT`]: a few lamps on a surface that otherwise reflects.
     pub fn is_faint(&self) -> bool {
         let largest = |[r, g, b, _]: &[u8; 4]| f64::from(linear_from_srgb((*r).max(*g).max(*b)));
         let sum: f64 = self.texture.texels.iter().map(largest).sum();
-        sum <= FAINT * self.texture.texels.len() as f64
+        sum <= Self::FAINT * self.texture.texels.len() as f64
     }
 }
 

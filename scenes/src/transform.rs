@@ -43,6 +43,21 @@ impl TransformFile {
     }
 }
 
+impl TransformFile {
+    /// Fails if the scale leaves of any surface no more than a line or a point.
+    pub fn expect_extent(&self, place: &Place) -> Result<()> {
+        let scale = match self.scale {
+            ScaleFile::Uniform(s) => [s; 3],
+            ScaleFile::Axes(s) => s,
+        };
+        if scale.iter().filter(|s| **s == 0.0).count() < 2 {
+            return Ok(());
+        }
+        let shown = if matches!(self.scale, ScaleFile::Uniform(_)) { "scale 0".to_owned() } else { format!("scale {scale:?}") };
+        Err(Error::invalid(place, format!("transform: {shown} leaves no surface of it; give numbers other than 0")))
+    }
+}
+
 /// Maps surface normals as `map` maps the surface: the inverse transpose times |det|, which exists for flat maps too.
 pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
     let m = map.matrix3;

@@ -36,12 +36,12 @@ fn marks_comments_continued_lines_and_empty_names_leave_one_triangle() {
 fn a_polyline_is_ignored_with_a_note_by_every_command() {
     let (mesh, stderr) = exported(&input("obj-polyline-becomes-faces", "scene.toml"));
     assert_eq!((mesh.triangles.len(), area(&mesh)), (1, 0.5));
-    assert!(stderr.contains("polyline.obj: ignored 1 lines, which have no surface"), "{stderr}");
+    assert!(stderr.contains("polyline.obj: ignored 1 line, without a surface"), "{stderr}");
     let file = input("obj-polyline-becomes-faces", "polyline.obj");
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("x.relume");
     let stderr = expect_exit("bake", &["spheres", file.to_str().unwrap(), "-n", "1", "-o", out.to_str().unwrap()], 2);
-    assert!(stderr.contains("polyline.obj: ignored 1 lines, which have no surface"), "{stderr}");
+    assert!(stderr.contains("polyline.obj: ignored 1 line, without a surface"), "{stderr}");
 }
 
 #[test]
@@ -50,8 +50,8 @@ fn a_bare_corner_takes_nothing_from_others() {
     assert_eq!((mesh.positions.len(), mesh.normals.as_slice()), (6, [[0.0, 0.0, 1.0]; 6].as_slice()));
     let loaded = relume_scenes::load_mesh(&input("obj-mixed-corners-lose-uv", "mixed.obj"), &mut Vec::new()).unwrap();
     assert_eq!(loaded.uvs[..3], [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
-    assert!(stderr.contains("mixed.obj: gave 3 of 6 vertices the texture coordinates (0, 0), theirs are missing"), "{stderr}");
-    assert!(stderr.contains("mixed.obj: made normals for 3 of 6 vertices, theirs are missing or zero"), "{stderr}");
+    assert!(stderr.contains("mixed.obj: gave the texture coordinates (0, 0) to 3 of 6 vertices, which had none"), "{stderr}");
+    assert!(stderr.contains("mixed.obj: made normals for 3 of 6 vertices, as none or zero were there"), "{stderr}");
 }
 
 #[test]

@@ -2,7 +2,10 @@
 //!
 //! What is expected stands in docs/notes/MESSAGES.md, word for word, so that the notes show what is really printed.
 
+mod mistakes;
+
 use crate::support::{command, run};
+use mistakes::{IN_ANIMATIONS, IN_COMMANDS, IN_SCENES, IN_STATES};
 use relume_formats::Place;
 use relume_formats::state::{State, with_line};
 use std::path::Path;
@@ -44,135 +47,6 @@ transform = { translation = [0.0, 3.0, 1.0] }
 file = "maps/Studio.hdr"
 "#;
 
-/// What is mistaken, and what stands instead of what in the scene.
-const IN_SCENES: &[(&str, &str, &str)] = &[
-    ("`[light]` for `[[light]]`", "[[light]]", "[light]"),
-    ("`[object]` for `[[object]]`", "[[object]]\nname = \"floor\"", "[object]\nname = \"floor\""),
-    ("`[[materials]]` for `[materials.NAME]`", "[materials.paint]", "[[materials]]"),
-    ("`[[vary]]` for `[vary]`", "[vary]", "[[vary]]"),
-    ("`[lights]` for `[[light]]`", "[[light]]", "[[lights]]"),
-    ("`[materiels.paint]`", "[materials.paint]", "[materiels.paint]"),
-    ("no name for a material", "[materials.paint]", "[materials]"),
-    ("a decimal comma", "fov_deg = 40.0", "fov_deg = 40,0"),
-    ("decimal commas in a list", "kd = [0.6, 0.6, 0.6]", "kd = [0,6, 0,6, 0,6]"),
-    ("one number for three", "kd = [0.6, 0.6, 0.6]", "kd = 0.6"),
-    ("a colour as in CSS", "kd = [0.6, 0.6, 0.6]", "kd = \"#cc8844\""),
-    ("a colour as in CSS, without quotes", "kd = [0.6, 0.6, 0.6]", "kd = #cc8844"),
-    ("a list that is too long", "size = [64, 64]", "size = [64, 64, 64]"),
-    ("a list that is too short", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.2]"),
-    ("a colour with alpha", "kd = [0.6, 0.6, 0.6]", "kd = [0.6, 0.6, 0.6, 1.0]"),
-    ("a number in quotes", "fov_deg = 40.0", "fov_deg = \"40\""),
-    ("a number that begins with a point", "ks = [0.1, 0.1, 0.1]\nshininess = 20.0", "ks = [0.1, 0.1, 0.1]\nshininess = .9"),
-    ("true in quotes", "[vary]", "[vary]\nlight = \"true\""),
-    ("True with a capital", "[vary]", "[vary]\nlight = True"),
-    ("yes for true", "[vary]", "[vary]\nlight = yes"),
-    ("1 for true", "[vary]", "[vary]\nlight = 1"),
-    ("a float where a whole number belongs", "size = [64, 64]", "size = [64.0, 64.0]"),
-    ("a negative size", "size = [64, 64]", "size = [-64, 64]"),
-    ("a text for a list", "materials = [\"paint\"]", "materials = \"paint\""),
-    ("a list of two for a scale", "scale = 0.5", "scale = [0.5, 0.5]"),
-    ("a misspelt key", "shininess = 20.0", "shinines = 20.0"),
-    ("a key cut short", "fov_deg = 40.0", "fov = 40.0"),
-    ("a key in capitals", "kd = [0.6", "KD = [0.6"),
-    ("a key that is not there", "fov_deg = 40.0", "fov_deg = 40.0\naperture = 2.8"),
-    ("a key in the wrong table", "shape = \"quad\"", "shape = \"quad\"\nkd = [0.5, 0.5, 0.5]"),
-    ("a camera's key above the first table", "[vary]", "fov_deg = 40.0\n[vary]"),
-    ("a key twice", "shininess = 20.0", "shininess = 20.0\nshininess = 30.0"),
-    ("a key that is missing", "name = \"ball\"\n", ""),
-    ("a table that is missing", "[render]\nsize = [64, 64]\n", ""),
-    ("a colon for an equals sign", "fov_deg = 40.0", "fov_deg: 40.0"),
-    ("a semicolon at the end", "fov_deg = 40.0", "fov_deg = 40.0;"),
-    ("typographic quotation marks", "name = \"ball\"", "name = “ball”"),
-    ("a typographic minus", "target = [0.0, 0.5, 0.0]", "target = [0.0, −0.5, 0.0]"),
-    ("a name without quotes", "kind = \"point\"", "kind = point"),
-    ("a misspelt model", "brdf = \"blinn-phong\"", "brdf = \"phong\""),
-    ("a misspelt kind of light", "kind = \"point\"", "kind = \"piont\""),
-    ("a misspelt shape", "shape = \"quad\"", "shape = \"plane\""),
-    ("another model's key", "shininess = 20.0", "shininess = 20.0\nroughness = 0.3"),
-    ("a roughness too small for any material", "roughness = 0.4", "roughness = 0.1"),
-    (
-        "a roughness too small for one that varies",
-        "materials = [\"paint\"]",
-        "materials = [\"rough\"]\n[materials.rough]\nbrdf = \"ggx\"\nroughness = 0.2",
-    ),
-    ("a shininess below 1", "shininess = 20.0", "shininess = 0.9"),
-    ("more light than arrives", "ks = [0.1, 0.1, 0.1]", "ks = [0.5, 0.5, 0.5]"),
-    ("the wrong quantity of a light", "intensity = [10.0", "radiance = [10.0"),
-    ("an unknown material", "material = \"steel\"", "material = \"stel\""),
-    ("an unknown material that varies", "materials = [\"paint\"]", "materials = [\"pain\"]"),
-    ("two objects of one name", "name = \"ball\"", "name = \"floor\""),
-    ("another shape's key", "shape = \"quad\"", "shape = \"quad\"\nsubdivisions = 3"),
-    ("a camera that looks nowhere", "target = [0.0, 0.5, 0.0]", "target = [0.0, 1.2, 4.0]"),
-    ("a file name in the wrong case", "maps/Studio.hdr", "maps/studio.hdr"),
-    ("a folder in the wrong case, a name misspelt", "maps/Studio.hdr", "Maps/Studo.hdr"),
-    ("another format's ending", "maps/Studio.hdr", "maps/Studio.exr"),
-    ("a file that is not there", "maps/Studio.hdr", "sunset.hdr"),
-    ("a folder for a file", "maps/Studio.hdr", "old.hdr"),
-    ("a picture that is no map", "maps/Studio.hdr", "wood.png"),
-    ("a misspelt sky", "file = \"maps/Studio.hdr\"", "file = \"clear-skies\""),
-    ("a misspelt texture", "shininess = 20.0", "shininess = 20.0\ntexture = \"wod.png\""),
-];
-
-/// What is mistaken, and a state.
-const IN_STATES: &[(&str, &str)] = &[
-    ("`[material.NAME]`", "[material.paint]\nkd = [0.5, 0.5, 0.5]\n"),
-    ("a number for a colour", "[materials.paint]\nkd = 0.5\n"),
-    ("a list that is too long in a state", "[materials.paint]\nkd = [0.5, 0.5, 0.5, 1.0]\n"),
-    ("an unknown name", "[camera]\nfov_deg = 30.0\n[materials.pain]\nkd = [0.5, 0.5, 0.5]\n"),
-    ("an unknown light", "[lights.lam]\ngain = [2.0, 2.0, 2.0]\n"),
-    ("another model's key in a state", "[materials.paint]\nroughness = 0.5\n"),
-    ("a value out of its range", "[camera]\nexposure_ev = 1.0\nfov_deg = 180.0\n"),
-    ("a misspelt map", "[environment]\nmap = \"studio.hdr\"\n"),
-    ("a key outside its table", "kd = [0.5, 0.5, 0.5]\n"),
-];
-
-/// What is mistaken, and an animation.
-const IN_ANIMATIONS: &[(&str, &str)] = &[
-    ("`[key]` for `[[key]]`", "duration_s = 1\n[key]\nt_s = 0\nmaterials.paint.shininess = 3\n"),
-    ("a key without a time", "duration_s = 1\n[[key]]\nmaterials.paint.shininess = 3\n"),
-    ("a time in quotes", "duration_s = 1\n[[key]]\nt_s = \"0.5\"\nmaterials.paint.shininess = 3\n"),
-    ("no duration", "[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n"),
-    (
-        "times that go back",
-        "duration_s = 2\n[[key]]\nt_s = 1\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 0.5\nmaterials.paint.shininess = 4\n",
-    ),
-    (
-        "two values at one time",
-        "duration_s = 2\n[[key]]\nt_s = 1\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 1\nmaterials.paint.shininess = 4\n",
-    ),
-    ("a key after the end", "duration_s = 2\n[[key]]\nt_s = 3\nmaterials.paint.shininess = 3\n"),
-    ("an animation of nothing", "duration_s = 2\nloop = true\n"),
-    ("a misspelt key of an animation", "duration_s = 2\nlooping = true\n[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n"),
-    (
-        "a value out of its range at a key",
-        "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 1.5\nmaterials.paint.shininess = 300\n",
-    ),
-    ("an unknown material in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.pant.shininess = 3\n"),
-];
-
-/// What is mistaken, and a command line in a folder with scene.toml and an empty folder `bundle`.
-const IN_COMMANDS: &[(&str, &[&str])] = &[
-    ("a misspelt command", &["bake", "rnu", "scene.toml"]),
-    ("a misspelt scene file", &["bake", "plan", "scen.toml"]),
-    ("a misspelt option", &["bake", "run", "scene.toml", "--quallity", "draft"]),
-    ("a misspelt value", &["bake", "run", "scene.toml", "--quality", "drat"]),
-    ("a misspelt method", &["bake", "run", "scene.toml", "--method", "sparse-transfers"]),
-    ("one number for a size", &["bake", "run", "scene.toml", "--size", "64"]),
-    ("words for a number", &["bake", "run", "scene.toml", "--spp", "many"]),
-    ("a decimal comma on the command line", &["bake", "run", "scene.toml", "--max-error", "0,01"]),
-    ("an error of nothing", &["bake", "run", "scene.toml", "--max-error", "0"]),
-    ("another method's option", &["bake", "run", "scene.toml", "--terms", "20"]),
-    ("a misspelt bundle", &["bake", "verify", "bundel"]),
-    ("a folder that is no bundle", &["bake", "verify", "bundle"]),
-    ("a misspelt file", &["bake", "info", "bundle.relum"]),
-    ("a state that is not there", &["bake", "reference", "scene.toml", "--state", "stat.toml", "-o", "a.exr"]),
-    ("another format for references", &["bake", "reference", "scene.toml", "-o", "a.png"]),
-    ("no bundle for the player", &["player"]),
-    ("a misspelt bundle for the player", &["player", "bundel", "--headless", "--frames", "a.png"]),
-    ("words for frames a second", &["player", "bundle", "--fps", "fast"]),
-    ("a misspelt option of the player", &["player", "bundle", "--headles"]),
-];
-
 /// A copy of a case's inputs, to work in.
 pub(super) fn copy_of(case: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -208,7 +82,21 @@ fn workshop() -> tempfile::TempDir {
     }
     let map = [b"#?RADIANCE\n\n-Y 1 +X 2\n".as_slice(), &[128, 128, 128, 129].repeat(2)].concat();
     std::fs::write(folder.path().join("maps/Studio.hdr"), map).unwrap();
-    for (name, content) in [("wood.png", ""), ("scene.toml", SCENE), ("state.toml", ""), ("bundle.relume", "")] {
+    let photo = [b"#?RADIANCE\n\n-Y 2 +X 3\n".as_slice(), &[128, 128, 128, 129].repeat(6)].concat();
+    std::fs::write(folder.path().join("photo.hdr"), photo).unwrap();
+    let bright = SCENE.replace("size = [64, 64]", "size = [64, 64]\nreflections = 4294967295");
+    for (name, content) in [
+        ("wood.png", ""),
+        ("scene.toml", SCENE),
+        ("bright.toml", &bright),
+        ("state.toml", ""),
+        ("bundle.relume", ""),
+        ("ball.obj", ""),
+        ("page.exr", "<!DOCTYPE html>\n<title>not found</title>\n"),
+        ("picture.exr", "GIF89a"),
+        ("radiance.exr", "#?RADIANCE\n"),
+        ("empty.hdr", ""),
+    ] {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     folder

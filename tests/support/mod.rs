@@ -2,6 +2,7 @@
 
 pub mod images;
 pub mod relit;
+pub mod room;
 pub mod waiting;
 
 use glam::Vec3A;

@@ -93,8 +93,12 @@ fn log_name(stage: &str) -> String {
 
 /// Whether a log belongs to a bake by the methods called `names`.
 fn is_own_log(file: &str, names: &[&str]) -> bool {
-    let of_method = |name: &&str| file.strip_prefix(*name).is_some_and(|rest| rest.starts_with(['.', '-']));
-    file.starts_with(SPHERES) || names.iter().any(of_method)
+    file.starts_with(SPHERES) || names.iter().any(|name| is_of_method(file, name))
+}
+
+/// Whether a log is that of a stage of the method called `name`.
+fn is_of_method(file: &str, name: &str) -> bool {
+    file.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '-']))
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {
@@ -105,6 +109,12 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 pub fn holds_work(folder: &Path, names: &[&str]) -> bool {
     let is_work = |(name, path): &(String, PathBuf)| has_extension(path, "log") && is_own_log(name, names) && WorkLog::holds_pieces(path);
     files(&folder.join(UNFINISHED)).iter().any(is_work)
+}
+
+/// Whether there is work on any stage of the method called `name`.
+pub(super) fn has_logs(unfinished: &Path, name: &str) -> bool {
+    let is_log = |(file, path): &(String, PathBuf)| has_extension(path, "log") && is_of_method(file, name) && WorkLog::exists(path);
+    files(unfinished).iter().any(is_log)
 }
 
 /// Whether there is work on the pieces of `stage`.

@@ -182,7 +182,7 @@ fn fitting(scene: &Scene, methods: &[&str]) -> Result<Vec<&'static Sweep>> {
                 format!("[vary] names more than {} lets vary; vary less, or leave that method out", sweep.method.card.name),
             )),
         };
-        match fits {
+        match fits.map_err(BakeError::with_line) {
             Ok(()) => sweeps.push(sweep),
             Err(e) if !methods.is_empty() => return Err(e),
             Err(e) => say(&format!("{} is left out: {e}", sweep.method.card.name)),

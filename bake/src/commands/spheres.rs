@@ -11,6 +11,7 @@ use crate::spheres::fit::{Settings, fit};
 use crate::spheres::motion::poses;
 use relume_formats::Place;
 use relume_formats::container::Stored;
+use relume_formats::counts::counted;
 use relume_formats::kinds::SphereSet;
 use relume_scenes::{Deforming, Mesh};
 use serde_json::{Map, Value};
@@ -89,10 +90,10 @@ fn describe(set: &SphereSet) -> String {
     let protrusion = &quality.protrusion;
     let share = |length: f64| 100.0 * length / f64::from(set.meta.diagonal);
     format!(
-        "{} spheres, E/V(T) {:.4}\n\
+        "{}, E/V(T) {:.4}\n\
          coverage: {surface:.3} % of the surface, {volume:.3} % of the volume, largest gap {:.3} % of the diagonal\n\
          protrusion: mean {:.3} %, 95th percentile {:.3} %, largest {:.3} % of the diagonal\n",
-        set.spheres.len(),
+        counted(set.spheres.len(), "sphere", "spheres"),
         set.meta.relative_outside_volume(),
         share(quality.largest_gap),
         share(protrusion.mean),

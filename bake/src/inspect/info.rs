@@ -372,7 +372,7 @@ mod tests {
             "  animations  glow\n",
             "  error       0.1000 % mean, 0.2000 % worst at 7 at the samples\n",
             "  varies      ../knot, floor\n",
-            "  tracks      materials.../knot.kd (2 keys), materials.../knot.shininess (1 keys)\n",
+            "  tracks      materials.../knot.kd (2 keys), materials.../knot.shininess (1 key)\n",
         ] {
             assert!(text.contains(part), "`{part}` is not in\n{text}");
         }

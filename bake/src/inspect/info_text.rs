@@ -2,6 +2,7 @@
 
 use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileBake, FileInfo, SectionRow, Totals, ratio};
 use super::sphere_metrics::SphereMetrics;
+use relume_formats::counts::one_or;
 use relume_formats::kinds::brdf_basis::BasisError;
 use relume_formats::kinds::sphere_set::Solid;
 use relume_formats::kinds::sphere_shadows::ShadowObject;
@@ -89,7 +90,7 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             ("name", name.clone()),
             ("size", pixels(*size)),
             ("camera", format!("position {:?}, target {:?}, fov {}°", camera.position, camera.target, camera.fov_deg)),
-            ("geometry", format!("{} vertices, {} triangles", grouped(*vertices as u64), grouped(*triangles as u64))),
+            ("geometry", format!("{}, {}", many(*vertices, "vertex", "vertices"), many(*triangles, "triangle", "triangles"))),
             ("objects", list(objects.iter().cloned())),
             ("varies", list(materials.iter().filter(|m| m.varies).map(|m| m.name.clone()))),
             ("fixed", list(materials.iter().filter(|m| !m.varies).map(|m| m.name.clone()))),
@@ -97,7 +98,7 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
         Details::Animation { name, duration_s, looping, tracks } => vec![
             ("name", name.clone()),
             ("duration", format!("{duration_s} s{}", if *looping { ", repeated" } else { "" })),
-            ("tracks", list(tracks.iter().map(|t| format!("{} ({} keys)", t.leaf, t.keys)))),
+            ("tracks", list(tracks.iter().map(|t| format!("{} ({})", t.leaf, many(t.keys, "key", "keys"))))),
         ],
         Details::BrdfBasis { bases, model, nodes, range: [first, last], shared_diffuse, error_at_samples, error_between } => vec![
             ("model", model.name().to_owned()),
@@ -111,7 +112,7 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
         ],
         Details::TransferImages { size, bases, chromaticity, samples, seed, rgb_images, single_channel_images, fragments, classes } => {
             vec![
-                ("size", format!("{}, {samples} samples a pixel, seed {seed}", pixels(*size))),
+                ("size", format!("{}, {} a pixel, seed {seed}", pixels(*size), many(*samples as usize, "sample", "samples"))),
                 ("bases", bases.to_string()),
                 ("light", chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}"))),
                 ("images", format!("{rgb_images} RGB, {single_channel_images} single-channel")),
@@ -128,10 +129,22 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
             vec![("vertices", grouped(*uvs as u64)), ("textures", list(sizes.iter().map(|[width, height]| format!("{width} × {height}"))))]
         }
         Details::SparseTransfer { rows, terms, face_size, bounces, channels, wide_terms, rays_per_texel, bytes_of_dense_matrix } => vec![
-            ("rows", format!("{} vertices, {terms} terms each, {wide_terms} of them 16-bit", grouped(u64::from(*rows)))),
+            (
+                "rows",
+                format!(
+                    "{}, {} each, {wide_terms} of them 16-bit",
+                    many(*rows as usize, "vertex", "vertices"),
+                    many(*terms, "term", "terms")
+                ),
+            ),
             (
                 "light",
-                format!("6 × {face_size} × {face_size} texels, {bounces} bounces, {channels} channels, {rays_per_texel} rays a texel"),
+                format!(
+                    "6 × {face_size} × {face_size} texels, {}, {}, {} a texel",
+                    many(*bounces as usize, "bounce", "bounces"),
+                    many(*channels, "channel", "channels"),
+                    many(*rays_per_texel as usize, "ray", "rays")
+                ),
             ),
             ("dense", format!("{} bytes with every coefficient as f32", grouped(*bytes_of_dense_matrix))),
         ],
@@ -166,7 +179,13 @@ fn details(details: &Details) -> Vec<(&'static str, String)> {
         Details::Shape { vertices, nodes, joints, morph_targets, clips } => vec![
             (
                 "vertices",
-                format!("{}, moved by {joints} joints of {nodes} nodes and {morph_targets} morph targets", grouped(*vertices as u64)),
+                format!(
+                    "{}, moved by {} of {} and {}",
+                    grouped(*vertices as u64),
+                    many(*joints, "joint", "joints"),
+                    many(*nodes, "node", "nodes"),
+                    many(*morph_targets, "morph target", "morph targets")
+                ),
             ),
             ("clips", list(clips.iter().map(clip))),
         ],
@@ -189,16 +208,19 @@ fn spheres(m: &SphereMetrics, points: usize, iterations_done: usize) -> Vec<(&'s
         (
             "mesh",
             format!(
-                "{}, {} vertices, {} triangles, diagonal {}",
+                "{}, {}, {}, diagonal {}",
                 m.mesh,
-                grouped(m.vertices.into()),
-                grouped(m.triangles.into()),
+                many(m.vertices as usize, "vertex", "vertices"),
+                many(m.triangles as usize, "triangle", "triangles"),
                 m.diagonal
             ),
         ),
         ("solid", solid),
-        ("spheres", format!("{}, which follow {} points", grouped(m.n as u64), grouped(points as u64))),
-        ("fit", format!("seed {}, {iterations_done} of at most {} iterations, {coverage}", m.seed, m.iterations)),
+        ("spheres", format!("{}, which follow {}", grouped(m.n as u64), many(points, "point", "points"))),
+        (
+            "fit",
+            format!("seed {}, {iterations_done} of at most {}, {coverage}", m.seed, many(m.iterations as usize, "iteration", "iterations")),
+        ),
         ("E/V(T)", format!("{:.6}, of the volume {}", m.relative_outside_volume, m.volume)),
         ("coverage", format!("{:.4} % of the surface, {:.4} % of the volume", m.coverage_surface * 100.0, m.coverage_volume * 100.0)),
         ("gap", format!("{} of the diagonal at most", percent(m.largest_uncovered_gap))),
@@ -216,13 +238,13 @@ fn parameter(model: Model) -> &'static str {
 }
 
 fn clip(clip: &ClipInfo) -> String {
-    format!("{} ({} s, {} tracks, {} keys)", clip.name, clip.duration_s, clip.tracks, grouped(clip.keys as u64))
+    format!("{} ({} s, {}, {})", clip.name, clip.duration_s, many(clip.tracks, "track", "tracks"), many(clip.keys, "key", "keys"))
 }
 
 fn shadow_object(object: &ShadowObject) -> String {
     let (casts, moves) =
         (if object.sphere_set { " casts shadows" } else { " only receives" }, if object.deforms { " and deforms" } else { "" });
-    format!("{} ({} vertices,{casts}{moves})", object.name, grouped(object.vertices.into()))
+    format!("{} ({},{casts}{moves})", object.name, many(object.vertices as usize, "vertex", "vertices"))
 }
 
 fn class(class: &ClassInfo) -> String {
@@ -231,6 +253,11 @@ fn class(class: &ClassInfo) -> String {
 
 fn error(error: &BasisError) -> String {
     format!("{:.4} % mean, {:.4} % worst at {}", error.mean * 100.0, error.worst * 100.0, error.worst_at)
+}
+
+/// "1,839 vertices", "1 vertex".
+fn many(count: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(count as u64), one_or(count, one, many))
 }
 
 fn pixels(size: [u32; 2]) -> String {

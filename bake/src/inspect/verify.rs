@@ -3,6 +3,7 @@
 use crate::methods::choice::Registered;
 use relume_formats::bundle::{Maps, Objects, Scope, Settings, expect_name, expect_some_plays};
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
+use relume_formats::counts::counted;
 use relume_formats::kinds::manifest::{FILE_NAME, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::{SphereSet, StoredScene, check_file};
 use relume_formats::method::{Card, cards_of};
@@ -22,8 +23,8 @@ pub fn verify(path: &Path) -> Result<String> {
 
 /// The line that says that a file was read whole.
 fn sound(path: &Path, header: &Header) -> String {
-    let (kind, sections) = (header.kind.name(), header.sections.len());
-    format!("{}: {kind}, {sections} sections, every checksum and value checked\n", path.display())
+    let (kind, sections) = (header.kind.name(), counted(header.sections.len(), "section", "sections"));
+    format!("{}: {kind}, {sections}, every checksum and value checked\n", path.display())
 }
 
 /// A bundle being checked. Of large files only heads are kept.

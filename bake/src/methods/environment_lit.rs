@@ -1,5 +1,6 @@
 //! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the files of light and textures.
 
+use super::coarse;
 use crate::error::{BakeError, Result};
 use crate::inspect::Bundled;
 use relume_formats::Place;
@@ -7,7 +8,7 @@ use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_textures};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
-use relume_scenes::{Emitter, Light, NamedMap, Scene};
+use relume_scenes::{Emitter, Glow, Light, NamedMap, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     if let Some(light) = scene.lights.iter().find(|light| faint_glow(scene, light).is_none()) {
         let remedy = match emitting_material(scene, light) {
             Some(material) => format!("write `emission = 0` in [materials.\"{material}\"] to let it reflect only"),
-            None => "remove it, or paint it into the map".to_owned(),
+            None => "remove it, in the [[object]] of a glTF file by `lights = false`, or paint it into the map".to_owned(),
         };
         return refuse(format!("light `{}`: {name} lights by the environment alone; {remedy}", light.name));
     }
@@ -61,15 +62,17 @@ fn faint_glow<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
     }
 }
 
-/// What of lights and materials is left out, a sentence each: faint glows, highlights, and that materials vary.
+/// What is left out, a sentence each: faint glows, highlights, that materials vary, and shadows within large triangles.
 pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
     let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
-    let glows = glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its almost black texture emits"));
+    let share = 100.0 * Glow::FAINT;
+    let glows =
+        glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"));
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
     let highlights = highlights.map(|m| format!("material `{}`: {name} shows its diffuse part only", m.name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
     let varying = varying.map(|material| format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them"));
-    glows.chain(highlights).chain(varying).collect()
+    glows.chain(highlights).chain(varying).chain(coarse::notice(scene)).collect()
 }
 
 /// The maps that a bundle carries, as it stores them.

@@ -1,6 +1,7 @@
 //! The methods, one folder each: gather, project, compress; and what the bundle needs to know of any of them.
 
 pub mod choice;
+mod coarse;
 pub(crate) mod environment_lit;
 pub mod sparse_transfer;
 pub mod sphere_shadows;

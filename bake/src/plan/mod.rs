@@ -123,7 +123,7 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     let mut shared = None;
     let mut candidate = |registered: &'static Registered| {
         let method = (registered.new)(&asked, scene);
-        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.to_string(), scene));
+        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.with_line().to_string(), scene));
         let mut candidate = Candidate {
             name: method.name(),
             misfit,
@@ -181,10 +181,9 @@ fn reason(message: &str, scene: &Scene) -> String {
 
 /// Why `bake run` takes `method`, which may not fit.
 fn why(method: &Registered, misfit: Option<&str>) -> String {
-    let (name, cheapest) = (method.card.name, method.why);
     match misfit {
-        None => cheapest.to_owned(),
-        Some(misfit) => format!("{cheapest}; but {name} does not fit: {misfit}"),
+        None => method.why.to_owned(),
+        Some(misfit) => format!("{}, which would be, does not fit: {misfit}", method.card.name),
     }
 }
 

@@ -61,7 +61,22 @@ fn what_no_method_does_is_said() {
 fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() {
     let text = plan(&ball("shape = true", "reflections = 1", ""), &at(Path::new("none")), false).unwrap();
     assert!(text.contains("\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"), "{text}");
-    assert!(text.contains("\nchosen: none, for shapes vary") && text.contains("does not fit: no object has spheres"), "{text}");
+    assert!(text.contains("\nchosen: none; sphere-shadows, which would be, does not fit: no object has spheres"), "{text}");
+}
+
+#[test]
+fn meshes_too_coarse_for_light_at_vertices_are_told() {
+    let outdoors = ball("light = true\nview = true", "reflections = 1", "");
+    let larger = |scene: &Scene, size: [u32; 2]| Scene { size, ..scene.clone() };
+    let told = |scene: &Scene| json_of(scene, Path::new("none"))["not_modelled"].to_string();
+    // The plane's triangles, 0.7 m of the 2.9 m that the film shows of its middle and more before it, are those of 24 lines of pixels here.
+    assert!(!told(&outdoors).contains("triangles"), "{}", told(&outdoors));
+    let coarse = told(&larger(&outdoors, [512, 384]));
+    assert!(coarse.contains("shadows smaller than the triangles of `plane`") && coarse.contains("(more than 24 is coarse)"), "{coarse}");
+    assert!(coarse.contains("raise `segments`") && coarse.contains("use transfer-images"), "{coarse}");
+    // Images know the light at pixels.
+    let materials = larger(&ball("materials = ['white']", "reflections = 1", ""), [512, 384]);
+    assert!(!told(&materials).contains("triangles"), "{}", told(&materials));
 }
 
 #[test]

@@ -15,7 +15,10 @@ pub(super) fn of(plan: &Plan) -> String {
     }
     let mut text = format!("{} varies {}\n", plan.scene, varies(&plan.varies));
     plan.methods.iter().for_each(|candidate| text += &method(candidate));
-    text += &format!("\nchosen: {}, for {}\n", plan.chosen.unwrap_or("none"), plan.why);
+    text += &match plan.chosen {
+        Some(chosen) => format!("\nchosen: {chosen}, for {}\n", plan.why),
+        None => format!("\nchosen: none; {}\n", plan.why),
+    };
     let list = if plan.not_modelled.is_empty() { " nothing that the scene has".to_owned() } else { bullets(&plan.not_modelled) };
     text += &format!("not modelled:{list}\n");
     plan.stored_unusable.iter().for_each(|reason| text += &format!("stored figures are left out: {reason}\n"));

@@ -256,18 +256,25 @@ impl Track {
         if self.times_s.windows(2).any(|w| w[0] >= w[1]) {
             return refuse("key times must increase; sort the keys and give each leaf one value at a time");
         }
-        let (count, finite, even) = match &self.values {
-            TrackValues::Scalar(v) => (v.len(), v.iter().all(|x| x.is_finite()), true),
+        let (count, strange, even) = match &self.values {
+            TrackValues::Scalar(v) => (v.len(), v.iter().position(|x| !x.is_finite()), true),
             TrackValues::Vector(v) => {
                 let length = v.first().map_or(0, Vec::len);
-                (v.len(), v.iter().flatten().all(|x| x.is_finite()), (1..=16).contains(&length) && v.iter().all(|x| x.len() == length))
+                let strange = v.iter().position(|x| !x.iter().all(|x| x.is_finite()));
+                (v.len(), strange, (1..=16).contains(&length) && v.iter().all(|x| x.len() == length))
             }
-            TrackValues::Name(v) => (v.len(), true, true),
+            TrackValues::Name(v) => (v.len(), None, true),
         };
-        if count != self.times_s.len() || !finite || !even {
-            return refuse("needs one finite value of the same length per key");
+        if count != self.times_s.len() || !even {
+            return refuse("needs one value of the same length per key");
         }
-        Ok(())
+        match strange.and_then(|key| self.times_s.get(key)) {
+            Some(t_s) => {
+                let reason = format!("{} is not finite; write numbers", self.leaf.join("."));
+                Err(Error::invalid(&place.part(format!("at {t_s} s")), reason))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The key at or before `time_s`, the next one, and how far between them, 0..1.

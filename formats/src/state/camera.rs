@@ -51,9 +51,14 @@ impl Camera {
 
     /// Checks that the camera looks somewhere and shows something.
     pub fn validate(&self, place: &Place) -> Result<()> {
-        let numbers = self.position.iter().chain(&self.target).chain([&self.fov_deg, &self.exposure_ev]);
-        if !numbers.copied().all(f32::is_finite) {
-            return Err(Error::invalid(place, "camera: every value must be a finite number"));
+        let values: [(&str, &[f32]); 4] = [
+            ("position", &self.position),
+            ("target", &self.target),
+            ("fov_deg", std::slice::from_ref(&self.fov_deg)),
+            ("exposure_ev", std::slice::from_ref(&self.exposure_ev)),
+        ];
+        if let Some((key, _)) = values.iter().find(|(_, values)| !values.iter().all(|x| x.is_finite())) {
+            return Err(Error::invalid(place, format!("camera: {key} is not finite; write numbers")));
         }
         if let Some(far) = self.position.iter().chain(&self.target).find(|x| x.abs() > MAX_COORDINATE) {
             return Err(Error::invalid(

@@ -217,7 +217,7 @@ impl Editor {
         self.base.camera.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
     }
 
-    /// Moves the camera by hand, if it may move; closer and farther, it stops before `surfaces`.
+    /// Moves the camera by hand, if it may move; it stops before `surfaces`.
     pub fn move_camera(&mut self, motion: orbit::Motion, surfaces: &Surfaces) {
         if self.scope.varies().camera {
             let camera = orbit::moved(self.look().camera, motion, self.scene().camera, surfaces);

@@ -14,6 +14,7 @@ mod panel;
 mod picker;
 mod screen;
 mod shape_panel;
+mod status;
 mod style;
 mod turns;
 mod undertaking;

@@ -10,8 +10,11 @@ const STEEPEST_DEG: f32 = 89.0;
 const ORBIT_DEG: f32 = 180.0;
 /// How far the distance to the target may differ from the scene's, as a factor either way.
 const REACH: f32 = 1e3;
-/// How far a dolly stays away from surfaces, as a share of the scene's distance to the target.
+/// How far a hand keeps the camera away from surfaces, as a share of the scene's distance to the target.
 const CLEARANCE: f32 = 0.01;
+/// An orbit is looked at in straight pieces that leave its circle by no more than this share of the clearance, but in no more of them than this.
+const SAGITTA: f32 = 0.1;
+const MOST_PIECES: f32 = 256.0;
 
 /// What a hand does. Lengths are shares of the picture's height, x to the right and y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,29 +23,48 @@ pub enum Motion {
     Orbit([f32; 2]),
     /// Moves camera and target sideways, such that the target follows the hand.
     Pan([f32; 2]),
-    /// Multiplies the distance to the target, as far as no surface is in the way.
+    /// Multiplies the distance to the target.
     Dolly(f32),
 }
 
-/// `camera` after `motion` among `surfaces`; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
+/// `camera` after `motion`, which ends where a surface is in the camera's way; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
 pub fn moved(camera: Camera, motion: Motion, home: Camera, surfaces: &Surfaces) -> Camera {
     let (position, target) = (Vec3::from(camera.position), Vec3::from(camera.target));
     let way = position - target;
+    let usual = Vec3::from(home.position).distance(Vec3::from(home.target));
+    let keep = CLEARANCE * usual;
     let (position, target) = match motion {
-        Motion::Orbit(drag) => (target + turned(way, drag), target),
+        Motion::Orbit(drag) => (orbited(target, way, drag, keep, surfaces), target),
         Motion::Pan([x, y]) => {
             let [_, right, up] = camera.film(1, 1).axes().map(Vec3::from);
-            let shift = 2.0 * way.length() * (y * up - x * right);
-            (position + shift, target + shift)
+            let end = surfaces.way(position, position + 2.0 * way.length() * (y * up - x * right), keep);
+            (end, target + (end - position))
         }
         Motion::Dolly(factor) => {
-            let usual = Vec3::from(home.position).distance(Vec3::from(home.target));
             let length = (way.length() * factor).clamp(usual / REACH, usual * REACH);
-            (surfaces.way(position, target + way.normalize_or(Vec3::Z) * length, CLEARANCE * usual), target)
+            (surfaces.way(position, target + way.normalize_or(Vec3::Z) * length, keep), target)
         }
     };
     let moved = Camera { position: position.to_array(), target: target.to_array(), ..camera };
     if position.is_finite() && target.is_finite() && moved.position != moved.target { moved } else { camera }
+}
+
+/// Where a drag takes a camera round `target`, from which `way` leads to it: as far as it stays away from surfaces by `keep`.
+fn orbited(target: Vec3, way: Vec3, drag: [f32; 2], keep: f32, surfaces: &Surfaces) -> Vec3 {
+    let at = |share: f32| target + turned(way, drag.map(|x| x * share));
+    let angle = drag[0].hypot(drag[1]) * ORBIT_DEG.to_radians();
+    let piece = 2.0 * (1.0 - SAGITTA * keep / way.length()).clamp(-1.0, 1.0).acos();
+    let pieces = (angle / piece).ceil().clamp(1.0, MOST_PIECES);
+    let mut from = way + target;
+    for index in 1..=pieces as usize {
+        let (before, to) = ((index - 1) as f32 / pieces, at(index as f32 / pieces));
+        let end = surfaces.way(from, to, keep);
+        if end != to {
+            return at(before + from.distance(end) / from.distance(to) / pieces);
+        }
+        from = to;
+    }
+    from
 }
 
 /// The way from the target to the camera, turned by a drag.
@@ -138,6 +160,45 @@ mod tests {
         for motion in [Motion::Dolly(f32::NAN), Motion::Orbit([f32::NAN, 0.0]), Motion::Pan([f32::INFINITY, 1.0])] {
             assert_eq!(moved(HOME, motion, HOME), HOME);
         }
+    }
+
+    /// Two large squares: x = 3, and z = -2 behind the target.
+    fn walls() -> Surfaces {
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|c: [f32; 2]| c.map(|x| 50.0 * x));
+        let (side, back) = (corners.map(|[y, z]| [3.0, y, z]), corners.map(|[x, y]| [x, y, -2.0]));
+        Surfaces::new([side, back].concat(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    }
+
+    #[test]
+    fn an_orbit_goes_through_no_surface() {
+        let walls = walls();
+        let keep = CLEARANCE * distance(&HOME);
+        for pieces in [1, 7, 100] {
+            let end = (0..pieces).fold(HOME, |camera, _| moved_among(camera, Motion::Orbit([-0.9 / pieces as f32, 0.0]), HOME, &walls));
+            assert!((3.0 - end.position[0] - keep).abs() < (SAGITTA + 0.01) * keep, "{pieces}: {:?}", end.position);
+            assert!((distance(&end) - distance(&HOME)).abs() < 1e-4);
+            assert_eq!(end.target, HOME.target);
+            let back = moved_among(end, Motion::Orbit([0.1, 0.0]), HOME, &walls);
+            assert!(Vec3::from(back.position).distance(end.position.into()) > 0.5, "back again it goes at once");
+        }
+        // The other way round the wall behind the target is met.
+        let end = moved_among(HOME, Motion::Orbit([0.9, 0.0]), HOME, &walls);
+        assert!((end.position[2] + 2.0 - keep).abs() < (SAGITTA + 0.01) * keep && end.position[0] < 0.0, "{:?}", end.position);
+        // Where nothing is in the way the same drag ends where it would without surfaces.
+        let free = Motion::Orbit([0.2, 0.1]);
+        let apart = Vec3::from(moved_among(HOME, free, HOME, &walls).position).distance(moved(HOME, free, HOME).position.into());
+        assert!(apart < 1e-5, "{apart}");
+    }
+
+    #[test]
+    fn a_pan_goes_through_no_surface_and_keeps_the_direction() {
+        let walls = walls();
+        let keep = CLEARANCE * distance(&HOME);
+        let end = moved_among(HOME, Motion::Pan([-5.0, 0.0]), HOME, &walls);
+        assert!((3.0 - end.position[0] - keep).abs() < 0.01 * keep, "{:?}", end.position);
+        let [before, after] = [HOME, end].map(|camera| Vec3::from(camera.target) - Vec3::from(camera.position));
+        assert!(before.distance(after) < 1e-5);
+        assert_eq!(moved_among(HOME, Motion::Pan([0.1, 0.1]), HOME, &walls), moved(HOME, Motion::Pan([0.1, 0.1]), HOME));
     }
 
     #[test]

@@ -8,20 +8,17 @@ use super::layout;
 use super::material_panel::Yielded;
 use super::panel;
 use super::picker::{Picker, Seen};
-use super::style::{SURROUND, WARNING};
+use super::status::Status;
+use super::style::SURROUND;
 use super::undertaking::Undertaking;
 use crate::surfaces::Surfaces;
 use egui::{
-    Align, CentralPanel, Color32, CursorIcon, Frame, Key, Label, Layout, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextStyle,
-    TextureId, Ui, UiBuilder, WidgetInfo,
+    CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
 };
 use relume_formats::name::plain;
 
-/// What the user sees when pointing at something that cannot be edited.
-const FIXED: &str = "fixed: not editable in this bundle";
-/// Least distance between the hints in the bottom line.
-const HINT_GAP: f32 = 24.0;
-const KEYS: &str = "S  PNG     E  EXR     T  state     Space  play / pause     Esc  cancel     Q  close";
+/// Around the line below the picture.
+const STATUS_MARGIN: Margin = Margin::symmetric(12, 4);
 
 /// The picture and what belongs to it.
 pub struct Stage<'a> {
@@ -64,17 +61,21 @@ impl Screen {
         }
         let mut wishes = keys(ui, stage.as_mut().map(|stage| &mut *stage.editor));
         let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
-        layout::panel(ui.max_rect().size()).frame(frame).show(ui, |ui| {
+        let window = ui.max_rect().size();
+        layout::panel(window).frame(frame).show(ui, |ui| {
             let editor = stage.as_mut().map(|stage| &mut *stage.editor);
             wishes.save.extend(panel::show(ui, editor, facts, note, &mut self.yielded));
         });
         let surround = Frame::NONE.fill(SURROUND);
-        let status = Panel::bottom("status").exact_size(28.0).resizable(false).frame(surround.inner_margin(Margin::symmetric(12, 4)));
-        let status = status.show_separator_line(false).show(ui, |ui| ui.max_rect()).inner;
+        let (moves, picks) = stage.as_ref().map_or((false, false), |stage| (stage.editor.scope().varies().camera, stage.picker.is_some()));
+        let room = ui.available_width() - 2.0 * f32::from(STATUS_MARGIN.left);
+        let status = Status::new(ui, moves, picks, room, window.y);
+        let line = Panel::bottom("status").exact_size(status.height()).resizable(false).frame(surround.inner_margin(STATUS_MARGIN));
+        let line = line.show_separator_line(false).show(ui, |ui| ui.max_rect()).inner;
         CentralPanel::default().frame(surround).show(ui, |ui| match stage {
             Some(mut stage) => {
                 let seen = self.picture(ui, &mut stage);
-                self.status_line(ui, status, seen, &stage);
+                status.show(ui, line, seen, self.clicked_fixed);
                 self.undertaking.obey_escape(ui.ctx(), stage.editor);
             }
             None => {
@@ -119,31 +120,6 @@ impl Screen {
         if let Some(outline) = self.highlight.texture(ui.ctx(), picker, hovered, selected.as_deref()) {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter().image(outline.id(), rect, whole, Color32::WHITE);
-        }
-    }
-
-    /// What is under the pointer, or what can be done with the picture, on the left; the keys, on the right, where there is room for both.
-    fn status_line(&self, ui: &mut Ui, rect: Rect, seen: Seen<'_>, stage: &Stage<'_>) {
-        let moves = stage.editor.scope().varies().camera;
-        let weak = Color32::from_gray(120);
-        let (text, colour) = match seen {
-            Seen::Material(name) => (plain(name), Color32::from_gray(220)),
-            Seen::Fixed => (FIXED.into(), if self.clicked_fixed { WARNING } else { weak }),
-            Seen::Nothing if moves => (hand::HELP.into(), weak),
-            Seen::Nothing if stage.picker.is_none() => ("".into(), weak),
-            Seen::Nothing => ("click an object to edit its material".into(), weak),
-        };
-        let keys = if moves { format!("V  reset view     {KEYS}") } else { KEYS.to_owned() };
-        let width = |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), weak).size().x;
-        let both_fit = width(&text, TextStyle::Body) + HINT_GAP + width(&keys, TextStyle::Small) <= rect.width();
-        let line = UiBuilder::new().max_rect(rect).layout(Layout::left_to_right(Align::Center));
-        let mut line = ui.new_child(line);
-        line.set_clip_rect(rect);
-        line.add(Label::new(RichText::new(text).color(colour)).truncate());
-        if both_fit {
-            line.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                ui.label(RichText::new(keys).small().color(Color32::from_gray(95)))
-            });
         }
     }
 }

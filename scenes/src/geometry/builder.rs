@@ -5,6 +5,7 @@ use super::normals::{self, DEFAULT_CREASE_DEG, Smoothing};
 use crate::scene::Mesh;
 use crate::transform::{is_mirroring, normal_map};
 use glam::{DAffine3, DVec3, Vec3};
+use relume_formats::counts::counted;
 use relume_formats::state::MAX_COORDINATE;
 use relume_formats::{Error, Place, Result};
 
@@ -161,7 +162,7 @@ impl MeshBuilder {
             return Err(Error::invalid(place, format!("no usable triangle ({dropped} degenerate); check the mesh and its scale")));
         }
         if dropped > 0 {
-            warnings.push(format!("{place}: dropped {dropped} of {given} triangles, which are degenerate (zero area)"));
+            warnings.push(format!("{place}: dropped {dropped} degenerate of {} (zero area)", counted(given, "triangle", "triangles")));
         }
         let mut origins = drop_unused_vertices(&mut mesh);
         let filled = normals::fill_missing(&mut mesh, &smoothing, crease_deg);
@@ -170,10 +171,13 @@ impl MeshBuilder {
             return Err(Error::invalid(place, format!("more than {MAX_ELEMENTS} vertices where edges are hard; split or simplify it")));
         }
         if filled.by_angle > 0 {
-            let (made, vertices, crease) = (filled.by_angle, mesh.positions.len(), crease_deg.unwrap_or(DEFAULT_CREASE_DEG));
+            let (made, parted, crease) = (filled.by_angle, filled.copied.len(), crease_deg.unwrap_or(DEFAULT_CREASE_DEG));
+            let vertices = mesh.positions.len() - parted;
+            let now = if parted > 0 { format!(", {} now as hard edges part them", mesh.positions.len()) } else { String::new() };
             warnings.push(format!(
-                "{place}: made normals for {made} of {vertices} vertices, theirs are missing or zero: smooth where faces meet at less than \
-                 {crease} degrees (`crease_deg`)"
+                "{place}: made normals for {made} of {}{now}, as none or zero were there: smooth where faces meet at less than {crease} degrees \
+                 (`crease_deg`)",
+                counted(vertices, "vertex", "vertices")
             ));
         } else if crease_deg.is_some() {
             warnings.push(format!("{place}: has normals of its own everywhere, which `crease_deg` leaves as they are"));
@@ -182,12 +186,13 @@ impl MeshBuilder {
     }
 
     fn note_mended_uvs(&mut self) {
-        let (vertices, without, broken) = (self.mesh.positions.len(), self.vertices_without_uv, self.broken_uvs);
+        let (vertices, without, broken) =
+            (counted(self.mesh.positions.len(), "vertex", "vertices"), self.vertices_without_uv, self.broken_uvs);
         if !self.mesh.uvs.is_empty() && without > 0 {
-            self.notes.push(format!("gave {without} of {vertices} vertices the texture coordinates (0, 0), theirs are missing"));
+            self.notes.push(format!("gave the texture coordinates (0, 0) to {without} of {vertices}, which had none"));
         }
         if broken > 0 {
-            self.notes.push(format!("gave {broken} of {vertices} vertices the texture coordinates (0, 0), theirs are not finite"));
+            self.notes.push(format!("gave the texture coordinates (0, 0) to {broken} of {vertices} in place of what was not finite"));
         }
     }
 }

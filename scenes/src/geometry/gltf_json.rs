@@ -6,6 +6,7 @@ use super::tidy_name;
 use gltf::json::validation::{Checked, Error as Fault, Validate};
 use gltf::json::{Path as JsonPath, Root, Value};
 use gltf::{Document, Semantic};
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -35,8 +36,15 @@ const MESHOPT: &str = "EXT_meshopt_compression";
 const POINTER: &str = "KHR_animation_pointer";
 
 /// Extensions whose content is used; a file may use others, which are named in a warning, but may not require them.
-const READ: [&str; 5] =
-    ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform", "KHR_mesh_quantization", INSTANCING];
+const READ: [&str; 6] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    // Lit like others, with a warning for those that are worn.
+    "KHR_materials_unlit",
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    INSTANCING,
+];
 
 /// Reads the structure of the file whose content is `bytes`.
 pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
@@ -58,10 +66,16 @@ pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     Ok(Structure { document: Document::from_json_without_validation(root), binary: binary.map(<[u8]>::to_vec), instances, notes })
 }
 
-/// Makes text of a version that is written as a number.
+/// Makes text of a version that is written as a number. Files of 2.1 and so on are read, unless they say that readers of 2.0 cannot.
 fn expect_version(json: &mut Value, place: &Place) -> Result<()> {
-    if let Some(version) = json.pointer_mut("/asset/version").filter(|version| version.is_number()) {
-        *version = Value::String(version.to_string());
+    for version in ["/asset/version", "/asset/minVersion"] {
+        if let Some(version) = json.pointer_mut(version).filter(|version| version.is_number()) {
+            *version = Value::String(version.to_string());
+        }
+    }
+    if let Some(least) = json.pointer("/asset/minVersion").and_then(Value::as_str).filter(|least| !["2", "2.0"].contains(least)) {
+        let reason = format!("needs glTF of version {} (asset.minVersion), only 2.0 is read; export it as glTF 2.0", tidy_name(least));
+        return Err(Error::unsupported(place, reason));
     }
     match json.pointer("/asset/version").and_then(Value::as_str) {
         Some(version) if version.starts_with("2.") || version == "2" => Ok(()),
@@ -179,7 +193,7 @@ fn mend(json: &mut Value, notes: &mut Vec<String>) {
         dropped += before - channels.len();
     }
     if dropped > 0 {
-        notes.push(format!("{dropped} animation channels move no node; left them out"));
+        notes.push(format!("left out {} without a node to move", counted(dropped, "animation channel", "animation channels")));
     }
 }
 

@@ -7,6 +7,7 @@ use crate::scene::Material;
 use gltf::material::AlphaMode;
 use gltf::texture::{MagFilter, WrappingMode};
 use relume_formats::basis::{Filter, Texture, Wrap};
+use relume_formats::counts::{counted, one_or};
 use relume_formats::name::{MAX_CHARS, shows};
 use relume_formats::state::{Brdf, FIXED_ROUGHNESS_MIN, Ggx, Rgb};
 use relume_formats::{Place, Result};
@@ -66,11 +67,12 @@ impl<'a> MaterialReader<'a> {
 
     /// Adds what was ignored to `warnings`, one line for each kind.
     pub fn finish(self, warnings: &mut Vec<String>) {
-        let (place, of) = (Place::file(&self.file.path), self.materials);
+        let (place, of) = (Place::file(&self.file.path), counted(self.materials, "material", "materials"));
         if !self.renamed.is_empty() {
             warnings.push(format!("{place}: names of materials repeat; numbered {}", listed(&self.renamed)));
         }
-        warnings.extend(self.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} materials have {what}")));
+        warnings
+            .extend(self.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} {} {what}", one_or(*count, "has", "have"))));
     }
 
     fn ignore(&mut self, what: &'static str, present: bool) {
@@ -87,6 +89,7 @@ impl<'a> MaterialReader<'a> {
         }
         self.ignore("a normal texture, which is ignored", source.normal_texture().is_some());
         self.ignore("an occlusion texture, which is ignored", source.occlusion_texture().is_some());
+        self.ignore("KHR_materials_unlit, which is lit here like any other: the light is what is played", source.unlit());
         let pbr = source.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let (mut metallic, mut roughness) = (pbr.metallic_factor(), pbr.roughness_factor());

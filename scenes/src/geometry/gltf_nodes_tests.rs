@@ -43,7 +43,7 @@ fn nodes_that_are_no_tree_are_told_as_what_they_are() {
 fn files_without_faces_are_told_as_such() {
     let mut file = File::triangle();
     file.document["meshes"][0]["primitives"][0]["mode"] = json!(0);
-    let message = "t.gltf: has no faces: ignored 1 of 1 primitives, which are points or lines; export it as a mesh";
+    let message = "t.gltf: has no faces: ignored 1 of 1 primitive, which is points or lines; export it as a mesh";
     assert!(file.refusal().ends_with(message), "{}", file.refusal());
     file.document["nodes"] = json!([{}]);
     let message = "t.gltf: has no faces: none of its nodes that were taken has a mesh; export it as a mesh";

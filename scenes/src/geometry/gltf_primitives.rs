@@ -7,6 +7,7 @@ use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use glam::DAffine3;
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic, texture};
+use relume_formats::counts::{counted, one_or};
 use relume_formats::{Error, Place, Result};
 
 /// What was met while reading primitives.
@@ -26,17 +27,17 @@ pub(super) struct Tally {
 impl Tally {
     /// One line for each thing that the mesh lacks or that is ignored.
     pub fn notes(&self) -> Vec<String> {
-        let (of, coloured) = (self.primitives, self.coloured);
+        let of = counted(self.primitives, "primitive", "primitives");
+        let have = |count: usize| format!("{count} of {of} {}", one_or(count, "has", "have"));
+        let points = one_or(self.not_triangles, "which is points or lines", "which are points or lines");
+        let weights = counted(self.weights, "vertex", "vertices");
         [
-            (self.flat, format!("{} of {of} primitives have no normals; made flat ones", self.flat)),
-            (self.not_triangles, format!("ignored {} of {of} primitives, which are points or lines", self.not_triangles)),
-            (self.without_positions, format!("ignored {} of {of} primitives, which have no positions", self.without_positions)),
-            (coloured, format!("{coloured} of {of} primitives have vertex colours, which are ignored")),
-            (
-                self.many_joints,
-                format!("{} of {of} primitives have more than four joints per vertex; kept the first four", self.many_joints),
-            ),
-            (self.weights, format!("mended the joint weights of {} vertices, which were below 0 or all 0", self.weights)),
+            (self.flat, format!("{} no normals; made flat ones", have(self.flat))),
+            (self.not_triangles, format!("ignored {} of {of}, {points}", self.not_triangles)),
+            (self.without_positions, format!("ignored {} of {of}, without positions", self.without_positions)),
+            (self.coloured, format!("{} vertex colours, which are ignored", have(self.coloured))),
+            (self.many_joints, format!("{} more than four joints per vertex; kept the first four", have(self.many_joints))),
+            (self.weights, format!("mended the joint weights of {weights}, which were below 0 or all 0")),
         ]
         .into_iter()
         .filter_map(|(count, note)| (count > 0).then_some(note))

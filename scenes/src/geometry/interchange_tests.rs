@@ -90,7 +90,7 @@ fn attributes_of_programs_are_ignored() {
     file.document["meshes"][0]["primitives"][0]["attributes"] = json!({"POSITION": 0, "_BATCHID": 0, "_x": 7, "COLOR": 0, "TEXCOORD_x": 9});
     let (mesh, warnings) = file.load();
     assert_eq!((mesh.positions.as_slice(), warnings.len()), (TRIANGLE.as_slice(), 1), "{warnings:?}");
-    assert!(is_told(&warnings, "1 of 1 primitives have no normals; made flat ones"));
+    assert!(is_told(&warnings, "1 of 1 primitive has no normals; made flat ones"));
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn channels_that_move_no_node_are_left_out() {
     }, {"name": "empty"}]);
     file.document["extensionsUsed"] = json!(["KHR_animation_pointer"]);
     let (_, warnings) = file.load();
-    assert!(is_told(&warnings, "2 animation channels move no node; left them out"), "{warnings:?}");
+    assert!(is_told(&warnings, "left out 2 animation channels without a node to move"), "{warnings:?}");
     assert!(is_told(&warnings, "the file uses KHR_animation_pointer, which is ignored"), "{warnings:?}");
     let scratch = Scratch::scene("");
     scratch.write("t.gltf", file.text());
@@ -333,6 +333,7 @@ fn text_is_read_however_it_is_wrapped_and_refused_in_words() {
     assert_eq!(load(text.replace(r#""count":3"#, r#""count":3.0"#).as_bytes()), Ok(1));
     assert_eq!(load(text.replace(r#""version":"2.0""#, r#""version":2.0"#).as_bytes()), Ok(1));
     assert_eq!(load(text.replace("==\"", "\"").replace("=\"", "\"").as_bytes()), Ok(1));
+    assert_eq!(load(text.replace(r#""version":"2.0""#, r#""version":"2.1","minVersion":"2.0""#).as_bytes()), Ok(1));
     for (text, part) in [
         (text.replace(r#""count":3"#, r#""count":"3""#), "accessors[0]: not a glTF 2.0 file (invalid type: string \"3\", expected u64)"),
         (text.replace(r#""version":"2.0""#, r#""version":"1.0""#), "is glTF of version 1.0, only 2.0 is read"),
@@ -342,6 +343,11 @@ fn text_is_read_however_it_is_wrapped_and_refused_in_words() {
             "t.gltf: is glTF of version 0.8, only 2.0 is read; convert it to glTF 2.0",
         ),
         (text.replace(r#""asset""#, r#""assets""#), "it has no asset.version"),
+        (
+            text.replace(r#""version":"2.0""#, r#""version":"2.1","minVersion":"2.1""#),
+            "t.gltf: needs glTF of version 2.1 (asset.minVersion), only 2.0 is read; export it as glTF 2.0",
+        ),
+        (text.replace(r#""version":"2.0""#, r#""version":2.5,"minVersion":2.1"#), "needs glTF of version 2.1 (asset.minVersion)"),
         (text.replace(r#""mesh":0"#, r#""mesh":7"#), "nodes[0].mesh: not valid glTF (it names what is not there)"),
         (text[..text.len() / 2].to_owned(), "not a glTF 2.0 file (EOF while parsing"),
         ("{\"a\":".repeat(1000), "recursion limit exceeded"),
@@ -363,7 +369,7 @@ fn hidden_and_flattened_nodes_leave_the_rest() {
     let (mesh, warnings) = file.load();
     assert_eq!(areas(&mesh), [0.5, 0.5]);
     assert_eq!((mesh.positions[3], mesh.normals[3]), ([0.0, 0.0, 5.0], [0.0, 0.0, 1.0]));
-    assert!(is_told(&warnings, "dropped 2 of 4 triangles, which are degenerate (zero area)"), "{warnings:?}");
+    assert!(is_told(&warnings, "dropped 2 degenerate of 4 triangles (zero area)"), "{warnings:?}");
 }
 
 #[test]
@@ -372,5 +378,5 @@ fn primitives_without_positions_are_not_drawn() {
     file.document["meshes"][0]["primitives"] = json!([{"attributes": {"NORMAL": 0}}, {"attributes": {"POSITION": 0, "NORMAL": 0}}]);
     let (mesh, warnings) = file.load();
     assert_eq!(mesh.triangles.len(), 1);
-    assert!(is_told(&warnings, "ignored 1 of 2 primitives, which have no positions"), "{warnings:?}");
+    assert!(is_told(&warnings, "ignored 1 of 2 primitives, without positions"), "{warnings:?}");
 }

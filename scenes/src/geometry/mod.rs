@@ -39,7 +39,7 @@ use std::path::Path;
 /// Largest number of vertices, and of triangles, in one object: their index must fit the tracer's 32 bits with room to spare.
 const MAX_ELEMENTS: usize = 1 << 26;
 
-/// Reads the geometry of `path` (of one glTF node if `node` is given) into world space, with the crease angle that the scene gives for faces without
+/// Reads the geometry of `path` (of a glTF file only that of `node`, if given) into world space, with the crease angle that the scene gives for faces without
 /// normals. Adds what was mended to `warnings`.
 pub(crate) fn load_file(
     path: &Path,
@@ -63,9 +63,6 @@ pub(crate) fn load_file(
             return Err(Error::unsupported(&place, "not a geometry file this version reads; it reads .gltf, .glb, .obj, .ply and .off"));
         }
     };
-    if let Some(node) = node {
-        return Err(Error::invalid(&place, format!("node `{node}` is named, but only a glTF file has nodes; remove `node`")));
-    }
     append(&mut builder, path, world_from_file)?;
     builder.finish(&place, warnings)
 }

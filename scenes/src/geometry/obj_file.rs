@@ -9,6 +9,7 @@ use super::text::{Lines, number, quoted, unmarked, without_comment, words};
 use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use crate::library::read_bytes;
 use glam::DAffine3;
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -145,18 +146,50 @@ impl ObjFile {
         let [lines, points] = self.ignored;
         let (unknown, first) = self.unknown;
         [
-            (lines, format!("ignored {lines} lines, which have no surface")),
-            (points, format!("ignored {points} statements of points, which have no surface")),
-            (unknown, format!("ignored {unknown} statements that are not read, such as free-form surfaces; the first is line {first}")),
+            (lines, format!("ignored {}, without a surface", counted(lines, "line", "lines"))),
+            (points, format!("ignored {} of points, without a surface", counted(points, "statement", "statements"))),
+            (
+                unknown,
+                format!(
+                    "ignored {} not read, such as free-form surfaces; the first is line {first}",
+                    counted(unknown, "statement", "statements")
+                ),
+            ),
+            (
+                self.strays(),
+                format!(
+                    "{} texture coordinates or normals of which the file has none; read without them",
+                    if self.strays() == 1 {
+                        "1 corner of a face names".to_owned()
+                    } else {
+                        format!("{} corners of faces name", self.strays())
+                    }
+                ),
+            ),
         ]
         .into_iter()
         .filter_map(|(count, note)| (count > 0).then_some(note))
         .collect()
     }
 
+    /// Which of positions, texture coordinates and normals the file has none of, though corners may name some.
+    fn absent(&self) -> [bool; 3] {
+        [false, self.uvs.is_empty(), self.normals.is_empty()]
+    }
+
+    /// How many corners name what the file has none of at all. A number that is out of range among others is another thing, and a fault.
+    fn strays(&self) -> usize {
+        let absent = self.absent();
+        self.corners.iter().filter(|corner| corner.iter().zip(absent).any(|(index, absent)| absent && *index != NONE)).count()
+    }
+
     /// The mesh, with one vertex for each set of indices that corners name, in the order of their first use.
-    fn into_part(self, builder: &mut MeshBuilder, place: &Place) -> Result<Part> {
+    fn into_part(mut self, builder: &mut MeshBuilder, place: &Place) -> Result<Part> {
         let (mut part, mut polygons) = (Part::default(), Polygons::default());
+        let absent = self.absent();
+        for corner in &mut self.corners {
+            *corner = std::array::from_fn(|kind| if absent[kind] { NONE } else { corner[kind] });
+        }
         let (mut known, mut start) = (HashMap::new(), 0);
         for face in &self.faces {
             let corners = &self.corners[start..face.end as usize];
@@ -223,6 +256,8 @@ fn index(text: &[u8], count: usize, kind: &str) -> std::result::Result<u32, Stri
         None => Err(format!("{} is no number of a {kind}", quoted(text))),
         Some(0) => Err(format!("names {kind} 0, but they count from 1")),
         Some(value @ 1..) => Ok(u32::try_from(value - 1).unwrap_or(NONE - 1)),
+        // What comes before may be none at all, which is seen in the end.
+        Some(_) if count == 0 && kind != KINDS[0] => Ok(NONE - 1),
         Some(back) => usize::try_from(back + count as i64)
             .map(|index| index as u32)
             .map_err(|_| format!("names {kind} {back}, but only {count} come before")),

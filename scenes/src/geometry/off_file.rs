@@ -1,12 +1,13 @@
 //! Object File Format of Geomview, as text: OFF, whose vertices may have normals (N), colours (C), which are ignored, and texture coordinates (ST).
-//! Vertices have a line each, or flow over lines as they do in Geomview; faces have a line each.
+//! Vertices have a line each, or flow over lines as they do in Geomview; faces too, but where one has a colour it ends with its line.
 
 use super::normals::Smoothing;
 use super::polygons::Polygons;
 use super::text::{Lines, number, quoted, unmarked, without_comment, words};
-use super::{MeshBuilder, Part};
+use super::{MAX_ELEMENTS, MeshBuilder, Part};
 use crate::library::read_bytes;
 use glam::DAffine3;
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 
@@ -19,6 +20,10 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
     let [vertices, faces] = lines.counts()?;
     builder.expect_room(vertices, faces, &place)?;
     let (mut part, polygons) = lines.body(vertices, faces, &layout)?;
+    let left = lines.word_counts().count();
+    if left > 0 {
+        builder.notes.push(format!("ignored {} after its last face", counted(left, "line", "lines")));
+    }
     let triangulation = polygons.triangulate(&part.positions);
     builder.notes.extend(triangulation.notes());
     part.triangles = triangulation.triangles;
@@ -56,6 +61,17 @@ impl Layout {
     fn numbers(&self, of_colour: usize) -> usize {
         3 + 3 * usize::from(self.normals) + of_colour * usize::from(self.colours) + 2 * usize::from(self.uvs)
     }
+}
+
+/// How faces stand on lines.
+#[derive(Clone, Copy, PartialEq)]
+enum Faces {
+    /// One on each; what follows its corners is its colour.
+    OnLines,
+    /// Each begins a line, and some go on over further ones.
+    OverLines,
+    /// One after the other, wherever lines end.
+    Flowing,
 }
 
 /// The words of one line after the other, from the last to the first; lines without any are passed over.
@@ -170,6 +186,50 @@ impl<'a> Source<'a> {
         left.is_some() && (0..faces).all(|_| lines.next().is_some())
     }
 
+    /// The way in which the lines to come are exactly so many faces. If it is none, a line each: then the first that is broken is told.
+    fn layout_of_faces(&self, faces: usize) -> Faces {
+        if self.has_line_per_face(faces) {
+            return Faces::OnLines;
+        }
+        let fits = |layout: &Faces| self.are_faces(faces, *layout);
+        [Faces::OverLines, Faces::Flowing].into_iter().find(fits).unwrap_or(Faces::OnLines)
+    }
+
+    fn lines_of_words(&self) -> impl Iterator<Item = Vec<&'a [u8]>> + use<'a> {
+        self.lines.clone().map(|(_, line)| words(without_comment(line)).collect::<Vec<_>>()).filter(|words| !words.is_empty())
+    }
+
+    fn has_line_per_face(&self, faces: usize) -> bool {
+        let mut lines = self.lines_of_words();
+        (0..faces).all(|_| lines.next().is_some_and(|words| corners_of(words[0]).is_some_and(|corners| corners < words.len())))
+    }
+
+    /// Whether the rest of the file is so many faces, to its last word.
+    fn are_faces(&self, faces: usize, layout: Faces) -> bool {
+        let mut lines = self.lines_of_words();
+        let mut left: Vec<&[u8]> = Vec::new();
+        let mut take = |left: &mut Vec<&'a [u8]>| {
+            if left.is_empty() {
+                left.extend(lines.next().unwrap_or_default().into_iter().rev());
+            }
+            left.pop()
+        };
+        for _ in 0..faces {
+            let Some(corners) = take(&mut left).and_then(corners_of) else { return false };
+            let is_long = left.len() < corners;
+            if !(0..corners).all(|_| take(&mut left).is_some_and(|word| number(word).is_some())) {
+                return false;
+            }
+            // A colour may follow corners that all stand on one line.
+            if layout == Faces::OverLines && !is_long {
+                left.clear();
+            } else if layout == Faces::OverLines && !left.is_empty() {
+                return false;
+            }
+        }
+        take(&mut left).is_none()
+    }
+
     fn count(&mut self, what: &str) -> Result<usize> {
         match self.number(&format!("the number of {what}"))? {
             count if count >= 0.0 && count.fract() == 0.0 => Ok(count as usize),
@@ -187,10 +247,13 @@ impl<'a> Source<'a> {
             }
             self.vertex(&mut part, layout)?;
         }
-        self.flows = false;
+        let layout = self.layout_of_faces(faces);
+        self.flows = layout != Faces::OnLines;
         let mut corners: Vec<u32> = Vec::new();
         for index in 0..faces {
-            self.next_line(|| format!("face {index} of {faces}"))?;
+            if layout != Faces::Flowing || self.words.is_empty() {
+                self.next_line(|| format!("face {index} of {faces}"))?;
+            }
             let count = self.count("corners")?;
             corners.clear();
             for _ in 0..count {
@@ -221,6 +284,11 @@ impl<'a> Source<'a> {
         }
         Ok(())
     }
+}
+
+/// The number of corners with which a face begins.
+fn corners_of(word: &[u8]) -> Option<usize> {
+    number(word).filter(|count| *count >= 0.0 && count.fract() == 0.0 && *count < MAX_ELEMENTS as f64).map(|count| count as usize)
 }
 
 /// The keyword, which ends in `OFF` of any case, and the number that is written on to it, if any.

@@ -3,6 +3,7 @@
 use super::MAX_ELEMENTS;
 use super::ply_header::{Element, Encoding, Header, Property, Scalar};
 use super::text::{Lines, next_word, number, quoted, words};
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 
 /// Where the reader is.
@@ -35,6 +36,16 @@ impl<'a> Body<'a> {
     /// True if no word of text is left.
     pub fn is_read(&mut self) -> bool {
         self.word().is_none()
+    }
+
+    /// What stands behind the data, if anything but blanks.
+    pub fn leftover(&self) -> Option<String> {
+        let count = match self.encoding {
+            Encoding::Ascii => counted(self.rest.clone().filter(|(_, line)| words(line).next().is_some()).count(), "line", "lines"),
+            _ if words(self.rest.rest).next().is_none() => return None,
+            _ => counted(self.rest.rest.len(), "byte", "bytes"),
+        };
+        (!count.starts_with("0 ")).then(|| format!("ignored {count} after the data that the header tells of"))
     }
 
     /// Reads all records of `element` and shows them to `visit`, with their number: the single properties at `wanted` and the list at `list`, as they

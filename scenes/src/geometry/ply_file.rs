@@ -22,8 +22,9 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
     let place = Place::file(path);
     let bytes = read_bytes(path)?;
     let header = ply_header::read(&bytes, &place)?;
-    let PlyMesh { mut part, polygons, .. } = read(&header, &place)?;
+    let PlyMesh { mut part, polygons, leftover, .. } = read(&header, &place)?;
     builder.notes.extend(header.note);
+    builder.notes.extend(leftover);
     if header.elements.iter().any(|element| element.name == "face" && element.find("texcoord").is_some()) {
         builder.notes.push("ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned());
     }
@@ -51,7 +52,8 @@ fn has_line_per_record(header: &Header<'_>) -> bool {
 }
 
 fn read_body<'a>(header: &Header<'_>, place: &'a Place, body: &mut Body<'_>) -> Result<PlyMesh<'a>> {
-    let mut mesh = PlyMesh { vertices: check_header(header, place)?, place, part: Part::default(), polygons: Polygons::default() };
+    let (vertices, part, polygons) = (check_header(header, place)?, Part::default(), Polygons::default());
+    let mut mesh = PlyMesh { vertices, place, part, polygons, leftover: None };
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => mesh.read_vertices(element, body)?,
@@ -60,6 +62,7 @@ fn read_body<'a>(header: &Header<'_>, place: &'a Place, body: &mut Body<'_>) -> 
             _ => body.read(element, &[], None, |_, _| Ok(()))?,
         }
     }
+    mesh.leftover = body.leftover();
     Ok(mesh)
 }
 
@@ -92,6 +95,8 @@ struct PlyMesh<'a> {
     vertices: usize,
     part: Part,
     polygons: Polygons,
+    /// What stands behind the data.
+    leftover: Option<String>,
     place: &'a Place,
 }
 

@@ -2,6 +2,7 @@
 
 use super::MAX_ELEMENTS;
 use super::text::{Lines, quoted, unmarked, words};
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 
 /// How numbers are written.
@@ -27,7 +28,7 @@ pub(super) enum Scalar {
 
 impl Scalar {
     fn called(name: &[u8]) -> Option<Self> {
-        Some(match name {
+        Some(match name.to_ascii_lowercase().as_slice() {
             b"char" | b"int8" => Self::I8,
             b"uchar" | b"uint8" => Self::U8,
             b"short" | b"int16" => Self::I16,
@@ -92,14 +93,16 @@ const KEYWORDS: [&[u8]; 4] = [b"format", b"element", b"property", b"end_header"]
 pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
     let bytes = unmarked(bytes, place)?;
     let mut lines = Lines::new(bytes);
-    if lines.next().is_none_or(|(_, line)| line.trim_ascii_end() != b"ply") {
+    if lines.next().is_none_or(|(_, line)| !line.trim_ascii_end().eq_ignore_ascii_case(b"ply")) {
         return Err(Error::invalid(place, "not a PLY file, whose first line is `ply`; export it again"));
     }
     let (mut encoding, mut elements, mut unknown) = (None, Vec::new(), Vec::new());
     while let Some((number, line)) = lines.next() {
         let refuse = |reason: String| Error::invalid(&place.part(format!("line {number}")), format!("{reason}; export the file again"));
         let words: Vec<&[u8]> = words(line).collect();
-        match *words.as_slice() {
+        let keyword = words.first().map(|word| word.to_ascii_lowercase());
+        let by_keyword: Vec<&[u8]> = keyword.iter().map(Vec::as_slice).chain(words.iter().skip(1).copied()).collect();
+        match *by_keyword.as_slice() {
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"format", name, ..] => encoding = Some(encoding_called(name).ok_or_else(|| refuse(format!("no format {}", quoted(name))))?),
             [b"element", name, count] => elements.push(element(name, count, &elements).map_err(refuse)?),
@@ -112,7 +115,7 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
                 let encoding = encoding.ok_or_else(|| refuse("the line `format` is missing".to_owned()))?;
                 return Ok(Header { encoding, elements, body: body(bytes, lines), note: note_of(&unknown) });
             }
-            [first, ..] if !KEYWORDS.iter().any(|keyword| first.eq_ignore_ascii_case(keyword)) => unknown.push((number, line)),
+            [first, ..] if !KEYWORDS.contains(&first) => unknown.push((number, line)),
             _ => return Err(refuse(format!("{} is no line of a header", quoted(line)))),
         }
     }
@@ -123,8 +126,8 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
 /// Programs write a line of their own about themselves without the word `comment`.
 fn note_of(unknown: &[(usize, &[u8])]) -> Option<String> {
     let (number, line) = unknown.first()?;
-    let count = unknown.len();
-    Some(format!("ignored {count} lines of the header that are not known; the first is line {number}, {}", quoted(line)))
+    let count = counted(unknown.len(), "unknown line", "unknown lines");
+    Some(format!("ignored {count} of the header; the first is line {number}, {}", quoted(line)))
 }
 
 /// A binary body may begin with the byte of a line feed, which belongs to the line end only if the other lines end so.
@@ -141,7 +144,7 @@ fn body<'a>(bytes: &'a [u8], mut rest: Lines<'a>) -> Lines<'a> {
 }
 
 fn encoding_called(name: &[u8]) -> Option<Encoding> {
-    match name {
+    match name.to_ascii_lowercase().as_slice() {
         b"ascii" => Some(Encoding::Ascii),
         b"binary_little_endian" => Some(Encoding::LittleEndian),
         b"binary_big_endian" => Some(Encoding::BigEndian),
@@ -162,7 +165,7 @@ fn element(name: &[u8], count: &[u8], before: &[Element]) -> std::result::Result
 
 fn property(words: &[&[u8]]) -> Option<Property> {
     let (length, scalar, name) = match *words {
-        [b"list", length, scalar, name] => (Some(Scalar::called(length)?), scalar, name),
+        [list, length, scalar, name] if list.eq_ignore_ascii_case(b"list") => (Some(Scalar::called(length)?), scalar, name),
         [scalar, name] => (None, scalar, name),
         _ => return None,
     };

@@ -149,8 +149,7 @@ fn concave_faces_of_every_format_have_their_area() {
     }
     let (_, warnings) = folder.load("t.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 2 3 0\nf 1 2 3 4\n");
     assert!(
-        warnings[0]
-            .ends_with("t.obj: 1 faces have outlines that cross themselves or have no inside; triangulated as fans, which may overlap"),
+        warnings[0].ends_with("t.obj: the outlines of 1 face cross themselves or have no inside; triangulated as fans, which may overlap"),
         "{warnings:?}"
     );
 }
@@ -162,7 +161,7 @@ fn unknown_lines_of_a_ply_header_are_ignored_and_told() {
     let text = square_header("Created by Blender3D 247\n") + "x\n" + faces + BODY;
     let (mesh, warnings) = folder.load("t.ply", text);
     assert_eq!((mesh.positions.as_slice(), mesh.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
-    let note = "t.ply: ignored 2 lines of the header that are not known; the first is line 3, `Created by Blender3D 247`";
+    let note = "t.ply: ignored 2 unknown lines of the header; the first is line 3, `Created by Blender3D 247`";
     assert!(warnings[0].ends_with(note), "{warnings:?}");
 }
 
@@ -206,6 +205,66 @@ fn off_words_flow_over_lines() {
     ] {
         assert_eq!(folder.load("t.off", text + faces).0, expected, "{name}");
     }
+}
+
+#[test]
+fn off_faces_may_go_on_over_lines() {
+    let folder = Folder::new();
+    let header = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    let expected = folder.load("t.off", format!("{header}3 0 1 2\n3 0 2 3\n")).0;
+    for faces in
+        ["3 0\n1 2\n3 0 2\n3\n", "3\n0\n1\n2\n3\n0\n2\n3\n", "3 0 1 2 255 0 0\n3 0\n2 3 # end\n", "3 0 1 2 3 0 2 3\n", "3 0 1 2 3 0\n2 3"]
+    {
+        let (mesh, warnings) = folder.load("t.off", format!("{header}{faces}"));
+        assert_eq!((mesh, warnings.len()), (expected.clone(), 1), "{faces:?}: {warnings:?}");
+    }
+    // What is cut short, or has words too many, is no other way of writing.
+    for (faces, message) in [
+        ("3 0 1\n3 0 2 3\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
+        ("3 0 1\n2 255 0 0\n3 0 2 3\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
+        ("3 0 1\n2\n3 0 2\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
+    ] {
+        assert!(folder.refusal("t.off", format!("{header}{faces}")).ends_with(message), "{faces:?}");
+    }
+    let (mesh, warnings) = folder.load("t.off", format!("{header}3 0 1 2\n3 0 2 3\n3 0 1 3\n\n2 0 1\n"));
+    assert_eq!(mesh, expected);
+    assert!(warnings[0].ends_with("t.off: ignored 2 lines after its last face"), "{warnings:?}");
+}
+
+#[test]
+fn ply_keywords_are_of_any_case_and_what_follows_the_data_is_told() {
+    let folder = Folder::new();
+    let plain = square_header("") + "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let expected = folder.load("t.ply", plain.clone() + BODY).0;
+    let shouted = plain
+        .replace("format ascii", "FORMAT Ascii")
+        .replace("ply", "PLY")
+        .replace("property float", "Property FLOAT")
+        .replace("list uchar int", "LIST UChar INT")
+        .replace("element", "ELEMENT")
+        .replace("end_header", "END_HEADER");
+    assert_eq!(folder.load("t.ply", shouted + BODY).0, expected);
+    for (more, note) in [("3 0 1 3\n", "1 line"), ("\nhello\nworld\n", "2 lines")] {
+        let (mesh, warnings) = folder.load("t.ply", plain.clone() + BODY + more);
+        assert_eq!(mesh, expected);
+        assert!(warnings[0].ends_with(&format!("t.ply: ignored {note} after the data that the header tells of")), "{warnings:?}");
+    }
+    assert!(folder.load("t.ply", plain.clone() + BODY + "\n \n").1.iter().all(|warning| !warning.contains("after")));
+    let binary = |more: &[u8]| {
+        let mut bytes = plain.replace("ascii", "BINARY_LITTLE_ENDIAN").into_bytes();
+        SQUARE.as_flattened().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        for face in [[0i32, 1, 2], [0, 2, 3]] {
+            bytes.push(3);
+            face.iter().for_each(|vertex| bytes.extend(vertex.to_le_bytes()));
+        }
+        bytes.extend(more);
+        folder.load("t.ply", bytes)
+    };
+    assert_eq!(binary(b"\n"), binary(b""));
+    assert_eq!(binary(b"").0, expected);
+    let (mesh, warnings) = binary(&[1, 2, 3, 4, 5]);
+    assert_eq!(mesh, expected);
+    assert!(warnings[0].ends_with("t.ply: ignored 5 bytes after the data that the header tells of"), "{warnings:?}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::builder::{area_vector, is_sliver};
 use super::concave;
 use super::normals::Smoothing;
 use glam::{DVec2, DVec3, Vec3};
+use relume_formats::counts::counted;
 use relume_formats::{Error, Place, Result};
 
 /// A turn to the wrong side by less than this, in radians, is the rounding of corners that lie on a line.
@@ -86,10 +87,10 @@ impl Triangulation {
 
     /// What to tell the user of faces that were no proper polygons.
     pub fn notes(&self) -> Vec<String> {
-        let degenerate = format!("ignored {} faces with fewer than three corners", self.degenerate);
+        let degenerate = format!("ignored {} with fewer than three corners", counted(self.degenerate, "face", "faces"));
         let crossing = format!(
-            "{} faces have outlines that cross themselves or have no inside; triangulated as fans, which may overlap",
-            self.crossing
+            "the outlines of {} cross themselves or have no inside; triangulated as fans, which may overlap",
+            counted(self.crossing, "face", "faces")
         );
         let notes = [(self.degenerate, degenerate), (self.crossing, crossing)];
         notes.into_iter().filter_map(|(count, note)| (count > 0).then_some(note)).collect()

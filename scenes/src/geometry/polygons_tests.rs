@@ -122,15 +122,12 @@ fn outlines_that_cross_themselves_are_told_and_become_fans() {
     for outline in [tie.to_vec(), pentagram, twice_around] {
         let done = triangulated(&flat(&outline));
         assert_eq!(done.triangles, (1..outline.len() as u32 - 1).map(|i| [0, i, i + 1]).collect::<Vec<_>>());
-        assert_eq!(
-            done.notes(),
-            ["1 faces have outlines that cross themselves or have no inside; triangulated as fans, which may overlap"]
-        );
+        assert_eq!(done.notes(), ["the outlines of 1 face cross themselves or have no inside; triangulated as fans, which may overlap"]);
     }
     // Corners on one line are no face at all, which the builder counts; nothing is said of crossing.
     let line = triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.5, 0.0]]));
     assert_eq!((line.triangles.len(), line.notes().len()), (2, 0));
-    assert_eq!(triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0]])).notes(), ["ignored 1 faces with fewer than three corners"]);
+    assert_eq!(triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0]])).notes(), ["ignored 1 face with fewer than three corners"]);
 }
 
 #[test]

@@ -42,9 +42,32 @@ fn check(animation: &Animation, scene: &Scene, place: &Place) -> Result<()> {
         return Err(Error::invalid(place, reason));
     }
     for time_s in animation.key_times_s() {
-        let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;
-        let place = place.part(format!("at {time_s} s"));
-        validate_varying(&scene.vary, &scene.with_state(&state, &place)?.materials, &place)?;
+        if let Err(error) = check_at(animation, time_s, scene, place) {
+            return Err(blamed(animation, time_s, scene, place).unwrap_or(error));
+        }
     }
     Ok(())
+}
+
+/// Checks the state at `time_s`.
+fn check_at(animation: &Animation, time_s: f32, scene: &Scene, place: &Place) -> Result<()> {
+    let state = animation.sample(time_s).map_err(|e| Error::invalid(place, e))?;
+    let place = place.part(format!("at {time_s} s"));
+    validate_varying(&scene.vary, &scene.with_state(&state, &place)?.materials, &place)
+}
+
+/// The error of the state at `time_s`, told at the key that makes it illegal: before its first key a leaf has that key's value already, and between two
+/// it is on its way to the second.
+fn blamed(animation: &Animation, time_s: f32, scene: &Scene, place: &Place) -> Option<Error> {
+    let first = |count: usize| Animation { tracks: animation.tracks[..count].to_vec(), ..animation.clone() };
+    // Without any leaf the state is the scene's own, which is legal; with all it is not.
+    let (mut legal, mut illegal) = (0, animation.tracks.len());
+    while illegal - legal > 1 {
+        let middle = legal.midpoint(illegal);
+        *(if check_at(&first(middle), time_s, scene, place).is_ok() { &mut legal } else { &mut illegal }) = middle;
+    }
+    let times_s = &animation.tracks.get(legal)?.times_s;
+    let after = times_s.partition_point(|t| *t <= time_s);
+    let around = times_s.get(after.saturating_sub(1)..(after + 1).min(times_s.len()))?;
+    around.iter().find_map(|t| check_at(animation, *t, scene, place).err())
 }

@@ -3,13 +3,14 @@
 mod open_exr;
 mod primaries;
 mod radiance;
+mod signatures;
 
 use crate::library::has_extension;
 use primaries::convert;
 use relume_formats::basis::EquirectMap;
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result, open_regular};
-use std::io::BufReader;
+use std::io::{BufReader, Read as _};
 use std::path::Path;
 
 /// Largest map, in texels: 8192 × 4096. While it is read there are two copies of 12 bytes each, and a file of a few bytes may claim to be so large.
@@ -27,6 +28,7 @@ pub(super) fn white_map() -> EquirectMap {
 /// Reads the map at `path`, in linear Rec. 709. Adds what was mended to `warnings`.
 pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
+    expect_kind(path, &place)?;
     let (mut map, primaries) = if has_extension(path, "hdr") {
         radiance::read(BufReader::new(open_regular(path)?), &place)?
     } else if has_extension(path, "exr") {
@@ -51,6 +53,25 @@ pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<Equire
         }
     }
     Ok(map)
+}
+
+/// Refuses a file that is of another kind than its name says, by what it seems to be.
+fn expect_kind(path: &Path, place: &Place) -> Result<()> {
+    let (is_of_kind, kind): (fn(&[u8]) -> bool, _) = if has_extension(path, "exr") {
+        (|start| start.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "OpenEXR")
+    } else if has_extension(path, "hdr") {
+        (|start| start.starts_with(b"#?"), "Radiance")
+    } else {
+        return Ok(());
+    };
+    let mut start = Vec::new();
+    let file = open_regular(path)?;
+    file.take(signatures::LENGTH as u64).read_to_end(&mut start).map_err(|e| Error::io(place, e))?;
+    let is_cut = |start: &[u8]| start.len() < 4 && !start.is_empty();
+    match is_of_kind(&start) || is_cut(&start) {
+        true => Ok(()),
+        false => Err(Error::invalid(place, format!("is no {kind} file, though its name says so, but {}", signatures::seems(&start)))),
+    }
 }
 
 /// The sum of what `value` makes of the channels of all texels, each by its solid angle.
@@ -107,15 +128,15 @@ fn expect_equirect(width: u64, height: u64, place: &Place) -> Result<()> {
     Err(Error::unsupported(place, reason))
 }
 
-/// Shapes of other maps of a sphere.
+/// Shapes of other maps of a sphere, and of pictures that are none.
 const SHAPES: [([u64; 2], &str); 7] = [
     ([1, 1], "square as mirror balls and angular probes are"),
-    ([4, 3], "as a cube map's horizontal cross"),
-    ([3, 4], "as a cube map's vertical cross"),
+    ([4, 3], "as photographs are, or a cube map's horizontal cross"),
+    ([3, 4], "as photographs are, or a cube map's vertical cross"),
     ([6, 1], "as a strip of a cube map's faces"),
     ([1, 6], "as a strip of a cube map's faces"),
-    ([3, 2], "as two rows of a cube map's faces"),
-    ([2, 3], "as two columns of a cube map's faces"),
+    ([3, 2], "as photographs are, or two rows of a cube map's faces"),
+    ([2, 3], "as photographs are, or two columns of a cube map's faces"),
 ];
 
 fn expect_bounded(width: u64, height: u64, place: &Place) -> Result<()> {

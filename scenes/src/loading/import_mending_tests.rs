@@ -51,6 +51,41 @@ fn emission_follows_its_texture_and_can_be_scaled_or_left_out() {
 }
 
 #[test]
+fn unlit_materials_are_lit_with_a_warning() {
+    let unlit = [
+        ("/extensionsUsed", json!(["KHR_materials_unlit"])),
+        ("/extensionsRequired", json!(["KHR_materials_unlit"])),
+        ("/materials/0/extensions", json!({"KHR_materials_unlit": {}})),
+    ];
+    let (plain, scene) = (load_changed("", &[]), load_changed("", &unlit));
+    assert_eq!(scene.materials, plain.materials);
+    assert!(
+        scene.warnings[0]
+            .ends_with("t.gltf: 1 of 3 materials has KHR_materials_unlit, which is lit here like any other: the light is what is played"),
+        "{:?}",
+        scene.warnings
+    );
+    assert_eq!(scene.warnings.len(), plain.warnings.len() + 1);
+}
+
+#[test]
+fn spheres_are_fitted_to_what_a_file_brings_if_that_is_one_mesh() {
+    let load = |more: &str| {
+        let scratch = Scratch::scene(&(scene("") + more));
+        scratch.write("t.gltf", document().to_string());
+        scratch.load()
+    };
+    let one = load("node = 'wall'\nspheres = 12\n").unwrap();
+    let names: Vec<_> = one.objects.iter().map(|object| (object.name.as_str(), object.spheres)).collect();
+    assert_eq!(names, [("it", Some(12))], "files are called after it");
+    assert_eq!(load("node = 'wall'\n").unwrap().objects[0].name, "it/paint");
+    let message = load("spheres = 12\n").unwrap_err().to_string();
+    let expected = "`spheres` are fitted to one mesh, but the file brings one for each of 3 materials, `paint`, `glow`, `material-2`; give the object a \
+                    `material`, or take parts of one material by `node`";
+    assert!(message.contains("object `it`: ") && message.ends_with(expected), "{message}");
+}
+
+#[test]
 fn a_name_in_two_files_stands_for_one_material_or_is_numbered() {
     let scratch = Scratch::scene(&scene("[[object]]\nname = 'other'\nfile = 'u.gltf'\n[[object]]\nname = 'again'\nfile = 'u.gltf'"));
     scratch.write("t.gltf", document().to_string());
@@ -113,7 +148,7 @@ fn pictures_of_other_kinds_are_left_out_and_samplers_may_be_sharp() {
     let scene = load_changed("", &[("/textures", webp), ("/extensionsUsed", json!(["EXT_texture_webp"]))]);
     assert!(material(&scene, "paint").texture.is_none());
     for part in [
-        "1 of 3 materials have a texture whose picture is of a kind that is not read, which is ignored",
+        "1 of 3 materials has a texture whose picture is of a kind that is not read, which is ignored",
         "uses EXT_texture_webp, which is ignored",
     ] {
         assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{:?}", scene.warnings);

@@ -278,9 +278,9 @@ fn what_is_not_modelled_is_told_once_per_kind() {
     );
     for part in [
         "t.gltf: 2 of 3 materials have a normal texture, which is ignored",
-        "t.gltf: 1 of 3 materials have an occlusion texture, which is ignored",
-        "t.gltf: 1 of 3 materials have alpha mode BLEND, which is shown opaque",
-        "t.gltf: 1 of 3 materials have a metallic-roughness texture, whose mean is taken",
+        "t.gltf: 1 of 3 materials has an occlusion texture, which is ignored",
+        "t.gltf: 1 of 3 materials has alpha mode BLEND, which is shown opaque",
+        "t.gltf: 1 of 3 materials has a metallic-roughness texture, whose mean is taken",
         "t.gltf: the file uses KHR_materials_ior, which is ignored",
     ] {
         assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{part}: {:?}", scene.warnings);
@@ -312,7 +312,7 @@ fn punctual_lights_follow_their_nodes_and_the_object() {
     let Emitter::Point { position, intensity, cone: None } = scene.lights[0].emitter else { panic!("{:?}", scene.lights) };
     assert!(close(position, [2.0, 4.0, 11.0]) && intensity == [40.0, 20.0, 10.0], "{position:?}");
     assert_eq!(scene.lights[0].name, "spot");
-    assert!(scene.warnings[0].ends_with("1 of 1 lights have a range, which is ignored"), "{:?}", scene.warnings);
+    assert!(scene.warnings[0].ends_with("1 of 1 light has a range, which is ignored"), "{:?}", scene.warnings);
     let spot = json!({"type": "spot", "intensity": 3.0, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}});
     let Emitter::Point { cone: Some(Cone { direction, cos_inner, cos_outer }), .. } = load(spot, down.clone()).lights[0].emitter else {
         panic!()

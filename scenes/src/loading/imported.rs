@@ -7,6 +7,7 @@ use super::lights::expect_radiometric;
 use super::objects::{path_of, place_of};
 use crate::description::{MaterialFile, ObjectFile};
 use crate::geometry::{GltfFile, MaterialPart, MaterialReader, is_gltf};
+use crate::numbering::listed;
 use crate::scene::{Emitter, Glow, Light, Material, Mesh};
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 
 /// The part of an object that wears one of the file's materials.
 pub(super) struct ImportedObject {
-    /// `<object>/<material>`.
+    /// `<object>/<material>`; the object's own name if spheres are fitted to it, which there is one mesh of then.
     pub name: String,
     /// Name of the material.
     pub material: String,
@@ -64,6 +65,21 @@ struct Import<'a, 'b> {
     left_out: Option<String>,
 }
 
+/// Spheres are fitted to one mesh.
+fn expect_one(objects: &[ImportedObject], place: &Place) -> Result<()> {
+    let materials: Vec<String> = objects.iter().map(|part| part.material.clone()).collect();
+    match materials.len() {
+        0 => Err(Error::invalid(place, "`spheres` are fitted to a surface, of which the file brings none; remove them, or check `node`")),
+        1 => Ok(()),
+        count => {
+            let (listed, remedy) = (listed(&materials), "give the object a `material`, or take parts of one material by `node`");
+            let reason =
+                format!("`spheres` are fitted to one mesh, but the file brings one for each of {count} materials, {listed}; {remedy}");
+            Err(Error::invalid(place, reason))
+        }
+    }
+}
+
 impl Import<'_, '_> {
     fn read(&mut self, context: &mut Context<'_>) -> Result<Vec<ImportedObject>> {
         let (object, place) = (self.object, place_of(self.object, context));
@@ -82,7 +98,12 @@ impl Import<'_, '_> {
         if object.lights != Some(false) {
             self.lights.extend(punctual_lights(&file, &nodes.wanted, &mut context.warnings)?);
         }
-        let objects = self.surfaces(&file, parts, context)?;
+        let mut objects = self.surfaces(&file, parts, context)?;
+        if object.spheres.is_some() {
+            expect_one(&objects, &place)?;
+            // Files are called after it.
+            objects.iter_mut().for_each(|part| part.name.clone_from(&object.name));
+        }
         if objects.is_empty() && self.lights.len() == before {
             let file = self.path.display();
             let reason = match &self.left_out {

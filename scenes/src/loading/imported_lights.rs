@@ -5,6 +5,7 @@ use crate::geometry::{GltfFile, PlacedNode, tidy_name};
 use crate::scene::{Cone, Emitter, Light};
 use glam::{DAffine3, DVec3};
 use gltf::khr_lights_punctual::{Kind, Light as Source};
+use relume_formats::counts::{counted, one_or};
 use relume_formats::{Error, Place, Result};
 use std::f32::consts::FRAC_PI_2;
 
@@ -25,7 +26,11 @@ pub(super) fn punctual_lights(file: &GltfFile, nodes: &[PlacedNode<'_>], warning
         lights.push(Light { name, emitter });
     }
     if ranges > 0 {
-        warnings.push(format!("{place}: {ranges} of {} lights have a range, which is ignored", lights.len()));
+        warnings.push(format!(
+            "{place}: {ranges} of {} {} a range, which is ignored",
+            counted(lights.len(), "light", "lights"),
+            one_or(ranges, "has", "have")
+        ));
     }
     Ok(lights)
 }

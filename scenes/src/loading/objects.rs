@@ -10,9 +10,10 @@ use crate::shapes::{Shape, Twist};
 use crate::suggest::Names;
 use glam::DAffine3;
 use relume_formats::kinds::manifest::is_plain_name;
+use relume_formats::name::shortened;
 use relume_formats::shape::DeformingMesh;
 use relume_formats::{Error, Place, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Every object, in file order. `imported` gives the objects that stand for an `[[object]]` without a material, by its index.
@@ -46,7 +47,7 @@ pub(super) fn build(
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
             let material = names.index_of(&part.material, &place)?;
-            objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: None });
+            objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: file.spheres });
         }
     }
     expect_unique(objects.iter().map(|o| o.name.as_str()), "object", &context.place)?;
@@ -71,9 +72,17 @@ pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<(
         if file.node.is_some() && file.shape.is_some() {
             return Err(Error::invalid(&place, "`node` belongs to a glTF file, but the object is a shape"));
         }
+        if let (Some(node), Some(name)) = (&file.node, &file.file)
+            && !is_gltf(Path::new(name))
+        {
+            let reason =
+                format!("node `{}` is named, but only a glTF file has nodes, and `{name}` is none; remove `node`", shortened(node));
+            return Err(Error::invalid(&place, reason));
+        }
         if file.lights.is_some() && file.material.is_some() {
             return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
         }
+        file.transform.expect_extent(&place)?;
         check_crease(file, &place)?;
         check_spheres(file, &place)?;
         check_twist(file, &place, context.shapes_vary)?;
@@ -114,17 +123,13 @@ fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()
     }
 }
 
-/// A file is made of the set, and of the object one mesh.
+/// A file is made of the set.
 fn check_spheres(file: &ObjectFile, place: &Place) -> Result<()> {
     let refuse = |reason: String| Err(Error::invalid(place, reason));
     match file.spheres {
         None => Ok(()),
         Some(n) if !(1..=MAX_SPHERES).contains(&n) => refuse(format!("spheres {n} is outside 1..{MAX_SPHERES}")),
-        Some(_) if !is_plain_name(&file.name) => expect_file_name(file, "with `spheres`", place),
-        Some(_) if file.material.is_none() => {
-            refuse("`spheres` needs the object to be of one material; give it a `material`, or fit its file with `bake spheres`".to_owned())
-        }
-        Some(_) => Ok(()),
+        Some(_) => expect_file_name(file, "with `spheres`", place),
     }
 }
 

@@ -96,7 +96,14 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("shape = \"sphere\"", "file = \"a.obj\"", "object `ball`: `subdivisions` belongs to a shape"),
         ("shape = \"quad\"", "file = \"a.obj\"", "object `floor`: no such file: `a.obj`; correct the path or add the file"),
         ("shape = \"quad\"", "file = \"assets/a.obj\"", "run `make assets` to fetch it"),
-        ("scale = 4", "scale = 0", "object `floor`: no usable triangle (2 degenerate)"),
+        ("scale = 4", "scale = 0", "line 25: object `floor`: transform: scale 0 leaves no surface of it; give numbers other than 0"),
+        ("scale = 4", "scale = [0, 2, 0]", "object `floor`: transform: scale [0.0, 2.0, 0.0] leaves no surface of it"),
+        ("scale = 4", "scale = [4, 1, 0]", "object `floor`: no usable triangle (2 degenerate)"),
+        (
+            "shape = \"quad\"",
+            "file = \"a.obj\"\nnode = \"a\"",
+            "object `floor`: node `a` is named, but only a glTF file has nodes, and `a.obj` is none; remove `node`",
+        ),
         (
             "scale = 4",
             "scale = 1e39",

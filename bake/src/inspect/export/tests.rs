@@ -320,7 +320,7 @@ fn tables_are_sound_and_always_the_same() {
     let described = ["16 Haar coefficients of each of 65,536 bitmaps", "136 directions, which the symmetries of the cube make all of"];
     for (table, description) in first.iter().zip(described) {
         let checked = verify(table).unwrap();
-        assert!(checked.ends_with("-table, 1 sections, every checksum and value checked\n"), "{checked}");
+        assert!(checked.ends_with("-table, 1 section, every checksum and value checked\n"), "{checked}");
         assert!(super::super::info(table, false).unwrap().contains(description));
     }
     for (first, second) in first.iter().zip(&second) {

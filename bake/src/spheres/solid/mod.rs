@@ -15,6 +15,7 @@ use crate::error::{BakeError, Result};
 use clean::Doubts;
 use glam::DVec3;
 use relume_formats::Place;
+use relume_formats::counts::counted;
 use relume_formats::kinds::sphere_set::Solid as Kind;
 use relume_scenes::Mesh;
 use weld::Welded;
@@ -104,7 +105,7 @@ fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
         let mut notes = Vec::new();
         orient::orient(&welded.vertices, &mut welded.triangles, &mut notes);
         if welded.left_out > 0 {
-            notes.push(format!("{} triangles are there again or have no extent; they were left out", welded.left_out));
+            notes.push(format!("left out {}, there again or without extent", counted(welded.left_out, "triangle", "triangles")));
         }
         (welded, notes)
     };
@@ -117,7 +118,10 @@ fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
         return exact;
     }
     let welded = exact.0.vertices.len() - near.0.vertices.len();
-    near.1.push(format!("welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh"));
+    near.1.push(format!(
+        "welded {} to others at less than a millionth of the diagonal, which closes the mesh",
+        counted(welded, "vertex", "vertices")
+    ));
     near
 }
 

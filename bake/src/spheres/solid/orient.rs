@@ -2,6 +2,7 @@
 
 use super::super::triangle_tree::TriangleTree;
 use glam::DVec3;
+use relume_formats::counts::counted;
 
 /// Points of a part that must lie in another for it to count as within.
 const PROBES: usize = 16;
@@ -44,9 +45,9 @@ pub fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]], notes: &mut Vec<St
     }
     if !inverted.is_empty() {
         notes.push(format!(
-            "{} parts of {} triangles faced inwards; they were turned",
-            inverted.len(),
-            inverted.iter().map(Vec::len).sum::<usize>()
+            "turned {} of {}, which faced inwards",
+            counted(inverted.len(), "part", "parts"),
+            counted(inverted.iter().map(Vec::len).sum(), "triangle", "triangles")
         ));
     }
     inverted.concat().into_iter().for_each(|t| triangles[t as usize].swap(1, 2));
@@ -75,7 +76,7 @@ fn agree(triangles: &mut [[u32; 3]], notes: &mut Vec<String>) -> Vec<Vec<u32>> {
         parts.push(part);
     }
     if count > 0 {
-        notes.push(format!("{count} triangles faced against their neighbours; they were turned"));
+        notes.push(format!("turned {}, which faced against the neighbours", counted(count, "triangle", "triangles")));
     }
     parts
 }

@@ -21,11 +21,29 @@ const HOMES: [(&str, &[&str]); 7] = [
 /// Tables of which there may be several.
 const LISTS: [&str; 3] = ["object", "light", "key"];
 
+/// What only a scene says of what a state changes: whose it is, the keys by which the state's table is known, and those of the scene.
+const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
+    (
+        "a material",
+        &["kd", "ks", "shininess", "base_color", "metallic", "roughness"],
+        &["brdf", "texture", "alpha_cutoff", "emission", "name"],
+    ),
+    ("a light", &["gain"], &["kind", "radiance", "intensity", "irradiance", "transform", "name"]),
+    ("the environment", &["map", "rotation_deg", "gain"], &["file", "others"]),
+    ("a shape", &["clip", "time_s"], &["file", "shape", "node", "material", "transform", "spheres", "twist_deg", "twist_s", "name"]),
+];
+
 /// Why `key` is refused where `expected` may stand.
 pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
-    let home = HOMES.iter().find(|(_, keys)| keys.contains(&key)).map(|(table, _)| format!("it belongs to {table}"));
+    let names = || expected.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if let Some((whose, ..)) = OF_SCENES_ALONE.iter().find(|(_, can, cannot)| *can == expected && cannot.contains(&key)) {
+        return format!("a state cannot set `{key}` of {whose}, only scene.toml can, before the bake; there are: {}", names());
+    }
+    // A table that has other keys of a home is that very table.
+    let is_here = |keys: &[&str]| keys.iter().any(|key| expected.contains(key));
+    let home = HOMES.iter().find(|(_, keys)| keys.contains(&key) && !is_here(keys)).map(|(table, _)| format!("it belongs to {table}"));
     let near = did_you_mean(key, expected.iter().copied());
-    let list = || format!("there are: {}", expected.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "));
+    let list = || format!("there are: {}", names());
     let remedy = if near.is_empty() { format!("; {}", home.unwrap_or_else(list)) } else { near };
     format!("unknown key `{}`{remedy}", short(key))
 }
@@ -46,11 +64,6 @@ pub(super) fn found(value: &DeValue<'_>) -> String {
         DeValue::Array(list) => format!("a list of {}", list.len()),
         DeValue::Table(_) => "a table".to_owned(),
     }
-}
-
-/// "4 numbers".
-pub(super) fn counted(count: usize) -> String {
-    if count == 1 { "1 number".to_owned() } else { format!("{count} numbers") }
 }
 
 pub(super) fn of_number(value: &DeValue<'_>) -> Option<String> {

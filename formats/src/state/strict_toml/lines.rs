@@ -5,6 +5,7 @@
 
 use super::{document, line_and_column, read_text};
 use crate::error::{Error, Place};
+use crate::name::{plain, shortened};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -124,8 +125,10 @@ impl Found<'_> {
         key != "name" && value.as_str().is_some_and(|text| self.quotes(text))
     }
 
+    /// Of a long name some messages show the beginning, and of what steers terminals an escape.
     fn quotes(&self, name: &str) -> bool {
-        self.message.contains(&format!("`{name}`"))
+        let short = shortened(name);
+        [name, &plain(name), &plain(&short)].iter().any(|shown| self.message.contains(&format!("`{shown}`")))
     }
 
     /// Whether `key` is a word of the message, in the singular or plural too; a name of one letter must be quoted, for it may be an article.

@@ -3,6 +3,7 @@
 //! Lists must be as long as what they are read into: serde's own arrays take what they need and leave the rest.
 
 use super::hints;
+use crate::counts::counted;
 use crate::near::what_there_is;
 use serde::de::value::StrDeserializer;
 use serde::de::{
@@ -201,7 +202,10 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
             DeValue::Array(list) if list.len() == length => visitor.visit_seq(self.members(list)),
             DeValue::Array(list) => {
                 let remedy = hints::of_length(list, length);
-                Err(Fault::new(format!("{} where {length} are expected; {remedy}", hints::counted(list.len())), self.value.span()))
+                Err(Fault::new(
+                    format!("{} where {length} are expected; {remedy}", counted(list.len(), "number", "numbers")),
+                    self.value.span(),
+                ))
             }
             other => {
                 let remedy = hints::of_numbers(other, length).map(|remedy| format!("; {remedy}")).unwrap_or_default();

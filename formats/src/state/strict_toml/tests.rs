@@ -15,6 +15,25 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
         ("[materials.a]\nKD = [0.1, 0.1, 0.1]\n", "line 2, column 1: materials.a: unknown key `KD`; did you mean `kd`?"),
         ("[camera]\nfov = 3.0\n", "line 2, column 1: camera: unknown key `fov`; did you mean `fov_deg`?"),
         ("[camera]\nkd = [0.1, 0.1, 0.1]\n", "line 2, column 1: camera: unknown key `kd`; it belongs to [materials.NAME]"),
+        (
+            "[materials.a]\nbrdf = \"ggx\"\n",
+            "line 2, column 1: materials.a: a state cannot set `brdf` of a material, only scene.toml can, before the bake; there are: `kd`, `ks`, \
+             `shininess`, `base_color`, `metallic`, `roughness`",
+        ),
+        (
+            "[lights.a]\nirradiance = [1, 1, 1]\n",
+            "line 2, column 1: lights.a: a state cannot set `irradiance` of a light, only scene.toml can, before the bake; there are: `gain`",
+        ),
+        (
+            "[environment]\nfile = \"a.hdr\"\n",
+            "line 2, column 1: environment: a state cannot set `file` of the environment, only scene.toml can, before the bake; there are: `map`, \
+             `rotation_deg`, `gain`",
+        ),
+        (
+            "[shapes.a]\nmaterial = \"b\"\n",
+            "line 2, column 1: shapes.a: a state cannot set `material` of a shape, only scene.toml can, before the bake; there are: `clip`, `time_s`",
+        ),
+        ("[lights.a]\nmap = 1\n", "line 2, column 1: lights.a: unknown key `map`; there are: `gain`"),
         ("[cammera]\n", "line 1, column 2: unknown key `cammera`; did you mean `camera`?"),
         ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `lights`, `materials`, `shapes`"),
     ] {

@@ -129,3 +129,36 @@ fn every_letter_shown_is_in_the_font() {
         assert!(seen.len() > 100);
     }
 }
+
+#[test]
+fn keys_are_told_in_windows_of_any_width() {
+    for width in [480.0, 640.0, 800.0, 1000.0, 1090.0, 1280.0] {
+        for mut user in everyone() {
+            user.mirror.resize([width, 900.0]);
+            user.settle();
+            let texts: Vec<&str> = user.mirror.texts.iter().map(|(text, _)| text.as_str()).collect();
+            let moves = user.editor.scope().varies().camera;
+            for key in ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close"] {
+                assert!(texts.iter().any(|text| text.contains(key)), "{key} at {width}: {texts:?}");
+            }
+            assert_eq!(texts.iter().any(|text| text.contains("V  reset view")), moves, "{width}: {texts:?}");
+            expect_apart(&user, [width, 900.0]);
+        }
+    }
+}
+
+#[test]
+fn pointing_moves_no_picture() {
+    for width in [640.0, 900.0, 1200.0] {
+        let mut user = User::new(editor(false));
+        user.mirror.resize([width, 900.0]);
+        user.settle();
+        let before = user.mirror.rect("picture");
+        for wanted in [|seen: Seen<'_>| matches!(seen, Seen::Material(_)), |seen: Seen<'_>| seen == Seen::Fixed] {
+            let at = user.pixel_of(wanted);
+            user.frame(vec![Event::PointerMoved(at)]);
+            user.settle();
+            assert_eq!(user.mirror.rect("picture"), before);
+        }
+    }
+}

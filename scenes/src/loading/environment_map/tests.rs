@@ -78,8 +78,8 @@ fn only_maps_twice_as_wide_as_high_are_read() {
     }
     for (width, height, what) in [
         (8, 8, "8 × 8 texels, square as mirror balls and angular probes are"),
-        (40, 30, "40 × 30 texels, as a cube map's horizontal cross"),
-        (30, 40, "30 × 40 texels, as a cube map's vertical cross"),
+        (40, 30, "40 × 30 texels, as photographs are, or a cube map's horizontal cross"),
+        (30, 40, "30 × 40 texels, as photographs are, or a cube map's vertical cross"),
         (48, 8, "48 × 8 texels, as a strip of a cube map's faces"),
         (8, 48, "8 × 48 texels, as a strip of a cube map's faces"),
         (64, 29, "64 × 29 texels"),
@@ -121,10 +121,10 @@ fn broken_and_oversized_maps_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let header = |size: &str| format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
     for (name, content, part) in [
-        ("a.hdr", b"hello".to_vec(), "not a Radiance map"),
+        ("a.hdr", b"hello".to_vec(), "is no Radiance file, though its name says so, but a text; save the picture again"),
         ("a.hdr", header("-Y 99999 +X 99999"), "99999 × 99999 texels"),
         ("a.hdr", header("-Y 1 +X 2"), "scan line 1 of 1 is cut short"),
-        ("a.exr", b"hello".to_vec(), "not an OpenEXR map"),
+        ("a.exr", b"hello".to_vec(), "is no OpenEXR file, though its name says so, but a text; save the picture again"),
         ("a.png", Vec::new(), "it reads .hdr and .exr, convert it"),
     ] {
         let path = folder.path().join(name);

@@ -34,7 +34,7 @@ fn a_shape_is_told_and_exported_as_it_rests() {
     let told: Value = serde_json::from_str(&info(&path, true).unwrap()).unwrap();
     assert_eq!(told["details"]["clips"], clips);
     let text = info(&path, false).unwrap();
-    assert!(text.contains("  vertices    2, moved by 1 joints of 1 nodes and 0 morph targets\n"), "{text}");
-    assert!(text.contains("  clips       Lift (1.5 s, 1 tracks, 2 keys)\n"), "{text}");
+    assert!(text.contains("  vertices    2, moved by 1 joint of 1 node and 0 morph targets\n"), "{text}");
+    assert!(text.contains("  clips       Lift (1.5 s, 1 track, 2 keys)\n"), "{text}");
     assert!(verify(&path).unwrap().ends_with("shape, 12 sections, every checksum and value checked\n"));
 }

@@ -10,6 +10,7 @@
 //! * [`frame_cost`]: what bakes report of frames;
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
+//! * [`docs`]: links of the documentation, and the length of the README;
 //! * [`cases`]: inputs that went wrong once;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform.
@@ -21,6 +22,7 @@ mod cases;
 mod chart;
 mod cli;
 mod cpu_gpu;
+mod docs;
 mod frame_cost;
 mod plan;
 mod relighting;

@@ -1,4 +1,4 @@
-//! What people read first: every relative link of the README and of `docs/` leads to a file that is there, and the README is short.
+//! The documentation: every relative link of the README and of `docs/` leads to a file, and the README is short.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,14 +13,12 @@ fn root() -> PathBuf {
 /// Every Markdown file in `folder` and below.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let of = |path: PathBuf| match path.is_dir() {
-        true => pages(&path),
-        false => Vec::from_iter(path.extension().is_some_and(|e| e == "md").then_some(path)),
-    };
-    entries.flat_map(of).collect()
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "md");
+    let of = |path: PathBuf| if path.is_dir() { pages(&path) } else { vec![path] };
+    entries.flat_map(of).filter(is_page).collect()
 }
 
-/// The targets of all links and pictures of a page that lie beside it, without what follows `#`; code has none.
+/// The relative targets of all links and pictures of a page, without what follows `#`; code has none.
 fn relative_links(text: &str) -> Vec<String> {
     let mut in_code = false;
     let prose = text.lines().filter(|line| {
@@ -38,9 +36,9 @@ fn relative_links(text: &str) -> Vec<String> {
 
 #[test]
 fn links_are_found() {
-    let text =
-        "[a](x.md) ![b](img/y.png)\n`[c](not.md)` [`d`](z.md#part) [e](#here) [f](https://a.b/c)\n```\n[g](not.md)\n```\n[h\ni](../w.md)";
-    assert_eq!(relative_links(text), ["x.md", "img/y.png", "z.md", "../w.md"]);
+    let prose = "[a](x.md) ![b](img/y.png)\n`[c](not.md)` [`d`](z.md#part) [e](#here) [f](https://a.b/c)\n";
+    let text = format!("{prose}```\n[g](not.md)\n```\n[h\ni](../w.md)");
+    assert_eq!(relative_links(&text), ["x.md", "img/y.png", "z.md", "../w.md"]);
 }
 
 #[test]

@@ -10,6 +10,7 @@
 //! * [`frame_cost`]: what bakes report of frames;
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
+//! * [`docs`]: links of the documentation, and the length of the README;
 //! * [`cases`]: inputs that went wrong once;
 //! * [`reuse`]: what a change of a scene traces again;
 //! * [`pieces`]: bakes over many machines;
@@ -23,6 +24,7 @@ mod cases;
 mod chart;
 mod cli;
 mod cpu_gpu;
+mod docs;
 mod frame_cost;
 mod pieces;
 mod plan;

@@ -60,7 +60,7 @@ fn relit(environment: &str, objects: &str) -> String {
     scene("light = true\nview = true", "reflections = 1", environment, objects)
 }
 
-/// Shapes vary too; the plane has the 128 × 128 vertices that docs/SPHERE-SHADOWS.md advises.
+/// Shapes vary too; the plane has the 128 × 128 vertices that docs/reference/sphere-shadows.md advises.
 fn shadowed(environment: &str, objects: &str) -> String {
     scene("light = true\nview = true\nshape = true", "reflections = 1", environment, &(plane(127) + objects))
 }

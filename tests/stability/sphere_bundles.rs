@@ -59,7 +59,7 @@ fn where_a_ball_sinks_into_the_plane_only_what_is_inside_is_black() {
 }
 
 /// The object itself: enough spheres that some are no neighbours shadow a knot on itself, nearer to the truth under an even sky than no spheres of its own, as
-/// docs/SPHERE-SHADOWS.md states.
+/// docs/reference/sphere-shadows.md states.
 #[test]
 fn shadows_of_a_knot_on_itself_are_better_than_none() {
     let text = knot().replace("spheres = 12", "spheres = 32").replace("twist_deg = 160.0\n    twist_s = 2.0", "");

@@ -110,7 +110,7 @@ fn playback_beyond_the_sampled_range_is_refused() {
     assert!(stderr.contains("shininess 500 is outside 1..200"), "{stderr}");
 }
 
-/// At the very ends of the sampled range nothing is extrapolated: errors are within those that docs/TRANSFER-IMAGES.md states for states between, with 6 and 9
+/// At the very ends of the sampled range nothing is extrapolated: errors are within those that docs/notes/TRANSFER-IMAGES.md states for states between, with 6 and 9
 /// bases, worst of random ones.
 #[test]
 fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
@@ -125,7 +125,7 @@ fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
     }
 }
 
-/// A small lamp: the ripples of a truncated basis do not average out. The loss is that of docs/TRANSFER-IMAGES.md, "The ring's caustic", and three bases more
+/// A small lamp: the ripples of a truncated basis do not average out. The loss is that of docs/notes/TRANSFER-IMAGES.md, "The ring's caustic", and three bases more
 /// take nearly all of it away.
 #[test]
 fn under_a_small_lamp_three_bases_more_are_worth_tenfold() {

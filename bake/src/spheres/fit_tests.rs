@@ -114,7 +114,7 @@ fn what_encloses_nothing_or_too_much_is_asked_for_is_refused() {
     }
 }
 
-/// Prints the table of docs/SPHERE-SETS.md.
+/// Prints the table of docs/notes/SPHERE-SETS.md.
 #[test]
 #[ignore = "takes minutes and needs make assets"]
 fn sphere_table() {

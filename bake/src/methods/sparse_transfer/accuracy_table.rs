@@ -1,4 +1,4 @@
-//! The accuracy table of docs/SPARSE-TRANSFER.md. It needs the assets (`make assets`) and prints rather than judges:
+//! The accuracy table of docs/notes/SPARSE-TRANSFER.md. It needs the assets (`make assets`) and prints rather than judges:
 //!
 //! `cargo test --release -p relume-bake accuracy_table -- --ignored --nocapture`
 

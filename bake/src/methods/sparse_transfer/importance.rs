@@ -3,7 +3,7 @@
 //! If the coefficients of light were independent with standard deviations σ, the best terms to keep would be those of largest |transfer|·σ. Environment
 //! maps have more of low frequencies than of high ones; more difference between above and below than between left and right, for they
 //! have a horizon; and little light from below. The three numbers of that are the ones that serve the thirteen of the eighteen maps of `@pmndrs/assets` best
-//! that no figure in docs/SPARSE-TRANSFER.md is measured under, at several rotations. Tables with a number for every level, type, face and elevation
+//! that no figure in docs/notes/SPARSE-TRANSFER.md is measured under, at several rotations. Tables with a number for every level, type, face and elevation
 //! did no better on maps that they were not fitted to.
 
 use relume_formats::basis::haar::{self, Wavelet};

@@ -1,4 +1,4 @@
-//! The ladder of docs/SPHERE-SHADOWS.md: from rays against the true mesh to sparse terms and one level of visibility, each step against the one before and against
+//! The ladder of docs/notes/SPHERE-SHADOWS.md: from rays against the true mesh to sparse terms and one level of visibility, each step against the one before and against
 //! the first. It needs the assets (`make assets`), prints rather than judges, and takes some minutes:
 //!
 //! `cargo test --release -p relume-bake sphere_shadows::ladder -- --ignored --nocapture`

@@ -87,7 +87,7 @@ impl Hasher {
             Part::Camera => self.vectors(&[&scene.camera.position, &scene.camera.target, &[scene.camera.fov_deg]]),
             Part::Reflections => self.number(scene.reflections.into()),
             Part::Environment => {
-                for environment in &scene.environment {
+                if let Some(environment) = &scene.environment {
                     self.vectors(&[&environment.gain, &[environment.rotation_deg]]);
                     self.map(&environment.map);
                 }

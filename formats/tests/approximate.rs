@@ -1,7 +1,5 @@
 //! The selection of terms against a full sort.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use proptest::prelude::*;
 use relume_formats::basis::approximate::{by_area, by_size, largest};
 

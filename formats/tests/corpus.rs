@@ -3,19 +3,9 @@
 //! To add one, add a case here and run `cargo test --release -p relume-formats --test corpus -- --ignored`, which writes the files that are
 //! missing and leaves the others alone.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    pub mod raw_file;
-    pub mod reading;
-    pub mod relighting;
-    pub mod samples;
-    pub mod scenes;
-    pub mod shadows;
-    pub mod spheres;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
+use crate::support::{relighting, samples, scenes, shadows, spheres};
 use half::f16;
 use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
@@ -26,9 +16,6 @@ use relume_formats::kinds::{self, Manifest, StoredScene};
 use relume_formats::state::{Brdf, Ggx};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
-use support::{relighting, samples, scenes, shadows, spheres};
 
 /// Name, the kind it is read as, what the error says, and how it was made.
 type Case = (&'static str, Kind, &'static str, fn() -> Vec<u8>);

@@ -2,29 +2,17 @@
 //!
 //! Forged files have valid checksums, so what refuses them is the check that is meant, not the checksum before it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    pub mod raw_file;
-    pub mod reading;
-    pub mod samples;
-    pub mod scenes;
-    pub mod shapes;
-    pub mod spheres;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::{read_and_use, refusal};
+use crate::support::samples::{self, Random};
+use crate::support::scenes;
+use crate::support::shapes::shape;
+use crate::support::spheres::sphere_set;
 use proptest::prelude::*;
 use relume_formats::container::{Kind, Reader, Stored};
 use relume_formats::kinds::HaarTable;
 use relume_formats::{Error, Place};
 use std::sync::LazyLock;
-use support::raw_file::{RawFile, RawSection};
-use support::reading::{read_and_use, refusal};
-use support::samples::{self, Random};
-use support::scenes;
-use support::shapes::shape;
-use support::spheres::sphere_set;
 use xxhash_rust::xxh3::xxh3_64;
 
 fn written(value: &impl Stored) -> Vec<u8> {

@@ -1,26 +1,14 @@
 //! Sound containers whose content breaks the rules of its kind: BRDF bases and transfer images.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod raw_file;
-    pub mod reading;
-    pub mod refusing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-}
-
+use crate::support::raw_file::RawSection;
+use crate::support::refusing::{assert_forged_refused, assert_refused};
+use crate::support::samples;
 use half::f16;
 use relume_formats::container::Stored as _;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::transfer_images::{Head, Image};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use std::sync::Arc;
-use support::raw_file::RawSection;
-use support::refusing::{assert_forged_refused, assert_refused};
-use support::samples;
 
 /// Lobes of a Blinn-Phong basis.
 fn lobes(basis: &mut BrdfBasis) -> &mut Vec<f32> {

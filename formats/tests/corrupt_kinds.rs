@@ -1,24 +1,13 @@
 //! Sound containers whose content breaks the rules of its kind: scenes, animations, and the order of sections in all kinds.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    pub mod raw_file;
-    pub mod reading;
-    pub mod refusing;
-    pub mod samples;
-    pub mod scenes;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
+use crate::support::refusing::{assert_forged_refused, assert_invalid, assert_refused};
+use crate::support::{samples, scenes};
 use relume_formats::container::Stored;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::{HaarTable, StoredScene, VisibilityTable};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
-use support::refusing::{assert_forged_refused, assert_invalid, assert_refused};
-use support::{samples, scenes};
 
 /// Sections missing, there twice under another name, or in another order.
 fn assert_order_matters<T: Stored>(value: &T) {

@@ -1,7 +1,5 @@
 //! Manifests that break their rules, each with the line that a user reads.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use relume_formats::Error;
 use relume_formats::kinds::Manifest;
 

@@ -1,18 +1,10 @@
 //! Tables whose content is not the table that their kind stands for.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    pub mod raw_file;
-    pub mod reading;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
 use relume_formats::Error;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::{HaarTable, VisibilityTable};
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
 
 fn assert_refused(change: impl Fn(&mut RawSection), expected: &str) {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,5 @@
 //! Directions, solid angles and resampling of cube maps against the specification of the graphics interfaces, closed forms and quadrature.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use relume_formats::basis::EquirectMap;

@@ -1,19 +1,11 @@
 //! Spheres that follow a deforming mesh: rigid motion and scaling exactly, everything else so that all points stay covered.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-    pub mod spheres;
-}
-
+use crate::support::samples::Random;
+use crate::support::spheres::sphere_set;
 use glam::{DQuat, DVec3, Vec3};
 use proptest::prelude::*;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::SphereSet;
-use support::samples::Random;
-use support::spheres::sphere_set;
 
 fn rest(set: &SphereSet) -> Vec<[f32; 3]> {
     set.points[..set.meta.vertices as usize].to_vec()

@@ -1,7 +1,5 @@
 //! The Haar transform against its definition, inner products in double precision, and itself.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use proptest::prelude::*;
 use relume_formats::basis::haar::{Wavelet, describe, forward, forward_cube, index, inverse, inverse_cube, support};
 

@@ -1,7 +1,5 @@
 //! What may be said of a material of either model, in states, animations and scenes.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, State, parse_toml};
 use relume_formats::{Place, Result};

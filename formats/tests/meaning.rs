@@ -1,18 +1,12 @@
 //! What stored numbers mean, computed a second time from the published formulas in double precision.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod samples;
-}
-
+use crate::support::samples::{self, Random};
 use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::transfer_images::{FirstReflection, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx};
-use support::samples::{self, Random};
 
 /// Coefficients of part `part` of the unit lobe, which lie on the chord between the two stored parameters around `parameter`.
 fn lobe(basis: &BrdfBasis, parts: usize, part: usize, parameter: f32) -> Vec<f64> {

@@ -1,7 +1,5 @@
 //! The terms of GGX against their published formulas in double precision, and the energy they keep.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use relume_formats::basis::{Angles, microfacet};
 use std::f64::consts::{FRAC_PI_2, PI};
 

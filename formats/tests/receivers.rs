@@ -1,27 +1,15 @@
 //! The kind `sphere-shadows`: what is written comes back, what is broken is refused, and terms stand in order.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod raw_file;
-    pub mod reading;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-    pub mod shadows;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::{read_and_use, refusal};
+use crate::support::samples::Random;
+use crate::support::shadows::sphere_shadows;
 use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereShadows;
 use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, NO_ROW, ORDERED, order};
-use support::raw_file::{RawFile, RawSection};
-use support::reading::{read_and_use, refusal};
-use support::samples::Random;
-use support::shadows::sphere_shadows;
 
 fn sample() -> SphereShadows {
     sphere_shadows(1, &[5, 4, 3], 2)

@@ -1,17 +1,8 @@
 //! The kinds of methods that relight: what is written comes back, what is broken is refused, and what the numbers mean.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod raw_file;
-    pub mod reading;
-    pub mod relighting;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
+use crate::support::relighting::{environment, rows, textures};
 use half::f16;
 use proptest::prelude::*;
 use relume_formats::Place;
@@ -22,9 +13,6 @@ use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sparse_transfer::Steps;
 use relume_formats::kinds::{Environment, SparseTransfer};
 use std::fmt::Debug;
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
-use support::relighting::{environment, rows, textures};
 
 const BLOCKS: [(u32, bool); 3] = [(1, true), (3, true), (2, false)];
 

@@ -1,13 +1,7 @@
 //! What is written comes back equal, twice the same bytes, laid out as documented; a failed write leaves nothing behind.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod raw_file;
-    pub mod samples;
-    pub mod scenes;
-}
-
+use crate::support::raw_file::RawFile;
+use crate::support::{samples, scenes};
 use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
@@ -17,8 +11,6 @@ use relume_formats::{Error, Place};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::Path;
-use support::raw_file::RawFile;
-use support::{samples, scenes};
 use xxhash_rust::xxh3::xxh3_64;
 
 fn assert_round_trip<T: Stored + PartialEq + Debug>(value: &T) {
@@ -120,7 +112,7 @@ proptest! {
             let sections = [Codec::Zstd, Codec::ZstdPlanes]
                 .iter()
                 .enumerate()
-                .map(|(codec, _)| support::raw_file::RawSection::new(&format!("s{codec}"), number as u32, &shape, codec as u32, raw))
+                .map(|(codec, _)| crate::support::raw_file::RawSection::new(&format!("s{codec}"), number as u32, &shape, codec as u32, raw))
                 .collect();
             let file = RawFile::new(4, sections).bytes();
             let mut reader = Reader::new(&file[..], file.len() as u64, Place::file("test")).unwrap();

@@ -1,19 +1,9 @@
 //! The kind `shape`: what is written comes back, and what is broken is refused.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod raw_file;
-    pub mod reading;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod scenes;
-    pub mod shapes;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
+use crate::support::scenes;
+use crate::support::shapes::shape;
 use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
@@ -21,10 +11,6 @@ use relume_formats::kinds::scene::{Meta, StoredClip, StoredObject, StoredShape};
 use relume_formats::method::{Card, SPARSE_TRANSFER, SPHERE_SHADOWS};
 use relume_formats::shape::{DeformingMesh, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES};
 use relume_formats::state::{Posed, State, parse_toml};
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
-use support::scenes;
-use support::shapes::shape;
 
 fn written(shape: &DeformingMesh) -> Vec<u8> {
     shape.to_bytes_unchecked(Place::file("a.relume")).unwrap()

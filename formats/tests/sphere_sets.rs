@@ -1,25 +1,13 @@
 //! The kind `sphere-set`: what is written comes back, and what is broken is refused.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    pub mod playing;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod raw_file;
-    pub mod reading;
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-    pub mod spheres;
-}
-
+use crate::support::raw_file::{RawFile, RawSection};
+use crate::support::reading::refusal;
+use crate::support::spheres::{diagonal, sphere_set};
 use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::sphere_set::{MAX_SPHERES, Solid};
-use support::raw_file::{RawFile, RawSection};
-use support::reading::refusal;
-use support::spheres::{diagonal, sphere_set};
 
 fn written(set: &SphereSet) -> Vec<u8> {
     set.to_bytes_unchecked(Place::file("a.relume")).unwrap()

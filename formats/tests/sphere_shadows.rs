@@ -1,7 +1,5 @@
 //! Radiance under spheres against sums over texels, closed forms, and the rules of who blocks whom.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use glam::Vec3;
 use relume_formats::basis::cap::Bitmap;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};

@@ -1,7 +1,5 @@
 //! Means over squares and triple products against sums over texels.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use relume_formats::basis::approximate::{by_size, largest};
 use relume_formats::basis::haar::{Number, forward_cube, index, inverse_cube};
 use relume_formats::basis::psum::{psum, psum_face, square, squares};

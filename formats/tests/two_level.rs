@@ -1,7 +1,5 @@
 //! The table of 4 × 4 bitmaps against its definition in whole numbers, and the two-level transform against the plain one, bit for bit and by counting.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::two_level::{BYTES, SIDE, two_level};
 use relume_formats::kinds::HaarTable;

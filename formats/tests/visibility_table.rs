@@ -1,12 +1,6 @@
 //! The table of one sphere's shadows against brute force, bit for bit, and what its look-up takes a sphere for.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod support {
-    #[allow(dead_code, reason = "shared with other tests")]
-    pub mod samples;
-}
-
+use crate::support::samples::Random;
 use glam::{DVec3, Vec3};
 use relume_formats::basis::cubemap::{self, texel_of};
 use relume_formats::basis::two_level::{BYTES, SIDE};
@@ -15,7 +9,6 @@ use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIO
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
-use support::samples::Random;
 
 static TABLE: LazyLock<VisibilityTable> = LazyLock::new(VisibilityTable::bake);
 

@@ -1,0 +1,12 @@
+//! Samples of every kind, and files that are forged byte by byte.
+
+pub mod playing;
+pub mod raw_file;
+pub mod reading;
+pub mod refusing;
+pub mod relighting;
+pub mod samples;
+pub mod scenes;
+pub mod shadows;
+pub mod shapes;
+pub mod spheres;

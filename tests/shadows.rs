@@ -190,7 +190,7 @@ fn poses_of_a_bundle_throw_the_shadows_of_the_posed_mesh() {
     let (bundle, scene) = (Bundle::bake(&text), scene(&text));
     let vertices: Vec<usize> = (0..SIDE * SIDE).step_by(17).collect();
     for time_s in [0.0, 0.5, 1.1] {
-        let change = ShapeState { clip: None, time_s: Some(time_s) };
+        let change = ShapeState { time_s: Some(time_s), ..ShapeState::default() };
         let state = State { shapes: [("blocker".to_owned(), change)].into(), ..State::default() };
         let posed = scene.with_state(&state, &Place::file("test")).unwrap();
         let clip = bundle.stored.meta.shapes[0].clips[0].name.clone();

@@ -12,6 +12,7 @@ mod corrupt_tables;
 mod cubemap;
 mod following;
 mod haar;
+mod looks;
 mod materials;
 mod meaning;
 mod microfacet;

@@ -1,7 +1,7 @@
 //! What a player needs to know of a scene besides its light transport, as the bundle stores it.
 
 use relume_formats::kinds::StoredScene;
-use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
+use relume_formats::kinds::scene::{Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
 use relume_formats::shape::Clip;
 use relume_scenes::{Environment, Object, Scene};
 use std::collections::HashSet;
@@ -16,7 +16,7 @@ pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
             varies_light: scene.vary.light,
             varies_view: scene.vary.view,
             varies_shape: scene.vary.shape,
-            environment: scene.environment.as_ref().map(environment_look),
+            environment: scene.environment.as_ref().map(Environment::look),
             materials: Vec::new(),
             objects: Vec::new(),
             shapes: scene.objects.iter().filter_map(stored_shape).collect(),
@@ -50,8 +50,4 @@ fn stored_shape(object: &Object) -> Option<StoredShape> {
     let clip = |clip: &Clip| StoredClip { name: clip.name.clone(), duration_s: clip.duration_s };
     let shape = object.shape.as_ref()?;
     Some(StoredShape { object: object.name.clone(), clips: shape.clips.iter().map(clip).collect() })
-}
-
-fn environment_look(environment: &Environment) -> EnvironmentLook {
-    EnvironmentLook { map: environment.map.name.clone(), gain: environment.gain, rotation_deg: environment.rotation_deg }
 }

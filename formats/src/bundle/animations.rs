@@ -6,7 +6,7 @@
 
 use super::{Look, Scope};
 use crate::error::{Error, Place, Result};
-use crate::kinds::scene::{StoredMaterial, StoredShape};
+use crate::kinds::scene::StoredShape;
 use crate::state::{Animation, Camera, State, Track, Varies};
 use glam::Vec3;
 use std::collections::{HashMap, HashSet};
@@ -21,7 +21,6 @@ pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place:
     let check = Check {
         base,
         scope,
-        materials: scope.scene.materials.iter().map(|m| (m.name.as_str(), m)).collect(),
         shapes: scope.scene.shapes.iter().map(|s| (s.object.as_str(), s)).collect(),
     };
     for part in parts(animation) {
@@ -106,15 +105,16 @@ impl<'a> Names<'a> {
 struct Check<'a> {
     base: &'a Look,
     scope: &'a Scope,
-    materials: HashMap<&'a str, &'a StoredMaterial>,
     shapes: HashMap<&'a str, &'a StoredShape>,
 }
 
 impl Check<'_> {
-    /// What [`Look::with`] checks, of what the state names alone; the camera is the caller's.
+    /// What [`Look::apply`] checks, by the same rules; the camera is the caller's.
     fn expect_legal(&self, state: &State, place: &Place) -> Result<()> {
         for (name, change) in &state.materials {
-            if let (Some(material), Some(brdf)) = (self.materials.get(name.as_str()), self.base.materials.get(name)) {
+            let index = self.base.materials.index_of(name);
+            let material = index.and_then(|index| self.scope.scene.materials.get(index));
+            if let (Some(material), Some(brdf)) = (material, self.base.materials.get(name)) {
                 material.with(brdf, change, place)?;
             }
         }

@@ -1,10 +1,11 @@
 //! How a scene looks at one moment: what it has, and what a state replaces of it.
 
+use super::Brdfs;
 use crate::error::{Error, Place, Result};
 use crate::kinds::scene::{self, EnvironmentLook, StoredMaterial};
 use crate::method::{Card, Materials};
-use crate::near::did_you_mean;
-use crate::state::{Brdf, Camera, EnvironmentState, Posed, State, Varies};
+use crate::near::{did_you_mean, what_there_is};
+use crate::state::{Brdf, Camera, EnvironmentState, Posed, ShapeState, State, Varies};
 use std::collections::BTreeMap;
 
 /// What of a scene may be set, and to what.
@@ -21,14 +22,24 @@ pub struct Scope {
 /// How a scene looks at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
-    /// Parameters of every material, by name.
-    pub materials: BTreeMap<String, Brdf>,
+    /// Parameters of every material.
+    pub materials: Brdfs,
     /// The camera and its exposure.
     pub camera: Camera,
     /// The environment, if the scene has one.
     pub environment: Option<EnvironmentLook>,
     /// What objects that deform show, by name; those that rest are not there.
     pub shapes: BTreeMap<String, Posed>,
+}
+
+/// What a change makes of the parts of a look that it names.
+struct Changed<'a> {
+    /// Name, index and new parameters.
+    materials: Vec<(&'a str, usize, Brdf)>,
+    /// Name, change, and what is shown then.
+    shapes: Vec<(&'a str, &'a ShapeState, Option<Posed>)>,
+    camera: Option<Camera>,
+    environment: Option<EnvironmentLook>,
 }
 
 impl Scope {
@@ -59,7 +70,7 @@ impl Scope {
 impl Look {
     /// How the scene file has it.
     pub fn default_of(scene: &scene::Meta) -> Self {
-        let materials = scene.materials.iter().map(|material| (material.name.clone(), material.brdf)).collect();
+        let materials = Brdfs::of(&scene.materials);
         Self { materials, camera: scene.camera, environment: scene.environment.clone(), shapes: BTreeMap::new() }
     }
 
@@ -71,26 +82,105 @@ impl Look {
     /// This look with the leaves that `state` names replaced.
     ///
     /// # Errors
-    /// `Invalid` for leaves that leave their legal range.
+    /// Those of [`Look::apply`].
     pub fn with(&self, state: &State, scope: &Scope, place: &Place) -> Result<Self> {
         let mut look = self.clone();
-        for material in &scope.scene.materials {
-            if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
-                *brdf = material.with(brdf, change, place)?;
-            }
-        }
-        for shape in &scope.scene.shapes {
-            let Some(change) = state.shapes.get(&shape.object) else { continue };
-            if let Some(posed) = shape.with(self.shapes.get(&shape.object), change, place)? {
-                look.shapes.insert(shape.object.clone(), posed);
-            }
-        }
-        if let Some(change) = &state.camera {
-            look.camera = self.camera.with(change, place)?;
-        }
-        if let (Some(environment), Some(change)) = (&mut look.environment, &state.environment) {
-            *environment = scope.environment(environment, change, place)?;
-        }
+        look.apply(state, scope, place)?;
         Ok(look)
     }
+
+    /// Replaces the leaves that `change` names, in a look of the scene of `scope`. Returns the inverse, which names the leaves that have changed with
+    /// the values that they had: applied next, it leads back to this look, bit for bit, and its own inverse leads to the changed one again.
+    ///
+    /// Whether what is named may vary is for [`State::expect_only`] to say.
+    ///
+    /// # Errors
+    /// `Invalid` for names that the scene does not have, and for leaves that leave their legal range. Then nothing has changed.
+    pub fn apply(&mut self, change: &State, scope: &Scope, place: &Place) -> Result<State> {
+        let changed = self.changed(change, scope, place)?;
+        let inverse = self.inverse(change, &changed);
+        for (_, index, brdf) in changed.materials {
+            self.materials.set_at(index, brdf);
+        }
+        for (name, _, posed) in changed.shapes {
+            match posed {
+                Some(posed) => self.shapes.insert(name.to_owned(), posed),
+                None => self.shapes.remove(name),
+            };
+        }
+        self.camera = changed.camera.unwrap_or(self.camera);
+        self.environment = changed.environment.or_else(|| self.environment.take());
+        Ok(inverse)
+    }
+
+    /// What `change` makes of this look.
+    fn changed<'a>(&self, change: &'a State, scope: &Scope, place: &Place) -> Result<Changed<'a>> {
+        if let Some(name) = change.lights.keys().next() {
+            return Err(Error::invalid(place, format!("sets light `{name}`, but no method of this version lets lights vary; remove it")));
+        }
+        let environment = match (&self.environment, &change.environment) {
+            (_, None) => None,
+            (Some(now), Some(change)) => Some(scope.environment(now, change, place)?),
+            (None, Some(_)) => return Err(Error::invalid(place, "sets [environment], but the scene has none; remove it")),
+        };
+        Ok(Changed {
+            materials: self.changed_materials(change, scope, place)?,
+            shapes: self.changed_shapes(change, scope, place)?,
+            camera: change.camera.as_ref().map(|change| self.camera.with(change, place)).transpose()?,
+            environment,
+        })
+    }
+
+    fn changed_materials<'a>(&self, change: &'a State, scope: &Scope, place: &Place) -> Result<Vec<(&'a str, usize, Brdf)>> {
+        let materials = &scope.scene.materials;
+        let new = |(name, change)| {
+            let name: &'a String = name;
+            let found = self.materials.index_of(name).and_then(|index| Some((index, materials.get(index)?, self.materials.get(name)?)));
+            let Some((index, material, now)) = found else {
+                return Err(unknown("material", name, materials.iter().map(|material| material.name.as_str()), place));
+            };
+            Ok((name.as_str(), index, material.with(now, change, place)?))
+        };
+        change.materials.iter().map(new).collect()
+    }
+
+    fn changed_shapes<'a>(
+        &self,
+        change: &'a State,
+        scope: &Scope,
+        place: &Place,
+    ) -> Result<Vec<(&'a str, &'a ShapeState, Option<Posed>)>> {
+        let shapes = &scope.scene.shapes;
+        let named = shapes.iter().filter_map(|shape| Some((shape, change.shapes.get_key_value(&shape.object)?)));
+        let new = named
+            .map(|(shape, (name, change))| Ok((name.as_str(), change, shape.with(self.shapes.get(name), change, place)?)))
+            .collect::<Result<Vec<_>>>()?;
+        let is_known = |name: &str| shapes.iter().any(|shape| shape.object == name);
+        match change.shapes.keys().find(|name| new.len() < change.shapes.len() && !is_known(name)) {
+            Some(stranger) => Err(unknown("shape", stranger, shapes.iter().map(|shape| shape.object.as_str()), place)),
+            None => Ok(new),
+        }
+    }
+
+    /// What undoes `change`, which makes `changed` of this look.
+    fn inverse(&self, change: &State, changed: &Changed<'_>) -> State {
+        let material = |(name, now): (&str, &Brdf)| Some((name.to_owned(), now.inverse(change.materials.get(name)?)));
+        let materials = changed.materials.iter().filter_map(|(name, ..)| Some((*name, self.materials.get(name)?)));
+        let shape = |(name, change, after): &(&str, &ShapeState, Option<Posed>)| {
+            ((*name).to_owned(), change.inverse(self.shapes.get(*name), after.as_ref()))
+        };
+        State {
+            environment: self.environment.as_ref().zip(change.environment.as_ref()).map(|(now, change)| now.inverse(change)),
+            camera: change.camera.as_ref().map(|change| self.camera.inverse(change)),
+            lights: BTreeMap::new(),
+            materials: materials.filter_map(material).collect(),
+            shapes: changed.shapes.iter().map(shape).collect(),
+        }
+    }
+}
+
+/// The error that the scene has nothing of this name.
+fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>, place: &Place) -> Error {
+    let known: Vec<&str> = known.collect();
+    Error::invalid(place, format!("no {what} `{name}`{}", what_there_is(name, &known)))
 }

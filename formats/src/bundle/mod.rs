@@ -8,9 +8,10 @@
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
 //! * [`Settings`]: what the manifest says of settings against the files;
-//! * [`Scope`], [`Look`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
+//! * [`Scope`], [`Look`], [`Brdfs`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
 
 mod animations;
+mod brdfs;
 mod images;
 mod lit;
 mod look;
@@ -18,6 +19,7 @@ mod settings;
 mod shadows;
 
 pub use animations::{expect_playable, expect_some_plays, sets_only};
+pub use brdfs::Brdfs;
 pub use images::expect_images;
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};

@@ -73,6 +73,15 @@ impl EnvironmentLook {
         Ok(look)
     }
 
+    /// What undoes `change` on this environment: the leaves that it names, as they are here.
+    pub fn inverse(&self, change: &EnvironmentState) -> EnvironmentState {
+        EnvironmentState {
+            map: change.map.as_ref().map(|_| self.map.clone()),
+            rotation_deg: change.rotation_deg.map(|_| self.rotation_deg),
+            gain: change.gain.map(|_| self.gain),
+        }
+    }
+
     /// Checks gain and rotation.
     pub fn validate(&self, place: &Place) -> Result<()> {
         if !self.gain.iter().all(|g| (0.0..=MAX_GAIN).contains(g)) {

@@ -49,6 +49,16 @@ impl Camera {
         Ok(camera)
     }
 
+    /// What undoes `change` on this camera: the leaves that it names, as they are here.
+    pub fn inverse(&self, change: &CameraState) -> CameraState {
+        CameraState {
+            position: change.position.map(|_| self.position),
+            target: change.target.map(|_| self.target),
+            fov_deg: change.fov_deg.map(|_| self.fov_deg),
+            exposure_ev: change.exposure_ev.map(|_| self.exposure_ev),
+        }
+    }
+
     /// Checks that the camera looks somewhere and shows something.
     pub fn validate(&self, place: &Place) -> Result<()> {
         let values: [(&str, &[f32]); 4] = [

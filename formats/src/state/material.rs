@@ -136,6 +136,19 @@ impl Brdf {
         })
     }
 
+    /// What undoes `change` on this material: the leaves that it names, as they are here.
+    pub fn inverse(&self, change: &MaterialState) -> MaterialState {
+        let now = MaterialState::from(*self);
+        MaterialState {
+            kd: now.kd.filter(|_| change.kd.is_some()),
+            ks: now.ks.filter(|_| change.ks.is_some()),
+            shininess: now.shininess.filter(|_| change.shininess.is_some()),
+            base_color: now.base_color.filter(|_| change.base_color.is_some()),
+            metallic: now.metallic.filter(|_| change.metallic.is_some()),
+            roughness: now.roughness.filter(|_| change.roughness.is_some()),
+        }
+    }
+
     /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis eq. 4-16), for GGX a colour and
     /// a share within 0..1, and lobes no sharper than single precision can follow.
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {

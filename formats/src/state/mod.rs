@@ -4,16 +4,18 @@
 
 mod animation;
 mod camera;
+mod light;
 mod material;
 mod shape;
 mod strict_toml;
 
 pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
 pub use camera::{Camera, Film, MAX_COORDINATE};
+pub use light::{MAX_RADIOMETRIC, expect_radiometric};
 pub use material::{
     BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
 };
-pub use shape::Posed;
+pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};
 
 use crate::error::{Error, Place, Result};
@@ -138,6 +140,9 @@ pub struct ShapeState {
     /// Time within the clip, seconds, which repeats. A clip need not be named where the shape has only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f32>,
+    /// Whether it shows a clip at all, which it does if a clip or a time is named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose: Option<Pose>,
 }
 
 /// What a bundle lets vary; everything else in a state is refused by name.

@@ -3,6 +3,7 @@
 mod hints;
 mod lines;
 mod reader;
+mod unserved;
 
 pub use lines::with_line;
 

@@ -125,15 +125,17 @@ impl Editor {
         let mut look = self.base.clone();
         let Some(state) = self.animated() else { return look };
         for material in self.materials().filter(|material| !self.is_held(&Part::Material(material.name.clone()))) {
-            if let (Some(brdf), Some(change)) = (look.materials.get_mut(&material.name), state.materials.get(&material.name)) {
-                *brdf = legal::apply(material, *brdf, change);
+            if let (Some(brdf), Some(change)) = (look.materials.get(&material.name), state.materials.get(&material.name)) {
+                let brdf = legal::apply(material, *brdf, change);
+                look.materials.set(&material.name, brdf);
             }
         }
         for shape in self.scene().shapes.iter().filter(|shape| !self.is_held(&Part::Shape(shape.object.clone()))) {
             let Some(change) = state.shapes.get(&shape.object) else { continue };
-            if let Some(posed) = legal::shape(shape, look.shapes.get(&shape.object), change) {
-                look.shapes.insert(shape.object.clone(), posed);
-            }
+            match legal::shape(shape, look.shapes.get(&shape.object), change) {
+                Some(posed) => look.shapes.insert(shape.object.clone(), posed),
+                None => look.shapes.remove(&shape.object),
+            };
         }
         look.camera = legal::camera(look.camera, &self.unheld_camera(&state.camera.unwrap_or_default()));
         look.environment =
@@ -172,14 +174,14 @@ impl Editor {
         let Some(material) = self.materials().find(|material| material.name == name) else { return };
         let brdf = legal::apply(material, self.brdf(material), change);
         self.hold(Part::Material(name.to_owned()));
-        self.base.materials.insert(name.to_owned(), brdf);
+        self.base.materials.set(name, brdf);
     }
 
     /// Gives the material `name` back its parameters from the scene, and to the animation if there is one.
     pub fn reset(&mut self, name: &str) {
         let default = self.materials().find(|material| material.name == name).map(|material| material.brdf);
         if let Some(brdf) = default {
-            self.base.materials.insert(name.to_owned(), brdf);
+            self.base.materials.set(name, brdf);
             self.held.remove(&Part::Material(name.to_owned()));
         }
     }

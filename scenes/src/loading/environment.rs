@@ -2,12 +2,13 @@
 
 use super::environment_map::{read_map, white_map};
 use super::expect_unique;
-use super::lights::expect_radiometric;
 use crate::description::EnvironmentFile;
 use crate::library::{expect_file, locate};
 use crate::scene::{Environment, NamedMap};
 use crate::skies;
 use crate::suggest::unknown_name;
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::state::{EnvironmentState, Rgb, expect_radiometric};
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 use std::sync::Arc;
@@ -23,8 +24,7 @@ pub(super) fn build(file: &EnvironmentFile, folder: &Path, scene_place: &Place, 
     let others = file.others.iter().map(named).collect::<Result<Vec<_>>>()?;
     expect_unique([&map].into_iter().chain(&others).map(|m| m.name.as_str()), "environment map", &place)?;
     let environment = Environment { map, others, gain: file.gain, rotation_deg: file.rotation_deg };
-    check(&environment, &place)?;
-    Ok(environment)
+    environment.with(&EnvironmentState::default(), scene_place)
 }
 
 /// The map that `name` stands for: a procedural one, or the file at `path`.
@@ -42,15 +42,23 @@ pub(super) fn named_map(name: &str, path: &Path, place: &Place, warnings: &mut V
     Ok(NamedMap { name: file_name, map: Arc::new(read_map(path, warnings)?) })
 }
 
-/// Checks what a file or a state sets.
-pub(super) fn check(environment: &Environment, place: &Place) -> Result<()> {
-    expect_radiometric(environment.gain, "gain", place)?;
-    let maps = [&environment.map].into_iter().chain(&environment.others);
-    let brightest = maps.flat_map(|named| &named.map.texels).fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
-    let shown = std::array::from_fn(|k| brightest[k] * environment.gain[k]);
-    expect_radiometric(shown, "the map's brightest texel times gain", place)?;
-    if !environment.rotation_deg.is_finite() {
-        return Err(Error::invalid(place, "rotation_deg must be a finite number"));
+impl Environment {
+    /// What is stored of it: how its map is shown.
+    pub fn look(&self) -> EnvironmentLook {
+        EnvironmentLook { map: self.map.name.clone(), gain: self.gain, rotation_deg: self.rotation_deg }
     }
-    Ok(())
+
+    /// This environment with the gain and rotation that `change` names; its map is the caller's.
+    ///
+    /// # Errors
+    /// Those of [`EnvironmentLook::with`], and `Invalid` where a map becomes brighter than anything.
+    pub(super) fn with(mut self, change: &EnvironmentState, place: &Place) -> Result<Self> {
+        let EnvironmentLook { gain, rotation_deg, .. } = self.look().with(change, place)?;
+        (self.gain, self.rotation_deg) = (gain, rotation_deg);
+        let maps = [&self.map].into_iter().chain(&self.others);
+        let brightest = maps.flat_map(|named| &named.map.texels).fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
+        let shown: Rgb = std::array::from_fn(|k| brightest[k] * self.gain[k]);
+        expect_radiometric(shown, "environment: the map's brightest texel times gain", place)?;
+        Ok(self)
+    }
 }

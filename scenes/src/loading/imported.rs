@@ -3,12 +3,12 @@
 use super::Context;
 use super::imported_lights::punctual_lights;
 use super::imported_materials::Materials;
-use super::lights::expect_radiometric;
 use super::objects::{path_of, place_of};
 use crate::description::{MaterialFile, ObjectFile};
 use crate::geometry::{GltfFile, MaterialPart, MaterialReader, is_gltf};
 use crate::numbering::listed;
 use crate::scene::{Emitter, Glow, Light, Material, Mesh};
+use relume_formats::state::expect_radiometric;
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
 use std::path::PathBuf;

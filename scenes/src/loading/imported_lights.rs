@@ -1,11 +1,12 @@
 //! Lights of glTF nodes (KHR_lights_punctual). Candela are read as W/sr and lux as W/m².
 
-use super::lights::{expect_radiometric, finite};
+use super::lights::finite;
 use crate::geometry::{GltfFile, PlacedNode, tidy_name};
 use crate::scene::{Cone, Emitter, Light};
 use glam::{DAffine3, DVec3};
 use gltf::khr_lights_punctual::{Kind, Light as Source};
 use relume_formats::counts::{counted, one_or};
+use relume_formats::state::expect_radiometric;
 use relume_formats::{Error, Place, Result};
 use std::f32::consts::FRAC_PI_2;
 

@@ -6,7 +6,7 @@ use crate::numbering::{listed, numbered};
 use crate::scene::{Emitter, Light};
 use crate::transform::is_mirroring;
 use glam::{DAffine3, DVec3, Vec3};
-use relume_formats::state::Rgb;
+use relume_formats::state::{Rgb, expect_radiometric};
 use relume_formats::{Error, Place, Result};
 
 /// Every light, in file order, then the imported ones; those whose name is taken are numbered.
@@ -54,17 +54,6 @@ fn emission(file: &LightFile, place: &Place) -> Result<Rgb> {
     let value = value.ok_or_else(|| Error::invalid(place, format!("{kind} light needs `{fitting}`")))?;
     expect_radiometric(value, fitting, place)?;
     Ok(value)
-}
-
-/// The largest radiometric value, a hundred thousand times the sun's radiance. Sums over paths stay finite in single precision up to it.
-const LARGEST: f32 = 1e12;
-
-/// Light cannot be negative, NaN, or beyond anything physical.
-pub(super) fn expect_radiometric(value: Rgb, name: &str, place: &Place) -> Result<()> {
-    if value.iter().all(|x| (0.0..=LARGEST).contains(x)) {
-        return Ok(());
-    }
-    Err(Error::invalid(place, format!("{name} {value:?} must be numbers of 0 to {LARGEST:e}")))
 }
 
 fn area(world_from_local: &DAffine3, radiance: Rgb, place: &Place) -> Result<Emitter> {

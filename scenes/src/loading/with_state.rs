@@ -1,7 +1,6 @@
 //! A scene at a state: what the tracer sees when something has changed.
 
-use super::environment::{check as check_environment, named_map};
-use super::lights::expect_radiometric;
+use super::environment::named_map;
 use crate::library::locate;
 use crate::scene::{Emitter, Environment, NamedMap, Scene};
 use crate::suggest::Names;
@@ -33,10 +32,8 @@ impl Scene {
         let names = Names::new("light", self.lights.iter().map(|l| l.name.as_str()));
         for (name, change) in &state.lights {
             let light = &mut scene.lights[names.index_of(name, place)?];
-            let gain = change.gain.unwrap_or([1.0; 3]);
-            expect_radiometric(gain, &format!("light `{name}`: gain"), place)?;
-            light.emitter.scale(gain);
-            expect_radiometric(light.emitter.emission(), &format!("light `{name}`: emission times gain"), place)?;
+            let emission = light.emitter.emission_mut();
+            *emission = change.emission(*emission, name, place)?;
         }
         if let Some(change) = &state.environment {
             scene.environment = Some(self.environment_with(change, place, &mut scene.warnings)?);
@@ -51,16 +48,13 @@ impl Scene {
 
     fn environment_with(&self, change: &EnvironmentState, place: &Place, warnings: &mut Vec<String>) -> Result<Environment> {
         let named = change.map.as_ref().map(|name| self.map_called(name, place, warnings)).transpose()?;
-        let mut environment = match (&self.environment, named) {
+        let environment = match (&self.environment, named) {
             (Some(environment), None) => environment.clone(),
             (Some(environment), Some(map)) => Environment { map, ..environment.clone() },
             (None, Some(map)) => Environment { map, others: Vec::new(), gain: [1.0; 3], rotation_deg: 0.0 },
             (None, None) => return Err(Error::invalid(place, "sets [environment], but the scene has none; add one, or name a map")),
         };
-        environment.gain = change.gain.unwrap_or(environment.gain);
-        environment.rotation_deg = change.rotation_deg.unwrap_or(environment.rotation_deg);
-        check_environment(&environment, &place.part("environment"))?;
-        Ok(environment)
+        environment.with(change, place)
     }
 
     /// One of the scene's own maps, a procedural one, or a file beside the state or the scene.
@@ -93,12 +87,11 @@ impl Emitter {
         }
     }
 
-    fn scale(&mut self, gain: Rgb) {
-        let value = match self {
+    fn emission_mut(&mut self) -> &mut Rgb {
+        match self {
             Self::Area { radiance, .. } | Self::Mesh { radiance, .. } => radiance,
             Self::Point { intensity, .. } => intensity,
             Self::Directional { irradiance, .. } => irradiance,
-        };
-        value.iter_mut().zip(gain).for_each(|(v, g)| *v *= g);
+        }
     }
 }

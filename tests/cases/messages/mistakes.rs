@@ -107,6 +107,20 @@ pub(super) const IN_STATES: &[(&str, &str)] = &[
     ("a light's own quantity in a state", "[lights.lamp]\nirradiance = [1.0, 1.0, 1.0]\n"),
     ("a file for the environment", "[environment]\nfile = \"maps/Studio.hdr\"\n"),
     ("no number for an angle", "[camera]\nexposure_ev = 1.0\nfov_deg = nan\n"),
+    ("a tone mapping", "[camera]\nexposure_ev = 1.0\n[view]\ntonemap = \"neutral\"\n"),
+    ("a light that moves", "[lights.lamp]\ntransform = { translation = [0, 3, 0] }\n"),
+    ("the radiance of a light", "[lights.lamp]\nradiance = [1.0, 1.0, 1.0]\n"),
+    ("the size of a light", "[lights.lamp]\ngain = [1.0, 1.0, 1.0]\nsize = [1.0, 2.0]\n"),
+    ("an object that moves", "[objects.ball]\ntransform = { translation = [1, 0, 0] }\n"),
+    ("Cook and Torrance's model", "[materials.steel]\nbrdf = \"cook-torrance\"\nfresnel = [0.9, 0.9, 0.9]\n"),
+    ("a mirror", "[materials.steel]\nbrdf = \"mirror\"\nreflectivity = [0.9, 0.9, 0.9]\ngloss_deg = 1.0\n"),
+    ("a fresnel reflectance", "[materials.steel]\nroughness = 0.5\nfresnel = [0.9, 0.9, 0.9]\n"),
+    ("a mirror's reflectance", "[materials.steel]\nreflectivity = [0.9, 0.9, 0.9]\n"),
+    ("a mirror's blur", "[materials.steel]\ngloss_deg = 1.0\n"),
+    ("a texture for a colour", "[materials.paint]\nkd = \"kd.png\"\n"),
+    ("a texture for a number", "[materials.paint]\nshininess = \"s.exr\"\n"),
+    ("a medium", "[media.glass]\nindex = 1.5\nextinction = [0.0, 0.1, 0.2]\nscattering = [0.0, 0.0, 0.0]\nphase_g = 0.0\n"),
+    ("an unknown pose", "[shapes.ball]\npose = \"resting\"\n"),
 ];
 
 /// What is mistaken, and an animation.
@@ -150,6 +164,12 @@ pub(super) const IN_ANIMATIONS: &[(&str, &str)] = &[
         "two values that do not go together, at keys of their own",
         "duration_s = 2\n[[key]]\nt_s = 0.1\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 0.5\nmaterials.paint.kd = [0.8, 0.8, 0.8]\n[[key]]\nt_s = 1\nmaterials.paint.ks = [0.3, 0.3, 0.3]\n",
     ),
+    ("a medium in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmedia.glass.index = 1.5\n"),
+    ("an object that moves in an animation", "duration_s = 2\n[[key]]\nt_s = 0\n[key.objects.ball]\ntransform = { translation = [1, 0, 0] }\n"),
+    ("a light that moves in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nlights.lamp.transform = { translation = [0, 3, 0] }\n"),
+    ("a tone mapping in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nview.tonemap = \"agx\"\n"),
+    ("a mirror in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.steel.brdf = \"mirror\"\n"),
+    ("a texture in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.paint.kd = \"kd.png\"\n"),
     ("an unknown material in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.pant.shininess = 3\n"),
 ];
 

@@ -191,6 +191,7 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
             Some(ShapeState {
                 clip: Some(clip.name.clone()),
                 time_s: Some(clip.duration_s * (2 * k + 1) as f32 / (2 * (POSES + 1)) as f32),
+                ..ShapeState::default()
             })
         };
         let shapes = scene.objects.iter().filter_map(|o| Some((o.name.clone(), clip(o.shape.as_deref()?)?)));

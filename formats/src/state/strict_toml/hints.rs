@@ -28,9 +28,9 @@ const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
         &["kd", "ks", "shininess", "base_color", "metallic", "roughness"],
         &["brdf", "texture", "alpha_cutoff", "emission", "name"],
     ),
-    ("a light", &["gain"], &["kind", "radiance", "intensity", "irradiance", "transform", "name"]),
+    ("a light", &["gain"], &["kind", "intensity", "irradiance", "name"]),
     ("the environment", &["map", "rotation_deg", "gain"], &["file", "others"]),
-    ("a shape", &["clip", "time_s"], &["file", "shape", "node", "material", "transform", "spheres", "twist_deg", "twist_s", "name"]),
+    ("a shape", &["clip", "time_s", "pose"], &["file", "shape", "node", "material", "transform", "spheres", "twist_deg", "twist_s", "name"]),
 ];
 
 /// Why `key` is refused where `expected` may stand.

@@ -2,7 +2,7 @@
 //!
 //! Lists must be as long as what they are read into: serde's own arrays take what they need and leave the rest.
 
-use super::hints;
+use super::{hints, unserved};
 use crate::counts::counted;
 use crate::near::what_there_is;
 use serde::de::value::StrDeserializer;
@@ -23,17 +23,27 @@ pub(super) struct Fault {
     reason: String,
     /// Bytes of the text.
     pub span: Option<Range<usize>>,
+    /// Where a key is unknown, those that may stand there.
+    expected: &'static [&'static str],
 }
 
 impl Fault {
     fn new(reason: String, span: Range<usize>) -> Self {
-        Self { path: Vec::new(), reason, span: Some(span) }
+        Self { path: Vec::new(), reason, span: Some(span), expected: &[] }
     }
 
     /// This fault, which happened within the value of `key`.
     fn within(mut self, key: &str, span: Range<usize>) -> Self {
         self.path.push(key.to_owned());
         self.at(span)
+    }
+
+    /// This fault, which is about `key` before its `value` is read.
+    fn of_key(mut self, key: &str, value: &DeValue<'_>) -> Self {
+        if let Some(reason) = unserved::of_key(key, value, self.expected) {
+            self.reason = reason;
+        }
+        self
     }
 
     fn at(mut self, span: Range<usize>) -> Self {
@@ -56,7 +66,7 @@ impl std::error::Error for Fault {}
 
 impl serde::de::Error for Fault {
     fn custom<T: fmt::Display>(reason: T) -> Self {
-        Self { path: Vec::new(), reason: reason.to_string(), span: None }
+        Self { path: Vec::new(), reason: reason.to_string(), span: None, expected: &[] }
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
@@ -68,7 +78,7 @@ impl serde::de::Error for Fault {
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(hints::unknown_key(field, expected))
+        Self { expected, ..Self::custom(hints::unknown_key(field, expected)) }
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
@@ -100,7 +110,14 @@ impl<'a, 'de> Reader<'a, 'de> {
         Fault::new(format!("{} where {expected} is expected{remedy}", hints::found(self.value.get_ref())), self.value.span())
     }
 
+    /// Fails if a texture stands here that is known, but not shown.
+    fn expect_numbers(&self) -> Result<(), Fault> {
+        let refusal = unserved::of_value(self.key, self.value.get_ref());
+        refusal.map_or(Ok(()), |reason| Err(Fault::new(reason, self.value.span())))
+    }
+
     fn number(&self) -> Result<f64, Fault> {
+        self.expect_numbers()?;
         let number = match self.value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64),
@@ -198,6 +215,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     /// A list of `length` numbers: nothing else in our files has a fixed length.
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Fault> {
+        self.expect_numbers()?;
         match self.value.get_ref() {
             DeValue::Array(list) if list.len() == length => visitor.visit_seq(self.members(list)),
             DeValue::Array(list) => {
@@ -284,7 +302,7 @@ impl<'de> MapAccess<'de> for Entries<'_, 'de> {
         let Some((key, value)) = self.rest.next() else { return Ok(None) };
         self.value = Some((key.get_ref(), value));
         let name: StrDeserializer<'_, Fault> = key.get_ref().as_ref().into_deserializer();
-        seed.deserialize(name).map(Some).map_err(|fault| fault.at(key.span()))
+        seed.deserialize(name).map(Some).map_err(|fault| fault.of_key(key.get_ref(), value.get_ref()).at(key.span()))
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {

@@ -31,11 +31,56 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
         ),
         (
             "[shapes.a]\nmaterial = \"b\"\n",
-            "line 2, column 1: shapes.a: a state cannot set `material` of a shape, only scene.toml can, before the bake; there are: `clip`, `time_s`",
+            "line 2, column 1: shapes.a: a state cannot set `material` of a shape, only scene.toml can, before the bake; there are: `clip`, `time_s`, \
+             `pose`",
         ),
         ("[lights.a]\nmap = 1\n", "line 2, column 1: lights.a: unknown key `map`; there are: `gain`"),
         ("[cammera]\n", "line 1, column 2: unknown key `cammera`; did you mean `camera`?"),
         ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `lights`, `materials`, `shapes`"),
+    ] {
+        assert_eq!(refused(text), format!("s.toml: {expected}"));
+    }
+}
+
+#[test]
+fn what_no_method_shows_is_refused_as_what_it_is() {
+    let models = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
+    for (text, expected) in [
+        (
+            "[view]\ntonemap = \"agx\"\n",
+            "line 1, column 2: `view` is the tone mapping of the display, which no method of this version shows; remove it, and set `exposure_ev` of \
+             [camera] for how bright the display is"
+                .to_owned(),
+        ),
+        (
+            "[camera]\nfov_deg = 40\n[media.glass]\nindex = 1.5\n",
+            "line 3, column 2: `media` is what light passes through within objects, which no method of this version shows; remove it, as surfaces are \
+             opaque"
+                .to_owned(),
+        ),
+        (
+            "materials.a.brdf = \"mirror\"",
+            format!("line 1, column 13: materials.a: \"mirror\" is a model of materials, which no method of this version shows; {models}"),
+        ),
+        (
+            "materials.a.gloss_deg = 3",
+            format!("line 1, column 13: materials.a: `gloss_deg` is the blur of the model \"mirror\", which no method of this version shows; {models}"),
+        ),
+        (
+            "materials.a.base_color = \"Wood.PNG\"",
+            "line 1, column 26: materials.a.base_color: \"Wood.PNG\" is a texture for `base_color`, which no method of this version shows; write three \
+             numbers, or name the file by `texture` in scene.toml and bake again"
+                .to_owned(),
+        ),
+        (
+            "materials.a.shininess = \"s.exr\"",
+            "line 1, column 25: materials.a.shininess: \"s.exr\" is a texture for `shininess`, which no method of this version shows; write a number"
+                .to_owned(),
+        ),
+        // Of other places and values there is nothing known.
+        ("camera.media = 1", "line 1, column 8: camera: unknown key `media`; there are: `position`, `target`, `fov_deg`, `exposure_ev`".to_owned()),
+        ("camera.fov_deg = \"s.exr\"", "line 1, column 18: camera.fov_deg: the text \"s.exr\" where a number is expected".to_owned()),
+        ("materials.a.shininess = \"shiny\"", "line 1, column 25: materials.a.shininess: the text \"shiny\" where a number is expected".to_owned()),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
     }

@@ -6,13 +6,12 @@ use super::gpu_data::Dispatch;
 use super::storage::{Storage, padded};
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
+use relume_formats::bundle::Brdfs;
 use relume_formats::container::Section;
 use relume_formats::evaluate::transfer_images::coefficients;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Layout};
-use relume_formats::state::Brdf;
 use relume_formats::{Error as FormatError, Place};
-use std::collections::BTreeMap;
 use wgpu::BufferUsages;
 
 /// Invocations of a workgroup, as in the shader.
@@ -110,7 +109,7 @@ impl Images {
     }
 
     /// Uploads the coefficients of `materials`, by name.
-    pub(super) fn update(&self, gpu: &Gpu, materials: &BTreeMap<String, Brdf>) -> Result<()> {
+    pub(super) fn update(&self, gpu: &Gpu, materials: &Brdfs) -> Result<()> {
         let on_bases = |name: &String| {
             let missing = || {
                 let reason = format!("edits material `{name}`, which the scene does not have, or not of this model; bake it again");

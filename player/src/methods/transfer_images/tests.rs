@@ -33,8 +33,9 @@ fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
 }
 
 fn render(gpu: &Gpu, method: &mut TransferImages, materials: [Brdf; 2]) -> Vec<[f32; 3]> {
-    let named = ["a", "b"].map(str::to_owned).into_iter().zip(materials).collect();
-    method.update(gpu, &Look { materials: named, ..Look::default_of(&support::scene_meta()) }).unwrap();
+    let mut look = Look::default_of(&support::scene_meta());
+    ["a", "b"].into_iter().zip(materials).for_each(|(name, brdf)| look.materials.set(name, brdf));
+    method.update(gpu, &look).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut passes = Passes::new(&mut encoder, None);
     method.encode(&mut passes);

@@ -36,7 +36,7 @@ fn light_change(now: &EnvironmentLook, was: &EnvironmentLook) -> Option<Environm
 
 /// The state in which a shape at rest shows `posed`.
 fn shape_state(posed: Posed) -> ShapeState {
-    ShapeState { clip: Some(posed.clip), time_s: Some(posed.time_s) }
+    ShapeState { clip: Some(posed.clip), time_s: Some(posed.time_s), ..ShapeState::default() }
 }
 
 fn camera_change(now: &Camera, was: &Camera) -> Option<CameraState> {

@@ -38,13 +38,13 @@ fn a_shape_that_is_set_holds_against_the_animation() {
     let mut editor = editor();
     editor.advance(0.25);
     assert_eq!(shows(&editor), posed("Walk", 0.5));
-    editor.edit_shape("fox", &ShapeState { clip: Some("Run".to_owned()), time_s: None });
+    editor.edit_shape("fox", &ShapeState { clip: Some("Run".to_owned()), ..ShapeState::default() });
     assert!(!editor.is_playing() && editor.is_held(&Part::Shape("fox".to_owned())));
     editor.scrub(0.75);
     assert_eq!(shows(&editor), posed("Run", 0.5));
     // What is illegal or unknown changes nothing.
-    editor.edit_shape("fox", &ShapeState { clip: Some("Fly".to_owned()), time_s: None });
-    editor.edit_shape("hen", &ShapeState { clip: Some("Run".to_owned()), time_s: None });
+    editor.edit_shape("fox", &ShapeState { clip: Some("Fly".to_owned()), ..ShapeState::default() });
+    editor.edit_shape("hen", &ShapeState { clip: Some("Run".to_owned()), ..ShapeState::default() });
     assert_eq!(shows(&editor), posed("Run", 0.5));
     let text = toml::to_string(&editor.state()).unwrap();
     let state: State = relume_formats::state::parse_toml(&text, &Place::file("saved")).unwrap();

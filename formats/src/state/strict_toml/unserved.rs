@@ -1,0 +1,60 @@
+//! Parts of a state that are known, but that no method of this version shows. They are refused as what they are, not as unknown.
+
+use super::hints::short;
+use toml::de::DeValue;
+
+/// The keys by which a state is known, and each of an animation's.
+const STATE: &[&str] = &["environment", "camera", "lights", "materials", "shapes"];
+/// Those of a light of a state.
+const LIGHT: &[&str] = &["gain"];
+/// Those of a material of a state.
+const MATERIAL: &[&str] = &["kd", "ks", "shininess", "base_color", "metallic", "roughness"];
+
+/// What to do where a key belongs to a model that nothing shows.
+const THE_MODELS: &str = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
+
+/// Where what stands, what it is, and what to do.
+type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
+
+const KEYS: [Key; 9] = [
+    (STATE, "view", "the tone mapping of the display", "remove it, and set `exposure_ev` of [camera] for how bright the display is"),
+    (STATE, "objects", "where objects are", "remove it, or move them in scene.toml and bake again"),
+    (STATE, "media", "what light passes through within objects", "remove it, as surfaces are opaque"),
+    (LIGHT, "transform", "where a light is", "remove it, or move the light in scene.toml and bake again"),
+    (LIGHT, "radiance", "what an area light emits", "write `gain`, a factor on it, or set it in scene.toml and bake again"),
+    (LIGHT, "size", "how large an area light is", "remove it, or scale the light in scene.toml and bake again"),
+    (MATERIAL, "fresnel", "the reflectance at normal incidence of the model \"cook-torrance\"", THE_MODELS),
+    (MATERIAL, "reflectivity", "the reflectance of the model \"mirror\"", THE_MODELS),
+    (MATERIAL, "gloss_deg", "the blur of the model \"mirror\"", THE_MODELS),
+];
+
+/// The models of materials that nothing shows.
+const MODELS: [&str; 2] = ["cook-torrance", "mirror"];
+
+/// Files that are textures.
+const PICTURES: [&str; 5] = [".png", ".jpg", ".jpeg", ".exr", ".hdr"];
+
+/// Why `key`, whose value is `value`, is refused where `expected` may stand, if it is known.
+pub(super) fn of_key(key: &str, value: &DeValue<'_>, expected: &[&str]) -> Option<String> {
+    if let Some(model) = value.as_str().filter(|model| key == "brdf" && expected == MATERIAL && MODELS.contains(model)) {
+        return Some(refusal(&format!("\"{model}\""), "a model of materials", THE_MODELS));
+    }
+    let is_it = |(beside, name, ..): &&Key| *name == key && if *beside == STATE { expected.ends_with(STATE) } else { *beside == expected };
+    KEYS.iter().find(is_it).map(|(_, _, what, remedy)| refusal(&format!("`{key}`"), what, remedy))
+}
+
+/// Why `value` is refused as the value of `key`, if it is known: a texture where a material has numbers.
+pub(super) fn of_value(key: &str, value: &DeValue<'_>) -> Option<String> {
+    let file = value.as_str().filter(|_| MATERIAL.contains(&key))?;
+    let lower = file.to_lowercase();
+    PICTURES.iter().any(|ending| lower.ends_with(ending)).then(|| {
+        let is_colour = ["kd", "base_color"].contains(&key);
+        let numbers = if ["kd", "ks", "base_color"].contains(&key) { "three numbers" } else { "a number" };
+        let in_scene = if is_colour { ", or name the file by `texture` in scene.toml and bake again" } else { "" };
+        refusal(&format!("\"{}\"", short(file)), &format!("a texture for `{key}`"), &format!("write {numbers}{in_scene}"))
+    })
+}
+
+fn refusal(which: &str, what: &str, remedy: &str) -> String {
+    format!("{which} is {what}, which no method of this version shows; {remedy}")
+}

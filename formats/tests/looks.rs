@@ -7,9 +7,7 @@ use relume_formats::Place;
 use relume_formats::bundle::{Look, Scope};
 use relume_formats::kinds::scene::Meta;
 use relume_formats::method::SPHERE_SHADOWS;
-use relume_formats::state::{
-    Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State, parse_toml,
-};
+use relume_formats::state::{Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State, parse_toml};
 use std::collections::BTreeMap;
 
 fn place() -> Place {
@@ -215,7 +213,8 @@ fn a_shape_comes_back_to_rest() {
     let scope = scope(2);
     let object = &scope.scene.shapes[0].object;
     let mut look = Look::default_of(&scope.scene);
-    let mut apply = |leaves: &str| look.apply(&state(&format!("[shapes.\"{object}\"]\n{leaves}")), &scope, &place()).unwrap().shapes[object].clone();
+    let mut apply =
+        |leaves: &str| look.apply(&state(&format!("[shapes.\"{object}\"]\n{leaves}")), &scope, &place()).unwrap().shapes[object].clone();
     let rest = ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() };
     let named = |clip: Option<&str>, time_s| ShapeState { clip: clip.map(str::to_owned), time_s, pose: None };
     assert_eq!(apply("clip = 'Läufer'\ntime_s = 0.5"), rest);

@@ -68,7 +68,11 @@ fn clips(scene: &Scene) -> impl Iterator<Item = (&str, Vec<(&str, f32)>)> {
 
 fn moment(clips: &[(&str, f32)], [which, time]: [f32; 2]) -> ShapeState {
     let clip = clips.get((which * clips.len() as f32) as usize);
-    ShapeState { clip: clip.map(|(name, _)| (*name).to_owned()), time_s: clip.map(|(_, duration_s)| time * duration_s), ..ShapeState::default() }
+    ShapeState {
+        clip: clip.map(|(name, _)| (*name).to_owned()),
+        time_s: clip.map(|(_, duration_s)| time * duration_s),
+        ..ShapeState::default()
+    }
 }
 
 /// Writes `states` as an animation with state i at i seconds.

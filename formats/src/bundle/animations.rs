@@ -18,11 +18,7 @@ use std::collections::{HashMap, HashSet};
 pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place: &Place) -> Result<()> {
     let varies = scope.varies();
     let names = Names::new(&varies);
-    let check = Check {
-        base,
-        scope,
-        shapes: scope.scene.shapes.iter().map(|s| (s.object.as_str(), s)).collect(),
-    };
+    let check = Check { base, scope, shapes: scope.scene.shapes.iter().map(|s| (s.object.as_str(), s)).collect() };
     for part in parts(animation) {
         let mut last: Option<Camera> = None;
         for time_s in part.key_times_s() {

@@ -144,12 +144,7 @@ impl Look {
         change.materials.iter().map(new).collect()
     }
 
-    fn changed_shapes<'a>(
-        &self,
-        change: &'a State,
-        scope: &Scope,
-        place: &Place,
-    ) -> Result<Vec<(&'a str, &'a ShapeState, Option<Posed>)>> {
+    fn changed_shapes<'a>(&self, change: &'a State, scope: &Scope, place: &Place) -> Result<Vec<(&'a str, &'a ShapeState, Option<Posed>)>> {
         let shapes = &scope.scene.shapes;
         let named = shapes.iter().filter_map(|shape| Some((shape, change.shapes.get_key_value(&shape.object)?)));
         let new = named

@@ -116,8 +116,8 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("radiance = [1, 2, 3]", "", "an area light needs `radiance`"),
         ("scale = 2", "scale = [2, 0, 1]", "light `lamp`: its area is 0 m²"),
         ("[[light]]", "[error]\nmax = 0\n[[light]]", "[error]: max 0 must be a number above 0"),
-        ("[[light]]", "[environment]\ngain = [1, -1, 1]\n[[light]]", "environment: gain"),
-        ("[[light]]", "[environment]\nrotation_deg = nan\n[[light]]", "[environment]: rotation_deg"),
+        ("[[light]]", "[environment]\ngain = [1, -1, 1]\n[[light]]", "environment: gain [1.0, -1.0, 1.0] is outside 0..1000000000"),
+        ("[[light]]", "[environment]\nrotation_deg = nan\n[[light]]", "environment: rotation_deg must be a finite number"),
         ("[[light]]", "[environment]\nfile = \"sky.exr\"\n[[light]]", "no such file: `sky.exr`"),
     ] {
         let message = refusal(from, to);

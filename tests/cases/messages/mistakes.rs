@@ -165,7 +165,10 @@ pub(super) const IN_ANIMATIONS: &[(&str, &str)] = &[
         "duration_s = 2\n[[key]]\nt_s = 0.1\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 0.5\nmaterials.paint.kd = [0.8, 0.8, 0.8]\n[[key]]\nt_s = 1\nmaterials.paint.ks = [0.3, 0.3, 0.3]\n",
     ),
     ("a medium in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmedia.glass.index = 1.5\n"),
-    ("an object that moves in an animation", "duration_s = 2\n[[key]]\nt_s = 0\n[key.objects.ball]\ntransform = { translation = [1, 0, 0] }\n"),
+    (
+        "an object that moves in an animation",
+        "duration_s = 2\n[[key]]\nt_s = 0\n[key.objects.ball]\ntransform = { translation = [1, 0, 0] }\n",
+    ),
     ("a light that moves in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nlights.lamp.transform = { translation = [0, 3, 0] }\n"),
     ("a tone mapping in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nview.tonemap = \"agx\"\n"),
     ("a mirror in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.steel.brdf = \"mirror\"\n"),

@@ -263,7 +263,8 @@ fn ladder_of_the_bunny() {
 #[test]
 #[ignore = "prints tables, takes minutes"]
 fn ladder_of_the_knot() {
-    let twisted = State { shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(), ..State::default() };
+    let twisted =
+        State { shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(), ..State::default() };
     let prepared = prepare("knot-twist", &twisted);
     let sun = prepared.scene.environment.as_ref().unwrap().map.map.clone();
     let height = |y: u32| (0.5 - (y as f32 + 0.5) / 64.0).to_radians() * 180.0;

@@ -30,7 +30,11 @@ const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
     ),
     ("a light", &["gain"], &["kind", "intensity", "irradiance", "name"]),
     ("the environment", &["map", "rotation_deg", "gain"], &["file", "others"]),
-    ("a shape", &["clip", "time_s", "pose"], &["file", "shape", "node", "material", "transform", "spheres", "twist_deg", "twist_s", "name"]),
+    (
+        "a shape",
+        &["clip", "time_s", "pose"],
+        &["file", "shape", "node", "material", "transform", "spheres", "twist_deg", "twist_s", "name"],
+    ),
 ];
 
 /// Why `key` is refused where `expected` may stand.

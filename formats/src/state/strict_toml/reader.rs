@@ -110,7 +110,7 @@ impl<'a, 'de> Reader<'a, 'de> {
         Fault::new(format!("{} where {expected} is expected{remedy}", hints::found(self.value.get_ref())), self.value.span())
     }
 
-    /// Fails if a texture stands here that is known, but not shown.
+    /// Fails if a texture stands here, where no method supports one.
     fn expect_numbers(&self) -> Result<(), Fault> {
         let refusal = unserved::of_value(self.key, self.value.get_ref());
         refusal.map_or(Ok(()), |reason| Err(Fault::new(reason, self.value.span())))

@@ -43,38 +43,38 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
 }
 
 #[test]
-fn what_no_method_shows_is_refused_as_what_it_is() {
+fn what_no_method_supports_is_refused_as_what_it_is() {
     let models = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
     for (text, expected) in [
         (
             "[view]\ntonemap = \"agx\"\n",
-            "line 1, column 2: `view` is the tone mapping of the display, which no method of this version shows; remove it, and set `exposure_ev` of \
+            "line 1, column 2: `view` is the tone mapping of the display, which no method of this version supports; remove it, and set `exposure_ev` of \
              [camera] for how bright the display is"
                 .to_owned(),
         ),
         (
             "[camera]\nfov_deg = 40\n[media.glass]\nindex = 1.5\n",
-            "line 3, column 2: `media` is what light passes through within objects, which no method of this version shows; remove it, as surfaces are \
+            "line 3, column 2: `media` is the media within objects, which no method of this version supports; remove it, as surfaces are \
              opaque"
                 .to_owned(),
         ),
         (
             "materials.a.brdf = \"mirror\"",
-            format!("line 1, column 13: materials.a: \"mirror\" is a model of materials, which no method of this version shows; {models}"),
+            format!("line 1, column 13: materials.a: \"mirror\" is a model of materials, which no method of this version supports; {models}"),
         ),
         (
             "materials.a.gloss_deg = 3",
-            format!("line 1, column 13: materials.a: `gloss_deg` is the blur of the model \"mirror\", which no method of this version shows; {models}"),
+            format!("line 1, column 13: materials.a: `gloss_deg` is the blur of the model \"mirror\", which no method of this version supports; {models}"),
         ),
         (
             "materials.a.base_color = \"Wood.PNG\"",
-            "line 1, column 26: materials.a.base_color: \"Wood.PNG\" is a texture for `base_color`, which no method of this version shows; write three \
+            "line 1, column 26: materials.a.base_color: \"Wood.PNG\" is a texture for `base_color`, which no method of this version supports; write three \
              numbers, or name the file by `texture` in scene.toml and bake again"
                 .to_owned(),
         ),
         (
             "materials.a.shininess = \"s.exr\"",
-            "line 1, column 25: materials.a.shininess: \"s.exr\" is a texture for `shininess`, which no method of this version shows; write a number"
+            "line 1, column 25: materials.a.shininess: \"s.exr\" is a texture for `shininess`, which no method of this version supports; write a number"
                 .to_owned(),
         ),
         // Of other places and values there is nothing known.

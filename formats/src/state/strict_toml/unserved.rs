@@ -1,4 +1,4 @@
-//! Parts of a state that are known, but that no method of this version shows. They are refused as what they are, not as unknown.
+//! Parts of a state that are known, but that no method of this version supports. They are refused as what they are, not as unknown.
 
 use super::hints::short;
 use toml::de::DeValue;
@@ -10,7 +10,7 @@ const LIGHT: &[&str] = &["gain"];
 /// Those of a material of a state.
 const MATERIAL: &[&str] = &["kd", "ks", "shininess", "base_color", "metallic", "roughness"];
 
-/// What to do where a key belongs to a model that nothing shows.
+/// What to do where a key belongs to a model that no method supports.
 const THE_MODELS: &str = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
 
 /// Where what stands, what it is, and what to do.
@@ -18,17 +18,17 @@ type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
 
 const KEYS: [Key; 9] = [
     (STATE, "view", "the tone mapping of the display", "remove it, and set `exposure_ev` of [camera] for how bright the display is"),
-    (STATE, "objects", "where objects are", "remove it, or move them in scene.toml and bake again"),
-    (STATE, "media", "what light passes through within objects", "remove it, as surfaces are opaque"),
-    (LIGHT, "transform", "where a light is", "remove it, or move the light in scene.toml and bake again"),
-    (LIGHT, "radiance", "what an area light emits", "write `gain`, a factor on it, or set it in scene.toml and bake again"),
-    (LIGHT, "size", "how large an area light is", "remove it, or scale the light in scene.toml and bake again"),
+    (STATE, "objects", "the place of objects", "remove it, or move them in scene.toml and bake again"),
+    (STATE, "media", "the media within objects", "remove it, as surfaces are opaque"),
+    (LIGHT, "transform", "the place of a light", "remove it, or move the light in scene.toml and bake again"),
+    (LIGHT, "radiance", "the emission of an area light", "write `gain`, a factor on it, or set it in scene.toml and bake again"),
+    (LIGHT, "size", "the size of an area light", "remove it, or scale the light in scene.toml and bake again"),
     (MATERIAL, "fresnel", "the reflectance at normal incidence of the model \"cook-torrance\"", THE_MODELS),
     (MATERIAL, "reflectivity", "the reflectance of the model \"mirror\"", THE_MODELS),
     (MATERIAL, "gloss_deg", "the blur of the model \"mirror\"", THE_MODELS),
 ];
 
-/// The models of materials that nothing shows.
+/// The models of materials that no method supports.
 const MODELS: [&str; 2] = ["cook-torrance", "mirror"];
 
 /// Files that are textures.
@@ -56,5 +56,5 @@ pub(super) fn of_value(key: &str, value: &DeValue<'_>) -> Option<String> {
 }
 
 fn refusal(which: &str, what: &str, remedy: &str) -> String {
-    format!("{which} is {what}, which no method of this version shows; {remedy}")
+    format!("{which} is {what}, which no method of this version supports; {remedy}")
 }

@@ -20,6 +20,7 @@ pub mod bundle;
 pub mod container;
 pub mod error;
 pub mod evaluate;
+#[cfg(feature = "fast")]
 pub mod fast;
 pub mod kinds;
 pub mod name;

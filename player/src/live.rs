@@ -1,14 +1,12 @@
 //! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
 
-use crate::controls::Look;
 use crate::error::{Error, Result};
-use crate::gpu::Tonemap;
 use crate::output::{display_value, encode_exr, encode_png, write_numbered};
-use crate::session::{Cost, Progress, Session};
+use crate::session::{Cost, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
-use crate::surfaces::Surfaces;
 use crate::ui::{Editor, Facts, Loading, Picker, Save, Stage};
 use relume_formats::state::Rgb;
+use relume_playback::{Look, Player, Progress, Surfaces};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -17,6 +15,9 @@ const POLL: Duration = Duration::from_millis(10);
 /// While pieces arrive, the time from one frame to the next for their sake alone, as a multiple of what a frame takes: frames that the user causes
 /// come without one in between.
 const REFINING_PAUSE_FACTOR: f64 = 3.0;
+
+/// Frames that may be under way on the GPU at once, so that none shows what the user did long ago.
+const MOST_UNDER_WAY: usize = 2;
 
 /// A bundle on show.
 pub struct Live {
@@ -30,6 +31,8 @@ pub struct Live {
     stale: bool,
     /// When the picture may next be drawn again for the sake of new pieces alone.
     refine_at: Instant,
+    /// Number of the first frame of the whole bundle.
+    full_from: Option<u64>,
     times: FrameTimes,
     recorder: Option<Recorder>,
     appearance: Appearance,
@@ -52,8 +55,9 @@ pub struct Shown {
     pub surfaces: Surfaces,
     /// Size of the film in pixels.
     pub size: [u32; 2],
-    /// What the display shows.
-    pub picture: Tonemap,
+    /// What the display shows: sRGB-encoded values.
+    pub picture: wgpu::Texture,
+    view: wgpu::TextureView,
 }
 
 impl Shown {
@@ -75,17 +79,19 @@ impl Live {
             drawn: None,
             stale: false,
             refine_at: started,
+            full_from: None,
             times: FrameTimes::default(),
             recorder: record.then(Recorder::default),
             appearance: Appearance::default(),
         }
     }
 
-    /// Takes in what has arrived. Returns whether anything has.
+    /// Takes in what has arrived, of the bundle and from the GPU. Returns whether anything of the bundle has.
     ///
     /// # Errors
     /// If the bundle fails before there is anything to show. Later failures are kept, see [`Live::finish`].
     pub fn poll(&mut self) -> Result<bool> {
+        self.take_costs()?;
         let until = Instant::now() + POLL;
         let mut changed = false;
         while matches!(self.loading, Load::Arriving) && Instant::now() < until {
@@ -108,17 +114,18 @@ impl Live {
 
     fn show_if_ready(&mut self) {
         if self.shown.is_none()
-            && self.session.is_ready()
-            && let Some(controls) = self.session.controls()
+            && self.session.player().is_ready()
+            && let Some(controls) = self.session.player().controls()
         {
-            let Some(film) = self.session.film() else { return };
-            let (editor, size, picture) = (Editor::new(controls), film.size, Tonemap::new(self.session.gpu(), film));
-            let picker = self.session.pixels().map(Picker::new);
-            self.shown = Some(Shown { editor, picker, surfaces: self.session.take_surfaces(), size, picture });
+            let Some(film) = self.session.player().film() else { return };
+            let (editor, size, picture) = (Editor::new(controls), film.size, self.session.gpu().picture(film.size));
+            let picker = self.session.player().materials().map(Picker::new);
+            let (surfaces, view) = (self.session.player_mut().take_surfaces(), picture.create_view(&wgpu::TextureViewDescriptor::default()));
+            self.shown = Some(Shown { editor, picker, surfaces, size, picture, view });
         }
     }
 
-    /// Brings the picture up to date, doing no more than what has changed asks for. Returns whether it changed.
+    /// Brings the picture up to date, doing no more than what has changed asks for, and without waiting for the GPU. Returns whether it changed.
     pub fn draw(&mut self) -> Result<bool> {
         let Some(shown) = &self.shown else { return Ok(false) };
         let look = shown.editor.look();
@@ -128,11 +135,12 @@ impl Live {
         if self.drawn.as_ref() == Some(&look) && !refines {
             return Ok(false);
         }
+        let view = shown.view.clone();
+        let show = |player: &mut Player, encoder: &mut _| Ok(player.show(encoder, &view, exposure_ev)?);
         if !same_but_for_exposure || refines {
-            self.draw_film(&look)?;
-        }
-        if let Some(shown) = &self.shown {
-            shown.picture.run(self.session.gpu(), exposure_ev);
+            self.frame_drawn(|session| session.draw(&look, show))?;
+        } else {
+            self.session.submit(show)?;
         }
         self.move_surfaces(&look);
         self.drawn = Some(look);
@@ -144,36 +152,63 @@ impl Live {
     fn move_surfaces(&mut self, look: &Look) {
         let moved = self.drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
         if let (true, Some(shown)) = (moved, &mut self.shown)
-            && let Some(positions) = self.session.moving_vertices()
+            && let Some(positions) = self.session.player().moving_vertices()
         {
             shown.surfaces.set_positions(positions);
         }
     }
 
     fn refines(&self) -> bool {
-        self.stale && (!self.is_loading() || Instant::now() >= self.refine_at)
+        self.stale && (!self.is_loading() || (self.session.frames_under_way() == 0 && Instant::now() >= self.refine_at))
     }
 
-    fn draw_film(&mut self, look: &Look) -> Result<()> {
+    /// Draws a frame by `draw`, of all that has arrived.
+    fn frame_drawn(&mut self, draw: impl FnOnce(&mut Session) -> Result<u64>) -> Result<()> {
         let began = Instant::now();
-        let cost = self.session.draw(look)?;
+        let frame = draw(&mut self.session)?;
         self.stale = false;
-        self.refine_at = Instant::now() + began.elapsed().mul_f64(REFINING_PAUSE_FACTOR);
-        self.record(&cost);
+        self.rest(began.elapsed());
+        if matches!(self.loading, Load::Loaded { complete: true }) {
+            self.full_from.get_or_insert(frame);
+        }
         Ok(())
     }
 
+    /// Leaves most of the time to loading, after a frame that `took` so long.
+    fn rest(&mut self, took: Duration) {
+        self.refine_at = self.refine_at.max(Instant::now() + took.mul_f64(REFINING_PAUSE_FACTOR));
+    }
+
+    fn take_costs(&mut self) -> Result<()> {
+        for cost in self.session.take_costs()? {
+            self.record(&cost);
+        }
+        Ok(())
+    }
+
+    /// Notes a frame that is done by now.
     fn record(&mut self, cost: &Cost) {
         let now = Instant::now();
+        self.rest(Duration::from_secs_f64((cost.cpu_ms + cost.gpu_ms.unwrap_or_default()) * 1e-3));
         self.times.add(now, cost);
         if let Some(recorder) = &mut self.recorder {
             recorder.add(cost);
         }
         let elapsed_s = Some(now.duration_since(self.started).as_secs_f64());
         self.appearance.first_s = self.appearance.first_s.or(elapsed_s);
-        if matches!(self.loading, Load::Loaded { complete: true }) {
+        if self.full_from.is_some_and(|first| cost.frame >= first) {
             self.appearance.full_s = self.appearance.full_s.or(elapsed_s);
         }
+    }
+
+    /// Whether frames are under way, of which something will be to be told by [`Live::poll`].
+    pub fn awaits_frames(&self) -> bool {
+        self.session.frames_under_way() > 0
+    }
+
+    /// Whether so many frames are under way that another would only come later.
+    pub fn is_behind(&self) -> bool {
+        self.session.frames_under_way() >= MOST_UNDER_WAY
     }
 
     /// Whether more may arrive.
@@ -188,12 +223,12 @@ impl Live {
 
     /// What the user may want to know.
     pub fn facts(&self) -> Facts {
-        let pieces = self.session.pieces();
+        let pieces = self.session.player().pieces();
         let (cpu_ms, gpu_ms) = self.times.medians();
         Facts {
             adapter: self.session.adapter().name.clone(),
-            method: self.session.method_name().to_owned(),
-            size: self.session.film().map(|film| film.size),
+            method: self.session.player().method().name.to_owned(),
+            size: self.session.player().film().map(|film| film.size),
             cpu_ms,
             gpu_ms,
             bytes: self.session.bytes_streamed(),
@@ -234,6 +269,8 @@ impl Live {
 
     /// What `--stats` writes, if frames were recorded.
     pub fn statistics(&mut self) -> Result<Option<Vec<u8>>> {
+        self.session.wait()?;
+        self.take_costs()?;
         let Some(recorder) = self.recorder.take().filter(|_| self.shown.is_some()) else { return Ok(None) };
         recorder.finish(&self.session, self.appearance).map(Some)
     }
@@ -258,17 +295,16 @@ impl Live {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::controls::PlacedState;
     use crate::gpu::{self, Gpu};
     use crate::session::Request;
     use crate::stream::Limits;
     use crate::support::{self, Bundle, sparse};
     use crate::ui::Motion;
-    use relume_formats::Place;
-    use relume_formats::state::{EnvironmentState, MaterialState, State};
+    use relume_formats::state::{EnvironmentState, MaterialState};
+    use relume_playback::PlacedState;
 
     fn live(folder: &Path, limits: Limits) -> Live {
-        let state = PlacedState { state: State::default(), place: Place::file("defaults") };
+        let state = PlacedState::default();
         let request = Request { folder, method: None, state, animation: None, offer_all: true, size: None, limits };
         Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
     }

@@ -174,20 +174,25 @@ impl Manifest {
             }
             other => other?,
         };
+        Self::parse(&text, &place)
+    }
+
+    /// The manifest in `text`, which stands at `place`.
+    pub fn parse(text: &str, place: &Place) -> Result<Self> {
         // Older or newer manifests may differ in any field but this one.
-        let value: serde_json::Value = serde_json::from_str(&text).map_err(|e| Error::invalid(&place, e.to_string()))?;
+        let value: serde_json::Value = serde_json::from_str(text).map_err(|e| Error::invalid(place, e.to_string()))?;
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(v) if v == u64::from(VERSION) => {}
             Some(v) => {
                 return Err(Error::unsupported(
-                    &place,
+                    place,
                     format!("manifest version {v}, this program reads version {VERSION}; bake it again"),
                 ));
             }
-            None => return Err(Error::invalid(&place, "has no version; bake it again")),
+            None => return Err(Error::invalid(place, "has no version; bake it again")),
         }
-        let manifest: Self = serde_json::from_value(value).map_err(|e| Error::invalid(&place, format!("{e}; bake it again")))?;
-        manifest.validate(&place)?;
+        let manifest: Self = serde_json::from_value(value).map_err(|e| Error::invalid(place, format!("{e}; bake it again")))?;
+        manifest.validate(place)?;
         Ok(manifest)
     }
 
@@ -248,8 +253,8 @@ impl Manifest {
         [&self.scene_file].into_iter().chain(self.animations.values()).chain(sphere_sets).chain(methods)
     }
 
-    /// The entry of `method`, or the preferred one.
-    pub fn method(&self, name: Option<&str>, folder: &Path) -> Result<&MethodEntry> {
+    /// The entry of `method`, or the preferred one; the manifest stands at `place`.
+    pub fn method(&self, name: Option<&str>, place: &Place) -> Result<&MethodEntry> {
         let found = match name {
             None => self.methods.first(),
             Some(name) => self.methods.iter().find(|m| m.name == name),
@@ -258,7 +263,7 @@ impl Manifest {
             let there: Vec<_> = self.methods.iter().map(|m| m.name.as_str()).collect();
             let name = name.unwrap_or("any");
             Error::invalid(
-                &Place::file(folder.join(FILE_NAME)),
+                place,
                 format!("no method `{name}`; this bundle has: {}{}", there.join(", "), did_you_mean(name, there.iter().copied())),
             )
         })

@@ -10,8 +10,8 @@ mod state;
 pub use settings::Settings;
 
 use super::{legal, orbit};
-use crate::controls::{Controls, Look, Scope};
-use crate::surfaces::Surfaces;
+use relume_playback::{Controls, Look, Scope};
+use relume_playback::Surfaces;
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, ShapeState, State};
 use std::collections::BTreeSet;

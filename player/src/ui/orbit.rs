@@ -1,6 +1,6 @@
 //! A camera moved by hand, around what it looks at.
 
-use crate::surfaces::Surfaces;
+use relume_playback::Surfaces;
 use glam::{Quat, Vec3};
 use relume_formats::state::Camera;
 

@@ -7,10 +7,10 @@ use super::highlight::Highlight;
 use super::layout;
 use super::material_panel::Yielded;
 use super::panel;
-use super::picker::{Picker, Seen};
+use super::picker::Picker;
 use super::style::{SURROUND, WARNING};
 use super::undertaking::Undertaking;
-use crate::surfaces::Surfaces;
+use relume_playback::{Seen, Surfaces};
 use egui::{
     Align, CentralPanel, Color32, CursorIcon, Frame, Key, Label, Layout, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextStyle,
     TextureId, Ui, UiBuilder, WidgetInfo,

@@ -7,10 +7,10 @@ mod shapes;
 mod user;
 
 use super::*;
-use crate::controls::{Controls, Look, PlacedAnimation, PlacedState};
+use relume_playback::{Controls, Look, PlacedAnimation, PlacedState};
 use crate::support::mirror::{Mirror, key, press, release};
 use crate::support::{self, Bundle, blinn_phong};
-use crate::surfaces::Surfaces;
+use relume_playback::{Seen, Surfaces};
 use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
 use relume_formats::kinds::scene;

@@ -1,7 +1,7 @@
 //! A bundle whose shapes deform.
 
 use super::*;
-use crate::controls::Scope;
+use relume_playback::Scope;
 use relume_formats::container::Kind;
 use relume_formats::kinds::scene::{StoredClip, StoredObject, StoredShape};
 use relume_formats::state::{Posed, ShapeState};

@@ -81,8 +81,7 @@ impl Session {
         let files = Files::start(playlist.clone(), request.limits)?;
         let gpu = open_gpu()?;
         expect_adapter(&playlist.method, &gpu)?;
-        let options =
-            Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
+        let options = Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
         Ok(Self { files, gpu, player, bytes_expected, costs, readback: None })

@@ -50,7 +50,14 @@ fn it_depends_on_little() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml")).unwrap();
     let section = text.split("\n[dependencies]\n").nth(1).unwrap().split("\n[").next().unwrap();
     let names: Vec<&str> = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| !name.is_empty()).collect();
-    assert_eq!({ let mut sorted = names; sorted.sort_unstable(); sorted }, DEPENDENCIES);
+    assert_eq!(
+        {
+            let mut sorted = names;
+            sorted.sort_unstable();
+            sorted
+        },
+        DEPENDENCIES
+    );
     assert!(!text.contains("[target"), "the same on every system");
 }
 

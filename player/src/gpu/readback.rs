@@ -15,7 +15,12 @@ impl Readback {
     pub fn new<'a>(gpu: &Gpu, sources: impl IntoIterator<Item = &'a wgpu::Buffer>) -> Self {
         let twin = |source: &wgpu::Buffer| {
             let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-            gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("read-back"), size: source.size(), usage, mapped_at_creation: false })
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("read-back"),
+                size: source.size(),
+                usage,
+                mapped_at_creation: false,
+            })
         };
         Self { twins: sources.into_iter().map(twin).collect() }
     }

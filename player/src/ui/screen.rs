@@ -10,12 +10,12 @@ use super::panel;
 use super::picker::Picker;
 use super::style::{SURROUND, WARNING};
 use super::undertaking::Undertaking;
-use relume_playback::{Seen, Surfaces};
 use egui::{
     Align, CentralPanel, Color32, CursorIcon, Frame, Key, Label, Layout, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextStyle,
     TextureId, Ui, UiBuilder, WidgetInfo,
 };
 use relume_formats::name::plain;
+use relume_playback::{Seen, Surfaces};
 
 /// What the user sees when pointing at something that cannot be edited.
 const FIXED: &str = "fixed: not editable in this bundle";

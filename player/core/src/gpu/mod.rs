@@ -44,7 +44,9 @@ impl Gpu {
         let (limits, name) = (device.limits(), device.adapter_info().name);
         let mut short = None;
         wgpu::Limits::default().check_limits_with_fail_fn(&limits, false, |limit, needed, there| {
-            short.get_or_insert(format!("GPU {name}: limit {limit} is {there}, {needed} is needed; open the device with `wgpu::Limits::default()`"));
+            short.get_or_insert(format!(
+                "GPU {name}: limit {limit} is {there}, {needed} is needed; open the device with `wgpu::Limits::default()`"
+            ));
         });
         if let Some(reason) = short {
             return Err(Error::Request(reason));

@@ -1,9 +1,10 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 7] = [
+const SNIPPETS: [(&str, &str); 8] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
+    ("everywhere", include_str!("everywhere.wgsl")),
     ("half", include_str!("half.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),
@@ -89,7 +90,10 @@ mod tests {
     fn no_function_or_struct_is_written_twice() {
         let mut seen = std::collections::BTreeMap::new();
         for (path, text) in texts() {
-            for item in text.split("\n\n").filter(|item| item.lines().count() > 2 && (item.contains("\nfn ") || item.starts_with("fn ") || item.contains("struct "))) {
+            for item in text
+                .split("\n\n")
+                .filter(|item| item.lines().count() > 2 && (item.contains("\nfn ") || item.starts_with("fn ") || item.contains("struct ")))
+            {
                 // Without comments, and whatever the indentation.
                 let code: Vec<&str> = item.lines().map(str::trim).filter(|line| !line.starts_with("//")).collect();
                 if let Some(other) = seen.insert(code.join("\n"), path.clone()) {

@@ -84,7 +84,12 @@ fn pipeline(gpu: &Gpu, format: TextureFormat, fragment: &'static str) -> wgpu::R
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("tonemap"),
         layout: None,
-        vertex: wgpu::VertexState { module: &module, entry_point: Some("everywhere"), compilation_options: Default::default(), buffers: &[] },
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("everywhere"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
@@ -143,7 +148,10 @@ mod tests {
                     let expected = if format == TextureFormat::Bgra8Unorm { [b, g, r, 255] } else { [r, g, b, 255] };
                     // What encodes itself may round its own way.
                     let slack = u8::from(format.is_srgb());
-                    assert!(shown.iter().zip(expected).all(|(s, e)| s.abs_diff(e) <= slack), "{format:?} {ev} {index}: {shown:?} {expected:?}");
+                    assert!(
+                        shown.iter().zip(expected).all(|(s, e)| s.abs_diff(e) <= slack),
+                        "{format:?} {ev} {index}: {shown:?} {expected:?}"
+                    );
                 }
             }
         }

@@ -1,5 +1,7 @@
 // From linear radiance to what a display shows, by a triangle that covers the target.
 
+#import everywhere
+
 struct Band {
     // Number of the band's first pixel on the film, row by row.
     first_pixel: u32,
@@ -16,12 +18,6 @@ struct Band {
 @group(0) @binding(1) var<storage, read> film: array<vec4<f32>>;
 // [256]: the least linear value that is shown as each 8-bit step, in ascending order.
 @group(0) @binding(2) var<storage, read> least: array<f32>;
-
-@vertex
-fn everywhere(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32(index & 1u), f32(index >> 1u));
-    return vec4<f32>(4.0 * corner - 1.0, 0.0, 1.0);
-}
 
 // The exposed radiance of a pixel of the band, 0 to 1; pixels of other bands are left alone.
 fn exposed(at: vec4<f32>) -> vec3<f32> {

@@ -11,6 +11,7 @@ struct Environment {
     points: u32,
 }
 
+#import everywhere
 #import invocation
 #import view
 
@@ -127,13 +128,6 @@ fn resample(
     if face < 6u && member == 0u {
         cube[index] = vec4<f32>(sums[lane].rgb / sums[lane].a, 0.0);
     }
-}
-
-// A triangle that covers the band, as far away as anything can be.
-@vertex
-fn everywhere(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32(index & 1u), f32(index >> 1u));
-    return vec4<f32>(4.0 * corner - 1.0, 0.0, 1.0);
 }
 
 @fragment

@@ -11,10 +11,10 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use crate::materials::MaterialMap;
 use crate::stream::Arrival;
+use relume_formats::Error as FormatError;
 use relume_formats::container::Kind;
 use relume_formats::kinds::StoredScene;
 use relume_formats::state::Rgb;
-use relume_formats::Error as FormatError;
 
 /// Every method that this player knows.
 pub const METHODS: [Method; 3] = [transfer_images::METHOD, sparse_transfer::METHOD, sphere_shadows::METHOD];

@@ -8,6 +8,7 @@ pub mod sparse;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
+use relume_formats::bundle::Scope;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
@@ -15,7 +16,6 @@ use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredSce
 use relume_formats::kinds::transfer_images::{Head, Image, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
-use relume_formats::bundle::Scope;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

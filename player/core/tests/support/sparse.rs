@@ -5,6 +5,7 @@ use super::Random;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
+use relume_formats::bundle::Scope;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
@@ -12,7 +13,6 @@ use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Steps};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{Environment, SparseTransfer, StoredScene, Textures};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera};
-use relume_formats::bundle::Scope;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -46,8 +46,7 @@ impl Images {
     pub(super) fn new(gpu: &Gpu, head: Head, basis: BrdfBasis, place: Place) -> Result<Self> {
         let layout = head.layout();
         let storage = Storage::arrange(&head, &layout, gpu.binding_bytes).map_err(|bytes| {
-            let reason =
-                format!("an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size", gpu.name, gpu.binding_bytes);
+            let reason = format!("an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size", gpu.name, gpu.binding_bytes);
             FormatError::unsupported(&place, reason)
         })?;
         let bands = bands::cut(&head, gpu.binding_bytes);

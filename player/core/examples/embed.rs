@@ -1,5 +1,6 @@
 //! Somebody else's program that shows a bundle in a texture of its own: `embed BUNDLE PICTURE.png [STATE.toml]`. The device, the files, the texture and the
 //! waiting are the program's; the library gets bytes and encodes commands.
+#![allow(clippy::disallowed_methods, reason = "files and waiting are the program's, not the library's")]
 
 use relume_formats::Place;
 use relume_formats::kinds::manifest::Manifest;

@@ -16,6 +16,7 @@
 //! `examples/embed.rs` shows all of it. (With the feature `cpu` one method may do its sums on all cores while it is updated.)
 
 #![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests are callers: they have files, and wait"))]
 
 mod controls;
 mod error;

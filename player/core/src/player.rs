@@ -364,7 +364,7 @@ mod tests {
         for (pixel, seen) in map.pixels().enumerate().filter(|(_, seen)| *seen == crate::Seen::Nothing) {
             assert_eq!((before[pixel], after[pixel]), ([0, 0, 0, 255], [0, 0, 0, 255]), "{seen:?}");
         }
-        assert_eq!(map.pixels().filter(|seen| *seen == crate::Seen::Nothing).count(), 1);
+        assert!(map.pixels().any(|seen| seen == crate::Seen::Nothing));
     }
 
     #[test]

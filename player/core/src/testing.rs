@@ -24,7 +24,6 @@ pub(crate) fn gpu() -> Option<Gpu> {
 }
 
 /// Waits until everything submitted is done.
-#[allow(clippy::disallowed_methods, reason = "a test is a caller")]
 pub(crate) fn wait(gpu: &Gpu) {
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
 }

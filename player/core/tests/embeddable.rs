@@ -1,5 +1,6 @@
 //! What makes the library fit into any program: what it depends on, and what its sources do not do.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::disallowed_methods, reason = "a test may read files")]
 
 use std::path::{Path, PathBuf};
 

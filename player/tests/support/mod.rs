@@ -1,4 +1,5 @@
 //! What the tests of the core share with those of the program, and the screen without a window.
+#![allow(clippy::panic, reason = "a test fails by panicking")]
 
 #[path = "../../core/tests/support/mod.rs"]
 mod shared;

@@ -26,7 +26,7 @@ use relume_formats::container::{Kind, Section};
 use relume_formats::evaluate::sphere_shadows::{Detail, lobe};
 use relume_formats::kinds::SphereShadows as Bake;
 use relume_formats::state::Rgb;
-use stage::{Changed, Stage, Work};
+use stage::{Changed, Stage};
 use wgpu::BufferUsages;
 
 /// The method's line in the registry.
@@ -109,23 +109,30 @@ impl Waiting {
         let detail = Detail::of(&bake.meta);
         let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
         let lobes: Vec<_> = (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
-        #[cfg(feature = "cpu")]
-        let maps = self.surroundings.take_environments();
         let light = self.surroundings.light(gpu, SIDE as u32);
         let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
         let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE)?;
-        let on_gpu = || -> Result<Work> {
+        let on_gpu = || -> Result<_> {
             let blockers = blockers::Blockers::new(gpu, &receivers, picture.positions(), place)?;
             let shading = shading::Shading::new(gpu, detail, &lobes, light.coefficients(), &blockers, &radiance);
-            Ok(Work::Gpu(blockers, Box::new(shading)))
+            Ok((blockers, Box::new(shading)))
         };
+        let on_gpu = if gpu.radiance_on_cpu { None } else { Some(on_gpu()?) };
         #[cfg(feature = "cpu")]
-        let work = if gpu.radiance_on_cpu { Work::Cpu(on_cpu::OnCpu::new(maps, lobes, detail, &receivers)) } else { on_gpu()? };
-        #[cfg(not(feature = "cpu"))]
-        let work = on_gpu()?;
+        let on_cpu = gpu.radiance_on_cpu.then(|| on_cpu::OnCpu::new(self.surroundings.take_environments(), lobes, detail, &receivers));
         let changed = Changed { light: false, terms: false, shapes: true };
-        Ok(Stage { light, receivers, picture, radiance, work, changed, environment: None })
+        Ok(Stage {
+            light,
+            receivers,
+            picture,
+            radiance,
+            on_gpu,
+            #[cfg(feature = "cpu")]
+            on_cpu,
+            changed,
+            environment: None,
+        })
     }
 }
 

@@ -20,19 +20,14 @@ pub(super) struct Stage {
     pub(super) picture: Picture,
     /// By vertex: W/(sr·m²) before the light's gain, four floats of which the last is unused.
     pub(super) radiance: wgpu::Buffer,
-    pub(super) work: Work,
+    /// What computes radiance on the GPU, unless the CPU does.
+    pub(super) on_gpu: Option<(Blockers, Box<Shading>)>,
+    /// What computes it on the CPU, if that does.
+    #[cfg(feature = "cpu")]
+    pub(super) on_cpu: Option<OnCpu>,
     pub(super) changed: Changed,
     /// What shines.
     pub(super) environment: Option<EnvironmentLook>,
-}
-
-/// Where radiance is computed.
-pub(super) enum Work {
-    /// On the GPU.
-    Gpu(Blockers, Box<Shading>),
-    /// On the CPU.
-    #[cfg(feature = "cpu")]
-    Cpu(OnCpu),
 }
 
 /// What the next frame has to compute again.
@@ -55,7 +50,7 @@ impl Stage {
         self.set_light(gpu, look.environment.as_ref());
         let moved = self.receivers.pose(&look.shapes)?;
         self.changed.shapes |= !moved.is_empty();
-        if let (Work::Gpu(blockers, _), false) = (&self.work, moved.is_empty()) {
+        if let (Some((blockers, _)), false) = (&self.on_gpu, moved.is_empty()) {
             blockers.upload_spheres(gpu, &self.receivers);
         }
         moved.into_iter().for_each(|range| self.upload(gpu, range));
@@ -69,7 +64,7 @@ impl Stage {
         let Some(environment) = environment.filter(|environment| self.environment.as_ref() != Some(environment)) else { return };
         self.changed.light |= self.light.set(gpu, environment);
         self.changed.terms = true;
-        if let Work::Gpu(_, shading) = &self.work {
+        if let Some((_, shading)) = &self.on_gpu {
             shading.set_gain(gpu, environment.gain);
         }
         self.environment = Some(environment.clone());
@@ -79,7 +74,7 @@ impl Stage {
     fn upload(&self, gpu: &Gpu, range: Range<usize>) {
         let positions: Vec<[f32; 3]> = self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
         gpu.write(self.picture.positions(), (range.start * size_of::<[f32; 3]>()) as u64, bytemuck::cast_slice(&positions));
-        if let Work::Gpu(blockers, _) = &self.work {
+        if let Some((blockers, _)) = &self.on_gpu {
             blockers.upload(gpu, &self.receivers, range);
         }
     }
@@ -90,7 +85,7 @@ impl Stage {
 
     #[cfg(feature = "cpu")]
     fn compute_on_cpu(&mut self, gpu: &Gpu) {
-        let (Work::Cpu(on_cpu), Some(environment)) = (&mut self.work, &self.environment) else { return };
+        let (Some(on_cpu), Some(environment)) = (&mut self.on_cpu, &self.environment) else { return };
         if self.changed.terms {
             on_cpu.set_light(environment);
         }
@@ -102,7 +97,7 @@ impl Stage {
 
     /// Encodes a frame, and of what comes before the picture no more than has changed.
     pub(super) fn encode(&mut self, passes: &mut Passes<'_>) {
-        if let Work::Gpu(blockers, shading) = &self.work {
+        if let Some((blockers, shading)) = &self.on_gpu {
             if self.changed.light {
                 self.light.encode(passes);
             }
@@ -127,11 +122,7 @@ impl Stage {
 
     /// Bytes that a frame reads of bitmaps and weights.
     pub(super) fn bytes_per_frame(&self) -> u64 {
-        match &self.work {
-            Work::Gpu(blockers, shading) => blockers.bytes() + shading.bytes(),
-            #[cfg(feature = "cpu")]
-            Work::Cpu(_) => 0,
-        }
+        self.on_gpu.as_ref().map_or(0, |(blockers, shading)| blockers.bytes() + shading.bytes())
     }
 
     /// The film.

@@ -117,8 +117,11 @@ mod tests {
     use crate::testing::{bytes, playlist};
     use crate::{Animations, Error};
 
+    /// Name and bytes of a section, and whether it is the last of its file.
+    type Came = (String, Vec<u8>, bool);
+
     /// Everything that comes of `bytes` in portions, and whether it was the whole.
-    fn play(playlist: &Playlist, bytes: &[u8], portion: usize) -> Result<(Vec<(String, Vec<u8>, bool)>, bool)> {
+    fn play(playlist: &Playlist, bytes: &[u8], portion: usize) -> Result<(Vec<Came>, bool)> {
         let mut source = Incoming::new(playlist);
         let (mut portions, mut found) = (bytes.chunks(portion), Vec::new());
         loop {

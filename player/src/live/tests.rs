@@ -117,3 +117,26 @@ fn a_prefix_is_no_failure() {
     assert_eq!(live.facts().loading, Loading::Prefix);
     live.finish().unwrap();
 }
+
+#[test]
+fn what_a_frame_took_is_told_when_it_is_done() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let mut live = live(bundle.folder(), Limits::default());
+    load(&mut live);
+    assert!(live.draw().unwrap() && live.awaits_frames() && live.facts().cpu_ms.is_none(), "drawing waits for nothing");
+    for turn in 1..5 {
+        live.shown().unwrap().editor.edit_light(&EnvironmentState { rotation_deg: Some(turn as f32), ..Default::default() });
+        assert!(live.draw().unwrap());
+    }
+    assert!(live.is_behind());
+    while live.awaits_frames() {
+        live.poll().unwrap();
+    }
+    assert!(!live.is_behind() && live.facts().cpu_ms.is_some());
+    let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
+    assert_eq!(statistics["frames"], 5);
+    assert!(statistics["time_to_full_quality_s"].as_f64().unwrap() >= statistics["time_to_first_image_s"].as_f64().unwrap());
+}

@@ -228,7 +228,7 @@ impl Live {
         let (cpu_ms, gpu_ms) = self.times.medians();
         Facts {
             adapter: self.session.adapter().name.clone(),
-            method: self.session.player().method().name.to_owned(),
+            method: self.session.player().method().card.name.to_owned(),
             size: self.session.player().film().map(|film| film.size),
             cpu_ms,
             gpu_ms,

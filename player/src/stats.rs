@@ -112,7 +112,7 @@ impl Recorder {
         let stats = Stats {
             adapter: session.adapter().name.clone(),
             backend: session.adapter().backend.to_string(),
-            method: session.player().method().name.to_owned(),
+            method: session.player().method().card.name.to_owned(),
             size: session.player().film().map_or([0, 0], |film| film.size),
             frames: self.cpu_ms.len(),
             cpu_ms: Spread::of(self.cpu_ms),

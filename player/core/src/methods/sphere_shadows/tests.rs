@@ -15,10 +15,10 @@ use std::sync::LazyLock;
 
 static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
 
-/// Two devices: one computes on the GPU, one on the CPU.
+/// Two devices: one computes on the GPU, one on the CPU, if that is built in.
 fn gpus() -> Option<[Gpu; 2]> {
     let (one, mut other) = (gpu()?, gpu()?);
-    other.radiance_on_cpu = true;
+    other.radiance_on_cpu = METHOD.on_cpu;
     Some([one, other])
 }
 

@@ -40,7 +40,8 @@ demo: build  ## bake a small scene and play its animations in a window, or witho
 	    $(PLAYER) demo/cornell-knot --headless --animation repaint --fps 12 --frames 'demo/repaint/%04d.png' --contact-sheet demo/repaint.png && \
 	    echo "no display, so look at demo/polish.png and demo/repaint.png; single frames are in demo/polish and demo/repaint"; \
 	fi
-test: build  ## run every test, compile the fuzz targets; a missing GPU adapter is a failure
+test: build  ## run every test, compile the fuzz targets and the player's core without C; a missing GPU adapter is a failure
+	cargo check --release -p relume-playback --no-default-features --features pure-rust-zstd
 	cargo check --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
 	cargo check --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace

@@ -22,6 +22,7 @@ pub mod container;
 pub mod counts;
 pub mod error;
 pub mod evaluate;
+#[cfg(feature = "fast")]
 pub mod fast;
 pub mod kinds;
 pub mod method;

@@ -8,6 +8,7 @@ use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, 
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry, SphereSetEntry};
 use relume_formats::kinds::{HaarTable, Manifest, TransferImages, VisibilityTable};
 use relume_formats::{Error, Place};
+use ruzstd::decoding::FrameDecoder;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::Path;
@@ -26,6 +27,11 @@ fn assert_round_trip<T: Stored + PartialEq + Debug>(value: &T) {
     assert_eq!(by_hand.bytes(), bytes);
     let mut reader = relume_formats::container::open(&first).unwrap();
     for section in &by_hand.sections {
+        // And both decoders find the same in it.
+        let (mut in_rust, in_c) =
+            (vec![0; section.raw_bytes as usize], zstd::bulk::decompress(&section.stored, section.raw_bytes as usize).unwrap());
+        let length = FrameDecoder::new().decode_all(&section.stored, &mut in_rust).unwrap();
+        assert!(length == in_c.len() && in_rust == in_c, "libzstd and ruzstd differ in section `{}`", section.name);
         assert_eq!(section.raw(), reader.next_section().unwrap().unwrap().bytes, "{}", section.name);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "no other file is left");

@@ -26,6 +26,8 @@ use winit::window::{Window, WindowId};
 
 /// How often to look whether anything has arrived.
 const POLL_PAUSE: Duration = Duration::from_millis(10);
+/// How often to look whether a frame is done.
+const FRAMES_PAUSE: Duration = Duration::from_millis(2);
 /// While loading, least time from one frame to the next unless the user does something.
 const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
 /// While loading, pauses are at least so many times as long as frames: most of the time belongs to loading.
@@ -105,6 +107,8 @@ struct Open {
     played_at: Option<Instant>,
     /// When egui wants to be drawn again.
     next_draw: Option<Instant>,
+    /// Whether the picture was left as it is because the GPU was behind.
+    owes_draw: bool,
 }
 
 impl ApplicationHandler for App<'_> {
@@ -210,6 +214,7 @@ impl Open {
             draw_took: Duration::ZERO,
             played_at: None,
             next_draw: None,
+            owes_draw: false,
         })
     }
 
@@ -223,10 +228,15 @@ impl Open {
         let progress = loading.then(|| self.drawn_at + PROGRESS_PAUSE.max(self.draw_took.mul_f64(PROGRESS_PAUSE_FACTOR)));
         let due = [self.next_draw, next_frame, progress].into_iter().flatten().min();
         let first_image = self.picture.is_none() && self.live.shown().is_some();
-        if first_image || was_loading != loading || due.is_some_and(|due| due <= now) {
+        let catches_up = self.owes_draw && !self.live.is_behind();
+        if first_image || was_loading != loading || catches_up || due.is_some_and(|due| due <= now) {
             self.window.request_redraw();
         }
-        let look = loading.then(|| if arrived { now } else { now + POLL_PAUSE });
+        let look = if loading {
+            Some(if arrived { now } else { now + POLL_PAUSE })
+        } else {
+            self.live.awaits_frames().then_some(now + FRAMES_PAUSE)
+        };
         Ok(look.into_iter().chain(due.filter(|due| *due > now)).min())
     }
 
@@ -235,7 +245,10 @@ impl Open {
         let began = Instant::now();
         self.pass_time();
         let (drawing, close) = self.draw_ui();
-        self.live.draw()?;
+        self.owes_draw = self.live.is_behind();
+        if !self.owes_draw {
+            self.live.draw()?;
+        }
         match self.canvas.paint(self.live.session().gpu(), self.size, &drawing) {
             Painted::Yes => {}
             Painted::TryAgain => self.window.request_redraw(),
@@ -262,7 +275,7 @@ impl Open {
         let context = self.input.egui_ctx().clone();
         let facts = self.live.facts();
         if self.picture.is_none()
-            && let Some(texture) = self.live.shown().map(|shown| shown.picture.texture().clone())
+            && let Some(texture) = self.live.shown().map(|shown| shown.picture.clone())
         {
             self.picture = Some(self.canvas.register(self.live.session().gpu(), &texture));
         }

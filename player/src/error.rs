@@ -21,6 +21,16 @@ pub enum Error {
     Interrupted,
 }
 
+impl From<relume_playback::Error> for Error {
+    fn from(error: relume_playback::Error) -> Self {
+        match error {
+            relume_playback::Error::Format(error) => Self::Format(error),
+            relume_playback::Error::Request(reason) => Self::Usage(reason),
+            other => Self::Failed(other.to_string()),
+        }
+    }
+}
+
 impl Error {
     /// This error with the line of the state or animation that it speaks of.
     pub fn with_line(self) -> Self {

@@ -1,17 +1,17 @@
 //! Playing without a window: frames to files.
 
 use crate::cli::Cli;
-use crate::controls::{PlacedAnimation, PlacedState};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::interrupt::Interrupt;
 use crate::output::{ContactSheet, display_value, encode_exr, encode_png, write_whole};
-use crate::session::{AnimationChoice, Frame, Progress, Request, Session};
+use crate::session::{AnimationChoice, Frame, Request, Session};
 use crate::stats::{Appearance, Recorder};
 use crate::stream::Limits;
 use indicatif::{ProgressBar, ProgressStyle};
 use relume_formats::Place;
 use relume_formats::state::{Animation, Rgb, State};
+use relume_playback::{PlacedAnimation, PlacedState, Progress};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -43,7 +43,7 @@ fn check_usage(cli: &Cli) -> Result<()> {
 /// What `cli` asks to play.
 pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
     let state = match &cli.state {
-        None => PlacedState { state: State::default(), place: Place::file("defaults") },
+        None => PlacedState::default(),
         Some(path) => PlacedState { state: State::read_file(path)?, place: Place::file(path) },
     };
     let animation = match cli.animation.as_deref() {
@@ -76,13 +76,13 @@ pub(crate) fn load(
     loop {
         stop_if(interrupt)?;
         let progress = session.advance()?;
-        if !checked && session.controls().is_some() {
+        if !checked && session.player().controls().is_some() {
             check(session)?;
             checked = true;
         }
         match progress {
             Progress::Waiting => std::thread::sleep(NAP),
-            Progress::Arrived if appearance.first_s.is_none() && session.is_ready() => {
+            Progress::Arrived if appearance.first_s.is_none() && session.player().is_ready() => {
                 session.render(0.0)?;
                 appearance.first_s = Some(started.elapsed().as_secs_f64());
             }
@@ -103,7 +103,7 @@ fn stop_if(interrupt: &Interrupt) -> Result<()> {
 
 /// How many frames to render. Fails if their names would be the same.
 fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
-    let of_animation = session.controls().map_or(1, |controls| controls.frame_count(cli.fps));
+    let of_animation = session.player().controls().map_or(1, |controls| controls.frame_count(cli.fps));
     let count = cli.count.map_or(of_animation, |count| count as usize);
     let plain = cli.frames.iter().chain(&cli.exr).find(|path| !path.is_numbered());
     match plain {
@@ -116,7 +116,7 @@ fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
 }
 
 fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Interrupt) -> Result<Recorder> {
-    let size = session.film().map_or([0, 0], |film| film.size);
+    let size = session.player().film().map_or([0, 0], |film| film.size);
     let bar = progress_bar(count);
     let mut recorder = Recorder::default();
     let mut sheet = ContactSheet::new(count);

@@ -1,11 +1,8 @@
-//! Plays bundles that `bake` wrote.
+//! The program around `relume_playback`, which plays bundles that `bake` wrote.
 //!
-//! * [`stream`]: the files of a bundle as they arrive;
-//! * [`gpu`]: device, buffers, read-back, timestamps;
-//! * [`methods`]: one folder per method, the GPU twins of `relume_formats::evaluate`;
-//! * `lit`: meshes in the light of an environment map, which several methods draw;
-//! * [`controls`]: state and animation on top of the scene's defaults; [`surfaces`]: what stands in the camera's way;
-//! * [`session`]: a bundle being played;
+//! * [`stream`]: the files of a bundle, read by a thread;
+//! * [`gpu`]: choice of an adapter, the device and its failures, read-back;
+//! * [`session`]: a bundle being played from files, and what frames take;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
 //! * [`live`]: a bundle shown and edited while it plays; [`ui`]: what the user sees of that; [`app`]: the window around it;
 //! * [`interrupt`]: the wish to stop;
@@ -15,19 +12,15 @@
 
 pub mod app;
 pub mod cli;
-pub mod controls;
 pub mod error;
 pub mod gpu;
 pub mod headless;
 pub mod interrupt;
-mod lit;
 pub mod live;
-pub mod methods;
 pub mod output;
 pub mod session;
 pub mod stats;
 pub mod stream;
-pub mod surfaces;
 pub mod ui;
 
 // What tests share is used from outside too.
@@ -41,11 +34,11 @@ pub use error::{Error, Result};
 pub use interrupt::Interrupt;
 
 use cli::Cli;
-use controls::PlacedState;
 use gpu::Gpu;
 use relume_formats::Place;
 use relume_formats::kinds::manifest;
 use relume_formats::state::{Rgb, State};
+use relume_playback::PlacedState;
 use session::{Frame, Request, Session};
 use std::io::Write as _;
 use std::path::Path;
@@ -91,7 +84,7 @@ fn refuse(path: &Path, reason: &str) -> Result<()> {
 /// `adapter` is any part of an adapter's name; `None` takes the most promising one.
 pub fn render_once(folder: &Path, state: &State, adapter: Option<&str>) -> Result<([u32; 2], Vec<Rgb>)> {
     let (session, frame) = render(folder, None, state, adapter)?;
-    Ok((session.film().map_or([0, 0], |film| film.size), frame.radiance))
+    Ok((session.player().film().map_or([0, 0], |film| film.size), frame.radiance))
 }
 
 /// The radiance that a white diffuse surface would show at every vertex of the scene in `folder`, W/(sr·m²), by its method `method`.

@@ -1,14 +1,12 @@
 //! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
 
-use crate::controls::Look;
 use crate::error::{Error, Result};
-use crate::gpu::Tonemap;
 use crate::output::{display_value, encode_exr, encode_png, write_numbered};
-use crate::session::{Cost, Progress, Session};
+use crate::session::{Cost, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
-use crate::surfaces::Surfaces;
 use crate::ui::{Editor, Facts, Loading, Picker, Save, Stage};
 use relume_formats::state::Rgb;
+use relume_playback::{Look, Player, Progress, Surfaces};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -17,6 +15,9 @@ const POLL: Duration = Duration::from_millis(10);
 /// While pieces arrive, the time from one frame to the next for their sake alone, as a multiple of what a frame takes: frames that the user causes
 /// come without one in between.
 const REFINING_PAUSE_FACTOR: f64 = 3.0;
+
+/// Frames that may be under way on the GPU at once, so that none shows what the user did long ago.
+const MOST_UNDER_WAY: usize = 2;
 
 /// A bundle on show.
 pub struct Live {
@@ -30,6 +31,8 @@ pub struct Live {
     stale: bool,
     /// When the picture may next be drawn again for the sake of new pieces alone.
     refine_at: Instant,
+    /// Number of the first frame of the whole bundle.
+    full_from: Option<u64>,
     times: FrameTimes,
     recorder: Option<Recorder>,
     appearance: Appearance,
@@ -52,8 +55,9 @@ pub struct Shown {
     pub surfaces: Surfaces,
     /// Size of the film in pixels.
     pub size: [u32; 2],
-    /// What the display shows.
-    pub picture: Tonemap,
+    /// What the display shows: sRGB-encoded values.
+    pub picture: wgpu::Texture,
+    view: wgpu::TextureView,
 }
 
 impl Shown {
@@ -75,17 +79,19 @@ impl Live {
             drawn: None,
             stale: false,
             refine_at: started,
+            full_from: None,
             times: FrameTimes::default(),
             recorder: record.then(Recorder::default),
             appearance: Appearance::default(),
         }
     }
 
-    /// Takes in what has arrived. Returns whether anything has.
+    /// Takes in what has arrived, of the bundle and from the GPU. Returns whether anything of the bundle has.
     ///
     /// # Errors
     /// If the bundle fails before there is anything to show. Later failures are kept, see [`Live::finish`].
     pub fn poll(&mut self) -> Result<bool> {
+        self.take_costs()?;
         let until = Instant::now() + POLL;
         let mut changed = false;
         while matches!(self.loading, Load::Arriving) && Instant::now() < until {
@@ -108,17 +114,19 @@ impl Live {
 
     fn show_if_ready(&mut self) {
         if self.shown.is_none()
-            && self.session.is_ready()
-            && let Some(controls) = self.session.controls()
+            && self.session.player().is_ready()
+            && let Some(controls) = self.session.player().controls()
         {
-            let Some(film) = self.session.film() else { return };
-            let (editor, size, picture) = (Editor::new(controls), film.size, Tonemap::new(self.session.gpu(), film));
-            let picker = self.session.pixels().map(Picker::new);
-            self.shown = Some(Shown { editor, picker, surfaces: self.session.take_surfaces(), size, picture });
+            let Some(film) = self.session.player().film() else { return };
+            let (editor, size, picture) = (Editor::new(controls), film.size, self.session.gpu().picture(film.size));
+            let picker = self.session.player().materials().map(Picker::new);
+            let (surfaces, view) =
+                (self.session.player_mut().take_surfaces(), picture.create_view(&wgpu::TextureViewDescriptor::default()));
+            self.shown = Some(Shown { editor, picker, surfaces, size, picture, view });
         }
     }
 
-    /// Brings the picture up to date, doing no more than what has changed asks for. Returns whether it changed.
+    /// Brings the picture up to date, doing no more than what has changed asks for, and without waiting for the GPU. Returns whether it changed.
     pub fn draw(&mut self) -> Result<bool> {
         let Some(shown) = &self.shown else { return Ok(false) };
         let look = shown.editor.look();
@@ -128,11 +136,12 @@ impl Live {
         if self.drawn.as_ref() == Some(&look) && !refines {
             return Ok(false);
         }
+        let view = shown.view.clone();
+        let show = |player: &mut Player, encoder: &mut _| Ok(player.show(encoder, &view, exposure_ev)?);
         if !same_but_for_exposure || refines {
-            self.draw_film(&look)?;
-        }
-        if let Some(shown) = &self.shown {
-            shown.picture.run(self.session.gpu(), exposure_ev);
+            self.frame_drawn(|session| session.draw(&look, show))?;
+        } else {
+            self.session.submit(show)?;
         }
         self.move_surfaces(&look);
         self.drawn = Some(look);
@@ -144,36 +153,63 @@ impl Live {
     fn move_surfaces(&mut self, look: &Look) {
         let moved = self.drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
         if let (true, Some(shown)) = (moved, &mut self.shown)
-            && let Some(positions) = self.session.moving_vertices()
+            && let Some(positions) = self.session.player().moving_vertices()
         {
             shown.surfaces.set_positions(positions);
         }
     }
 
     fn refines(&self) -> bool {
-        self.stale && (!self.is_loading() || Instant::now() >= self.refine_at)
+        self.stale && (!self.is_loading() || (self.session.frames_under_way() == 0 && Instant::now() >= self.refine_at))
     }
 
-    fn draw_film(&mut self, look: &Look) -> Result<()> {
+    /// Draws a frame by `draw`, of all that has arrived.
+    fn frame_drawn(&mut self, draw: impl FnOnce(&mut Session) -> Result<u64>) -> Result<()> {
         let began = Instant::now();
-        let cost = self.session.draw(look)?;
+        let frame = draw(&mut self.session)?;
         self.stale = false;
-        self.refine_at = Instant::now() + began.elapsed().mul_f64(REFINING_PAUSE_FACTOR);
-        self.record(&cost);
+        self.rest(began.elapsed());
+        if matches!(self.loading, Load::Loaded { complete: true }) {
+            self.full_from.get_or_insert(frame);
+        }
         Ok(())
     }
 
+    /// Leaves most of the time to loading, after a frame that `took` so long.
+    fn rest(&mut self, took: Duration) {
+        self.refine_at = self.refine_at.max(Instant::now() + took.mul_f64(REFINING_PAUSE_FACTOR));
+    }
+
+    fn take_costs(&mut self) -> Result<()> {
+        for cost in self.session.take_costs()? {
+            self.record(&cost);
+        }
+        Ok(())
+    }
+
+    /// Notes a frame that is done by now.
     fn record(&mut self, cost: &Cost) {
         let now = Instant::now();
+        self.rest(Duration::from_secs_f64((cost.cpu_ms + cost.gpu_ms.unwrap_or_default()) * 1e-3));
         self.times.add(now, cost);
         if let Some(recorder) = &mut self.recorder {
             recorder.add(cost);
         }
         let elapsed_s = Some(now.duration_since(self.started).as_secs_f64());
         self.appearance.first_s = self.appearance.first_s.or(elapsed_s);
-        if matches!(self.loading, Load::Loaded { complete: true }) {
+        if self.full_from.is_some_and(|first| cost.frame >= first) {
             self.appearance.full_s = self.appearance.full_s.or(elapsed_s);
         }
+    }
+
+    /// Whether frames are under way, of which something will be to be told by [`Live::poll`].
+    pub fn awaits_frames(&self) -> bool {
+        self.session.frames_under_way() > 0
+    }
+
+    /// Whether so many frames are under way that another would only come later.
+    pub fn is_behind(&self) -> bool {
+        self.session.frames_under_way() >= MOST_UNDER_WAY
     }
 
     /// Whether more may arrive.
@@ -188,12 +224,12 @@ impl Live {
 
     /// What the user may want to know.
     pub fn facts(&self) -> Facts {
-        let pieces = self.session.pieces();
+        let pieces = self.session.player().pieces();
         let (cpu_ms, gpu_ms) = self.times.medians();
         Facts {
             adapter: self.session.adapter().name.clone(),
-            method: self.session.method_name().to_owned(),
-            size: self.session.film().map(|film| film.size),
+            method: self.session.player().method().card.name.to_owned(),
+            size: self.session.player().film().map(|film| film.size),
             cpu_ms,
             gpu_ms,
             bytes: self.session.bytes_streamed(),
@@ -234,6 +270,8 @@ impl Live {
 
     /// What `--stats` writes, if frames were recorded.
     pub fn statistics(&mut self) -> Result<Option<Vec<u8>>> {
+        self.session.wait()?;
+        self.take_costs()?;
         let Some(recorder) = self.recorder.take().filter(|_| self.shown.is_some()) else { return Ok(None) };
         recorder.finish(&self.session, self.appearance).map(Some)
     }
@@ -256,123 +294,4 @@ impl Live {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::controls::PlacedState;
-    use crate::gpu::{self, Gpu};
-    use crate::session::Request;
-    use crate::stream::Limits;
-    use crate::support::{self, Bundle, sparse};
-    use crate::ui::Motion;
-    use relume_formats::Place;
-    use relume_formats::state::{EnvironmentState, MaterialState, State};
-
-    fn live(folder: &Path, limits: Limits) -> Live {
-        let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-        let request = Request { folder, method: None, state, animation: None, size: None, limits };
-        Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
-    }
-
-    fn load(live: &mut Live) {
-        while live.is_loading() {
-            live.poll().unwrap();
-        }
-    }
-
-    fn gpu_there() -> bool {
-        support::gpu_there(|| gpu::list().map(|_| ()).map_err(|e| e.to_string()))
-    }
-
-    #[test]
-    fn no_more_is_drawn_than_has_changed() {
-        if !gpu_there() {
-            return;
-        }
-        let bundle = Bundle::write(true);
-        let mut live = live(bundle.folder(), Limits::default());
-        assert!(!live.draw().unwrap() && live.shown().is_none(), "nothing is there yet");
-        load(&mut live);
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.set_exposure(2.0);
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.edit("a", &MaterialState { shininess: Some(3.0), ..Default::default() });
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.select(Some("b"));
-        assert!(!live.draw().unwrap());
-        let facts = live.facts();
-        assert_eq!((facts.pieces, facts.bytes), (facts.pieces_expected, facts.bytes_expected));
-        let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
-        assert_eq!(statistics["frames"], 2, "exposure needs no new sum");
-        live.finish().unwrap();
-    }
-
-    #[test]
-    fn every_animation_is_on_offer() {
-        if !gpu_there() {
-            return;
-        }
-        let bundle = Bundle::write(true);
-        let mut live = live(bundle.folder(), Limits::default());
-        load(&mut live);
-        let editor = &mut live.shown().unwrap().editor;
-        assert_eq!(editor.animations().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["glow"]);
-        assert_eq!((editor.active(), editor.is_playing()), (None, false));
-    }
-
-    #[test]
-    fn what_came_before_a_failure_stays() {
-        if !gpu_there() {
-            return;
-        }
-        let bundle = Bundle::write(true);
-        let path = bundle.folder().join("images.relume");
-        let mut bytes = std::fs::read(&path).unwrap();
-        *bytes.last_mut().unwrap() ^= 1;
-        std::fs::write(&path, bytes).unwrap();
-        let mut live = live(bundle.folder(), Limits::default());
-        load(&mut live);
-        assert!(live.draw().unwrap());
-        let facts = live.facts();
-        assert!(matches!(&facts.loading, Loading::Failed(reason) if reason.contains("checksum")), "{facts:?}");
-        assert_eq!(facts.pieces, facts.pieces_expected - 1);
-        let folder = tempfile::tempdir().unwrap();
-        let saved = Save::ALL.map(|what| live.save(what, folder.path()).unwrap());
-        assert!(saved.iter().all(|path| path.exists()) && saved[0].ends_with("synthetic-0001.png"));
-        assert_eq!(live.finish().unwrap_err().exit_code(), 2);
-    }
-
-    #[test]
-    fn light_and_view_are_drawn_when_they_change() {
-        if !gpu_there() {
-            return;
-        }
-        let bundle = sparse::Bundle::write(16, false);
-        let mut live = live(bundle.folder(), Limits::default());
-        load(&mut live);
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.move_camera(Motion::Orbit([0.1, 0.1]), &Surfaces::default());
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.edit_light(&EnvironmentState { rotation_deg: Some(20.0), ..Default::default() });
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        live.shown().unwrap().editor.set_exposure(1.0);
-        assert!(live.draw().unwrap() && !live.draw().unwrap());
-        let facts = live.facts();
-        assert_eq!((facts.what, facts.pieces, facts.pieces_expected, facts.size), ("blocks", 5, 5, Some(sparse::SIZE)));
-        let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
-        assert_eq!(statistics["frames"], 3, "exposure needs no new frame");
-        live.finish().unwrap();
-    }
-
-    #[test]
-    fn a_prefix_is_no_failure() {
-        if !gpu_there() {
-            return;
-        }
-        let bundle = Bundle::write(true);
-        let mut live = live(bundle.folder(), Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
-        load(&mut live);
-        assert!(live.draw().unwrap());
-        assert_eq!(live.facts().loading, Loading::Prefix);
-        live.finish().unwrap();
-    }
-}
+mod tests;

@@ -1,20 +1,21 @@
-//! A bundle being played: what has arrived, what is set, and the frames that follow.
+//! A bundle being played from files, on a GPU of its own: the core with a source, a clock, and someone who waits.
 
-use crate::controls::{Controls, Look, PlacedAnimation, PlacedState, Scope};
+mod costs;
+
+pub use costs::Cost;
+
 use crate::error::{Error, Result};
-use crate::gpu::{Film, Gpu, Passes, Readback, Timer};
-use crate::methods::{Method, Pieces, Playback, Setup};
-use crate::stream::{Arrival, Event, Limits, Playlist, Source, decode_all};
-use crate::surfaces::Surfaces;
-use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
-use relume_formats::container::{Kind, Section};
-use relume_formats::kinds::manifest::FILE_NAME;
-use relume_formats::kinds::transfer_images::Head;
-use relume_formats::kinds::{StoredScene, scene};
-use relume_formats::state::{Animation, Rgb};
-use relume_formats::{Error as FormatError, Place};
-use std::path::{Path, PathBuf};
+use crate::gpu::{Gpu, Readback};
+use crate::stream::{Files, Limits};
+use costs::Costs;
+use relume_formats::Place;
+use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
+use relume_formats::state::Rgb;
+use relume_playback::methods::{METHODS, Method};
+use relume_playback::{Look, Options, PlacedAnimation, PlacedState, Player, Playlist, Progress};
+use std::path::Path;
 use std::time::Instant;
+use wgpu::{CommandEncoder, CommandEncoderDescriptor};
 
 /// What to play.
 #[derive(Debug)]
@@ -42,20 +43,6 @@ pub enum AnimationChoice<'a> {
     Own(PlacedAnimation),
 }
 
-/// How loading stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
-    /// Nothing new; the caller may do something else for a moment.
-    Waiting,
-    /// Something new arrived.
-    Arrived,
-    /// Everything that will come is there.
-    Loaded {
-        /// Whether that is the whole bundle, or the prefix that was asked for.
-        complete: bool,
-    },
-}
-
 /// One rendered frame and its cost.
 #[derive(Debug, Clone)]
 pub struct Frame {
@@ -67,247 +54,100 @@ pub struct Frame {
     pub cost: Cost,
 }
 
-/// What a frame took.
-#[derive(Debug, Clone, Default)]
-pub struct Cost {
-    /// Updating, encoding and submitting, in milliseconds.
-    pub cpu_ms: f64,
-    /// All its passes on the GPU, in milliseconds, where the device tells.
-    pub gpu_ms: Option<f64>,
-    /// Each of its passes, in milliseconds, where the device tells.
-    pub passes_ms: Vec<(&'static str, f64)>,
-}
-
 /// A bundle being played.
 pub struct Session {
-    source: Source,
+    files: Files,
     gpu: Gpu,
-    folder: PathBuf,
-    method: Method,
-    /// Of all methods of the bundle.
-    known: Vec<Method>,
-    settings: Settings,
-    size: Option<[u32; 2]>,
-    /// The method at work, as soon as the scene is there.
-    playback: Option<Box<dyn Playback>>,
-    /// Sections of the small file that is arriving.
-    pending: Vec<Section>,
-    scene: Option<scene::Meta>,
-    /// At rest, until they are taken.
-    surfaces: Surfaces,
-    state: PlacedState,
-    /// The animations so far; with one to play, that comes first.
-    animations: Vec<PlacedAnimation>,
-    /// How many there will be.
-    animations_expected: usize,
-    plays_first: bool,
+    player: Player,
     bytes_expected: u64,
-    controls: Option<Controls>,
-    timer: Option<Timer>,
+    costs: Costs,
     readback: Option<Readback>,
 }
 
 impl Session {
     /// Opens the bundle, then the GPU by `open_gpu`; sections arrive from now on.
     pub fn start(request: Request<'_>, open_gpu: impl FnOnce() -> Result<Gpu>) -> Result<Self> {
-        let plays_first = request.animation.is_some();
         let (name, own) = match request.animation {
             None => (None, None),
             Some(AnimationChoice::Named(name)) => (Some(name), None),
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
-        let playlist = Playlist::of(request.folder, request.method, name)?;
-        let animations: Vec<_> = own.into_iter().collect();
-        let animations_expected = animations.len() + playlist.items.iter().filter(|item| item.kind == Kind::Animation).count();
+        let place = Place::file(request.folder.join(FILE_NAME));
+        let playlist = Playlist::of(&Manifest::read(request.folder)?, &place, request.method, name)?;
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let (method, known, settings) = (playlist.method, playlist.known.clone(), playlist.settings.clone());
-        let source = Source::start(playlist, request.limits)?;
+        let files = Files::start(playlist.clone(), request.limits)?;
         let gpu = open_gpu()?;
-        method.expect_adapter(&gpu)?;
-        Ok(Self {
-            source,
-            timer: Timer::new(&gpu),
-            gpu,
-            folder: request.folder.to_owned(),
-            method,
-            known,
-            settings,
-            size: request.size,
-            playback: None,
-            pending: Vec::new(),
-            scene: None,
-            surfaces: Surfaces::default(),
-            state: request.state,
-            animations,
-            animations_expected,
-            plays_first,
-            bytes_expected,
-            controls: None,
-            readback: None,
-        })
+        expect_adapter(&playlist.method, &gpu)?;
+        let options = Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
+        let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
+        let costs = Costs::new(player.is_timed(), gpu.is_software());
+        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None })
     }
 
     /// Takes in the next section, if there is one. Never waits for the source.
     pub fn advance(&mut self) -> Result<Progress> {
-        match self.source.poll()? {
-            Event::Waiting => Ok(Progress::Waiting),
-            Event::Section(arrival) => self.section_arrived(arrival).map(|()| Progress::Arrived),
-            Event::End { complete } => self.check_loaded(complete).map(|()| Progress::Loaded { complete }),
-        }
-    }
-
-    fn section_arrived(&mut self, arrival: Arrival) -> Result<()> {
-        match arrival.kind {
-            Kind::Scene => {
-                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
-                if let Some(sections) = self.collect(arrival) {
-                    let scene: StoredScene = decode_all(sections)?;
-                    expect_name(&scene.meta.name, &listed.unwrap_or_default(), &place)?;
-                    self.scene = Some(scene.meta.clone());
-                    if scene.meta.varies_view {
-                        self.surfaces = Surfaces::new(scene.positions.clone(), scene.triangles.clone());
-                    }
-                    let setup = Setup { scene, place, settings: self.settings.clone(), size: self.size };
-                    self.playback = Some((self.method.start)(&self.gpu, setup)?);
-                }
-            }
-            Kind::Animation => {
-                let (place, listed) = (arrival.section.place.clone(), arrival.name.clone());
-                if let Some(sections) = self.collect(arrival) {
-                    let animation: Animation = decode_all(sections)?;
-                    expect_name(&animation.name, &listed.unwrap_or_default(), &place)?;
-                    self.animations.push(PlacedAnimation { animation, place });
-                }
-            }
-            _ => {
-                let Some(playback) = &mut self.playback else { return Err(self.invalid("comes before the scene")) };
-                playback.section_arrived(&self.gpu, arrival)?;
-            }
-        }
-        self.set_up_controls()
-    }
-
-    /// Keeps a section of a small file until the last one is there, then hands out all.
-    fn collect(&mut self, arrival: Arrival) -> Option<Vec<Section>> {
-        self.pending.push(arrival.section);
-        arrival.last.then(|| std::mem::take(&mut self.pending))
-    }
-
-    fn set_up_controls(&mut self) -> Result<()> {
-        if self.controls.is_some() || self.animations.len() < self.animations_expected {
-            return Ok(());
-        }
-        let maps = self.playback.as_ref().and_then(|playback| playback.maps());
-        if let Some((scene, maps)) = self.scene.clone().zip(maps) {
-            let mut animations = std::mem::take(&mut self.animations).into_iter();
-            let animation = if self.plays_first { animations.next() } else { None };
-            let scope = Scope { scene, card: self.method.card, maps };
-            self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope).map_err(Error::with_line)?;
-            self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect()).map_err(Error::with_line)?);
-        }
-        Ok(())
-    }
-
-    /// Fails if no method of the bundle can play an animation. One that another method plays is no fault.
-    fn expect_some_method_plays<'a>(&self, mut animations: impl Iterator<Item = &'a PlacedAnimation>, scope: &Scope) -> Result<()> {
-        let is_played =
-            |placed: &PlacedAnimation| self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)));
-        animations.try_for_each(|placed| {
-            if is_played(placed) {
-                return Ok(());
-            }
-            Ok(expect_playable(&placed.animation, &Look::default_of(&scope.scene), scope, &placed.place)?)
-        })
-    }
-
-    fn check_loaded(&self, complete: bool) -> Result<()> {
-        let Pieces { what, expected, missing, .. } = self.pieces();
-        if expected == 0 {
-            return Err(self.invalid(&format!("no main file of {} came", self.method.card.name)));
-        }
-        if !self.is_ready() || (complete && !missing.is_empty()) {
-            return Err(self.invalid(&format!("{} of {expected} {what} are missing", missing.len())));
-        }
-        Ok(())
-    }
-
-    /// The error that the bundle as a whole is not what it should be.
-    fn invalid(&self, reason: &str) -> Error {
-        FormatError::invalid(&Place::file(self.folder.join(FILE_NAME)), format!("{reason}; bake it again")).into()
-    }
-
-    /// Whether a frame can be rendered, if only a coarse one.
-    pub fn is_ready(&self) -> bool {
-        self.controls.is_some() && self.pieces().arrived() > 0
-    }
-
-    /// How much has arrived of what the method sums up.
-    pub fn pieces(&self) -> Pieces {
-        self.playback.as_ref().map_or_else(Pieces::default, |playback| playback.pieces())
-    }
-
-    /// The controls, once the scene is there.
-    pub fn controls(&self) -> Option<&Controls> {
-        self.controls.as_ref()
-    }
-
-    /// The film, once its size is known.
-    pub fn film(&self) -> Option<&Film> {
-        self.playback.as_ref()?.film()
-    }
-
-    /// The materials that every pixel shows, where the view is fixed.
-    pub fn pixels(&self) -> Option<&Head> {
-        self.playback.as_ref()?.pixels()
-    }
-
-    /// Hands out the surfaces of the scene at rest; none where the view is fixed.
-    pub fn take_surfaces(&mut self) -> Surfaces {
-        std::mem::take(&mut self.surfaces)
-    }
-
-    /// Where the vertices of the scene are in the last frame, metres in world space, if they move at all.
-    pub fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
-        self.playback.as_ref()?.moving_vertices()
+        let progress = self.player.advance(&mut self.files).map_err(|error| Error::from(error).with_line())?;
+        self.gpu.check()?;
+        Ok(progress)
     }
 
     /// Renders the frame at `time_s` with what has arrived, and waits for it.
     pub fn render(&mut self, time_s: f64) -> Result<Frame> {
-        let Some(controls) = &self.controls else { return Err(nothing_there()) };
+        let Some(controls) = self.player.controls() else { return Err(nothing_there()) };
         let look = controls.look_at(time_s)?;
-        let cost = self.draw(&look)?;
-        Ok(Frame { radiance: self.read_film()?, exposure_ev: look.camera.exposure_ev, cost })
-    }
-
-    /// Fills the film for `look` with what has arrived. Waits for it only where the GPU tells its time.
-    pub fn draw(&mut self, look: &Look) -> Result<Cost> {
-        let started = Instant::now();
-        let labels = self.submit(look)?;
-        let cpu_ms = started.elapsed().as_secs_f64() * 1e3;
-        let Some(timer) = &self.timer else { return Ok(Cost { cpu_ms, ..Cost::default() }) };
-        let times = timer.read(&self.gpu, &labels)?;
-        if self.gpu.is_software() {
-            // Once llvmpipe has drawn anything, it writes both timestamps of a pass at the same moment.
-            return Ok(Cost { cpu_ms, gpu_ms: Some(started.elapsed().as_secs_f64() * 1e3 - cpu_ms), passes_ms: Vec::new() });
+        let frame = self.draw(&look, |_, _| Ok(()))?;
+        if self.player.is_timed() {
+            // Before anything else is submitted, so that the time is the frame's alone.
+            self.gpu.wait()?;
         }
-        Ok(Cost { cpu_ms, gpu_ms: Some(times.frame_ms), passes_ms: times.passes })
+        let radiance = self.read_film()?;
+        let cost = self.take_costs()?.into_iter().find(|cost| cost.frame == frame).unwrap_or_default();
+        Ok(Frame { radiance, exposure_ev: look.camera.exposure_ev, cost })
     }
 
-    /// Submits a frame. Returns the labels of the passes that are timed.
-    fn submit(&mut self, look: &Look) -> Result<Vec<&'static str>> {
-        let Some(playback) = &mut self.playback else { return Err(nothing_there()) };
-        playback.update(&self.gpu, look)?;
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        let mut passes = Passes::new(&mut encoder, self.timer.as_ref());
-        playback.encode(&mut passes);
-        let labels = passes.finish();
+    /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for it. Returns its number.
+    pub fn draw(&mut self, look: &Look, more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>) -> Result<u64> {
+        let started = Instant::now();
+        let mut encoder = self.encoder("frame");
+        let frame = self.player.draw(&mut encoder, look)?;
+        more(&mut self.player, &mut encoder)?;
+        self.costs.watch(frame, &encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        Ok(labels)
+        self.costs.submitted(frame, started);
+        Ok(frame)
+    }
+
+    /// Submits what `more` encodes, without a new frame.
+    pub fn submit(&mut self, more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>) -> Result<()> {
+        let mut encoder = self.encoder("no frame");
+        more(&mut self.player, &mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn encoder(&self, label: &str) -> CommandEncoder {
+        self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some(label) })
+    }
+
+    /// What frames took that are done, as far as that has become known since the last call. Does not wait for others.
+    pub fn take_costs(&mut self) -> Result<Vec<Cost>> {
+        self.gpu.poll()?;
+        Ok(self.costs.take(self.player.times()))
+    }
+
+    /// Frames that were submitted and are not known to be done.
+    pub fn frames_under_way(&self) -> usize {
+        self.costs.under_way()
+    }
+
+    /// Waits until every frame is done.
+    pub fn wait(&self) -> Result<()> {
+        self.gpu.wait()
     }
 
     /// The film as it is: linear radiance, row by row, W/(sr·m²).
     pub fn read_film(&mut self) -> Result<Vec<Rgb>> {
-        let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else { return Err(nothing_there()) };
+        let Some(film) = self.player.film() else { return Err(nothing_there()) };
         let readback = self.readback.get_or_insert_with(|| Readback::new(&self.gpu, &film.bands));
         readback.radiance(&self.gpu, &film.bands)
     }
@@ -317,12 +157,21 @@ impl Session {
     /// # Errors
     /// If the method that plays knows nothing of vertices.
     pub fn read_vertices(&self) -> Result<Vec<Rgb>> {
-        self.playback.as_ref().map_or_else(|| Err(nothing_there()), |playback| playback.vertex_radiance(&self.gpu))
+        let Some(radiance) = self.player.vertex_radiance() else {
+            return Err(Error::Usage("this method computes no radiance at vertices; choose another with --method".to_owned()));
+        };
+        let read = Readback::new(&self.gpu, [radiance.buffer]).radiance(&self.gpu, [radiance.buffer])?;
+        Ok(read.into_iter().map(|rgb| std::array::from_fn(|k| rgb[k] * radiance.gain[k])).collect())
     }
 
-    /// Name of the method that plays.
-    pub fn method_name(&self) -> &'static str {
-        self.method.card.name
+    /// What plays.
+    pub fn player(&self) -> &Player {
+        &self.player
+    }
+
+    /// What plays, to change.
+    pub fn player_mut(&mut self) -> &mut Player {
+        &mut self.player
     }
 
     /// What the adapter says of itself.
@@ -347,10 +196,20 @@ impl Session {
 
     /// Bytes read from the bundle's files so far.
     pub fn bytes_streamed(&self) -> u64 {
-        self.source.bytes()
+        self.files.bytes()
     }
 }
 
+/// Fails if `gpu` is to leave the sums to the CPU and the method cannot.
+fn expect_adapter(method: &Method, gpu: &Gpu) -> Result<()> {
+    if method.on_cpu || !gpu.radiance_on_cpu {
+        return Ok(());
+    }
+    let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
+    let (name, able) = (method.card.name, able.join(", "));
+    Err(Error::Usage(format!("--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which")))
+}
+
 fn nothing_there() -> Error {
-    Error::Failed("nothing has arrived that could be rendered".to_owned())
+    relume_playback::Error::NothingThere.into()
 }

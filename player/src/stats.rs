@@ -108,12 +108,12 @@ impl Recorder {
 
     /// The file's content.
     pub fn finish(self, session: &Session, appearance: Appearance) -> Result<Vec<u8>> {
-        let pieces = session.pieces();
+        let pieces = session.player().pieces();
         let stats = Stats {
             adapter: session.adapter().name.clone(),
             backend: session.adapter().backend.to_string(),
-            method: session.method_name().to_owned(),
-            size: session.film().map_or([0, 0], |film| film.size),
+            method: session.player().method().card.name.to_owned(),
+            size: session.player().film().map_or([0, 0], |film| film.size),
             frames: self.cpu_ms.len(),
             cpu_ms: Spread::of(self.cpu_ms),
             gpu_ms: Spread::of(self.gpu_ms),
@@ -157,7 +157,7 @@ mod tests {
         for (at_ms, cpu_ms, gpu_ms) in
             [(0, 100.0, None), (500, 90.0, Some(7.0)), (1400, 2.0, Some(5.0)), (1450, 1.0, None), (1500, 3.0, Some(9.0))]
         {
-            times.add(start + Duration::from_millis(at_ms), &Cost { cpu_ms, gpu_ms, passes_ms: Vec::new() });
+            times.add(start + Duration::from_millis(at_ms), &Cost { cpu_ms, gpu_ms, ..Cost::default() });
         }
         assert_eq!(times.medians(), (Some(2.0), Some(7.0)), "of the frames at 0.5 s to 1.5 s");
     }
@@ -167,7 +167,7 @@ mod tests {
         let mut recorder = Recorder::default();
         for scale in [1.0, 2.0, 3.0] {
             let passes_ms = vec![("light", scale), ("draw", 2.0 * scale), ("draw", 4.0 * scale)];
-            recorder.add(&Cost { cpu_ms: 1.0, gpu_ms: Some(9.0), passes_ms });
+            recorder.add(&Cost { cpu_ms: 1.0, gpu_ms: Some(9.0), passes_ms, ..Cost::default() });
         }
         assert_eq!(recorder.pass_ms, BTreeMap::from([("draw", vec![6.0, 12.0, 18.0]), ("light", vec![1.0, 2.0, 3.0])]));
     }

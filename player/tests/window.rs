@@ -13,10 +13,9 @@ use desk::{Display, Window};
 use egui::{Event, PointerButton, Pos2, TextureId, Vec2};
 use relume_formats::Place;
 use relume_formats::state::{Animation, State};
-use relume_player::controls::{Controls, PlacedAnimation, PlacedState, Scope};
+use relume_playback::{Controls, PlacedAnimation, PlacedState, Scope, Seen, Surfaces};
 use relume_player::output::display_value;
-use relume_player::surfaces::Surfaces;
-use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Seen, Stage};
+use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Stage};
 use std::path::Path;
 use std::process::Command;
 use support::mirror::{Mirror, press, release};
@@ -35,7 +34,7 @@ struct Twin {
 impl Twin {
     /// Of images, with the animation `glow` on offer.
     fn new(bundle: &Bundle, size: [f32; 2]) -> Self {
-        let picker = Some(Picker::new(&bundle.images.head));
+        let picker = Some(Picker::new((&*bundle.images.head).into()));
         Self::of(support::scope(bundle.scene_meta()), ("glow", support::ANIMATION), picker, size)
     }
 

@@ -18,9 +18,9 @@ use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene, TransferImages,
 };
 use relume_formats::state::{Rgb, State};
-use relume_player::controls::PlacedState;
+use relume_playback::{PlacedState, Progress};
 use relume_player::gpu::Gpu;
-use relume_player::session::{Progress, Request, Session};
+use relume_player::session::{Request, Session};
 use relume_scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;

@@ -1,5 +1,6 @@
 //! The header and its section table, and the checks that make them trustworthy.
 
+use super::codec;
 use super::{
     CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, Sections, Stored as _, expect_decoded,
 };
@@ -344,7 +345,7 @@ impl SectionInfo {
         if self.raw_bytes > MAX_SECTION_BYTES {
             return Err(Error::invalid(place, format!("{} bytes, at most {MAX_SECTION_BYTES} are allowed in a section", self.raw_bytes)));
         }
-        if self.stored_bytes > zstd::zstd_safe::compress_bound(self.raw_bytes as usize) as u64 {
+        if self.stored_bytes > codec::most_stored_bytes(self.raw_bytes) {
             return Err(Error::invalid(place, format!("stored as {} bytes, more than {} can need", self.stored_bytes, self.raw_bytes)));
         }
         Ok(())

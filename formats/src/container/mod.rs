@@ -16,13 +16,14 @@
 //! A reader validates the whole table (sizes, products, contiguity, exact cover of the file) before it touches a payload,
 //! and decodes one section at a time.
 
+mod codec;
 mod header;
 mod read;
 mod section;
 mod write;
 
 pub use header::{Codec, Element, Header, Kind, SectionInfo};
-pub use read::Reader;
+pub use read::{Reader, Unpacker};
 pub use section::Section;
 pub use write::{Writer, replace_file};
 

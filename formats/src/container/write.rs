@@ -1,5 +1,6 @@
 //! Writing a file: sections are compressed as they come, the header goes in front at the end.
 
+use super::codec;
 use super::header::{Fixed, encode_table};
 use super::{Codec, Element, FIXED_HEADER_BYTES, Header, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo};
 use crate::error::{Error, Place, Result};
@@ -7,9 +8,6 @@ use half::f16;
 use std::io::Write as _;
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
-
-/// High enough to pay on smooth data, low enough that compressing is never the slow part of a bake.
-const ZSTD_LEVEL: i32 = 9;
 
 type RecordConfig =
     bincode::config::Configuration<bincode::config::LittleEndian, bincode::config::Fixint, bincode::config::Limit<{ 16 << 20 }>>;
@@ -93,8 +91,8 @@ impl Writer {
             ));
         }
         let stored = match codec {
-            Codec::Zstd => zstd::bulk::compress(raw, ZSTD_LEVEL),
-            Codec::ZstdPlanes => zstd::bulk::compress(&planes(raw, element.bytes() as usize), ZSTD_LEVEL),
+            Codec::Zstd => codec::compress(raw),
+            Codec::ZstdPlanes => codec::compress(&planes(raw, element.bytes() as usize)),
         }
         .map_err(|e| Error::io(&place, e))?;
         self.sections.push(SectionInfo {

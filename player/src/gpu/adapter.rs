@@ -1,7 +1,7 @@
 //! Finding and choosing an adapter.
 
 use crate::error::{Error, Result};
-use crate::methods::METHODS;
+use relume_playback::methods::METHODS;
 use wgpu::{Adapter, AdapterInfo, DeviceType, Instance, InstanceDescriptor, Surface};
 
 /// The name that asks for sums on the CPU.

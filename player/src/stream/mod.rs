@@ -1,17 +1,13 @@
-//! The files of a bundle, as they arrive: whole decoded sections in playback order.
-//!
-//! A thread reads and decodes; the caller polls and is never kept waiting. Byte budget and rate limit live here, so that the rest of the
-//! player meets a slow or short source in one form only: sections that are late, or that do not come.
+//! The files of a bundle, read by a thread that also decodes them; byte budget and rate limit live here.
 
-mod decode;
-mod playlist;
+mod files;
 mod throttle;
 
-pub use decode::{decode_all, decode_sections};
-pub use playlist::{Item, Playlist};
-
 use crate::error::{Error, Result};
-use relume_formats::container::{Kind, Section, expect_decoded};
+use files::{least_bytes, open_item};
+use relume_formats::{Error as FormatError, Place};
+use relume_playback::{Event, Incoming, Item, Playlist, Source};
+use std::io::Read as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
@@ -29,33 +25,6 @@ pub struct Limits {
     pub bytes_per_second: Option<u64>,
 }
 
-/// One section of one file.
-#[derive(Debug)]
-pub struct Arrival {
-    /// What its file holds.
-    pub kind: Kind,
-    /// What the manifest calls that which its file holds, or the object that it is of; `None` for files of a method.
-    pub name: Option<String>,
-    /// The section, decoded and checked.
-    pub section: Section,
-    /// Whether it is the last one of its file.
-    pub last: bool,
-}
-
-/// What a poll finds.
-#[derive(Debug)]
-pub enum Event {
-    /// Nothing new yet.
-    Waiting,
-    /// The next section.
-    Section(Arrival),
-    /// Everything that will come has come.
-    End {
-        /// Whether that is the whole bundle, or the prefix that was asked for.
-        complete: bool,
-    },
-}
-
 /// What reader and caller share.
 #[derive(Debug, Default)]
 struct Shared {
@@ -63,43 +32,36 @@ struct Shared {
     stop: AtomicBool,
 }
 
-/// A bundle being read.
-pub struct Source {
-    events: Receiver<relume_formats::Result<Event>>,
+/// A bundle being read from files.
+pub struct Files {
+    events: Receiver<relume_playback::Result<Event>>,
     shared: Arc<Shared>,
+    /// The manifest.
+    place: Place,
 }
 
-impl Source {
+impl Files {
     /// Starts to read the files of `playlist`.
     ///
     /// # Errors
     /// [`Error::Usage`] if the byte budget cannot hold one image, with the number of bytes that can.
     pub fn start(playlist: Playlist, limits: Limits) -> Result<Self> {
         if let Some(bytes) = limits.bytes {
-            let needed = playlist.least_bytes()?;
+            let needed = least_bytes(&playlist)?;
             if bytes < needed {
                 return Err(Error::Usage(format!(
                     "--bytes {bytes} is not enough for a first image of this bundle; give at least {needed}"
                 )));
             }
         }
-        let shared = Arc::new(Shared::default());
+        let (shared, place) = (Arc::new(Shared::default()), playlist.place.clone());
         let (sender, events) = sync_channel(QUEUE);
         let reader = Reader { limits, pace: Pace::new(limits.bytes_per_second, shared.clone()), sender };
         std::thread::Builder::new()
             .name("source".to_owned())
             .spawn(move || reader.run(&playlist))
             .map_err(|e| Error::Failed(format!("cannot start the reading thread: {e}")))?;
-        Ok(Self { events, shared })
-    }
-
-    /// What has arrived since the last poll, without waiting.
-    pub fn poll(&self) -> Result<Event> {
-        match self.events.try_recv() {
-            Ok(event) => Ok(event?),
-            Err(TryRecvError::Empty) => Ok(Event::Waiting),
-            Err(TryRecvError::Disconnected) => Err(Error::Failed("the reading thread ended before its time".to_owned())),
-        }
+        Ok(Self { events, shared, place })
     }
 
     /// Bytes read so far.
@@ -108,7 +70,20 @@ impl Source {
     }
 }
 
-impl Drop for Source {
+impl Source for Files {
+    fn poll(&mut self) -> relume_playback::Result<Event> {
+        match self.events.try_recv() {
+            Ok(event) => event,
+            Err(TryRecvError::Empty) => Ok(Event::Waiting),
+            Err(TryRecvError::Disconnected) => {
+                let reason = std::io::Error::other("the reading thread ended before its time");
+                Err(FormatError::output(&self.place, reason).into())
+            }
+        }
+    }
+}
+
+impl Drop for Files {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
@@ -118,41 +93,54 @@ impl Drop for Source {
 struct Reader {
     limits: Limits,
     pace: Pace,
-    sender: SyncSender<relume_formats::Result<Event>>,
+    sender: SyncSender<relume_playback::Result<Event>>,
 }
 
 impl Reader {
     fn run(mut self, playlist: &Playlist) {
-        let end = self.read(playlist);
+        let mut incoming = Incoming::new(playlist);
+        let end = self.read(playlist, &mut incoming);
         // A receiver that is gone wants nothing any more.
         let _ = self.sender.send(end);
     }
 
-    fn read(&mut self, playlist: &Playlist) -> relume_formats::Result<Event> {
-        let (mut start, mut decoded) = (0, 0);
-        let length = playlist.items.iter().map(|item| item.bytes).sum();
+    /// Reads until the end, a section at a time: no byte that does not belong to a whole one within the budget.
+    fn read(&mut self, playlist: &Playlist, incoming: &mut Incoming) -> relume_playback::Result<Event> {
+        let mut read = 0;
         for item in &playlist.items {
-            let mut sections = item.open(&mut self.pace)?;
-            decoded += sections.header().decoded_bytes();
-            expect_decoded(decoded, length, sections.place())?;
-            let table = sections.header().sections.clone();
-            for (index, info) in table.iter().enumerate() {
-                if self.limits.bytes.is_some_and(|budget| start + info.offset + info.stored_bytes > budget) {
+            let mut file = open_item(item, &mut self.pace)?;
+            let end = read + item.bytes;
+            loop {
+                match incoming.poll()? {
+                    Event::Waiting if read == end => break,
+                    Event::Waiting => {}
+                    Event::End { complete } => return Ok(Event::End { complete }),
+                    section => {
+                        if self.sender.send(Ok(section)).is_err() {
+                            return Ok(Event::End { complete: false });
+                        }
+                        continue;
+                    }
+                }
+                let wanted = incoming.wanted().unwrap_or_default();
+                read += wanted as u64;
+                if self.limits.bytes.is_some_and(|budget| read > budget) {
                     return Ok(Event::End { complete: false });
                 }
-                let Some(section) = sections.next_section()? else { break };
-                let last = index + 1 == table.len();
-                if last {
-                    item.expect_hash(&sections)?;
-                }
-                let arrival = Arrival { kind: item.kind, name: item.name.clone(), section, last };
-                if self.sender.send(Ok(Event::Section(arrival))).is_err() {
-                    return Ok(Event::End { complete: false });
-                }
+                let mut bytes = vec![0; wanted];
+                file.read_exact(&mut bytes).map_err(|e| unreadable(item, e))?;
+                incoming.push(&bytes);
             }
-            start += item.bytes;
         }
-        Ok(Event::End { complete: true })
+        incoming.poll()
+    }
+}
+
+/// The error that a file, which was as long as it should be, could not be read to its end.
+fn unreadable(item: &Item, error: std::io::Error) -> FormatError {
+    match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => FormatError::invalid(&item.place, "the file ends early; it is cut short, bake it again"),
+        _ => FormatError::io(&item.place, error),
     }
 }
 
@@ -160,9 +148,10 @@ impl Reader {
 mod tests {
     use super::*;
     use crate::support::Bundle;
+    use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
     use std::time::{Duration, Instant};
 
-    fn names_until_end(source: &Source) -> Result<(Vec<String>, bool)> {
+    fn names_until_end(source: &mut Files) -> Result<(Vec<String>, bool)> {
         let mut names = Vec::new();
         loop {
             match source.poll()? {
@@ -174,8 +163,10 @@ mod tests {
     }
 
     fn play(bundle: &Bundle, limits: Limits) -> Result<(Vec<String>, bool, u64)> {
-        let source = Source::start(Playlist::of(bundle.folder(), None, Some("glow"))?, limits)?;
-        let (names, complete) = names_until_end(&source)?;
+        let place = Place::file(bundle.folder().join(FILE_NAME));
+        let playlist = Playlist::of(&Manifest::read(bundle.folder())?, &place, None, Some("glow"))?;
+        let mut source = Files::start(playlist, limits)?;
+        let (names, complete) = names_until_end(&mut source)?;
         Ok((names, complete, source.bytes()))
     }
 

@@ -1,7 +1,6 @@
-//! A reader that counts bytes, hashes them, and keeps to a rate.
+//! A reader that counts bytes and keeps to a rate.
 
 use super::Shared;
-use relume_formats::kinds::manifest::ContentHash;
 use std::io::{self, Read};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -45,22 +44,16 @@ impl Pace {
     }
 }
 
-/// A reader that keeps to a pace, and hashes what it reads.
+/// A reader that keeps to a pace.
 pub(super) struct Throttle<'a, R> {
     input: R,
     pace: &'a mut Pace,
-    hash: ContentHash,
 }
 
 impl<'a, R> Throttle<'a, R> {
     /// Reads `input` at the `pace`.
     pub(super) fn new(input: R, pace: &'a mut Pace) -> Self {
-        Self { input, pace, hash: ContentHash::default() }
-    }
-
-    /// Of all that has been read, as manifests have it.
-    pub(super) fn hash(&self) -> String {
-        self.hash.text()
+        Self { input, pace }
     }
 }
 
@@ -68,7 +61,6 @@ impl<R: Read> Read for Throttle<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let portion = buffer.len().min(self.pace.portion());
         let read = self.input.read(buffer.get_mut(..portion).unwrap_or_default())?;
-        self.hash.update(buffer.get(..read).unwrap_or_default());
         self.pace.spend(read)?;
         Ok(read)
     }

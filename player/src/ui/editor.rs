@@ -10,10 +10,10 @@ mod state;
 pub use settings::Settings;
 
 use super::{legal, orbit};
-use crate::controls::{Controls, Look, Scope};
-use crate::surfaces::Surfaces;
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, ShapeState, State};
+use relume_playback::Surfaces;
+use relume_playback::{Controls, Look, Scope};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 

@@ -22,7 +22,7 @@ mod undertaking;
 pub use editor::{Editor, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
-pub use picker::{Picker, Seen};
+pub use picker::Picker;
 pub use screen::{Screen, Stage, Wishes, title};
 pub use style::set_up as set_up_style;
 pub use turns::run_in_turns;

@@ -1,8 +1,8 @@
 //! A camera moved by hand, around what it looks at.
 
-use crate::surfaces::Surfaces;
 use glam::{Quat, Vec3};
 use relume_formats::state::Camera;
+use relume_playback::Surfaces;
 
 /// Steepest view down or up, in degrees: just before the film would turn over.
 const STEEPEST_DEG: f32 = 89.0;

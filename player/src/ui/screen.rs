@@ -7,15 +7,15 @@ use super::highlight::Highlight;
 use super::layout;
 use super::material_panel::Yielded;
 use super::panel;
-use super::picker::{Picker, Seen};
+use super::picker::Picker;
 use super::status::Status;
 use super::style::SURROUND;
 use super::undertaking::Undertaking;
-use crate::surfaces::Surfaces;
 use egui::{
     CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
 };
 use relume_formats::name::plain;
+use relume_playback::{Seen, Surfaces};
 
 /// Around the line below the picture.
 const STATUS_MARGIN: Margin = Margin::symmetric(12, 4);

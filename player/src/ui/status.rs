@@ -1,7 +1,7 @@
 //! The line below the picture: what can be done with it on the left, the keys on the right; in a narrow window the keys have lines of their own.
 
 use super::hand;
-use super::picker::Seen;
+use relume_playback::Seen;
 use super::style::WARNING;
 use egui::{Align, Color32, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2};
 use relume_formats::name::plain;

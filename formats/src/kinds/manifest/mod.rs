@@ -187,20 +187,25 @@ impl Manifest {
             }
             other => other?,
         };
+        Self::parse(&text, &place)
+    }
+
+    /// The manifest in `text`, which stands at `place`.
+    pub fn parse(text: &str, place: &Place) -> Result<Self> {
         // Older or newer manifests may differ in any field but this one.
-        let value: serde_json::Value = json::parse(&text).map_err(|fault| damaged(&place, &fault))?;
+        let value: serde_json::Value = json::parse(text).map_err(|fault| damaged(place, &fault))?;
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(v) if v == u64::from(VERSION) => {}
             Some(v) => {
                 return Err(Error::unsupported(
-                    &place,
+                    place,
                     format!("manifest version {v}, this program reads version {VERSION}; bake it again"),
                 ));
             }
-            None => return Err(damaged(&place, "has no version")),
+            None => return Err(damaged(place, "has no version")),
         }
-        let manifest: Self = json::manifest(value).map_err(|fault| damaged(&place, &fault))?;
-        manifest.validate(&place)?;
+        let manifest: Self = json::manifest(value).map_err(|fault| damaged(place, &fault))?;
+        manifest.validate(place)?;
         Ok(manifest)
     }
 
@@ -266,8 +271,8 @@ impl Manifest {
         [&self.scene_file].into_iter().chain(self.animations.values()).chain(sphere_sets).chain(methods)
     }
 
-    /// The entry of `method`, or the preferred one.
-    pub fn method(&self, name: Option<&str>, folder: &Path) -> Result<&MethodEntry> {
+    /// The entry of `method`, or the preferred one; the manifest stands at `place`.
+    pub fn method(&self, name: Option<&str>, place: &Place) -> Result<&MethodEntry> {
         let found = match name {
             None => self.methods.first(),
             Some(name) => self.methods.iter().find(|m| m.name == name),
@@ -276,7 +281,7 @@ impl Manifest {
             let there: Vec<_> = self.methods.iter().map(|m| m.name.as_str()).collect();
             let name = name.unwrap_or("any");
             Error::invalid(
-                &Place::file(folder.join(FILE_NAME)),
+                place,
                 format!("no method `{name}`; this bundle has: {}{}", there.join(", "), did_you_mean(name, there.iter().copied())),
             )
         })

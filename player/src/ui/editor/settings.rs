@@ -1,7 +1,7 @@
 //! What the user has set, to go back to.
 
 use super::{Editor, Part};
-use crate::controls::Look;
+use relume_playback::Look;
 use std::collections::BTreeSet;
 
 /// Everything that an edit may change.

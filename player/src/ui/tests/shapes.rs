@@ -1,10 +1,10 @@
 //! A bundle whose shapes deform.
 
 use super::*;
-use crate::controls::Scope;
 use relume_formats::kinds::scene::{StoredClip, StoredObject, StoredShape};
 use relume_formats::method::SPHERE_SHADOWS;
 use relume_formats::state::{Posed, ShapeState};
+use relume_playback::Scope;
 
 fn scope() -> Scope {
     let clip = |name: &str| StoredClip { name: name.to_owned(), duration_s: 2.0 };

@@ -16,7 +16,7 @@ pub(super) struct User {
 
 impl User {
     pub(super) fn new(editor: Editor) -> Self {
-        Self::before(editor, Some(Picker::new(&support::images(true).head)))
+        Self::before(editor, Some(Picker::new((&*support::images(true).head).into())))
     }
 
     pub(super) fn before(editor: Editor, picker: Option<Picker>) -> Self {

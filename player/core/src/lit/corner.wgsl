@@ -1,0 +1,42 @@
+// The corners of the scene's triangles: where they are seen, and what a vertex knows.
+
+#import view
+
+struct Material {
+    // Diffuse reflectance.
+    albedo: vec3<f32>,
+    // Where alpha is below this, there is no surface.
+    alpha_cutoff: f32,
+    // How the texture goes on beyond its edge, along u and v: 0 it repeats, 1 it is mirrored, 2 its edge texels go on.
+    wrap: vec2<u32>,
+    // 1 if there is a texture, else 0.
+    textured: u32,
+    // 1 if texels are sharp, 0 if one flows into the next.
+    nearest: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> materials: array<Material>;
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) radiance: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) material: u32,
+}
+
+@vertex
+fn corner(
+    @location(0) position: vec3<f32>,
+    @location(1) radiance: vec4<f32>,
+    @location(2) uv: vec2<f32>,
+    @builtin(instance_index) material: u32,
+) -> Corner {
+    let way = position - view.eye_in_world;
+    let depth = dot(way, view.forward);
+    let u = dot(way, view.right) / dot(view.right, view.right);
+    let v = dot(way, view.up) / dot(view.up, view.up);
+    // Depth is near/depth: 1 at the closest, 0 infinitely far away, and evenly precise in between.
+    let clip = vec4<f32>(u, (v - view.band_middle * depth) / view.band_reach, view.near, depth);
+    return Corner(clip, radiance.rgb, uv, material);
+}

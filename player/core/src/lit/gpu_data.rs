@@ -1,0 +1,64 @@
+//! The structs of the shaders, as the CPU writes them.
+
+use bytemuck::{Pod, Zeroable};
+
+/// How the environment stands.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct Environment {
+    pub(crate) sin_rotation: f32,
+    pub(crate) cos_rotation: f32,
+    /// What a stored 1 is worth.
+    pub(crate) unit: f32,
+    /// Texels along a side of the cube's faces.
+    pub(crate) face_size: u32,
+    /// Look-ups along a side of a texel of the cube.
+    pub(crate) points: u32,
+}
+
+/// A band of the film as the camera sees it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct View {
+    pub(crate) eye_in_world: [f32; 3],
+    pub(crate) near: f32,
+    pub(crate) forward: [f32; 3],
+    pub(crate) band_middle: f32,
+    pub(crate) right: [f32; 3],
+    pub(crate) band_reach: f32,
+    pub(crate) up: [f32; 3],
+    pub(crate) first_row: f32,
+    pub(crate) gain: [f32; 3],
+    pub(crate) width: f32,
+    pub(crate) height: f32,
+    pub(crate) unused: [f32; 3],
+}
+
+/// What a mesh is drawn with.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct Material {
+    pub(crate) albedo: [f32; 3],
+    pub(crate) alpha_cutoff: f32,
+    pub(crate) wrap: [u32; 2],
+    pub(crate) textured: u32,
+    pub(crate) nearest: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::layout::{expect, layout_of};
+
+    #[test]
+    fn the_structs_have_the_shaders_layout() {
+        let view =
+            layout_of!(View { eye_in_world, near, forward, band_middle, right, band_reach, up, first_row, gain, width, height } unused);
+        for shader in [super::super::ENVIRONMENT, super::super::DIFFUSE] {
+            expect(shader, "View", &view);
+        }
+        let environment = layout_of!(Environment { sin_rotation, cos_rotation, unit, face_size, points });
+        expect(super::super::ENVIRONMENT, "Environment", &environment);
+        expect(super::super::DIFFUSE, "Material", &layout_of!(Material { albedo, alpha_cutoff, wrap, textured, nearest }));
+    }
+}

@@ -1,0 +1,19 @@
+//! Meshes in the light of an environment map, as the methods have them that know the radiance of every vertex: the map turned, brought to a cube and to
+//! Haar coefficients, and the meshes drawn with what comes of it.
+
+mod gpu_data;
+mod light;
+mod mesh;
+mod picture;
+mod surroundings;
+
+pub(crate) use light::{Light, Map};
+pub(crate) use mesh::Mesh;
+pub(crate) use picture::Picture;
+pub(crate) use surroundings::{Surroundings, belongs};
+
+const ENVIRONMENT: &str = include_str!("environment.wgsl");
+const HAAR: &str = include_str!("haar.wgsl");
+/// Surfaces that reflect the radiance of their vertices alike in all directions.
+pub(crate) const DIFFUSE: &str = include_str!("diffuse.wgsl");
+const AVERAGE: &str = include_str!("average.wgsl");

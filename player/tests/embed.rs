@@ -1,0 +1,47 @@
+//! Somebody else's program, `player/core/examples/embed.rs`, shows what the player shows.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[path = "support/run.rs"]
+mod run;
+mod support;
+
+use run::{expect_success, gpu_there, headless};
+use std::path::Path;
+use std::process::Command;
+use support::{Bundle, shadows, sparse};
+
+/// Runs the example on the bundle in `folder`, where `state.toml` may be.
+fn embed(folder: &Path, picture: &str, state: Option<&str>) {
+    let release = Path::new(env!("CARGO_BIN_EXE_player")).parent().unwrap();
+    let example = release.join("examples/embed");
+    assert!(example.exists(), "{} is missing; `cargo test --workspace` makes it", example.display());
+    let mut command = Command::new(example);
+    command.arg(folder).arg(folder.join(picture)).args(state.map(|state| folder.join(state)));
+    expect_success(&command.output().unwrap());
+}
+
+#[test]
+fn an_embedded_player_shows_what_the_player_shows() {
+    if !gpu_there() {
+        return;
+    }
+    let (images, rows, shadows) = (Bundle::write(true), sparse::Bundle::write(16, true), shadows::Bundle::write(true));
+    let light = "environment = { map = \"sun\", rotation_deg = 40.0 }\ncamera = { position = [0.4, 0.6, 3.0], exposure_ev = 1.5 }\n";
+    for (folder, state) in [
+        (images.folder(), "materials.a.kd = [0.1, 0.6, 0.2]\ncamera.exposure_ev = -1.0\n"),
+        (rows.folder(), light),
+        (shadows.folder(), "shapes.worm = { clip = \"Turn\", time_s = 0.6 }\n"),
+    ] {
+        std::fs::write(folder.join("state.toml"), state).unwrap();
+        let open = |name: &str| image::open(folder.join(name)).unwrap().to_rgba8();
+        for (name, state) in [("default", None), ("state", Some("state.toml"))] {
+            let (ours, theirs) = (format!("{name}-embedded.png"), format!("{name}.png"));
+            embed(folder, &ours, state);
+            let frames = format!("@/{theirs}");
+            let arguments: Vec<&str> = if state.is_some() { vec!["--state", "@/state.toml"] } else { Vec::new() };
+            expect_success(&headless(folder, &[&["--frames", frames.as_str(), "--count", "1"], &arguments[..]].concat()));
+            assert!(open(&ours) == open(&theirs), "{state:?} of {}", folder.display());
+        }
+        assert!(open("default.png") != open("state.png"));
+    }
+}

@@ -54,7 +54,7 @@ fn what_no_method_supports_is_refused_as_what_it_is() {
         ),
         (
             "[camera]\nfov_deg = 40\n[media.glass]\nindex = 1.5\n",
-            "line 3, column 2: `media` is the media within objects, which no method of this version supports; remove it, as surfaces are \
+            "line 3, column 2: `media` is the refracting and scattering media within objects, which no method of this version supports; remove it, as surfaces are \
              opaque"
                 .to_owned(),
         ),

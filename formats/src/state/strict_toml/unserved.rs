@@ -19,7 +19,7 @@ type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
 const KEYS: [Key; 9] = [
     (STATE, "view", "the tone mapping of the display", "remove it, and set `exposure_ev` of [camera] for how bright the display is"),
     (STATE, "objects", "the place of objects", "remove it, or move them in scene.toml and bake again"),
-    (STATE, "media", "the media within objects", "remove it, as surfaces are opaque"),
+    (STATE, "media", "the refracting and scattering media within objects", "remove it, as surfaces are opaque"),
     (LIGHT, "transform", "the place of a light", "remove it, or move the light in scene.toml and bake again"),
     (LIGHT, "radiance", "the emission of an area light", "write `gain`, a factor on it, or set it in scene.toml and bake again"),
     (LIGHT, "size", "the size of an area light", "remove it, or scale the light in scene.toml and bake again"),

@@ -137,7 +137,8 @@ impl Player {
                     if scene.meta.varies_view {
                         self.surfaces = Surfaces::new(scene.positions.clone(), scene.triangles.clone());
                     }
-                    self.playback = Some((self.method.start)(&self.gpu, Setup { scene, settings: self.settings.clone(), size: self.size })?);
+                    self.playback =
+                        Some((self.method.start)(&self.gpu, Setup { scene, settings: self.settings.clone(), size: self.size })?);
                 }
             }
             Kind::Animation => {
@@ -179,7 +180,8 @@ impl Player {
 
     /// Fails if no method of the bundle can play an animation. One that another method plays is no fault.
     fn expect_some_method_plays<'a>(&self, mut animations: impl Iterator<Item = &'a PlacedAnimation>, scope: &Scope) -> Result<()> {
-        let is_played = |placed: &PlacedAnimation| self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)));
+        let is_played =
+            |placed: &PlacedAnimation| self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)));
         animations.try_for_each(|placed| {
             if is_played(placed) {
                 return Ok(());
@@ -303,9 +305,9 @@ impl Player {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Incoming;
     use crate::support::{self, Bundle, shadows, sparse};
     use crate::testing::{bytes, gpu, playlist, read_bytes, target};
-    use crate::Incoming;
     use std::path::Path;
 
     /// The bundle in `folder`, played from its bytes.

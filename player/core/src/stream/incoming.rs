@@ -113,9 +113,9 @@ impl Current {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
     use crate::support::Bundle;
     use crate::testing::{bytes, playlist};
-    use crate::Error;
 
     /// Name and bytes of a section, and whether it is the last of its file.
     type Came = (String, Vec<u8>, bool);

@@ -5,7 +5,7 @@
 use crate::support::relit::BALL;
 use crate::support::waiting::{interrupt, wait_for};
 use crate::support::{command, expect_exit, write_scene};
-use relume_bake::chart::figures::Chart;
+use relume_chart::figures::Chart;
 use std::path::Path;
 use std::process::Stdio;
 

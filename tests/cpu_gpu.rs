@@ -2,9 +2,10 @@
 
 use crate::support::relit::BALL;
 use crate::support::{job, library_scene, scene};
-use relume_bake::bundle::{self, Leftover};
+use relume_bake::bundle;
 use relume_bake::methods::sparse_transfer;
-use relume_bake::methods::transfer_images::{Bases, Wanted, held_out};
+use relume_bake::methods::transfer_images::{Bases, TransferImagesMethod, held_out};
+use relume_bake::unfinished::Leftover;
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
 use relume_formats::evaluate::transfer_images::evaluate;
@@ -16,7 +17,7 @@ use relume_scenes::Scene;
 #[test]
 fn shaders_equal_evaluate() {
     let folder = tempfile::tempdir().unwrap();
-    let wanted = Wanted { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
+    let wanted = TransferImagesMethod { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
     let scene = library_scene("cornell-knot");
     bundle::run(&scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
@@ -49,7 +50,7 @@ fn relit_vertices_equal_evaluate() {
         let folder = tempfile::tempdir().unwrap();
         let scene = Scene { reflections, ..scene(&format!("{BALL} file = 'clear-sky'\n others = ['lamps']\n")) };
         let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(90) };
-        let wanted = sparse_transfer::Wanted { settings };
+        let wanted = sparse_transfer::SparseTransferMethod { settings };
         bundle::run(&scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
         let transfer = SparseTransfer::read_file(&folder.path().join("sparse-transfer.relume")).unwrap();
         for (number, map, gain, rotation_deg) in

@@ -138,8 +138,8 @@ fn what_cannot_be_merged_is_refused() {
         assert!(message.contains(expected), "{message}");
         assert!(!Path::new(&at("out")).exists());
     }
-    std::fs::write(Path::new(&two).join("unfinished/part.json"), "{").unwrap();
-    assert!(refused(&[&one, &two]).contains("part.json: is damaged or of another version"));
+    std::fs::write(Path::new(&two).join("unfinished/shard.json"), "{").unwrap();
+    assert!(refused(&[&one, &two]).contains("shard.json: is damaged or of another version"));
     let message = expect_exit("bake", &["run", &scene, "--pieces", "3/2"], 2);
     assert!(message.contains("expected I/N such as 3/100"), "{message}");
     assert!(Share::WHOLE.has(3) && !Share::WHOLE.is_part());

@@ -4,7 +4,7 @@ use crate::support::relit::{BALL, Baked, bake, wanted};
 use crate::support::waiting::wait_for;
 use crate::support::{command, expect_exit, mean_radiance, relative_l2, run, scene, write_scene};
 use glam::Vec3A;
-use relume_bake::methods::sparse_transfer::{Settings, Terms, Wanted};
+use relume_bake::methods::sparse_transfer::{Settings, SparseTransferMethod, Terms};
 use relume_formats::container::Stored;
 use relume_formats::kinds::{Manifest, SparseTransfer, StoredScene};
 use relume_scenes::Scene;
@@ -73,7 +73,7 @@ fn terms_are_chosen_by_error_and_errors_are_true() {
     let errors = [16, 64, 256, 1024].map(worst);
     assert!(errors.windows(2).all(|w| w[1] < w[0]), "{errors:?}");
 
-    let asked = Wanted { settings: Settings { rays_per_texel: 4, terms: Terms::Error(0.08) } };
+    let asked = SparseTransferMethod { settings: Settings { rays_per_texel: 4, terms: Terms::Error(0.08) } };
     let baked = bake(&scene, asked);
     let terms = baked.transfer.meta.terms();
     let found = error(&baked, "relative_l2_worst");

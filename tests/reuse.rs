@@ -1,8 +1,10 @@
 //! What a change of a scene makes a bake trace again, counted in rays, and as docs/notes/REUSE.md has it.
 
 use crate::support::{job, write_scene};
-use relume_bake::bundle::{self, Leftover};
-use relume_bake::methods::choice::{Asked, Registered};
+use relume_bake::bundle;
+use relume_bake::methods::asked::Asked;
+use relume_bake::methods::registered::Registered;
+use relume_bake::unfinished::Leftover;
 use std::fmt::Write as _;
 use std::path::Path;
 

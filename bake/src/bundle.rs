@@ -1,33 +1,32 @@
 //! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
 
-mod lock;
 mod prediction;
 mod publish;
 mod replaced;
 mod sphere_sets;
 mod stored_scene;
-mod work;
 
-pub use lock::FolderLock;
 pub use prediction::{Shared, predict_shared};
 pub use sphere_sets::{Fitted, SphereSetSummary};
-pub use work::{Work, holds_work};
 
 use crate::darkness;
 use crate::error::{BakeError, Result};
 use crate::job::{Job, say};
-use crate::merge::Part;
-use crate::methods::choice::Asked;
-use crate::methods::{Method, Product};
+use crate::method::{Method, Product};
+use crate::methods::asked::Asked;
 use crate::output::{files, sweep_partial};
 use crate::scene_hash::scene_hash;
+use crate::shard::Shard;
 use crate::stage::{Share, Traced};
+use crate::unfinished::names::UNFINISHED;
+use crate::unfinished::work::{self, has_logs, write_entry};
+use crate::unfinished::{FolderLock, Leftover, Work, holds_work};
 use crate::{playable, report};
 use publish::publish;
 use relume_formats::Place;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::StoredScene;
-use relume_formats::kinds::manifest::{self, Manifest, MethodEntry};
+use relume_formats::kinds::manifest::{self, Manifest, MethodEntry, SphereSetEntry};
 use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
 use relume_formats::name::file_of;
 use relume_scenes::Scene;
@@ -37,23 +36,6 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 pub use stored_scene::stored_scene;
-use work::{has_logs, write_entry};
-
-/// Folder within a bundle that holds unfinished work.
-pub(crate) const UNFINISHED: &str = "unfinished";
-/// File there that says what a part of a bake was asked for.
-pub(crate) const PART: &str = "part.json";
-
-/// What to do about work that an interrupted bake left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Leftover {
-    /// Refuse to touch it.
-    Refuse,
-    /// Go on with it.
-    Resume,
-    /// Throw it away, and finished work too.
-    Discard,
-}
 
 /// What a bake came to, for the user.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,22 +83,29 @@ pub fn run(
     seed: u64,
     job: &Job,
 ) -> Result<(Summary, FolderLock)> {
-    let order = Order { folder, size, leftover, seed, part: None };
+    let order = Order { folder, size, leftover, seed, shard: None };
     match make(scene, methods, &order, job)? {
         (Outcome::Bundle(summary), lock) => Ok((summary, lock)),
         (Outcome::Pieces(_), _) => Err(BakeError::invalid(&Place::file(folder), "some pieces are missing; bake again with --force")),
     }
 }
 
-/// Makes the pieces of `part`, of stages that wait for no other part, and leaves them unfinished in `folder`. Everything else as [`run`], which a merge of
-/// all parts calls.
+/// Makes the pieces of `shard`, of stages that wait for no other shard, and leaves them unfinished in `folder`. Everything else as [`run`], which a merge of
+/// all shards calls.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_part(scene: &Scene, methods: &[Box<dyn Method>], part: &Part, folder: &Path, leftover: Leftover, job: &Job) -> Result<Traced> {
-    let Asked { size, seed, .. } = part.asked;
-    let (outcome, _lock) = make(scene, methods, &Order { folder, size, leftover, seed, part: Some(part) }, job)?;
-    Part { done: true, ..part.clone() }.write(folder)?;
+pub fn run_shard(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    shard: &Shard,
+    folder: &Path,
+    leftover: Leftover,
+    job: &Job,
+) -> Result<Traced> {
+    let Asked { size, seed, .. } = shard.asked;
+    let (outcome, _lock) = make(scene, methods, &Order { folder, size, leftover, seed, shard: Some(shard) }, job)?;
+    Shard { done: true, ..shard.clone() }.write(folder)?;
     Ok(if let Outcome::Pieces(traced) = outcome { traced } else { Traced::default() })
 }
 
@@ -126,8 +115,8 @@ struct Order<'a> {
     size: [u32; 2],
     leftover: Leftover,
     seed: u64,
-    /// What is asked of a part of a bake, if this is one.
-    part: Option<&'a Part>,
+    /// What is asked of a shard of a bake, if this is one.
+    shard: Option<&'a Shard>,
 }
 
 /// What came of it.
@@ -137,7 +126,7 @@ enum Outcome {
 }
 
 fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job) -> Result<(Outcome, FolderLock)> {
-    let Order { folder, size, leftover, part, .. } = *order;
+    let Order { folder, size, leftover, shard, .. } = *order;
     methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
     expect_sizes(scene, size)?;
     // By the very checks of its readers, before anything is traced.
@@ -152,10 +141,10 @@ fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";
         return Err(BakeError::invalid(&Place::file(&unfinished), reason));
     }
-    if let Some(part) = part {
-        part.write(folder)?;
+    if let Some(shard) = shard {
+        shard.write(folder)?;
     }
-    let (traced, share) = (Mutex::new(Traced::default()), part.map_or(Share::WHOLE, |part| part.share));
+    let (traced, share) = (Mutex::new(Traced::default()), shard.map_or(Share::WHOLE, |shard| shard.share));
     let work = Work { folder, unfinished: &unfinished, leftover, share, sphere_sets: None, traced: &traced, job };
     let old = publish::old_manifest(folder, &unfinished, scene, leftover)?;
     match bake_into(scene, methods, &stored, old.as_ref(), order.seed, work) {
@@ -199,7 +188,8 @@ fn bake_into(
         say(&format!("warning: {}: {}", Place::file(&scene.file), darkness::WARNING));
     }
     let sphere_sets = sphere_sets::fit_all(scene, seed, old, folder, &work)?;
-    let work = Work { sphere_sets: sphere_sets.as_deref(), ..work };
+    let entries: Option<Vec<SphereSetEntry>> = sphere_sets.as_ref().map(|sets| sets.iter().map(|set| set.entry.clone()).collect());
+    let work = Work { sphere_sets: entries.as_deref(), ..work };
     let mut done = work.take_traced();
     let mut summaries = Vec::new();
     for method in methods {
@@ -208,9 +198,9 @@ fn bake_into(
         traced.into_iter().for_each(|traced| done.add(traced));
         summaries.push(summary);
     }
-    let is_part = work.share.is_part();
+    let is_shard = work.share.is_part();
     let whole = summaries.into_iter().collect::<Option<Vec<MethodSummary>>>();
-    let (Some(sphere_sets), Some(methods), false) = (sphere_sets, whole, is_part) else { return Ok(Outcome::Pieces(done)) };
+    let (Some(sphere_sets), Some(methods), false) = (sphere_sets, whole, is_shard) else { return Ok(Outcome::Pieces(done)) };
     let manifest = Manifest {
         version: manifest::VERSION,
         scene: scene.name.clone(),

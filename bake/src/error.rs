@@ -1,6 +1,6 @@
 //! What can end a bake.
 
-use crate::job::Interrupted;
+use crate::interrupted::Interrupted;
 use relume_formats::state::with_line;
 use relume_formats::{Error, Place};
 

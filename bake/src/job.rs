@@ -1,5 +1,6 @@
 //! Long work: progress with time left, and interruption.
 
+use crate::interrupted::Interrupted;
 use crate::memory::MemoryLimit;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use relume_formats::name::plain;
@@ -9,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// How progress is told, always on stderr.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProgressMode {
     /// A bar on a terminal, else plain lines.
     Auto,
@@ -20,11 +21,6 @@ pub enum ProgressMode {
     /// Nothing.
     None,
 }
-
-/// The user asked to stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("interrupted")]
-pub struct Interrupted;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 

@@ -1,7 +1,9 @@
 //! Which animations the methods of a bundle can play: one rule for what a bake writes and what `bake verify` accepts.
 
-use crate::methods::Method;
-use crate::methods::choice::{Asked, METHODS, Registered};
+use crate::method::Method;
+use crate::methods::asked::Asked;
+use crate::methods::choice::METHODS;
+use crate::methods::registered::Registered;
 use relume_formats::bundle::{Scope, expect_some_plays};
 use relume_formats::kinds::scene::Meta;
 use relume_formats::state::{Animation, with_line};

@@ -1,7 +1,7 @@
 //! Finished work on its way from gather to packing, kept in a log on disk.
 //!
 //! The log makes a bake resumable and keeps its memory small: records are appended as pieces of work finish, in any order; whatever a crash cuts off at
-//! the end is dropped when the log is opened again. Nobody else works in its folder: see [`crate::bundle::FolderLock`].
+//! the end is dropped when the log is opened again. Nobody else works in its folder: see [`crate::unfinished::FolderLock`].
 //!
 //! ```text
 //! 16 bytes   key of the bake (xxh3-128 of everything its pieces depend on)

@@ -5,9 +5,11 @@
 
 use crate::support::{job, run, write_scene};
 use raw_file::{RawFile, RawSection};
-use relume_bake::bundle::{self, Leftover};
+use relume_bake::bundle;
 use relume_bake::inspect;
-use relume_bake::methods::{Method, sparse_transfer, sphere_shadows, transfer_images};
+use relume_bake::method::Method;
+use relume_bake::methods::{sparse_transfer, sphere_shadows, transfer_images};
+use relume_bake::unfinished::Leftover;
 use relume_formats::Place;
 use relume_formats::bundle::Look;
 use relume_formats::container::Stored;
@@ -100,18 +102,18 @@ impl Sound {
     }
 
     fn images() -> Self {
-        let wanted = transfer_images::Wanted { size: [6, 5], samples: 4, seed: 5, bases: transfer_images::Bases::Number(3) };
+        let method = transfer_images::TransferImagesMethod { size: [6, 5], samples: 4, seed: 5, bases: transfer_images::Bases::Number(3) };
         let animation = "duration_s = 2.0\n[[key]]\nt_s = 0\nmaterials.ball.kd = [0.1, 0.2, 0.3]\n[[key]]\nt_s = 2\nmaterials.ball.kd = [0.6, 0.2, 0.3]";
-        Self::bake("materials = ['ball']", BALL, animation, |_| Box::new(wanted))
+        Self::bake("materials = ['ball']", BALL, animation, |_| Box::new(method))
     }
 
     fn rows() -> Self {
         let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(20) };
-        Self::bake("light = true\nview = true", BALL, TURN, |_| Box::new(sparse_transfer::Wanted { settings }))
+        Self::bake("light = true\nview = true", BALL, TURN, |_| Box::new(sparse_transfer::SparseTransferMethod { settings }))
     }
 
     fn shadows() -> Self {
-        let method = |scene: &Scene| -> Box<dyn Method> { Box::new(sphere_shadows::Wanted::new(scene, 0)) };
+        let method = |scene: &Scene| -> Box<dyn Method> { Box::new(sphere_shadows::SphereShadowsMethod::new(scene, 0)) };
         Self::bake("light = true\nview = true\nshape = true", KNOT, TURN, method)
     }
 

@@ -1,10 +1,13 @@
 //! Scenes drawn at random, mostly sensible and always a little odd: what is baked is taken by every reader, and what is not is refused by a line.
 
 use crate::support::{command, job};
-use relume_bake::bundle::{self, Leftover};
+use relume_bake::bundle;
+use relume_bake::unfinished::Leftover;
 
 use relume_bake::inspect;
-use relume_bake::methods::choice::{Asked, METHODS, Quality, Registered};
+use relume_bake::methods::asked::{Asked, Quality};
+use relume_bake::methods::choice::METHODS;
+use relume_bake::methods::registered::Registered;
 use std::fmt::Write as _;
 use std::path::Path;
 

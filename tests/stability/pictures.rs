@@ -4,9 +4,9 @@
 //! quotes: relative L2 of the whole image, and how many times the difference is magnified. `PICTURES=ring,roof` makes those whose names contain one of these.
 
 use crate::support::{expect_exit, relative_l2, write_scene};
-use relume_bake::chart::metrics::Pair;
-use relume_bake::chart::picture::beside;
 use relume_bake::exr_file::{read_exr, write_exr};
+use relume_chart::metrics::Pair;
+use relume_chart::picture::beside;
 use std::path::Path;
 
 /// Width and height of an image, pixels.

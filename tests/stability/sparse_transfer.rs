@@ -4,7 +4,7 @@ use crate::support::relit::{BALL, Baked, bake, wanted};
 use crate::support::{expect_exit, relative_l2, scaled, scene, write_scene};
 use glam::Vec3;
 use half::f16;
-use relume_bake::methods::Method as _;
+use relume_bake::method::Method as _;
 use relume_formats::basis::{EquirectMap, cubemap};
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
 use relume_formats::kinds::scene::EnvironmentLook;

@@ -1,8 +1,9 @@
 //! Bakes of sparse-transfer and what they show under any light.
 
 use super::job;
-use relume_bake::bundle::{self, Leftover};
-use relume_bake::methods::sparse_transfer::{Settings, Terms, Wanted};
+use relume_bake::bundle;
+use relume_bake::methods::sparse_transfer::{Settings, SparseTransferMethod, Terms};
+use relume_bake::unfinished::Leftover;
 use relume_formats::basis::{EquirectMap, haar};
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
@@ -44,8 +45,8 @@ pub const BALL: &str = "
 ";
 
 /// With so many rays at the edges of shadows, and so many terms.
-pub fn wanted(rays_per_texel: u32, terms: usize) -> Wanted {
-    Wanted { settings: Settings { rays_per_texel, terms: Terms::Number(terms) } }
+pub fn wanted(rays_per_texel: u32, terms: usize) -> SparseTransferMethod {
+    SparseTransferMethod { settings: Settings { rays_per_texel, terms: Terms::Number(terms) } }
 }
 
 /// What a bundle holds.
@@ -57,7 +58,7 @@ pub struct Baked {
 }
 
 /// Bakes `scene` into a bundle and reads it back.
-pub fn bake(scene: &Scene, wanted: Wanted) -> Baked {
+pub fn bake(scene: &Scene, wanted: SparseTransferMethod) -> Baked {
     let folder = tempfile::tempdir().unwrap();
     bundle::run(scene, &[Box::new(wanted)], scene.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let manifest = Manifest::read(folder.path()).unwrap();

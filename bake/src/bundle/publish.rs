@@ -1,9 +1,9 @@
 //! From finished files to a bundle that plays, and what of an older bundle serves again.
 
-use super::Leftover;
 use crate::error::{BakeError, Result};
 use crate::job::say;
-use crate::methods::Method;
+use crate::method::Method;
+use crate::unfinished::Leftover;
 use relume_formats::container::{self, Header};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::{Error, Place, read_regular};

@@ -1,6 +1,6 @@
 //! What a user is told of a bundle that another of the same scene is about to replace.
 
-use crate::methods::Method;
+use crate::method::Method;
 use relume_formats::container::Stored;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{Manifest, MethodEntry};

@@ -1,13 +1,13 @@
 //! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a solid is found before hours of tracing.
 
 use super::publish::is_readable;
-use super::work::has_log;
-use super::{Leftover, Work};
 use crate::error::Result;
 use crate::job::{Job, say};
 use crate::spheres::fit::{self, DEFAULT_ITERATIONS, Settings};
 use crate::spheres::motion::poses;
 use crate::stage::Stage;
+use crate::unfinished::work::has_log;
+use crate::unfinished::{Leftover, Work};
 use relume_formats::container::{Stored, replace_file};
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, SphereSetEntry, sphere_set_file};
@@ -46,9 +46,9 @@ pub struct Fitted {
     pub seconds: f64,
 }
 
-/// A set that an object asks for.
+/// Spheres that an object asks for.
 #[derive(Clone, Copy)]
-struct Wanted<'a> {
+struct FitRequest<'a> {
     object: &'a Object,
     /// Where its vertices are in the poses that the fit looks at.
     poses: &'a [Vec<[f32; 3]>],
@@ -75,13 +75,13 @@ pub(super) fn fit_all(
         let settings = Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
         let poses = object.shape.as_deref().map(poses).unwrap_or_default();
         let asked = asked_for(&settings, &object.mesh, &poses);
-        let wanted = Wanted { object, poses: &poses, settings: &settings, asked: &asked };
+        let request = FitRequest { object, poses: &poses, settings: &settings, asked: &asked };
         let may_reuse = work.leftover != Leftover::Discard && !has_log(work.unfinished, &log_of(object));
         let reusable = old.filter(|_| may_reuse).and_then(|old| reusable_entry(old, folder, object, &asked));
         let (entry, fitted) = match reusable {
             Some(entry) => (entry, None),
             None => {
-                let fit = Fit { wanted, scene, number, job: work.job };
+                let fit = Fit { request, scene, number, job: work.job };
                 let Some((file, fitted)) = fit_one(&fit, work)? else { return Ok(None) };
                 (SphereSetEntry { file, settings: asked }, fitted)
             }
@@ -127,7 +127,7 @@ fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeM
 
 /// The set's file, from the log of an interrupted bake or fitted anew; `None` if others fit it.
 fn fit_one(fit: &Fit<'_>, work: &Work<'_>) -> Result<Option<(FileEntry, Option<Fitted>)>> {
-    let file = sphere_set_file(&fit.wanted.object.name);
+    let file = sphere_set_file(&fit.request.object.name);
     let path = work.unfinished.join(&file);
     let Some(log) = work.run(fit)? else { return Ok(None) };
     let traced = work.take_traced();
@@ -139,7 +139,7 @@ fn fit_one(fit: &Fit<'_>, work: &Work<'_>) -> Result<Option<(FileEntry, Option<F
 
 /// Fitting the spheres of one object: one piece, the file.
 struct Fit<'a> {
-    wanted: Wanted<'a>,
+    request: FitRequest<'a>,
     scene: &'a Scene,
     /// Among the objects with spheres.
     number: u32,
@@ -148,7 +148,7 @@ struct Fit<'a> {
 
 impl Stage for Fit<'_> {
     fn name(&self) -> String {
-        log_of(self.wanted.object)
+        log_of(self.request.object)
     }
 
     fn label(&self) -> Option<&'static str> {
@@ -156,7 +156,7 @@ impl Stage for Fit<'_> {
     }
 
     fn key(&self) -> u128 {
-        xxh3_128(json!(self.wanted.asked).to_string().as_bytes())
+        xxh3_128(json!(self.request.asked).to_string().as_bytes())
     }
 
     fn pieces(&self) -> u32 {
@@ -164,7 +164,7 @@ impl Stage for Fit<'_> {
     }
 
     fn piece(&self, _: u32) -> Result<Vec<u8>> {
-        let Wanted { object, poses, settings, .. } = self.wanted;
+        let FitRequest { object, poses, settings, .. } = self.request;
         let place = Place::file(&self.scene.file).part(format!("object `{}`", object.name));
         let fitted = fit::fit(&object.mesh, poses, &object.name, &place, settings, self.job)?;
         fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));

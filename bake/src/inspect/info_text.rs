@@ -1,6 +1,7 @@
 //! The text form of [`super::info`]: facts in two columns, sections as a table.
 
-use super::info::{BundleInfo, ClassInfo, ClipInfo, Details, FileBake, FileInfo, SectionRow, Totals, ratio};
+use super::info::facts::{BundleInfo, ClassInfo, ClipInfo, Details, FileInfo, SectionRow, Totals, ratio};
+use super::info::file_bake::FileBake;
 use super::sphere_metrics::SphereMetrics;
 use relume_formats::counts::one_or;
 use relume_formats::kinds::brdf_basis::BasisError;

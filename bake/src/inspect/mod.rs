@@ -1,5 +1,6 @@
 //! Looking into files and bundles: what they hold, whether they are sound, and their content in standard formats.
 
+mod codec;
 mod export;
 mod info;
 mod info_text;
@@ -12,14 +13,4 @@ mod verify;
 
 pub use export::{export_file, export_scene};
 pub use info::info;
-pub use verify::{Bundled, verify};
-
-use relume_formats::container::Codec;
-
-/// The name of a codec in messages and JSON.
-fn codec_name(codec: Codec) -> &'static str {
-    match codec {
-        Codec::Zstd => "zstd",
-        Codec::ZstdPlanes => "zstd-planes",
-    }
-}
+pub use verify::verify;

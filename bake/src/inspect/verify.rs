@@ -1,6 +1,6 @@
 //! Every checksum and invariant of a file, and what must agree between the files of a bundle.
 
-use crate::methods::choice::Registered;
+use crate::methods::registered::{Bundled, Registered};
 use relume_formats::bundle::{Maps, Objects, Scope, Settings, expect_name, expect_some_plays};
 use relume_formats::container::{Header, Kind, Stored, expect_decoded, open};
 use relume_formats::counts::counted;
@@ -118,16 +118,6 @@ impl<'a> Bundle<'a> {
         files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
         Ok(Scope { scene: self.scene.meta.clone(), card, maps: maps.names().to_vec() })
     }
-}
-
-/// What the files of a method must agree with.
-pub struct Bundled<'a> {
-    /// The scene.
-    pub scene: &'a StoredScene,
-    /// Its objects, with their sphere sets.
-    pub objects: &'a Objects,
-    /// What the manifest says of the method.
-    pub settings: &'a Settings,
 }
 
 #[cfg(test)]

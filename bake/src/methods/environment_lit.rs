@@ -1,8 +1,9 @@
 //! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the files of light and textures.
 
 use super::coarse;
+use crate::compress::statistics::{median, worst};
 use crate::error::{BakeError, Result};
-use crate::inspect::Bundled;
+use crate::methods::registered::Bundled;
 use relume_formats::Place;
 use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_textures};
 use relume_formats::container::{Kind, Stored};
@@ -76,7 +77,7 @@ pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
 }
 
 /// The maps that a bundle carries, as it stores them.
-pub(super) fn environments(scene: &Scene) -> Vec<Environment> {
+pub fn environments(scene: &Scene) -> Vec<Environment> {
     let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others));
     let stored = |named: &NamedMap| Environment { name: named.name.clone(), map: named.map.reduced(MAP_WIDTH) }.rounded();
     maps.map(stored).collect()
@@ -110,19 +111,6 @@ pub(super) fn figures(measured: &[(&str, &[f64])]) -> BTreeMap<String, f64> {
         }
     }
     figures
-}
-
-/// The largest error; no error at all, NaN, is none.
-pub fn worst(errors: &[f64]) -> f64 {
-    errors.iter().copied().fold(0.0, f64::max)
-}
-
-/// The middle error, or the mean of the two in the middle; 0 if there are none.
-pub fn median(errors: &[f64]) -> f64 {
-    let mut sorted = errors.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
-    0.5 * (at(sorted.len() / 2) + at(sorted.len().saturating_sub(1) / 2))
 }
 
 /// Bytes on disk of what [`environments`] and [`textures`] give.

@@ -115,21 +115,21 @@ impl Ball {
         }
         let u = (corners[1] - corners[0]).normalize();
         let circle = Circle::new([u, normal.cross(u), normal], distance, disc_squared.sqrt(), self.radius);
-        let mut part = Part::default();
+        let mut overlap = Overlap::default();
         for p in 0..3 {
             let q = (p + 1) % 3;
             let ends_inside = [inside[p], inside[q]];
             if let Some(range) = self.roots([indices[p], indices[q]], [corners[p], corners[q]], ends_inside) {
-                circle.add_edge([corners[p], corners[q]], range, ends_inside, &mut part);
+                circle.add_edge([corners[p], corners[q]], range, ends_inside, &mut overlap);
             }
         }
-        circle.add_arcs(&corners, &mut part);
-        sums.area_vector += part.area * normal;
-        sums.moment += part.area * distance;
+        circle.add_arcs(&corners, &mut overlap);
+        sums.area_vector += overlap.area * normal;
+        sums.moment += overlap.area * distance;
         // About the nearer pole of the circle, so that small circles stay small; the other differs by whole spheres.
-        sums.linear += circle.height.signum() * (1.0 - circle.height.abs()) * part.angle / 2.0;
-        sums.z = times(sums.z, part.z);
-        sums.crossings += part.crossings;
+        sums.linear += circle.height.signum() * (1.0 - circle.height.abs()) * overlap.angle / 2.0;
+        sums.z = times(sums.z, overlap.z);
+        sums.crossings += overlap.crossings;
     }
 
     /// The parameters in [0, 1] between which the edge lies in the ball; `None` where none of it does. Both triangles of an edge get the same points:
@@ -184,7 +184,7 @@ struct Circle {
 }
 
 /// What a triangle and the circle's disc share.
-struct Part {
+struct Overlap {
     /// Area.
     area: f64,
     /// Angle of the circle's arcs in the triangle.
@@ -201,7 +201,7 @@ struct Part {
     met: bool,
 }
 
-impl Default for Part {
+impl Default for Overlap {
     fn default() -> Self {
         let events = [(DVec2::ZERO, false); 6];
         Self { area: 0.0, angle: 0.0, z: DVec2::X, crossings: DVec3::ZERO, events, count: 0, met: false }
@@ -213,36 +213,36 @@ impl Circle {
         Self { frame, pole: frame.map(|axis| POLE.dot(axis)), distance, radius, height: distance / sphere, width: radius / sphere }
     }
 
-    fn add_edge(&self, [p, q]: [DVec3; 2], [low, high]: [f64; 2], [p_inside, q_inside]: [bool; 2], part: &mut Part) {
+    fn add_edge(&self, [p, q]: [DVec3; 2], [low, high]: [f64; 2], [p_inside, q_inside]: [bool; 2], overlap: &mut Overlap) {
         let flat = |x: DVec3| DVec2::new(x.dot(self.frame[0]), x.dot(self.frame[1]));
         let (start, end) = (flat(p), flat(q));
         let (enter, leave) = (start.lerp(end, low), start.lerp(end, high));
-        part.met = true;
-        part.area += enter.perp_dot(leave) / 2.0;
+        overlap.met = true;
+        overlap.area += enter.perp_dot(leave) / 2.0;
         for (at, leaves, happens, t) in [(enter, false, !p_inside, low), (leave, true, !q_inside, high)] {
             if happens {
-                part.events[part.count] = (at / self.radius, leaves);
-                part.count += 1;
-                part.crossings += p.lerp(q, t);
+                overlap.events[overlap.count] = (at / self.radius, leaves);
+                overlap.count += 1;
+                overlap.crossings += p.lerp(q, t);
             }
         }
     }
 
     /// Adds the circle's arcs within the triangle: each runs from where its boundary leaves the disc to where it next enters.
-    fn add_arcs(&self, corners: &[DVec3; 3], part: &mut Part) {
-        if !part.met {
+    fn add_arcs(&self, corners: &[DVec3; 3], overlap: &mut Overlap) {
+        if !overlap.met {
             // The circle lies in the triangle or beside it.
-            part.angle = if self.lies_within(corners, 0.0) { TAU } else { 0.0 };
+            overlap.angle = if self.lies_within(corners, 0.0) { TAU } else { 0.0 };
         }
-        for i in 0..part.count {
-            let ((from, leaves), (to, _)) = (part.events[i], part.events[(i + 1) % part.count]);
+        for i in 0..overlap.count {
+            let ((from, leaves), (to, _)) = (overlap.events[i], overlap.events[(i + 1) % overlap.count]);
             if leaves {
-                let angle = self.angle(corners, from, to, part.count == 2);
-                part.angle += angle;
-                self.add_arc(from, to, angle, part);
+                let angle = self.angle(corners, from, to, overlap.count == 2);
+                overlap.angle += angle;
+                self.add_arc(from, to, angle, overlap);
             }
         }
-        part.area += part.angle * self.radius * self.radius / 2.0;
+        overlap.area += overlap.angle * self.radius * self.radius / 2.0;
     }
 
     /// Counter-clockwise angle between two points of the circle, 0 to 2π. `alone`: no other arc of it lies in the triangle.
@@ -256,12 +256,12 @@ impl Circle {
     }
 
     /// The area on the unit sphere between an arc and its chord's great circle as seen from the pole, less the sector of the cap: two spherical triangles.
-    fn add_arc(&self, from: DVec2, to: DVec2, angle: f64, part: &mut Part) {
+    fn add_arc(&self, from: DVec2, to: DVec2, angle: f64, overlap: &mut Overlap) {
         if angle > 2.0 {
             // The chord of a half circle has no great circle of its own.
             let middle = DVec2::from_angle(angle / 2.0).rotate(from);
-            self.add_arc(from, middle, angle / 2.0, part);
-            return self.add_arc(middle, to, angle / 2.0, part);
+            self.add_arc(from, middle, angle / 2.0, overlap);
+            return self.add_arc(middle, to, angle / 2.0, overlap);
         }
         let (h, s) = (self.height, self.width);
         let [pu, pv, pn] = self.pole;
@@ -271,7 +271,7 @@ impl Circle {
         let triple = h * s * (difference.x * pv - difference.y * pu) + s * s * sin * pn;
         let of_pole = DVec2::new(1.0 + across + 2.0 * h * pn + s * (sum.x * pu + sum.y * pv), triple);
         let of_normal = DVec2::new(1.0 + across + 2.0 * h.abs(), -h.signum() * s * s * sin);
-        part.z = times(part.z, times(of_pole, of_normal));
+        overlap.z = times(overlap.z, times(of_pole, of_normal));
     }
 
     /// Whether the circle, made smaller by `share`, lies within the triangle.

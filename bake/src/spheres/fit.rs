@@ -1,13 +1,14 @@
 //! From a mesh to a sphere set.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
 use super::measure::measure;
 use super::members::members;
 use super::motion::Motion;
 use super::pieces::Pieces;
 use super::search::Search;
 use super::solid::Solid;
+use super::sphere::Sphere;
 use super::start::start;
 use super::triangle_tree::TriangleTree;
 use crate::error::{BakeError, Result};

@@ -113,38 +113,3 @@ fn what_encloses_nothing_or_too_much_is_asked_for_is_refused() {
         assert!(refused(&mesh(l_shape()), Settings { spheres, ..QUICK }).contains("1 to 4096"));
     }
 }
-
-/// Prints the table of docs/notes/SPHERE-SETS.md.
-#[test]
-#[ignore = "takes minutes and needs make assets"]
-fn sphere_table() {
-    let load = |path: &str| relume_scenes::load_mesh(std::path::Path::new(path), &mut Vec::new()).unwrap();
-    let knot = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
-    let knot = &knot.objects.iter().find(|o| o.name.contains("knot")).unwrap().mesh;
-    let only = std::env::var("MESHES").ok();
-    let meshes = [
-        ("bunny", load("../assets/bunny.obj")),
-        ("armadillo", load("../assets/armadillo.off")),
-        ("torus-knot", (**knot).clone()),
-        ("torus", mesh(torus(1.0, 0.35, 48, 24))),
-        ("thin-plate", mesh(thin_plate())),
-        ("L-shape", mesh(l_shape())),
-        ("two-cubes", mesh(two_cubes(DVec3::new(3.0, 0.5, 0.0)))),
-        ("open-hemisphere", mesh(open_hemisphere(24, 8))),
-        ("flipped-face", mesh(flipped_face_cube())),
-    ];
-    for (name, mesh) in meshes.iter().filter(|(name, _)| only.as_ref().is_none_or(|only| only.contains(name))) {
-        for spheres in [16, 32, 64, 128] {
-            let start = std::time::Instant::now();
-            let set = fitted(mesh, Settings { spheres, seed: 0, iterations: super::fit::DEFAULT_ITERATIONS, tight: 0.0 }).set;
-            let (e, quality) = (set.meta.relative_outside_volume(), set.meta.quality);
-            let covered = quality.coverage_surface.min(quality.coverage_volume);
-            println!(
-                "| {name} | {} | {spheres} | {e:.4} | {:.1} | {:.0} % |",
-                mesh.triangles.len(),
-                start.elapsed().as_secs_f64(),
-                100.0 * covered
-            );
-        }
-    }
-}

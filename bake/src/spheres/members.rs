@@ -4,9 +4,9 @@
 //! and what covers a mesh at rest covers it in every pose. A corner where spheres meet belongs to several.
 
 use super::ball::Ball;
-use super::cluster::Sphere;
 use super::pieces::Pieces;
 use super::solid::Solid;
+use super::sphere::Sphere;
 use relume_scenes::Mesh;
 use std::collections::HashMap;
 

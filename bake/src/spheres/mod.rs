@@ -22,6 +22,7 @@ pub mod random;
 pub mod refit;
 pub mod search;
 pub mod solid;
+pub mod sphere;
 pub mod start;
 mod surface_points;
 pub mod tighten;

@@ -4,9 +4,9 @@
 //! of its poses too: what it lowers is the mean volume outside over rest and poses, each sphere as small in a pose as covers its pieces there.
 
 use super::ball::Ball;
-use super::cluster::Sphere;
 use super::pieces::{Anchor, Pieces};
 use super::solid::Solid;
+use super::sphere::Sphere;
 use super::triangle_tree::TriangleTree;
 use glam::{DVec3, Vec3};
 use relume_formats::evaluate::sphere_set::pulled_centre;

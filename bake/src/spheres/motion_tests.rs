@@ -1,11 +1,12 @@
 //! What spheres come to in poses, against closed forms.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
 use super::fit::{Settings, fit};
 use super::motion::{Motion, poses};
 use super::pieces::Pieces;
 use super::solid::Solid;
+use super::sphere::Sphere;
 use super::test_meshes::{cuboid, mesh, open_hemisphere, two_cubes};
 use crate::job::{Job, ProgressMode};
 use glam::{DAffine3, DVec3};

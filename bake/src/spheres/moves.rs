@@ -1,7 +1,8 @@
 //! The moves of the search: each takes a few spheres of a set and gives back as many, covering the same pieces.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere, total_outside};
+use super::cluster::Problem;
+use super::sphere::{Sphere, total_outside};
 use super::start::clusters;
 use glam::DVec3;
 use std::sync::Arc;

@@ -6,7 +6,8 @@
 //! exactly; a step is taken if, perhaps shortened, it lowers the volume.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
+use super::sphere::Sphere;
 use glam::DVec3;
 use relume_formats::evaluate::sphere_set::pulled_centre;
 

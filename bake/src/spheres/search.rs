@@ -4,9 +4,10 @@
 //! changes that lose a little are kept too, so that the search leaves poor valleys (threshold accepting, Dueck and Scheuer 1990); what counts is the best complete
 //! set that it has seen, and that never gets worse.
 
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
 use super::moves::{Move, group, neighbours};
 use super::random::{hash, unit};
+use super::sphere::Sphere;
 use super::voids;
 use rayon::prelude::*;
 

@@ -1,11 +1,12 @@
 //! The parts of the search: pieces, dealing, refitting, tightening, voids.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere, total_outside};
+use super::cluster::Problem;
 use super::coverage::uncovered_within;
 use super::growth::Growth;
 use super::motion::Motion;
 use super::pieces::Pieces;
+use super::sphere::{Sphere, total_outside};
 use super::start::start;
 use super::test_meshes::{cuboid, l_shape, random, torus, tree};
 use super::triangle_tree::TriangleTree;

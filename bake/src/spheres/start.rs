@@ -1,7 +1,8 @@
 //! Where the search starts: clusters of pieces by k-means from seeds that keep their distance (Arthur and Vassilvitskii 2007).
 
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
 use super::random::unit;
+use super::sphere::Sphere;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -3,7 +3,8 @@
 //! A step never adds volume outside, whatever came before: the others stay, and the one has less to cover than it covered.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere, total_outside};
+use super::cluster::Problem;
+use super::sphere::{Sphere, total_outside};
 use std::sync::Arc;
 
 /// Steps of a refit.

@@ -1,8 +1,9 @@
 //! Voids: parts of the solid that no sphere covers although its surface is covered.
 
 use super::ball::Ball;
-use super::cluster::{Problem, Sphere};
+use super::cluster::Problem;
 use super::coverage::uncovered_within;
+use super::sphere::Sphere;
 use glam::DVec3;
 
 /// Growths in a row until no void is left; the second finds none, rounding aside.

@@ -3,9 +3,11 @@
 mod coating;
 pub mod environment;
 pub mod gather;
+pub mod held_out_lights;
 mod light_mesh;
 pub mod lights;
 pub mod path;
+pub mod receivers;
 pub mod reference;
 pub mod sampler;
 pub mod triangle;

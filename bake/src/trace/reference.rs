@@ -5,7 +5,8 @@ use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
 use crate::brdf;
-use crate::job::{Interrupted, Job};
+use crate::interrupted::Interrupted;
+use crate::job::Job;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
@@ -13,7 +14,7 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 
 /// Which paths a reference traces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Paths {
     /// The ones with the least noise for the materials at hand.
     Best,

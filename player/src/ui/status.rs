@@ -1,10 +1,10 @@
 //! The line below the picture: what can be done with it on the left, the keys on the right; in a narrow window the keys have lines of their own.
 
 use super::hand;
-use relume_playback::Seen;
 use super::style::WARNING;
 use egui::{Align, Color32, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2};
 use relume_formats::name::plain;
+use relume_playback::Seen;
 use std::borrow::Cow;
 
 /// What the user sees when pointing at something that cannot be edited.

@@ -2,9 +2,11 @@
 
 use super::{LAMP, Place, ROOM, outdoors};
 use crate::support::{command, expect_exit, job, run, scene};
-use relume_bake::bundle::{self, Leftover};
+use relume_bake::bundle;
 use relume_bake::inspect;
-use relume_bake::methods::choice::{Asked, METHODS};
+use relume_bake::methods::asked::Asked;
+use relume_bake::methods::choice::METHODS;
+use relume_bake::unfinished::Leftover;
 use std::process::Command;
 
 #[test]

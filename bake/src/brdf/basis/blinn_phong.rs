@@ -4,7 +4,7 @@
 //! of its own. Every basis function is a known linear combination of the analytic samples, so it can be evaluated exactly at any half angle:
 //! that fills the fine tables, and the coarse grid serves for inner products only.
 
-use super::{Samples, dot, errors_of, unmeasured};
+use super::samples::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
 use ndarray::{Array2, s};
 use ndarray_linalg::error::LinalgError;

@@ -5,7 +5,7 @@
 //! they are integrals over both directions with both cosines. Basis functions are stored as the combinations of analytic samples that they are, and
 //! no table limits how well they resolve a lobe.
 
-use super::{Samples, dot, errors_of, unmeasured};
+use super::samples::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
 use ndarray_linalg::error::LinalgError;
 use relume_formats::basis::half_difference::HalfDifference;

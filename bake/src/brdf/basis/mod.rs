@@ -2,11 +2,10 @@
 
 mod blinn_phong;
 mod ggx;
+mod samples;
 
-use ndarray::Array2;
 use ndarray_linalg::error::LinalgError;
-use rayon::prelude::*;
-use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis};
+use relume_formats::kinds::brdf_basis::BrdfBasis;
 use relume_formats::state::Model;
 
 /// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are approximated with the diffuse basis too.
@@ -18,49 +17,6 @@ pub fn build(model: Model, bases: usize, shared_diffuse: bool) -> Result<BrdfBas
         Model::BlinnPhong => blinn_phong::build(bases, shared_diffuse),
         Model::Ggx => ggx::build(bases, shared_diffuse),
     }
-}
-
-/// The matrix that the PCA runs on, a column for each sample, and how each column was made from its lobe.
-struct Samples {
-    matrix: Array2<f64>,
-    /// For each sample: the factor on its lobe.
-    scale: Vec<f64>,
-    /// For each sample: how much of the diffuse lobe was taken away after scaling.
-    diffuse_share: Vec<f64>,
-}
-
-impl Samples {
-    /// `lobes` gives each sample's lobe, tabulated as `diffuse` is, and its factor.
-    fn new(lobes: &[(Vec<f64>, f64)], diffuse: &[f64], shared_diffuse: bool) -> Self {
-        let diffuse_squared = dot(diffuse, diffuse);
-        let mut matrix = Array2::zeros((diffuse.len(), lobes.len()));
-        let (mut scale, mut diffuse_share) = (Vec::new(), Vec::new());
-        for (mut column, (lobe, factor)) in matrix.columns_mut().into_iter().zip(lobes) {
-            let share = if shared_diffuse { factor * dot(lobe, diffuse) / diffuse_squared } else { 0.0 };
-            for (value, (l, d)) in column.iter_mut().zip(lobe.iter().zip(diffuse)) {
-                *value = factor * l - share * d;
-            }
-            scale.push(*factor);
-            diffuse_share.push(share);
-        }
-        Self { matrix, scale, diffuse_share }
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn unmeasured() -> BasisError {
-    BasisError { mean: f64::NAN, worst: f64::NAN, worst_at: f64::NAN }
-}
-
-/// Mean and worst of `error` over `parameters`.
-fn errors_of(parameters: &[f32], error: impl Fn(&f32) -> f64 + Send + Sync) -> BasisError {
-    let errors: Vec<f64> = parameters.par_iter().map(error).collect();
-    let worse = |w: (f64, f64), (e, at): (&f64, &f32)| if *e > w.0 { (*e, f64::from(*at)) } else { w };
-    let (worst, worst_at) = errors.iter().zip(parameters).fold((0.0, 0.0), worse);
-    BasisError { mean: errors.iter().sum::<f64>() / errors.len() as f64, worst, worst_at }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A shape that deforms: where it rests, and what its clips are.
 
-use super::super::info::ClipInfo;
+use super::super::info::facts::ClipInfo;
 use super::out::Out;
 use relume_formats::Result;
 use relume_formats::shape::DeformingMesh;

@@ -1,7 +1,7 @@
 //! What is particular to a file of each kind, from its small sections.
 
 use super::super::sphere_metrics::SphereMetrics;
-use super::{ClassInfo, ClipInfo, Details, TrackInfo};
+use super::facts::{ClassInfo, ClipInfo, Details, TrackInfo};
 use relume_formats::Result;
 use relume_formats::basis::diffuse::NODES;
 use relume_formats::basis::two_level::BYTES;

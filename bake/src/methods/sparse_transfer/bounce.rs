@@ -1,6 +1,6 @@
 //! Light that arrives by way of other surfaces, which reflect it evenly in their colours (ours; the source has direct light only).
 
-use super::visibility::Receiver;
+use crate::trace::receivers::Receiver;
 use crate::trace::world::{Owner, World};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::{self, FACES};

@@ -1,7 +1,7 @@
 //! Errors at the vertices under the held-out lights: what is left out and what is rounded, against the whole rows.
 
-use super::lights::{HeldOutLights, add};
-use super::rows::{RADIANCES, Rows, STATES};
+use super::rows::Rows;
+use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
 use rayon::prelude::*;
 use relume_formats::kinds::SparseTransfer;
 
@@ -20,7 +20,7 @@ pub fn measured_on() -> String {
 pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
     let squares = |chunk: usize| {
         let mut squares = vec![[0.0; STATES]; rows.terms];
-        for row in chunk * CHUNK..((chunk + 1) * CHUNK).min(rows.len()) {
+        for row in chunk * CHUNK..((chunk + 1) * CHUNK).min(rows.count()) {
             let mut sums = [0.0; RADIANCES];
             for (term, square) in squares.iter_mut().enumerate() {
                 let at = row * rows.terms + term;
@@ -30,7 +30,7 @@ pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
         }
         squares
     };
-    let chunks: Vec<_> = (0..rows.len().div_ceil(CHUNK)).into_par_iter().map(squares).collect();
+    let chunks: Vec<_> = (0..rows.count().div_ceil(CHUNK)).into_par_iter().map(squares).collect();
     let norms = norms(rows);
     (0..rows.terms).map(|term| relative(chunks.iter().map(|chunk| &chunk[term]), &norms)).collect()
 }
@@ -40,11 +40,11 @@ pub fn of_stored(stored: &SparseTransfer, rows: &Rows, lights: &HeldOutLights) -
     let meta = &stored.meta;
     let squares = |chunk: usize| {
         let mut squares = [0.0; STATES];
-        for row in chunk * CHUNK..((chunk + 1) * CHUNK).min(rows.len()) {
+        for row in chunk * CHUNK..((chunk + 1) * CHUNK).min(rows.count()) {
             let mut sums = [0.0; RADIANCES];
             for (block, shape) in stored.blocks.iter().zip(&meta.blocks) {
                 for term in 0..shape.terms as usize {
-                    let index = block.indices[term * rows.len() + row];
+                    let index = block.indices[term * rows.count() + row];
                     add(&mut sums, &block.value(meta, term, row)[..meta.channels()], light_of(lights, index));
                 }
             }
@@ -52,11 +52,12 @@ pub fn of_stored(stored: &SparseTransfer, rows: &Rows, lights: &HeldOutLights) -
         }
         squares
     };
-    let chunks: Vec<_> = (0..rows.len().div_ceil(CHUNK)).into_par_iter().map(squares).collect();
+    let chunks: Vec<_> = (0..rows.count().div_ceil(CHUNK)).into_par_iter().map(squares).collect();
     relative(chunks.iter(), &norms(rows))
 }
 
-pub(super) fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
+/// The row of `lights` that the coefficient called `index` is multiplied with.
+pub fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
     &lights.coefficients[usize::from(index) * RADIANCES..][..RADIANCES]
 }
 
@@ -74,7 +75,7 @@ fn add_squares(squares: &mut [f64; STATES], sums: &[f32; RADIANCES], exact: &[f3
 /// Squared norms of the exact radiances.
 fn norms(rows: &Rows) -> [f64; STATES] {
     let mut norms = [0.0; STATES];
-    (0..rows.len()).for_each(|row| add_squares(&mut norms, &[0.0; RADIANCES], exact(rows, row)));
+    (0..rows.count()).for_each(|row| add_squares(&mut norms, &[0.0; RADIANCES], exact(rows, row)));
     norms
 }
 

@@ -1,14 +1,16 @@
 //! The stages that trace: rows of direct light, and of the light of each bounce.
 
 use super::bounce::{self, Bouncer};
-use super::lights::HeldOutLights;
+use super::importance;
 use super::rows::{MAX_TERMS, Rows};
+use super::settings::{BOUNCED_FACE_SIZE, NAME, REVISION, bounces};
 use super::texels::{FACE_SIZE, Texels};
-use super::visibility::{Receiver, receivers, transfer_row};
-use super::{BOUNCED_FACE_SIZE, NAME, REVISION, bounces, importance, push};
+use super::visibility::transfer_row;
 use crate::error::Result;
 use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
+use crate::trace::held_out_lights::HeldOutLights;
+use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::world::World;
 use crate::work_log::WorkLog;
 use rayon::prelude::*;
@@ -92,7 +94,7 @@ impl<'a> Gather<'a> {
             let mut row = vec![0.0; weights.len()];
             for receiver in receivers {
                 transfer_row(receiver, &self.world, &self.texels, &mut row);
-                push(&mut rows, vec![row.clone()], &weights, self.lights, FACE_SIZE);
+                rows.push_texels(vec![row.clone()], &weights, self.lights, FACE_SIZE);
             }
             rows.encode()
         };
@@ -157,7 +159,7 @@ impl<'a> Gather<'a> {
             let mut selected = Rows::new(MAX_TERMS, 3);
             for row in piece.chunks_exact(COARSE * 3) {
                 let planes = (0..3).map(|c| row.iter().skip(c).step_by(3).copied().collect()).collect();
-                push(&mut selected, planes, &weights, self.lights, BOUNCED_FACE_SIZE);
+                selected.push_texels(planes, &weights, self.lights, BOUNCED_FACE_SIZE);
             }
             selected
         });

@@ -1,12 +1,16 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::{NAME, REVISION, Settings, Terms, bounces, errors, expect_fit, expect_sizes, predicted_bytes, prediction};
-use crate::bundle::Work;
+use super::bake::bake;
+use super::fit::{expect_fit, expect_sizes, predicted_bytes};
+use super::settings::{NAME, REVISION, Settings, Terms, bounces};
+use super::{errors, prediction};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Product, environment_lit};
+use crate::method::{Method, Predicted, Product};
+use crate::methods::environment_lit;
 use crate::scene_hash::{Part, hash_of};
+use crate::unfinished::Work;
 use relume_formats::container::Stored;
 use relume_formats::kinds::{Environment, Textures};
 use relume_formats::method::Card;
@@ -19,12 +23,12 @@ const TERMS: &str = "terms";
 
 /// What to bake.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct SparseTransferMethod {
     /// How exact.
     pub settings: Settings,
 }
 
-impl Method for Wanted {
+impl Method for SparseTransferMethod {
     fn card(&self) -> &'static Card {
         &relume_formats::method::SPARSE_TRANSFER
     }
@@ -68,7 +72,7 @@ impl Method for Wanted {
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
-        let Some(baked) = super::bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else { return Ok(None) };
+        let Some(baked) = bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else { return Ok(None) };
         let mut files = Vec::new();
         for (number, environment) in baked.environments.iter().enumerate() {
             files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));

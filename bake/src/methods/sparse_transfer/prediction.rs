@@ -1,15 +1,20 @@
 //! What a bake will take, from the rows of a few of its vertices.
 
 use super::bounce::{Bouncer, add, coarse};
-use super::lights::HeldOutLights;
+use super::fit::predicted_bytes;
 use super::rows::{MAX_TERMS, Rows};
+use super::settings::{BOUNCED_FACE_SIZE, Settings, bounces, channels, face_size};
 use super::texels::{FACE_SIZE, Texels};
-use super::visibility::{Receiver, transfer_row};
-use super::{BOUNCED_FACE_SIZE, Settings, bounces, channels, errors, face_size, importance, predicted_bytes, push, quantise, receivers};
+use super::visibility::transfer_row;
+use super::{errors, importance, quantise};
+use crate::compress::quantise::unit_for;
 use crate::error::Result;
 use crate::job::Job;
+use crate::method::Predicted;
 use crate::methods::environment_lit::{self, environments};
-use crate::methods::{Predicted, spread};
+use crate::methods::spread::spread;
+use crate::trace::held_out_lights::HeldOutLights;
+use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
 use relume_formats::basis::cubemap::FACES;
@@ -73,7 +78,7 @@ fn rows_of(receiver: &Receiver, scene: &Scene, world: &World, texels: &Texels, w
         row = coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE);
     }
     let mut rows = Rows::new(MAX_TERMS, channels(scene));
-    push(&mut rows, vec![row; channels(scene)], weights, lights, face_size(scene));
+    rows.push_texels(vec![row; channels(scene)], weights, lights, face_size(scene));
     rows
 }
 
@@ -100,10 +105,10 @@ fn bounce(scene: &Scene, world: &World, some: &[Receiver]) -> u64 {
 /// What the first `terms` of `rows` take on disk.
 fn stored_bytes(rows: &Rows, terms: usize, scene: &Scene) -> f64 {
     let shapes = quantise::shapes(terms);
-    let unit = quantise::unit_for(&rows.values);
+    let unit = unit_for(&rows.values);
     let blocks = quantise::blocks(rows, &shapes, unit);
     let meta = Meta {
-        vertices: rows.len() as u32,
+        vertices: rows.count() as u32,
         face_size: face_size(scene) as u32,
         bounces: bounces(scene),
         rgb: rows.channels == 3,
@@ -114,7 +119,7 @@ fn stored_bytes(rows: &Rows, terms: usize, scene: &Scene) -> f64 {
     let mut bytes = 0.0;
     for (block, shape) in blocks.iter().zip(&shapes) {
         for term in 0..shape.terms as usize {
-            let values = (0..rows.len()).flat_map(|row| block.value(&meta, term, row).into_iter().take(rows.channels));
+            let values = (0..rows.count()).flat_map(|row| block.value(&meta, term, row).into_iter().take(rows.channels));
             let filled = values.filter(|value| *value != 0.0).count() as f64;
             bytes += filled * if shape.wide { 2.0 * WIDE } else { VALUE } + 2.0 * INDEX * filled / rows.channels as f64;
         }

@@ -1,6 +1,7 @@
 //! Rounding of selected terms to blocks of integers with a scale per row.
 
 use super::rows::Rows;
+use crate::compress::quantise::step_for;
 use half::f16;
 use rayon::prelude::*;
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Steps};
@@ -31,13 +32,6 @@ pub fn shapes(terms: usize) -> Vec<BlockShape> {
     shapes
 }
 
-/// A power of two, 2⁻²² of the largest of `values` or up to twice that: with it the steps of bytes do not overflow halves, and those of wide values keep
-/// their precision in rows that are a millionth as large.
-pub fn unit_for(values: &[f32]) -> f32 {
-    let largest = values.iter().fold(0.0, |m: f32, v| m.max(v.abs()));
-    if largest > 0.0 { (largest / 4_194_304.0).log2().ceil().exp2() } else { 1.0 }
-}
-
 /// The first terms of `rows`, as many as `shapes` have, rounded; values are in `unit`.
 pub fn blocks(rows: &Rows, shapes: &[BlockShape], unit: f32) -> Vec<Block> {
     let firsts = shapes.iter().scan(0, |next, shape| {
@@ -53,10 +47,10 @@ fn block(rows: &Rows, shape: BlockShape, first: usize, unit: f32) -> Block {
     let terms = first..first + shape.terms as usize;
     let at = |term: usize, row: usize| row * rows.terms + term;
     let of_term = |term: usize, row: usize| rows.values[at(term, row) * rows.channels..(at(term, row) + 1) * rows.channels].iter().copied();
-    let by_column = || terms.clone().flat_map(|term| (0..rows.len()).map(move |row| (term, row)));
+    let by_column = || terms.clone().flat_map(|term| (0..rows.count()).map(move |row| (term, row)));
     let most = if shape.wide { f32::from(i16::MAX) } else { f32::from(i8::MAX) };
     let largest = |row: usize| terms.clone().flat_map(|term| of_term(term, row)).fold(0.0, |m: f32, v| m.max(v.abs()));
-    let scales: Vec<f16> = (0..rows.len()).map(|row| step_for(largest(row) / unit, most)).collect();
+    let scales: Vec<f16> = (0..rows.count()).map(|row| step_for(largest(row) / unit, most)).collect();
     let steps = by_column().flat_map(|(term, row)| {
         let step = scales[row].to_f32() * unit;
         of_term(term, row).map(move |v| if step > 0.0 { (v / step).round().clamp(-most, most) } else { 0.0 })
@@ -65,16 +59,11 @@ fn block(rows: &Rows, shape: BlockShape, first: usize, unit: f32) -> Block {
     Block { indices: by_column().map(|(term, row)| rows.indices[at(term, row)]).collect(), scales, steps }
 }
 
-/// The step of which `largest` is no more than `most`: rounded up, so that nothing is cut.
-fn step_for(largest: f32, most: f32) -> f16 {
-    let step = f16::from_f32(largest / most);
-    if step.to_f32() * most < largest { f16::from_bits(step.to_bits() + 1) } else { step }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::sparse_transfer::rows::RADIANCES;
+    use crate::compress::quantise::unit_for;
+    use crate::trace::held_out_lights::RADIANCES;
     use relume_formats::kinds::sparse_transfer::Meta;
 
     #[test]

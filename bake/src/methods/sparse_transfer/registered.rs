@@ -1,9 +1,11 @@
 //! The method's line in the registry.
 
-use super::{MAX_TERMS, Settings, Terms, Wanted};
-use crate::inspect::Bundled;
-use crate::methods::choice::{Asked, Registered};
-use crate::methods::{environment_lit, more_of};
+use super::method::SparseTransferMethod;
+use super::rows::MAX_TERMS;
+use super::settings::{Settings, Terms};
+use crate::methods::asked::Asked;
+use crate::methods::environment_lit;
+use crate::methods::registered::{Bundled, Registered, more_of};
 use relume_formats::bundle::{Maps, expect_lit};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SparseTransfer;
@@ -19,16 +21,16 @@ pub const METHOD: Registered = Registered {
     card: &SPARSE_TRANSFER,
     why: "light or view varies and shapes stay: the cheapest method that follows a light or a camera",
     option: Some(("--terms", |asked| asked.terms.is_some())),
-    new: |asked, _| Box::new(wanted(asked)),
+    new: |asked, _| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64),
     verify,
 };
 
-fn wanted(asked: &Asked) -> Wanted {
+fn method(asked: &Asked) -> SparseTransferMethod {
     let rays = asked.samples.unwrap_or(asked.quality.rays_per_texel()).min(MAX_RAYS_PER_TEXEL);
     let side = (1..).find(|side| side * side >= rays).unwrap_or(1);
     let terms = asked.terms.map_or(Terms::Error(asked.max_error), |n| Terms::Number(n as usize));
-    Wanted { settings: Settings { rays_per_texel: side * side, terms } }
+    SparseTransferMethod { settings: Settings { rays_per_texel: side * side, terms } }
 }
 
 fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {

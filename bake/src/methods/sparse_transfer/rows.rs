@@ -1,13 +1,10 @@
 //! Selected rows of the transfer matrix on their way from gather to packing.
 
-use relume_formats::basis::approximate;
+use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, exact_radiances};
+use relume_formats::basis::{approximate, haar};
 
-/// Lights that errors are measured under.
-pub const STATES: usize = 16;
 /// Most terms that a row keeps until it is known how many are needed.
 pub const MAX_TERMS: usize = 1024;
-/// Radiances of one row: its exact ones under all held-out lights, row-major [states, 3].
-pub const RADIANCES: usize = 3 * STATES;
 
 /// Rows and what they are to give. All have the same number of terms; those that a row lacks have value 0.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,7 +28,7 @@ impl Rows {
     }
 
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.exact.len() / RADIANCES
     }
 
@@ -47,6 +44,13 @@ impl Rows {
             self.values.extend(planes.iter().map(|plane| index.map_or(0.0, |i| plane[i])));
         }
         self.exact.extend_from_slice(exact);
+    }
+
+    /// Adds a row given by texels of a light of faces `face_size` wide, one plane per channel; see [`Rows::push`].
+    pub fn push_texels(&mut self, mut planes: Vec<Vec<f32>>, weights: &[f32], lights: &HeldOutLights, face_size: usize) {
+        let exact = exact_radiances(&planes, lights);
+        planes.iter_mut().for_each(|plane| haar::forward_cube(plane, face_size));
+        self.push(&planes, weights, &exact);
     }
 
     /// Adds the rows of `other`, which have as many terms and channels.
@@ -95,6 +99,6 @@ mod tests {
         );
         let mut both = rows.clone();
         both.append(rows.clone());
-        assert_eq!((both.len(), &both.exact[..RADIANCES], &both.indices[4..]), (4, &exact[..], &rows.indices[..]));
+        assert_eq!((both.count(), &both.exact[..RADIANCES], &both.indices[4..]), (4, &exact[..], &rows.indices[..]));
     }
 }

@@ -1,33 +1,9 @@
 //! What a vertex sees of the environment: one row of the transfer matrix (sparse-transfer eq. 2, the receiver's albedo left out).
 
 use super::texels::Texels;
-use crate::trace::world::{World, rounding_of};
+use crate::trace::receivers::Receiver;
+use crate::trace::world::World;
 use glam::Vec3A;
-use relume_scenes::Scene;
-
-/// Where light is received.
-#[derive(Debug, Clone, Copy)]
-pub struct Receiver {
-    /// Where rays start: off the surface by what rounding may do, metres.
-    pub origin: Vec3A,
-    /// Unit shading normal.
-    pub normal: Vec3A,
-}
-
-/// Every vertex of every object, in the order of kind `scene`.
-pub fn receivers(scene: &Scene) -> Vec<Receiver> {
-    let mut receivers = Vec::new();
-    for object in &scene.objects {
-        let mesh = &object.mesh;
-        let corners: Vec<Vec3A> = mesh.positions.iter().map(|p| Vec3A::from(*p)).collect();
-        let rounding = rounding_of(&corners);
-        receivers.extend(corners.iter().zip(&mesh.normals).map(|(position, normal)| {
-            let normal = Vec3A::from(*normal);
-            Receiver { origin: *position + normal * rounding, normal }
-        }));
-    }
-    receivers
-}
 
 /// Transfer from every texel of the light to `receiver`: V·max(0, n·ω)·dω/π, for a texel at whose border visibility changes the mean over the
 /// directions within it. `row` has as many values as there are texels.

@@ -1,12 +1,13 @@
 //! How far the shadows of spheres are from those of the meshes: rays against the pixel basis, at some receivers, in some poses, under the held-out lights.
 
 use super::rows::MAX_EXACT;
-use super::{NAME, REVISION};
+use super::settings::{NAME, REVISION};
 use crate::error::Result;
 use crate::job::Job;
-use crate::methods::sparse_transfer::{self, HeldOutLights, RADIANCES, STATES, exact_radiances};
 use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
+use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, exact_radiances};
+use crate::trace::receivers;
 use crate::trace::world::World;
 use crate::work_log::WorkLog;
 use glam::Vec3A;
@@ -16,7 +17,7 @@ use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers};
+use relume_formats::evaluate::sphere_shadows::{Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers as shading_receivers};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
@@ -171,7 +172,7 @@ pub(super) fn receivers_looked_at(vertices: usize) -> Vec<usize> {
 }
 
 /// The lobes of all rows with their `terms` of largest size.
-pub(super) fn lobes(shadows: &SphereShadows, terms: Option<usize>) -> Vec<Function> {
+pub fn lobes(shadows: &SphereShadows, terms: Option<usize>) -> Vec<Function> {
     (0..shadows.normals.len()).map(|row| lobe(shadows.lobe(row).to_vec(), terms)).collect()
 }
 
@@ -205,13 +206,13 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
 /// What looks from the vertices of a pose at the light.
 pub(super) struct Eyes<'a> {
     world: World,
-    receivers: Vec<sparse_transfer::Receiver>,
+    receivers: Vec<receivers::Receiver>,
     lights: &'a HeldOutLights,
 }
 
 impl<'a> Eyes<'a> {
     pub(super) fn new(pose: &Scene, lights: &'a HeldOutLights) -> Self {
-        Self { world: World::new(pose), receivers: sparse_transfer::receivers(pose), lights }
+        Self { world: World::new(pose), receivers: receivers::receivers(pose), lights }
     }
 
     /// Radiance of a white surface at `vertex` under all lights, as rays to the centres of texels see the meshes.
@@ -231,23 +232,29 @@ impl<'a> Eyes<'a> {
 }
 
 /// The direction of a texel's centre.
-pub(super) fn centre(texel: usize) -> Vec3A {
+pub fn centre(texel: usize) -> Vec3A {
     let (x, y) = (texel % SIDE, texel / SIDE % SIDE);
     cubemap::direction(texel / (SIDE * SIDE), SIDE, x as f64 + 0.5, y as f64 + 0.5).as_vec3a()
 }
 
 /// Receivers and spheres in a pose.
-pub(super) struct Posed {
-    pub(super) receivers: Vec<Receiver>,
-    pub(super) spheres: Vec<Spheres>,
-    pub(super) table: HaarTable,
+pub struct Posed {
+    /// What is shaded.
+    pub receivers: Vec<Receiver>,
+    /// Those of each object that has some.
+    pub spheres: Vec<Spheres>,
+    /// Of the two-level transform.
+    pub table: HaarTable,
 }
 
 /// What `shadows` and `sets` make of `pose`, at `some` of the vertices.
-pub(super) fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Posed> {
+///
+/// # Errors
+/// If a sphere cannot follow.
+pub fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Posed> {
     let all = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| pose.objects.iter().flat_map(move |o| of(&o.mesh).iter().copied());
     let (positions, normals): (Vec<_>, Vec<_>) = (all(|mesh| &mesh.positions).collect(), all(|mesh| &mesh.normals).collect());
-    let receivers = receivers(shadows, sets, &positions, &normals);
+    let receivers = shading_receivers(shadows, sets, &positions, &normals);
     let with_spheres = pose.objects.iter().filter(|o| o.spheres.is_some());
     let follow = |(object, set): (&relume_scenes::Object, &SphereSet)| {
         let mut spheres = Spheres::at_rest(set);
@@ -260,7 +267,7 @@ pub(super) fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, se
 
 impl Posed {
     /// Radiance at the receivers; light and lobes carry the terms that are kept.
-    pub(super) fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
+    pub fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
         let mut radiance = vec![[0.0; 3]; self.receivers.len()];
         Shading::new(lobes, light, levels).radiance(&self.receivers, &self.spheres, &self.table, &mut radiance);
         radiance

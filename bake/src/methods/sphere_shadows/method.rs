@@ -1,13 +1,16 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::errors::{Measuring, predicted_bytes};
-use super::{NAME, REVISION, expect_fit, leaves_out, prediction, rows};
-use crate::bundle::Work;
+use super::fit::{expect_fit, leaves_out};
+use super::settings::{NAME, REVISION};
+use super::{prediction, rows};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Product, environment_lit};
+use crate::method::{Method, Predicted, Product};
+use crate::methods::environment_lit;
 use crate::scene_hash::{Part, hash_of};
+use crate::unfinished::Work;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::shape_file;
 use relume_formats::kinds::{Environment, Textures};
@@ -18,21 +21,21 @@ use std::collections::BTreeMap;
 
 /// What to bake. The hash of a scene has neither names nor numbers of spheres, which this method's files and errors depend on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wanted {
+pub struct SphereShadowsMethod {
     /// Names of the objects, with the number of spheres of those that have some.
     objects: Vec<(String, Option<u32>)>,
     /// Of the spheres.
     seed: u64,
 }
 
-impl Wanted {
+impl SphereShadowsMethod {
     /// For `scene`, whose spheres are fitted with `seed`.
     pub fn new(scene: &Scene, seed: u64) -> Self {
         Self { objects: scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect(), seed }
     }
 }
 
-impl Method for Wanted {
+impl Method for SphereShadowsMethod {
     fn card(&self) -> &'static Card {
         &relume_formats::method::SPHERE_SHADOWS
     }

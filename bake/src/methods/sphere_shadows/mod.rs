@@ -3,70 +3,18 @@
 //! Nothing of the transfer is baked: spheres cast the shadows, wherever they are ([`relume_formats::evaluate::sphere_shadows`]). What a bake makes is the
 //! lobes of normals ([`rows`]), the shapes that deform, and the error against shadows of the meshes themselves ([`errors`]). What it cannot do: highlights, light
 //! that bounces, lights other than the environment, shadows of objects without spheres, shadows finer than the receivers' mesh.
+//!
+//! [`errors`] and [`rows`] are public for telling which step an error comes from.
 
-mod errors;
+pub mod errors;
+mod fit;
 mod method;
 mod prediction;
 mod registered;
-mod rows;
-mod sweep;
+pub mod rows;
+mod settings;
 
-#[cfg(test)]
-mod ablation;
-#[cfg(test)]
-mod ladder;
-
-pub use method::Wanted;
+pub use fit::expect_fit;
+pub use method::SphereShadowsMethod;
 pub use registered::METHOD;
-pub use sweep::SWEEP;
-
-use super::environment_lit;
-use crate::error::{BakeError, Result};
-use relume_formats::Place;
-use relume_formats::bundle::MAX_SPHERE_PAIRS;
-use relume_scenes::{Object, Scene};
-
-/// Name of the method.
-pub const NAME: &str = relume_formats::method::SPHERE_SHADOWS.name;
-/// Changes whenever the same scene and settings give other bytes than before, spheres included.
-pub const REVISION: u32 = 2;
-/// As many names as anybody would read are listed.
-const MOST_LISTED: usize = 20;
-
-/// Fails, naming what stands in the way, unless the method can show `scene`.
-pub fn expect_fit(scene: &Scene) -> Result<()> {
-    let refuse = |reason: String| Err(BakeError::invalid(&Place::file(&scene.file), reason));
-    environment_lit::expect_fit(scene, NAME)?;
-    if scene.reflections > 1 {
-        let reflections = scene.reflections;
-        return refuse(format!("[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"));
-    }
-    let pairs = scene.objects.iter().filter_map(|object| object.spheres).map(|n| u64::from(n).pow(2)).sum::<u64>();
-    if pairs > MAX_SPHERE_PAIRS {
-        return refuse(format!("its spheres make {pairs} pairs within objects, {NAME} holds at most {MAX_SPHERE_PAIRS}; lower `spheres`"));
-    }
-    for object in &scene.objects {
-        let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
-        object.shape.iter().try_for_each(|shape| shape.validate(&place))?;
-    }
-    if !scene.objects.iter().any(|object| object.spheres.is_some()) {
-        return refuse(format!("no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"));
-    }
-    Ok(())
-}
-
-/// What of `scene` is not shown, a sentence each.
-fn leaves_out(scene: &Scene) -> Vec<String> {
-    let names = |deforms: bool| -> Vec<String> {
-        let casts_none = |o: &&Object| o.spheres.is_none() && o.shape.is_some() == deforms;
-        scene.objects.iter().filter(casts_none).map(|object| format!("`{}`", object.name)).collect()
-    };
-    let deforming = names(true).into_iter();
-    let deforming = deforming.map(|name| format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64"));
-    let still = names(false);
-    let more = still.len().saturating_sub(MOST_LISTED);
-    let listed = still[..still.len() - more].join(", ");
-    let listed = if more > 0 { format!("{listed} and {more} more") } else { listed };
-    let still = (!still.is_empty()).then(|| format!("without spheres, {listed} receives shadows and casts none"));
-    environment_lit::leaves_out(scene, NAME).into_iter().chain(deforming).chain(still).collect()
-}
+pub use settings::{NAME, REVISION};

@@ -3,8 +3,10 @@
 use super::errors::{Eyes, poses, predicted_bytes, receivers_looked_at};
 use super::rows;
 use crate::error::Result;
-use crate::methods::sparse_transfer::HeldOutLights;
-use crate::methods::{Predicted, environment_lit, spread};
+use crate::method::Predicted;
+use crate::methods::environment_lit;
+use crate::methods::spread::spread;
+use crate::trace::held_out_lights::HeldOutLights;
 use crate::trace::world::{reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
 use relume_formats::Place;

@@ -1,9 +1,8 @@
 //! The method's line in the registry.
 
-use super::Wanted;
-use crate::inspect::Bundled;
-use crate::methods::choice::Registered;
+use super::method::SphereShadowsMethod;
 use crate::methods::environment_lit;
+use crate::methods::registered::{Bundled, Registered};
 use relume_formats::bundle::{Maps, expect_lit, expect_receivers};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereShadows;
@@ -17,7 +16,7 @@ pub const METHOD: Registered = Registered {
     card: &SPHERE_SHADOWS,
     why: "shapes vary: the only method whose shadows follow them",
     option: None,
-    new: |asked, scene| Box::new(Wanted::new(scene, asked.seed)),
+    new: |asked, scene| Box::new(SphereShadowsMethod::new(scene, asked.seed)),
     remedy: |_| "give objects more spheres".to_owned(),
     verify,
 };

@@ -3,11 +3,13 @@
 //! As the paths are the same, noise cancels and what is left is the error of bases and storage. Pixels that show a light or the background are
 //! left out: nothing there depends on bases, and one lamp in view can outshine, and so hide, the errors of a whole room.
 
-use super::{Settings, basis_for};
+use super::basis::basis_for;
+use super::settings::Settings;
 use crate::brdf;
+use crate::compress::statistics::{median, worst};
 use crate::error::Result;
-use crate::job::{Interrupted, Job};
-use crate::methods::environment_lit::{median, worst};
+use crate::interrupted::Interrupted;
+use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
 use crate::trace::reference::radiance_of;
@@ -33,7 +35,7 @@ pub const CHOICE_PIXELS: u32 = 2048;
 /// Paths of each of these.
 const CHOICE_PATHS: u32 = 16;
 /// [`measure`] looks at one pixel of every square of so many a side.
-pub(super) const SPACING: u32 = 4;
+pub const SPACING: u32 = 4;
 
 /// Errors over the held-out states.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,10 +209,12 @@ fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[Brdf], co
 }
 
 /// Materials of which those that vary are seen through a basis.
-pub(super) struct OnBases<'a> {
+pub struct OnBases<'a> {
+    /// The basis.
     pub basis: &'a BrdfBasis,
+    /// All materials of the scene.
     pub materials: &'a [Brdf],
-    /// Of the materials that vary.
+    /// On the basis, for those that vary.
     pub coefficients: &'a [Option<Vec<Rgb>>],
 }
 
@@ -229,7 +233,7 @@ impl OnBases<'_> {
 }
 
 /// For every material: its coefficients if it varies.
-pub(super) fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
+pub fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
     let of = |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
 }
@@ -244,7 +248,7 @@ fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
 }
 
 /// One pixel of every block of `side` × `side`, at a place that changes from block to block.
-pub(super) fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
+pub fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
     let mut pixels = Vec::new();
     for y0 in (0..height).step_by(side as usize) {
         for x0 in (0..width).step_by(side as usize) {

@@ -1,13 +1,17 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
+use super::bake::bake;
+use super::basis::basis_for;
+use super::fit::{expect_fit, predicted_bytes};
 use super::held_out::{CHOICE_PIXELS, HeldOutErrors};
-use super::{NAME, REVISION, Settings, basis_for, expect_fit, held_out, predicted_bytes, prediction};
-use crate::bundle::Work;
+use super::settings::{Bases, NAME, READS, REVISION, Settings, TransferImagesMethod};
+use super::{held_out, prediction};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
-use crate::methods::{Method, Predicted, Product};
-use crate::scene_hash::{Part, hash_of};
+use crate::method::{Method, Predicted, Product};
+use crate::scene_hash::hash_of;
+use crate::unfinished::Work;
 use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::method::Card;
@@ -15,35 +19,10 @@ use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What a bake reads of a scene.
-pub(super) const READS: [Part; 6] = [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
-
 /// The setting that says how many bases there are.
 const BASES: &str = "bases";
 
-/// What to bake.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
-    /// Film size in pixels.
-    pub size: [u32; 2],
-    /// Film samples a pixel.
-    pub samples: u32,
-    /// Seed of the paths.
-    pub seed: u64,
-    /// How many bases.
-    pub bases: Bases,
-}
-
-/// How many bases.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bases {
-    /// This many, the diffuse one included.
-    Number(usize),
-    /// As many as keep the relative L2 error of every held-out state below this.
-    Error(f64),
-}
-
-impl Method for Wanted {
+impl Method for TransferImagesMethod {
     fn card(&self) -> &'static Card {
         &relume_formats::method::TRANSFER_IMAGES
     }
@@ -103,7 +82,7 @@ impl Method for Wanted {
         let settings = Settings { size, samples, seed, bases };
         work.job.memory().expect(need(scene, &settings))?;
         let basis = basis_for(scene, bases)?;
-        let Some(images) = super::bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else { return Ok(None) };
+        let Some(images) = bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else { return Ok(None) };
         let errors = held_out::measure(scene, &settings, &basis, &images, work.job)?;
         let files = vec![
             (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),

@@ -1,7 +1,9 @@
 //! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts images by importance.
 
 use super::tiles::{Tile, TileFragment};
-use crate::job::{Interrupted, Progress};
+use crate::compress::quantise::scale_for;
+use crate::interrupted::Interrupted;
+use crate::job::Progress;
 use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
@@ -85,7 +87,7 @@ pub fn pack(
 }
 
 /// Puts first what counts most in a typical material; `squares` gives the sum of a slot's squares.
-pub(super) fn sort_by_importance(images: &mut [Image], layout: &Layout, basis: &BrdfBasis, squares: impl Fn(usize) -> f64) {
+pub fn sort_by_importance(images: &mut [Image], layout: &Layout, basis: &BrdfBasis, squares: impl Fn(usize) -> f64) {
     let weights = basis_weights(basis);
     let importance: Vec<f64> = (0..).zip(&layout.slots).map(|(number, slot)| squares(number) * slot_weight(slot, &weights)).collect();
     images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
@@ -125,11 +127,6 @@ fn for_each_record(
     Ok(())
 }
 
-/// The factor on the halves of a slot whose largest value is `largest`: a power of two; 0 if there is nothing.
-pub(super) fn scale_for(largest: f32) -> f32 {
-    if largest > 0.0 { largest.log2().ceil().exp2() / LARGEST_HALF } else { 0.0 }
-}
-
 /// Mean square of each basis' coefficient over the lobes: how much a basis counts in a typical material.
 fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
     let (bases, nodes) = (basis.bases(), basis.parameters.len() as f64);
@@ -149,20 +146,4 @@ fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {
     };
     let editable = weights[slot.eye_basis] * first(slot.first);
     slot.fixed.map_or(editable, |fixed| editable.max(first(fixed)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scales_are_powers_of_two_and_no_half_overflows() {
-        for largest in [1e-30f32, 1e-3, 0.5, 1.0, 1.1, 65_504.0, 1e9, 3e30] {
-            let scale = scale_for(largest);
-            assert_eq!(scale.log2().fract(), 0.0);
-            let half = f16::from_f32(largest / scale);
-            assert!(half.is_finite() && half.to_f32() > LARGEST_HALF / 2.0 * 0.99, "{largest}: {half}");
-        }
-        assert_eq!(scale_for(0.0), 0.0);
-    }
 }

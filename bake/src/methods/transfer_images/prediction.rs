@@ -1,10 +1,15 @@
 //! What a bake will take, from the paths of a few of its pixels.
 
-use super::method::{Bases, Wanted};
-use super::{Settings, basis_for, chromaticity, held_out, predicted_bytes, projector, trace_pixels};
+use super::bake::{projector, trace_pixels};
+use super::basis::basis_for;
+use super::chromaticity::chromaticity;
+use super::fit::predicted_bytes;
+use super::held_out;
+use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
 use crate::job::Job;
-use crate::methods::{Predicted, spread};
+use crate::method::Predicted;
+use crate::methods::spread::spread;
 use crate::trace::gather::Gather;
 use crate::trace::lights::Lights;
 use crate::trace::world::{World, reset_ray_counts, take_ray_count};
@@ -26,12 +31,12 @@ const ZERO: f64 = 0.03;
 /// Bytes a second that are packed, compressed and written, per thread.
 const PACKED: f64 = 2e7;
 
-/// What baking `scene` as `wanted` will take.
+/// What baking `scene` by `method` will take.
 ///
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
-pub fn predict(wanted: &Wanted, scene: &Scene, job: &Job) -> Result<Predicted> {
-    let Wanted { size, samples, seed, bases } = *wanted;
+pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Result<Predicted> {
+    let TransferImagesMethod { size, samples, seed, bases } = *method;
     let start = Instant::now();
     let chosen = match bases {
         Bases::Number(bases) => bases,

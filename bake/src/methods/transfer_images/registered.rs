@@ -1,9 +1,8 @@
 //! The method's line in the registry.
 
-use super::{Bases, Wanted};
-use crate::inspect::Bundled;
-use crate::methods::choice::{Asked, Registered};
-use crate::methods::more_of;
+use super::settings::{Bases, TransferImagesMethod};
+use crate::methods::asked::Asked;
+use crate::methods::registered::{Bundled, Registered, more_of};
 use relume_formats::bundle::{Maps, expect_images};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::MAX_BASES;
@@ -18,13 +17,13 @@ pub const METHOD: Registered = Registered {
     card: &TRANSFER_IMAGES,
     why: "light, view and shape stay, so a frame is a sum of baked images, which costs least",
     option: Some(("--bases", |asked| asked.bases.is_some())),
-    new: |asked, _: &Scene| Box::new(wanted(asked)),
+    new: |asked, _: &Scene| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "bases", |n| n + 1, MAX_BASES as u64),
     verify,
 };
 
-fn wanted(asked: &Asked) -> Wanted {
-    Wanted {
+fn method(asked: &Asked) -> TransferImagesMethod {
+    TransferImagesMethod {
         size: asked.size,
         samples: asked.samples.unwrap_or(asked.quality.samples()),
         seed: asked.seed,

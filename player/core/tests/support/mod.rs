@@ -8,6 +8,7 @@ pub mod sparse;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
+use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
@@ -16,7 +17,6 @@ use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta, Tr
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
 use relume_formats::method::TRANSFER_IMAGES;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
-use relume_formats::bundle::Scope;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

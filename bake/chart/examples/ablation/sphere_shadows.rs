@@ -1,0 +1,168 @@
+//! sphere-shadows: texels, lobes, spheres, caps, terms, levels.
+
+use crate::steps::{Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference};
+use crate::table_caps::blocked_by_table;
+use rayon::prelude::*;
+use relume_bake::bundle;
+use relume_bake::error::{BakeError, Result};
+use relume_bake::methods::asked::Asked;
+use relume_bake::methods::environment_lit::environments;
+use relume_bake::methods::sphere_shadows::errors::{Posed, centre, lobes, shown_in};
+use relume_bake::methods::sphere_shadows::{METHOD, NAME};
+use relume_bake::trace::receivers;
+use relume_bake::trace::world::World;
+use relume_bake::unfinished::Leftover;
+use relume_formats::Place;
+use relume_formats::basis::cap::{Bitmap, ROWS};
+use relume_formats::basis::diffuse;
+use relume_formats::basis::haar::inverse_cube;
+use relume_formats::basis::two_level::SIDE;
+use relume_formats::container::Stored;
+use relume_formats::evaluate::sparse_transfer::light as coefficients_of;
+use relume_formats::evaluate::sphere_shadows::{Detail, Levels, Receiver, blocked, light};
+use relume_formats::kinds::manifest::sphere_set_file;
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::{SphereSet, SphereShadows, VisibilityTable};
+use relume_formats::state::Rgb;
+use relume_scenes::{Object, Scene};
+
+/// A scene in a state, and what the bundle makes of it.
+struct InState {
+    scene: Scene,
+    posed: Posed,
+    /// Of the light.
+    planes: [Vec<f32>; 3],
+    texels: [Vec<f32>; 3],
+    /// By vertex, the texels that the meshes block.
+    by_mesh: Vec<Bitmap>,
+}
+
+/// How a receiver reflects.
+#[derive(Clone, Copy)]
+enum Lobe {
+    /// As its normal says.
+    Exact,
+    /// Blended from the grid of normals, as the product has it.
+    Blended,
+}
+
+impl InState {
+    fn new(scene: Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Self> {
+        let all: Vec<usize> = (0..shadows.rows.len()).collect();
+        let posed = shown_in(&scene, &all, shadows, sets)?;
+        let environment = scene.environment.as_ref();
+        let environment = environment.ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
+        let look = EnvironmentLook { map: String::new(), gain: environment.gain, rotation_deg: environment.rotation_deg };
+        let planes = coefficients_of(&environments(&scene)[0].map, &look, SIDE);
+        let mut texels = planes.clone();
+        texels.iter_mut().for_each(|plane| inverse_cube(plane, SIDE));
+        let (world, tracing) = (World::new(&scene), receivers::receivers(&scene));
+        let of = |(receiver, tracing): (&Receiver, &receivers::Receiver)| {
+            let lobes = [Lobe::Exact, Lobe::Blended].map(|lobe| lobe.of(receiver, shadows));
+            let mut bitmap = [0; ROWS];
+            for texel in (0..lobes[0].len()).filter(|texel| lobes.iter().any(|lobe| lobe[*texel] != 0.0)) {
+                bitmap[texel / 32] |= u32::from(world.occluded(tracing.origin, centre(texel), f32::INFINITY)) << (texel % 32);
+            }
+            bitmap
+        };
+        let by_mesh = posed.receivers.par_iter().zip(&tracing).map(of).collect();
+        Ok(Self { posed, planes, texels, by_mesh, scene })
+    }
+
+    /// Σ L·ρ̃ over the texels that are not blocked.
+    fn sum(&self, lobe: Lobe, shadows: &SphereShadows, blocked: &[Bitmap]) -> Vec<Rgb> {
+        let of = |(receiver, blocked): (&Receiver, &Bitmap)| {
+            let mut sums = [0.0f64; 3];
+            let open = |texel: usize| blocked[texel / 32] >> (texel % 32) & 1 == 0;
+            for (texel, rho) in lobe.of(receiver, shadows).iter().enumerate().filter(|(texel, rho)| **rho != 0.0 && open(*texel)) {
+                (0..3).for_each(|c| sums[c] += f64::from(self.texels[c][texel]) * f64::from(*rho));
+            }
+            sums.map(|sum| sum as f32)
+        };
+        self.posed.receivers.par_iter().zip(blocked).map(of).collect()
+    }
+
+    fn blocked(&self, of: impl Fn(&Receiver) -> Bitmap + Sync + Send) -> Vec<Bitmap> {
+        self.posed.receivers.par_iter().map(of).collect()
+    }
+}
+
+impl Lobe {
+    /// ρ̃ by texels.
+    fn of(self, receiver: &Receiver, shadows: &SphereShadows) -> Vec<f32> {
+        let mut rho = match self {
+            Self::Exact => diffuse::lobe(receiver.normal),
+            Self::Blended => {
+                let mut rho = vec![0.0; shadows.lobe(0).len()];
+                for (row, weight) in receiver.lobes.iter().filter(|(_, weight)| *weight != 0.0) {
+                    rho.iter_mut().zip(shadows.lobe(*row as usize)).for_each(|(sum, c)| *sum += weight * c);
+                }
+                rho
+            }
+        };
+        inverse_cube(&mut rho, SIDE);
+        // What the inverse leaves of zeros.
+        rho.iter_mut().filter(|r| r.abs() < 1e-8).for_each(|r| *r = 0.0);
+        rho
+    }
+}
+
+/// Bakes the library's scene `name`, or goes on with what is there, and prints its tables.
+pub fn ablation(name: &str) -> Result<()> {
+    let scene = library(name)?;
+    let folder = bundle_folder(name);
+    let method = (METHOD.new)(&Asked::of_scene(&scene), &scene);
+    bundle::run(&scene, &[method], scene.size, &folder, Leftover::Resume, 0, &quiet())?;
+    let shadows = SphereShadows::read_file(&folder.join("sphere-shadows.relume"))?;
+    let with_spheres = scene.objects.iter().filter(|object| object.spheres.is_some());
+    let read = |object: &Object| SphereSet::read_file(&folder.join(sphere_set_file(&object.name)));
+    let sets = with_spheres.map(read).collect::<relume_formats::Result<Vec<SphereSet>>>()?;
+    let states = at_states(&scene)?.into_iter().map(|state| InState::new(state, &shadows, &sets)).collect::<Result<Vec<_>>>()?;
+    let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(&state.scene, 0)).collect();
+    let drawn = |radiance: &dyn Fn(&InState) -> Vec<Rgb>| {
+        drawings.iter().zip(&states).map(|(drawing, state)| drawing.draw(&radiance(state))).collect::<Vec<_>>()
+    };
+    let mut steps = Steps::default();
+    let traced =
+        |seed: u64, reflections: u32| states.iter().map(|s| reference(&s.scene, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>();
+    let truth = steps.push("path tracer", 0, traced(0, 1)?);
+    steps.push("(the path tracer with other seeds)", truth, traced(1, 1)?);
+    steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX)?);
+    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|state| exact(&state.scene)));
+    let texels = steps.push(
+        "light and visibility of 6 × 32 × 32 texels",
+        vertices,
+        drawn(&|state| state.sum(Lobe::Exact, &shadows, &state.by_mesh)),
+    );
+    let grid = steps.push("lobes from the grid of normals", texels, drawn(&|state| state.sum(Lobe::Blended, &shadows, &state.by_mesh)));
+    let by_spheres =
+        |state: &InState| state.sum(Lobe::Blended, &shadows, &state.blocked(|receiver| blocked(receiver, &state.posed.spheres)));
+    let spheres = steps.push("spheres instead of meshes, exact caps", grid, drawn(&by_spheres));
+    let table = VisibilityTable::bake();
+    let by_table = |state: &InState| {
+        let spheres = &state.posed.spheres;
+        let cap = |receiver: &Receiver| {
+            if receiver.own.is_some() { blocked(receiver, spheres) } else { blocked_by_table(receiver, spheres, &table) }
+        };
+        state.sum(Lobe::Blended, &shadows, &state.blocked(cap))
+    };
+    steps.push("(caps from the table, off the objects with spheres)", spheres, drawn(&by_table));
+    let whole = lobes(&shadows, None);
+    let all_terms = |state: &InState| state.posed.under(&whole, &light(state.planes.clone(), None), Levels::All);
+    let wavelets = steps.push("wavelets, all terms", spheres, drawn(&all_terms));
+    let Detail { terms, levels } = Detail::of(&shadows.meta);
+    let kept = lobes(&shadows, terms);
+    let shown = drawn(&|state| state.posed.under(&kept, &light(state.planes.clone(), terms), levels));
+    let shown = steps.push(&format!("{terms:?} terms, {levels:?}"), wavelets, shown);
+    steps.push("the player", shown, played(&scene, NAME, &folder)?);
+    let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();
+    steps.print(&format!("sphere-shadows, {name}, all surfaces"), &masks);
+    let mut first = 0;
+    for object in &scene.objects {
+        let vertices = first..first + object.mesh.positions.len() as u32;
+        first = vertices.end;
+        let masks: Vec<Vec<bool>> = drawings.iter().map(|drawing| drawing.shows(vertices.clone())).collect();
+        steps.print(&format!("sphere-shadows, {name}, `{}`", object.name), &masks.iter().map(|mask| &mask[..]).collect::<Vec<_>>());
+    }
+    Ok(())
+}

@@ -1,0 +1,165 @@
+//! `bake run` and `bake merge`.
+
+use super::common::{BUNDLES, load, start_threads, warn};
+use super::spheres;
+use crate::cli::{MergeArgs, RunArgs};
+use relume_bake::bundle::{self, MethodSummary};
+use relume_bake::error::{BakeError, Result};
+use relume_bake::job::{Job, say, watch_signals};
+use relume_bake::memory::MemoryLimit;
+use relume_bake::merge;
+use relume_bake::method::Method;
+use relume_bake::methods::asked::Asked;
+use relume_bake::methods::choice::{self, METHODS};
+use relume_bake::methods::registered::Registered;
+use relume_bake::shard::Shard;
+use relume_bake::stage::Share;
+use relume_bake::unfinished::{Leftover, holds_work};
+use relume_chart::frame_cost;
+use relume_formats::Place;
+use relume_formats::method::cards_of;
+use relume_scenes::Scene;
+use std::path::Path;
+
+/// How an interrupted bake goes on.
+const RESUME: &str = "finished work is kept, add --resume to go on";
+
+/// `bake run`.
+pub fn run(args: &RunArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let scene = load(&args.scene)?;
+    let max_error = args.max_error.unwrap_or(scene.max_error);
+    if !(max_error > 0.0 && max_error.is_finite()) {
+        return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
+    }
+    let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
+    let asked = asked(args, &scene, max_error);
+    let methods = methods(&chosen, &asked, &scene)?;
+    let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
+    let leftover = match (args.resume, args.force) {
+        (true, _) => Leftover::Resume,
+        (_, true) => Leftover::Discard,
+        _ => Leftover::Refuse,
+    };
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    if args.pieces.is_part() {
+        return run_shard(&scene, &methods, &asked, args.pieces, &folder, leftover, &job);
+    }
+    bake(&scene, &methods, &asked, &folder, leftover, &job)
+}
+
+/// Bakes and tells what came of it.
+fn bake(scene: &Scene, methods: &[Box<dyn Method>], asked: &Asked, folder: &Path, leftover: Leftover, job: &Job) -> Result<String> {
+    let baked = bundle::run(scene, methods, asked.size, folder, leftover, asked.seed, job);
+    // The lock lasts until the report is whole.
+    let (summary, _lock) = baked.map_err(|e| e.kept(holds_work(folder, &names(methods)), RESUME))?;
+    let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
+    summary.methods.iter().for_each(|method| text += &describe(scene, method, summary.is_black, asked.max_error));
+    text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
+    if summary.has_news() {
+        text += &frame_cost::measure(scene, &summary, asked.size, folder)?;
+    }
+    Ok(text)
+}
+
+/// Makes the pieces of a share.
+fn run_shard(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    asked: &Asked,
+    share: Share,
+    folder: &Path,
+    leftover: Leftover,
+    job: &Job,
+) -> Result<String> {
+    let shard = Shard::new(scene, &names(methods), asked, share);
+    let baked = bundle::run_shard(scene, methods, &shard, folder, leftover, job);
+    let traced = baked.map_err(|e| e.kept(holds_work(folder, &names(methods)), RESUME))?;
+    let Share { number, of } = share;
+    let folder = folder.display();
+    Ok(format!(
+        "{}: pieces {number}/{of}: {} made, {:.1} million rays in {:.1} s, in {folder}; when all {of} are done: bake merge DIR... -o BUNDLE\n",
+        scene.name,
+        traced.pieces,
+        traced.rays as f64 / 1e6,
+        traced.seconds
+    ))
+}
+
+/// `bake merge`.
+pub fn merge(args: &MergeArgs) -> Result<String> {
+    watch_signals()?;
+    start_threads(args.threads)?;
+    let shard = merge::expect_all(&args.folders)?;
+    let scene = relume_scenes::load(&shard.scene)?;
+    warn(&scene.warnings);
+    let unknown = |name: &String| BakeError::invalid(&Place::file(name), "is no method of this program; merge with the one that baked");
+    let chosen = shard.methods.iter().map(|name| Registered::find(name).ok_or_else(|| unknown(name))).collect::<Result<Vec<_>>>()?;
+    let methods = methods(&chosen, &shard.asked, &scene)?;
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    merge::gather(&args.folders, &args.output)?;
+    bake(&scene, &methods, &shard.asked, &args.output, Leftover::Resume, &job)
+}
+
+fn names(methods: &[Box<dyn Method>]) -> Vec<&'static str> {
+    methods.iter().map(|method| method.name()).collect()
+}
+
+/// What the command line asks of all methods.
+fn asked(args: &RunArgs, scene: &Scene, max_error: f64) -> Asked {
+    Asked {
+        size: args.size.unwrap_or(scene.size),
+        quality: args.quality,
+        samples: args.spp,
+        seed: args.seed,
+        max_error,
+        bases: args.bases,
+        terms: args.terms,
+    }
+}
+
+/// The methods that are `chosen`, with what is `asked` of them. Tells what they leave out.
+fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Result<Vec<Box<dyn Method>>> {
+    let refuse = |flag: &str, reason: &str| Err(BakeError::invalid(&Place::file(flag), reason));
+    let names: Vec<&str> = chosen.iter().map(|method| method.card.name).collect();
+    if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
+        return refuse("--method", "the same one is given twice; once is enough");
+    }
+    cards_of(names.iter().copied(), &Place::file("--method"))?;
+    let stranger = METHODS.into_iter().filter(|method| !names.contains(&method.card.name)).filter_map(|method| method.option);
+    if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(asked)) {
+        return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method");
+    }
+    let methods: Vec<Box<dyn Method>> = chosen.iter().map(|method| (method.new)(asked, scene)).collect();
+    warn(&methods.iter().flat_map(|method| method.leaves_out(scene)).collect::<Vec<_>>());
+    Ok(methods)
+}
+
+/// What came of one method, and a warning where that is less than was asked for.
+fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f64) -> String {
+    let MethodSummary { entry, traced } = summary;
+    let error = |name: &str| entry.errors.get(name).map(|error| 100.0 * error);
+    let figures = error("relative_l2_median").zip(error("relative_l2_worst")).filter(|_| !is_black);
+    let settings = entry.settings.iter().filter(|(name, _)| *name != "revision").map(|(name, value)| format!("{name} {value}"));
+    let settings: Vec<String> = settings.collect();
+    let what = if traced.is_none() { "up to date, reused" } else { "baked" };
+    let mut text = format!("{}: {} {what}: {}\n", scene.name, entry.name, settings.join(", "));
+    text += &match figures {
+        Some((median, worst)) => format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n"),
+        None if is_black => "no error figure: the picture is black\n".to_owned(),
+        None => {
+            say(&format!("warning: nothing that {} was compared on is lit and reflects; check camera, lights and materials", entry.name));
+            "no error figure: nothing that was compared is lit\n".to_owned()
+        }
+    };
+    if let Some(traced) = traced {
+        let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
+        text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
+    }
+    if figures.is_some_and(|(_, worst)| worst > 100.0 * max_error) {
+        let remedy = Registered::find(&entry.name).map(|method| (method.remedy)(&entry.settings)).unwrap_or_default();
+        say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
+    }
+    text
+}

@@ -1,0 +1,83 @@
+//! The binary `bake`: parses the command line, runs one command, turns its end into an exit code.
+
+mod cli;
+mod commands;
+
+use clap::error::{ContextKind, ErrorKind};
+use clap::{CommandFactory, Parser};
+use cli::{Cli, Command};
+use relume_bake::job;
+use relume_formats::error::in_plain_words;
+use relume_formats::name::{one_line, plain_lines};
+use relume_formats::near::what_there_is;
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if !error.use_stderr() => {
+            // Help and version: a reader that closes the pipe early has seen enough.
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => return fail(&usage_line(&error), 2),
+    };
+    if let Err(error) = job::outlive_file_limits() {
+        return fail(&format!("signals cannot be watched: {error}"), 1);
+    }
+    let result = match &cli.command {
+        Command::Run(args) => commands::run(args),
+        Command::Merge(args) => commands::merge(args),
+        Command::Plan(args) => commands::plan(args),
+        Command::Info(args) => commands::info(args),
+        Command::Verify(args) => commands::verify(args),
+        Command::Export(args) => commands::export(args),
+        Command::Tables(args) => commands::tables(args),
+        Command::Spheres(args) => commands::spheres(args),
+        Command::Reference(args) => commands::reference(args),
+        Command::Chart(args) => commands::chart(args),
+        Command::Gallery(args) => commands::gallery(args),
+    };
+    match result {
+        // A closed pipe is the reader's choice, not a failure.
+        Ok(text) => match print(&text) {
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => fail(&format!("standard output: {e}"), 1),
+            _ => ExitCode::SUCCESS,
+        },
+        Err(error) => fail(&error.to_string(), error.exit_code()),
+    }
+}
+
+/// Prints what a command has to say, whatever names it has in it.
+fn print(text: &str) -> std::io::Result<()> {
+    let mut output = std::io::stdout().lock();
+    output.write_all(plain_lines(text).as_bytes())?;
+    output.flush()
+}
+
+fn fail(message: &str, code: u8) -> ExitCode {
+    job::say(&format!("error: {}", one_line(message)));
+    ExitCode::from(code)
+}
+
+/// Which command was meant by one that there is not; clap itself sees only the nearest.
+fn meant_command(error: &clap::Error) -> Option<String> {
+    let given = error.get(ContextKind::InvalidSubcommand).filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none())?.to_string();
+    let cli = Cli::command();
+    let names: Vec<&str> = cli.get_subcommands().map(clap::Command::get_name).collect();
+    Some(what_there_is(&given, &names))
+}
+
+/// clap's message on one line, without its own prefix and usage.
+fn usage_line(error: &clap::Error) -> String {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return "no command is given, such as `bake run SCENE` (see bake --help)".to_owned();
+    }
+    let text = error.to_string();
+    let mut lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+    let rest: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
+    let meant = meant_command(error).unwrap_or_default();
+    format!("{}{meant} (see bake --help)", in_plain_words(&[&[first.as_str()], &rest[..]].concat().join(" ")))
+}

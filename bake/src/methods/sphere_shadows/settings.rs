@@ -1,0 +1,6 @@
+//! What the method is called, and which version of it this is.
+
+/// Name of the method.
+pub const NAME: &str = relume_formats::method::SPHERE_SHADOWS.name;
+/// Changes whenever the same scene and settings give other bytes than before, spheres included.
+pub const REVISION: u32 = 2;

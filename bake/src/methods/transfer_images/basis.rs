@@ -1,0 +1,21 @@
+//! The basis of a scene's materials.
+
+use crate::brdf;
+use crate::error::Result;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::state::Model;
+use relume_scenes::Scene;
+
+/// The model of the materials that vary, all the same in a scene that fits.
+pub fn model(scene: &Scene) -> Model {
+    scene.vary.materials.first().map_or(Model::BlinnPhong, |index| scene.materials[*index].brdf.model())
+}
+
+/// A basis for the materials of `scene` that vary. The diffuse basis carries the texture of textured ones, so highlights may not use it then.
+///
+/// # Errors
+/// If LAPACK fails.
+pub fn basis_for(scene: &Scene, bases: usize) -> Result<BrdfBasis> {
+    let textured = scene.vary.materials.iter().any(|index| scene.materials[*index].texture.is_some());
+    Ok(brdf::basis::build(model(scene), bases, !textured)?)
+}

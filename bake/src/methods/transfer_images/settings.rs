@@ -1,0 +1,45 @@
+//! What decides what a bake makes: settings, and what is read of the scene.
+
+use crate::scene_hash::Part;
+
+/// Name of the method.
+pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
+/// Changes whenever the same scene and settings give other bytes than before.
+pub const REVISION: u32 = 2;
+/// What a bake reads of a scene.
+pub(super) const READS: [Part; 6] = [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
+
+/// The settings that change results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Film size in pixels.
+    pub size: [u32; 2],
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// Number of bases, the diffuse one included.
+    pub bases: usize,
+}
+
+/// The method with the settings that it is to bake with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransferImagesMethod {
+    /// Film size in pixels.
+    pub size: [u32; 2],
+    /// Film samples a pixel.
+    pub samples: u32,
+    /// Seed of the paths.
+    pub seed: u64,
+    /// How many bases.
+    pub bases: Bases,
+}
+
+/// How many bases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bases {
+    /// This many, the diffuse one included.
+    Number(usize),
+    /// As many as keep the relative L2 error of every held-out state below this.
+    Error(f64),
+}

@@ -1,0 +1,29 @@
+//! Where light is received: the vertices of a scene, as rays leave them.
+
+use super::world::rounding_of;
+use glam::Vec3A;
+use relume_scenes::Scene;
+
+/// Where light is received.
+#[derive(Debug, Clone, Copy)]
+pub struct Receiver {
+    /// Where rays start: off the surface by what rounding may do, metres.
+    pub origin: Vec3A,
+    /// Unit shading normal.
+    pub normal: Vec3A,
+}
+
+/// Every vertex of every object, in the order of kind `scene`.
+pub fn receivers(scene: &Scene) -> Vec<Receiver> {
+    let mut receivers = Vec::new();
+    for object in &scene.objects {
+        let mesh = &object.mesh;
+        let corners: Vec<Vec3A> = mesh.positions.iter().map(|p| Vec3A::from(*p)).collect();
+        let rounding = rounding_of(&corners);
+        receivers.extend(corners.iter().zip(&mesh.normals).map(|(position, normal)| {
+            let normal = Vec3A::from(*normal);
+            Receiver { origin: *position + normal * rounding, normal }
+        }));
+    }
+    receivers
+}

@@ -28,7 +28,8 @@ pub fn expect_all(folders: &[PathBuf]) -> Result<Shard> {
         if !shard.done {
             return refuse(format!("its pieces {number}/{of} are not finished; go on with --resume there"));
         }
-        if let Some((other, _)) = shards.iter().find(|(other, two)| other != folder && two.share == shard.share) {
+        // The very entry, not its path: one folder may be named twice.
+        if let Some((other, _)) = shards.iter().find(|(other, two)| !std::ptr::eq(*other, *folder) && two.share == shard.share) {
             return refuse(format!("has the pieces {number}/{of}, as has {}; give each part once", other.display()));
         }
     }

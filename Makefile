@@ -5,10 +5,10 @@ ANIMATION ?=
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
-.PHONY: help setup build assets bake play chart gallery demo test fuzz sweep bench lint
+.PHONY: help setup build assets bake play chart gallery demo test test-long fuzz sweep bench lint
 
 help:   ## list the targets
-	@grep -E '^[a-z]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -E '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 setup:  ## install missing system libraries, or say which are missing
 	@sh .ci/setup
 build: setup  ## build both programs
@@ -45,6 +45,9 @@ test: build  ## run every test, compile the fuzz targets and the player's core w
 	cargo check --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
 	cargo check --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace
+test-long: test  ## run the slow tests too: soaks, many random scenes, whole charts, pictures of where methods fail; takes hours and the assets
+	sh scenes/fetch-assets.sh
+	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace -- --ignored --test-threads 1
 fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and cargo-fuzz
 	cargo run -q --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
 	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target

@@ -8,7 +8,7 @@ use relume_bake::unfinished::Leftover;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// `METHODS` stands for what a method needs.
+/// Words in capitals stand for what a method needs.
 const SCENE: &str = "
     [vary]
     VARY
@@ -50,7 +50,7 @@ const LAMP: &str = "[[light]]
     intensity = [2.0, 2.0, 2.0]
     transform = { translation = [0.0, 3.0, 1.0] }";
 
-/// A change: what it is, and what becomes of which words; an animation is added where these are empty.
+/// A change: what it is, and what becomes of which words; where these are empty, an animation is added.
 const CHANGES: [(&str, &str, &str); 13] = [
     ("the camera moves", "position = [0.0, 1.0, 4.0]", "position = [0.5, 1.0, 4.0]"),
     ("another film size", "size = [16, 16]", "size = [24, 16]"),
@@ -96,44 +96,62 @@ fn rays(folder: &Path, method: &str) -> Option<u64> {
     summary.methods[0].traced.map(|traced| traced.rays)
 }
 
-/// What a cell of the table says of a change.
-fn cell(column: &Column, from: &str, to: &str) -> &'static str {
-    let (light, spheres) = if column.method == "transfer-images" { (LAMP, "") } else { ("", "spheres = 2") };
-    let text = SCENE
-        .replace("VARY", column.vary)
-        .replace("REFLECTIONS", &column.reflections.to_string())
-        .replace("SPHERES", spheres)
-        .replace("LIGHT", light);
-    if !text.contains(from) {
-        return "-";
+/// The scene of a column, baked once.
+struct Baked {
+    method: &'static str,
+    text: String,
+    folder: tempfile::TempDir,
+}
+
+impl Baked {
+    fn new(column: &Column) -> Self {
+        let (light, spheres) = if column.method == "transfer-images" { (LAMP, "") } else { ("", "spheres = 2") };
+        let text = SCENE
+            .replace("VARY", column.vary)
+            .replace("REFLECTIONS", &column.reflections.to_string())
+            .replace("SPHERES", spheres)
+            .replace("LIGHT", light);
+        let folder = tempfile::tempdir().unwrap();
+        write_scene(folder.path(), &text);
+        assert!(rays(folder.path(), column.method).is_some_and(|rays| rays > 0));
+        assert_eq!(rays(folder.path(), column.method), None, "the same scene again");
+        Self { method: column.method, text, folder }
     }
-    let folder = tempfile::tempdir().unwrap();
-    write_scene(folder.path(), &text);
-    assert!(rays(folder.path(), column.method).is_some_and(|rays| rays > 0));
-    assert_eq!(rays(folder.path(), column.method), None, "the same scene again");
-    if from.is_empty() {
-        std::fs::create_dir(folder.path().join("animations")).unwrap();
-        let animation = "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 1.0\n";
-        std::fs::write(folder.path().join("animations/fade.toml"), animation).unwrap();
-    }
-    write_scene(folder.path(), &text.replace(from, to));
-    match rays(folder.path(), column.method) {
-        None => "0 rays",
-        Some(rays) => {
-            assert!(rays > 0);
-            "traced"
+
+    /// What the table says of a change, made to a copy of the bundle.
+    fn after(&self, from: &str, to: &str) -> &'static str {
+        if !self.text.contains(from) {
+            return "-";
+        }
+        let folder = tempfile::tempdir().unwrap();
+        write_scene(folder.path(), &self.text.replace(from, to));
+        std::fs::create_dir(folder.path().join("out")).unwrap();
+        for file in std::fs::read_dir(self.folder.path().join("out")).unwrap() {
+            let file = file.unwrap();
+            std::fs::copy(file.path(), folder.path().join("out").join(file.file_name())).unwrap();
+        }
+        if from.is_empty() {
+            std::fs::create_dir(folder.path().join("animations")).unwrap();
+            let animation = "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 1.0\n";
+            std::fs::write(folder.path().join("animations/fade.toml"), animation).unwrap();
+        }
+        match rays(folder.path(), self.method) {
+            None => "0 rays",
+            Some(rays) => {
+                assert!(rays > 0);
+                "traced"
+            }
         }
     }
 }
 
 #[test]
 fn a_change_traces_what_it_must_and_no_more() {
-    let mut table = format!(
-        "| change |{} |\n|---|---|---|---|---|\n",
-        COLUMNS.map(|column| format!(" {} |", column.title)).concat().trim_end_matches('|')
-    );
+    let titles: String = COLUMNS.map(|column| format!(" {} |", column.title)).concat();
+    let mut table = format!("| change |{titles}\n|---|---|---|---|---|\n");
+    let baked = COLUMNS.map(|column| Baked::new(&column));
     for (change, from, to) in CHANGES {
-        let cells = COLUMNS.map(|column| format!(" {} |", cell(&column, from, to)));
+        let cells = baked.each_ref().map(|baked| format!(" {} |", baked.after(from, to)));
         let _ = writeln!(table, "| {change} |{}", cells.concat());
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/notes/REUSE.md");

@@ -259,7 +259,8 @@ fn bunny() -> Result<()> {
 }
 
 fn knot() -> Result<()> {
-    let twisted = State { shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(), ..State::default() };
+    let twisted =
+        State { shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(), ..State::default() };
     let prepared = prepare("knot-twist", &twisted)?;
     let height = |y: u32| (0.5 - (y as f32 + 0.5) / 64.0).to_radians() * 180.0;
     let smooth = |i: u32| {

@@ -19,9 +19,9 @@ const ROUNDING: f64 = 1e-3;
 pub(super) fn fault(basis: &BrdfBasis) -> Option<String> {
     let stored = basis.meta.error_at_samples.worst.max(basis.meta.error_between.worst);
     let found = largest(basis);
-    // Not so with NaN either.
-    (!(found <= FACTOR * stored + ROUNDING))
-        .then(|| format!("coefficients and functions miss the model's lobes by {found:.3e} of them, the basis says {stored:.3e}"))
+    let fits = found <= FACTOR * stored + ROUNDING;
+    // NaN fits nowhere.
+    (!fits).then(|| format!("coefficients and functions miss the model's lobes by {found:.3e} of them, the basis says {stored:.3e}"))
 }
 
 /// Over all nodes the largest error of a lobe, in parts of its norm. A part of a lobe may err by as much as its own norm besides, for a basis is made for

@@ -181,7 +181,10 @@ fn text(value: Value, place: &str) -> Read<String> {
 }
 
 fn number(value: Value, place: &str) -> Read<f64> {
-    value.as_f64().ok_or_else(|| wrong(&value, place, "a number"))
+    match value {
+        Value::Number(number) => number.as_f64().ok_or_else(|| format!("{place}: {number} is beyond all bounds")),
+        other => Err(wrong(&other, place, "a number")),
+    }
 }
 
 fn file(value: Value, place: &str) -> Read<FileEntry> {

@@ -138,6 +138,8 @@ fn what_cannot_be_merged_is_refused() {
         assert!(message.contains(expected), "{message}");
         assert!(!Path::new(&at("out")).exists());
     }
+    let message = expect_exit("bake", &["run", &scene, "--terms", "8", "--pieces", "2/2", "-o", &one, "--resume"], 2);
+    assert!(message.contains("holds the pieces 1/2; give each part a folder of its own with -o"), "{message}");
     std::fs::write(Path::new(&two).join("unfinished/shard.json"), "{").unwrap();
     assert!(refused(&[&one, &two]).contains("shard.json: is damaged or of another version"));
     let message = expect_exit("bake", &["run", &scene, "--pieces", "3/2"], 2);

@@ -136,6 +136,7 @@ fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
     [folder, &unfinished].into_iter().try_for_each(expect_files)?;
+    shard.map_or(Ok(()), |shard| shard.expect_own(folder))?;
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     if leftover == Leftover::Refuse && holds_work(folder, &names) {
         let reason = "holds an unfinished bake; add --resume to go on with it or --force to start again";

@@ -46,6 +46,20 @@ impl Shard {
         Ok(replace_file(&path, (text + "\n").as_bytes())?)
     }
 
+    /// Fails if `folder` is that of other pieces: each shard has a folder of its own.
+    ///
+    /// # Errors
+    /// `Invalid` with the remedy.
+    pub(crate) fn expect_own(&self, folder: &Path) -> Result<()> {
+        let Ok(other) = Self::read(folder) else { return Ok(()) };
+        if other.share == self.share {
+            return Ok(());
+        }
+        let Share { number, of } = other.share;
+        let reason = format!("holds the pieces {number}/{of}; give each part a folder of its own with -o");
+        Err(BakeError::invalid(&Place::file(folder), reason))
+    }
+
     /// What was asked in `folder`.
     ///
     /// # Errors

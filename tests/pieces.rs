@@ -140,6 +140,14 @@ fn what_cannot_be_merged_is_refused() {
     }
     let message = expect_exit("bake", &["run", &scene, "--terms", "8", "--pieces", "2/2", "-o", &one, "--resume"], 2);
     assert!(message.contains("holds the pieces 1/2; give each part a folder of its own with -o"), "{message}");
+    let moved = text.replace("translation = [0.0, 0.5, 0.0]", "translation = [0.1, 0.5, 0.0]");
+    crate::support::write_scene(place.path(), &moved);
+    let message = refused(&[&one, &two]);
+    assert!(message.contains("scene.toml: has changed since its parts were baked; restore it"), "{message}");
+    crate::support::write_scene(place.path(), &text);
+    expect_exit("bake", &["merge", "-o", &at("bundle"), &one, &two], 0);
+    let message = expect_exit("bake", &["run", &scene, "--terms", "8", "--pieces", "2/2", "-o", &at("bundle")], 2);
+    assert!(message.contains("bundle: holds a bundle; give each part a folder of its own with -o"), "{message}");
     std::fs::write(Path::new(&two).join("unfinished/shard.json"), "{").unwrap();
     assert!(refused(&[&one, &two]).contains("shard.json: is damaged or of another version"));
     let message = expect_exit("bake", &["run", &scene, "--pieces", "3/2"], 2);

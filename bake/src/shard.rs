@@ -2,9 +2,11 @@
 
 use crate::error::{BakeError, Result};
 use crate::methods::asked::Asked;
+use crate::scene_hash::scene_hash;
 use crate::stage::Share;
 use crate::unfinished::names::{SHARD, UNFINISHED};
 use relume_formats::container::replace_file;
+use relume_formats::kinds::manifest::FILE_NAME as MANIFEST;
 use relume_formats::{Error, Place, read_regular};
 use relume_scenes::Scene;
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,8 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct Shard {
     /// The file of the scene, from the root on.
     pub scene: PathBuf,
+    /// [`scene_hash`] of the scene, hexadecimal.
+    pub scene_hash: String,
     /// Names of the methods, in their order.
     pub methods: Vec<String>,
     /// Everything else.
@@ -33,7 +37,8 @@ impl Shard {
     /// What is asked of `scene` here.
     pub fn new(scene: &Scene, methods: &[&str], asked: &Asked, share: Share) -> Self {
         let path = std::path::absolute(&scene.file).unwrap_or_else(|_| scene.file.clone());
-        Self { scene: path, methods: methods.iter().map(|name| (*name).to_owned()).collect(), asked: *asked, share, done: false }
+        let (scene_hash, methods) = (hash_text(scene), methods.iter().map(|name| (*name).to_owned()).collect());
+        Self { scene: path, scene_hash, methods, asked: *asked, share, done: false }
     }
 
     /// Writes it into the `folder` of the shard.
@@ -46,11 +51,26 @@ impl Shard {
         Ok(replace_file(&path, (text + "\n").as_bytes())?)
     }
 
-    /// Fails if `folder` is that of other pieces: each shard has a folder of its own.
+    /// Fails unless `scene`, which was read again, is as it was when the pieces were made.
+    ///
+    /// # Errors
+    /// `Invalid` with the remedy.
+    pub fn expect_scene(&self, scene: &Scene) -> Result<()> {
+        if hash_text(scene) == self.scene_hash {
+            return Ok(());
+        }
+        let reason = "has changed since its parts were baked; restore it, or bake the parts again";
+        Err(BakeError::invalid(&Place::file(&scene.file), reason))
+    }
+
+    /// Fails if `folder` is that of a bundle or of other pieces: each shard has a folder of its own.
     ///
     /// # Errors
     /// `Invalid` with the remedy.
     pub(crate) fn expect_own(&self, folder: &Path) -> Result<()> {
+        if folder.join(MANIFEST).exists() {
+            return Err(BakeError::invalid(&Place::file(folder), "holds a bundle; give each part a folder of its own with -o"));
+        }
         let Ok(other) = Self::read(folder) else { return Ok(()) };
         if other.share == self.share {
             return Ok(());
@@ -80,4 +100,8 @@ impl Shard {
         let whole = |shard: &Self| Self { share: Share { number: 1, ..shard.share }, done: true, ..shard.clone() };
         whole(self) == whole(other)
     }
+}
+
+fn hash_text(scene: &Scene) -> String {
+    format!("{:032x}", scene_hash(scene))
 }

@@ -93,6 +93,7 @@ pub fn merge(args: &MergeArgs) -> Result<String> {
     start_threads(args.threads)?;
     let shard = merge::expect_all(&args.folders)?;
     let scene = relume_scenes::load(&shard.scene)?;
+    shard.expect_scene(&scene)?;
     warn(&scene.warnings);
     let unknown = |name: &String| BakeError::invalid(&Place::file(name), "is no method of this program; merge with the one that baked");
     let chosen = shard.methods.iter().map(|name| Registered::find(name).ok_or_else(|| unknown(name))).collect::<Result<Vec<_>>>()?;

@@ -19,8 +19,8 @@ proptest! {
     #[test]
     fn sphere_sets_come_back(seed: u64, vertices in 2usize..9, more in 0usize..20, spheres in 1usize..12, moved in -1e4f32..1e4) {
         let mut set = sphere_set(seed, vertices, vertices + more, spheres, 0.5);
-        // Two vertices may be as near to each other as they like, but no sphere may be larger than two diagonals of their box.
-        (set.points[0], set.points[1]) = ([-1.0; 3], [1.0; 3]);
+        // Radii of these samples are up to a diagonal and 0.93, which is more than a reader takes about vertices that all but coincide.
+        prop_assume!(diagonal(&set) >= 1.0);
         // What is far from the origin is legal too, with the roundings that it has there.
         set.points[..vertices].iter_mut().flatten().for_each(|x| *x += moved);
         for at in vertices..set.points.len() {

@@ -256,7 +256,7 @@ fn exports_and_verdicts() {
         expect_exit("bake", &["verify", &bundle], 2)
     };
     let no_map = verdict(&|m| drop(m.methods[0].files.remove(0)));
-    assert!(no_map.contains("its files are not environments"), "{no_map}");
+    assert!(no_map.contains("its files are not one or more environment, perhaps textures"), "{no_map}");
     let twice = verdict(&|m| m.methods[0].files.insert(0, sound.methods[0].files[0].clone()));
     assert!(twice.contains(&format!("`{}` is listed twice", sound.methods[0].files[0].1.file)), "{twice}");
     let other = verdict(&|m| m.methods[0].name = "photon-volume".to_owned());

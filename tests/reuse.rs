@@ -6,7 +6,7 @@ use relume_bake::methods::asked::Asked;
 use relume_bake::methods::registered::Registered;
 use relume_bake::unfinished::Leftover;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Words in capitals stand for what a method needs.
 const SCENE: &str = "
@@ -96,6 +96,13 @@ fn rays(folder: &Path, method: &str) -> Option<u64> {
     summary.methods[0].traced.map(|traced| traced.rays)
 }
 
+/// Where the scene and its bundle are in a folder: scenes are called after the folder that they are in.
+fn home(folder: &tempfile::TempDir) -> PathBuf {
+    let home = folder.path().join("scene");
+    std::fs::create_dir_all(&home).unwrap();
+    home
+}
+
 /// The scene of a column, baked once.
 struct Baked {
     method: &'static str,
@@ -112,9 +119,9 @@ impl Baked {
             .replace("SPHERES", spheres)
             .replace("LIGHT", light);
         let folder = tempfile::tempdir().unwrap();
-        write_scene(folder.path(), &text);
-        assert!(rays(folder.path(), column.method).is_some_and(|rays| rays > 0));
-        assert_eq!(rays(folder.path(), column.method), None, "the same scene again");
+        write_scene(&home(&folder), &text);
+        assert!(rays(&home(&folder), column.method).is_some_and(|rays| rays > 0));
+        assert_eq!(rays(&home(&folder), column.method), None, "the same scene again");
         Self { method: column.method, text, folder }
     }
 
@@ -124,18 +131,19 @@ impl Baked {
             return "-";
         }
         let folder = tempfile::tempdir().unwrap();
-        write_scene(folder.path(), &self.text.replace(from, to));
-        std::fs::create_dir(folder.path().join("out")).unwrap();
-        for file in std::fs::read_dir(self.folder.path().join("out")).unwrap() {
+        let home_of_copy = home(&folder);
+        write_scene(&home_of_copy, &self.text.replace(from, to));
+        std::fs::create_dir(home_of_copy.join("out")).unwrap();
+        for file in std::fs::read_dir(home(&self.folder).join("out")).unwrap() {
             let file = file.unwrap();
-            std::fs::copy(file.path(), folder.path().join("out").join(file.file_name())).unwrap();
+            std::fs::copy(file.path(), home_of_copy.join("out").join(file.file_name())).unwrap();
         }
         if from.is_empty() {
-            std::fs::create_dir(folder.path().join("animations")).unwrap();
+            std::fs::create_dir(home_of_copy.join("animations")).unwrap();
             let animation = "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 1.0\n";
-            std::fs::write(folder.path().join("animations/fade.toml"), animation).unwrap();
+            std::fs::write(home_of_copy.join("animations/fade.toml"), animation).unwrap();
         }
-        match rays(folder.path(), self.method) {
+        match rays(&home_of_copy, self.method) {
             None => "0 rays",
             Some(rays) => {
                 assert!(rays > 0);

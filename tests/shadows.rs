@@ -250,7 +250,7 @@ fn bundles_repeat_are_reused_and_verified() {
         broken.write(Path::new(&out)).unwrap();
         expect_exit("bake", &["verify", &out], 2)
     };
-    let files = "its files are not environments, perhaps textures, a shape for each object that deforms, and sphere-shadows, in this order";
+    let files = "its files are not one or more environment, perhaps textures, any number of shape, sphere-shadows, in this order";
     for (missing, message) in [(0, files), (1, "needs the shape of object `blocker` before it"), (2, files)] {
         let stderr = verdict(&|m| drop(m.methods[0].files.remove(missing)));
         assert!(stderr.contains(message), "{stderr}");

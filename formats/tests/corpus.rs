@@ -1,6 +1,6 @@
 //! The committed invalid files in `corpus/invalid`: each of them stays refused, for its own reason, for ever.
 //!
-//! To add one, add a case here and run `cargo test --release -p relume-formats --test corpus -- --ignored`, which writes the files that are
+//! To add one, add a case here and run `cargo test --release -p relume-formats --test formats corpus -- --ignored`, which writes the files that are
 //! missing and leaves the others alone.
 
 use crate::support::raw_file::{RawFile, RawSection};

@@ -295,14 +295,15 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.relume");
     std::fs::write(&path, b"old").unwrap();
-    let status = std::process::Command::new("sh")
-        .args(["-c", r#"trap "" XFSZ; ulimit -f 1; exec "$0" --ignored --exact child_of_a_full_disk"#])
+    let output = std::process::Command::new("sh")
+        .args(["-c", r#"trap "" XFSZ; ulimit -f 1; exec "$0" --ignored --exact round_trip::child_of_a_full_disk"#])
         .arg(std::env::current_exe().unwrap())
         .env("RELUME_TEST_FOLDER", folder.path())
-        .stdout(std::process::Stdio::null())
-        .status()
+        .output()
         .unwrap();
-    assert!(status.success(), "the child saw its write succeed, or left something");
+    assert!(output.status.success(), "the child saw its write succeed, or left something");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("1 passed"), "the child's test is there: {said}");
     assert_eq!(std::fs::read(&path).unwrap(), b"old");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
 }

@@ -99,8 +99,8 @@ mod tests {
         assert_eq!(kept, ["paint"]);
         assert_eq!(
             left_out,
-            ["animations/other.toml: line 4: at 0.5 s: sets light `lamp`, which this bundle does not vary (only material `a` varies); \
-              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"]
+            ["animations/other.toml: line 4: at 0.5 s: sets light `lamp`, but no method of this version lets lights vary; \
+              remove it; the animation is left out"]
         );
     }
 }

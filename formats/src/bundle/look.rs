@@ -115,9 +115,7 @@ impl Look {
 
     /// What `change` makes of this look.
     fn changed<'a>(&self, change: &'a State, scope: &Scope, place: &Place) -> Result<Changed<'a>> {
-        if let Some(name) = change.lights.keys().next() {
-            return Err(Error::invalid(place, format!("sets light `{name}`, but no method of this version lets lights vary; remove it")));
-        }
+        change.expect_no_lights(place)?;
         let environment = match (&self.environment, &change.environment) {
             (_, None) => None,
             (Some(now), Some(change)) => Some(scope.environment(now, change, place)?),

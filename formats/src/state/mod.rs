@@ -196,9 +196,7 @@ impl State {
         {
             return refuse("the camera's position, target or field of view", "");
         }
-        if let Some(name) = self.lights.keys().next() {
-            return refuse(&format!("light `{name}`"), "");
-        }
+        self.expect_no_lights(place)?;
         for (what, names, varying) in [
             ("shape", self.shapes.keys().collect::<Vec<_>>(), &varies.shapes),
             ("material", self.materials.keys().collect(), &varies.materials),
@@ -208,5 +206,15 @@ impl State {
             }
         }
         Ok(())
+    }
+
+    /// Fails if the state sets a light: a scene's tracer can, but no method lets any vary at playback, so that there is nothing to add to `[vary]`.
+    pub(crate) fn expect_no_lights(&self, place: &Place) -> Result<()> {
+        match self.lights.keys().next() {
+            None => Ok(()),
+            Some(name) => {
+                Err(Error::invalid(place, format!("sets light `{name}`, but no method of this version lets lights vary; remove it")))
+            }
+        }
     }
 }

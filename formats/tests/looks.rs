@@ -155,6 +155,28 @@ proptest! {
         }
     }
 
+    /// Between any two looks of a walk, and through a file.
+    #[test]
+    fn a_difference_leads_from_one_look_to_the_other(seed: u64) {
+        let (scope, random) = (scope(seed), &mut Random(seed));
+        let mut looks = vec![Look::default_of(&scope.scene)];
+        for _ in 0..4 {
+            let mut next = looks[random.below(looks.len())].clone();
+            // An illegal change leaves it as it is.
+            let _ = next.apply(&change(random, &scope.scene), &scope, &place());
+            looks.push(next);
+        }
+        for (from, to) in looks.iter().flat_map(|from| looks.iter().map(move |to| (from, to))) {
+            let change = to.difference(from);
+            let mut look = from.clone();
+            look.apply(&change, &scope, &place()).unwrap();
+            prop_assert_eq!(digits(&look, &scope.scene), digits(to, &scope.scene));
+            prop_assert_eq!(digits(from, &scope.scene) == digits(to, &scope.scene), change == State::default());
+            let read = from.with(&state(&toml::to_string(&change).unwrap()), &scope, &place()).unwrap();
+            prop_assert_eq!(digits(&read, &scope.scene), digits(to, &scope.scene));
+        }
+    }
+
     /// What undoes a change is a state file like any other.
     #[test]
     fn an_inverse_can_be_written_and_read(seed: u64) {

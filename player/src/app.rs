@@ -98,6 +98,8 @@ struct Open {
     picture: Option<egui::TextureId>,
     title: String,
     note: Option<Note>,
+    /// Whether the window was asked to close since the last frame: what was done before comes first.
+    close_requested: bool,
     opened: Instant,
     /// When the last frame was done.
     drawn_at: Instant,
@@ -128,7 +130,11 @@ impl ApplicationHandler for App<'_> {
             open.window.request_redraw();
         }
         match event {
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::CloseRequested => {
+                open.close_requested = true;
+                open.window.request_redraw();
+            }
+            WindowEvent::Destroyed => event_loop.exit(),
             WindowEvent::Resized(size) => open.resized(size),
             WindowEvent::Occluded(false) => open.window.request_redraw(),
             WindowEvent::RedrawRequested => match open.redraw() {
@@ -209,6 +215,7 @@ impl Open {
             picture: None,
             title: String::new(),
             note: None,
+            close_requested: false,
             opened: started,
             drawn_at: started,
             draw_took: Duration::ZERO,
@@ -255,6 +262,10 @@ impl Open {
             Painted::WindowGone => return Ok(true),
         }
         self.live.session().gpu().check()?;
+        if std::mem::take(&mut self.close_requested) {
+            self.screen.close();
+            self.window.request_redraw();
+        }
         self.set_title();
         self.drawn_at = Instant::now();
         self.draw_took = self.drawn_at.duration_since(began);
@@ -284,8 +295,7 @@ impl Open {
         let output = ui::run_in_turns(&context, raw_input, |ui| {
             let stage = self.live.shown().zip(self.picture).map(|(shown, picture)| shown.stage(picture));
             let wishes = self.screen.show(ui, stage, &facts, self.note.as_ref());
-            close |= wishes.close;
-            self.save(&wishes);
+            close |= self.grant(wishes);
         });
         self.input.handle_platform_output(&self.window, output.platform_output);
         let now = Instant::now();
@@ -314,16 +324,30 @@ impl Open {
         self.window.request_redraw();
     }
 
-    fn save(&mut self, wishes: &Wishes) {
+    /// Does what the user asks for. Returns whether the window is to be closed.
+    fn grant(&mut self, wishes: Wishes) -> bool {
+        let mut close = wishes.close;
+        let news = wishes.paste || wishes.tell.is_some() || !wishes.save.is_empty();
+        self.note = wishes.tell.or_else(|| self.note.take());
         for what in &wishes.save {
-            self.note = Some(self.live.save(*what, Path::new("")).map_err(|error| error.to_string()));
+            let saved = self.live.save(*what, Path::new("")).map_err(|error| error.to_string());
+            // What could not be saved is not to be lost.
+            close &= saved.is_ok();
+            self.note = Some(saved.map(|path| format!("saved {}", path.display())));
+        }
+        if wishes.paste {
+            let text = self.input.clipboard_text().unwrap_or_default();
+            self.input.egui_input_mut().events.push(egui::Event::Paste(text));
+        }
+        if news {
             self.window.request_redraw();
         }
+        close
     }
 
     fn set_title(&mut self) {
         let facts = self.live.facts();
-        let title = ui::title(self.live.shown().map(|shown| &shown.editor), &facts);
+        let title = self.screen.title(self.live.shown().map(|shown| &shown.editor), &facts);
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;

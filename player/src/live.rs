@@ -265,7 +265,11 @@ impl Live {
                 encode_png(size, &display)?
             }
         };
-        write_numbered(folder, &name, what.extension(), &bytes)
+        let path = write_numbered(folder, &name, what.extension(), &bytes)?;
+        if let (Save::State, Some(shown)) = (what, &mut self.shown) {
+            shown.editor.mark_saved();
+        }
+        Ok(path)
     }
 
     /// What `--stats` writes, if frames were recorded.

@@ -1,18 +1,13 @@
 //! The binary as a user meets it: exit codes, one-line errors, and the files it writes.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "support/run.rs"]
-mod run;
-mod support;
-
+use crate::run::{expect_error, expect_success, gpu_there, headless, player, stats};
+use crate::support::{self, Bundle, sparse};
 use relume_formats::container::Stored as _;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use relume_formats::state::{BlinnPhong, Brdf};
-use run::{expect_error, expect_success, gpu_there, headless, player, stats};
 use std::path::Path;
 use std::process::{Command, Output};
-use support::{Bundle, sparse};
 
 fn exr(path: &Path) -> Vec<[f32; 3]> {
     use exr::prelude::*;
@@ -355,7 +350,7 @@ fn an_interrupt_ends_it_with_130() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    run::wait_until_it_listens(&mut child);
+    crate::run::wait_until_it_listens(&mut child);
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     expect_error(&child.wait_with_output().unwrap(), 130, "interrupted");

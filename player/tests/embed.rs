@@ -1,14 +1,9 @@
 //! Somebody else's program, `player/core/examples/embed.rs`, shows what the player shows.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "support/run.rs"]
-mod run;
-mod support;
-
-use run::{expect_success, gpu_there, headless};
+use crate::run::{expect_success, gpu_there, headless};
+use crate::support::{Bundle, shadows, sparse};
 use std::path::Path;
 use std::process::Command;
-use support::{Bundle, shadows, sparse};
 
 /// Runs the example on the bundle in `folder`, where `state.toml` may be.
 fn embed(folder: &Path, picture: &str, state: Option<&str>) {

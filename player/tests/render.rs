@@ -1,11 +1,8 @@
 //! `render_once` against the CPU evaluation.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod support;
-
+use crate::support::{self, Bundle};
 use relume_formats::Place;
 use relume_formats::state::{Brdf, Ggx, State, parse_toml};
-use support::Bundle;
 
 fn gpu_there() -> bool {
     support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))

@@ -1,12 +1,7 @@
 //! The binary plays bundles of sphere-shadows, on the GPU and on the CPU.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "support/run.rs"]
-mod run;
-mod support;
-
-use run::{expect_error, expect_success, gpu_there, headless, player, stats};
-use support::{Bundle, shadows};
+use crate::run::{expect_error, expect_success, gpu_there, headless, player, stats};
+use crate::support::{Bundle, shadows};
 
 #[test]
 fn shadows_play_on_either_adapter() {

@@ -1,15 +1,9 @@
 //! Random input for as long as is wanted: the window must neither crash nor fill memory.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used, reason = "a test fails by panicking")]
 
-#[path = "support/desk.rs"]
-mod desk;
-mod support;
-
-use desk::{Display, Window};
+use crate::desk::{Display, Window};
+use crate::support::Bundle;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use support::Bundle;
 
 /// SplitMix64, 0..below.
 fn random(seed: &mut u64, below: u64) -> u64 {
@@ -83,7 +77,7 @@ fn random_actions(seed: &mut u64, window: &str, size: [u64; 2]) -> String {
 /// Random clicks, drags, keys, scrolls and resizes for `RELUME_SOAK_S` seconds, 60 if that is not set; on the bundle `RELUME_SOAK_BUNDLE`, or
 /// a synthetic one. Prints resident memory as it goes.
 #[test]
-#[ignore = "takes as long as it is told to: RELUME_SOAK_S=600 cargo test --release -p relume-player --test soak -- --ignored --nocapture"]
+#[ignore = "takes as long as it is told to: RELUME_SOAK_S=600 cargo test --release --workspace --test player -- soak --ignored --nocapture"]
 fn random_input_neither_crashes_it_nor_fills_memory() {
     let Some(display) = Display::open() else { return };
     let seconds = std::env::var("RELUME_SOAK_S").map_or(60, |text| text.parse().unwrap());

@@ -2,14 +2,10 @@
 //!
 //! What the window did is read from the files that it saves. Every action is done twice: with `xdotool` on the window, and on a twin of its
 //! screen within the test, which tells where things are.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "support/desk.rs"]
-mod desk;
-mod support;
-
-use desk::{Display, Window};
+use crate::desk::{Display, Window};
+use crate::support::mirror::{Mirror, press, release};
+use crate::support::{self, Bundle, sparse};
 use egui::{Event, PointerButton, Pos2, TextureId, Vec2};
 use relume_formats::Place;
 use relume_formats::state::{Animation, State};
@@ -18,8 +14,6 @@ use relume_player::output::display_value;
 use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Stage};
 use std::path::Path;
 use std::process::Command;
-use support::mirror::{Mirror, press, release};
-use support::{Bundle, sparse};
 
 /// The same screen without a window.
 struct Twin {
@@ -243,6 +237,33 @@ fn quick_hands_and_second_thoughts() {
     window.focus();
     window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
+}
+
+#[test]
+fn edits_are_undone_and_not_lost() {
+    let Some(display) = Display::open() else { return };
+    let bundle = Bundle::write(true);
+    let mut window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
+    let mut twin = Twin::new(&bundle, window.size());
+    twin.click(&window, twin.pixel_of("a"));
+    twin.settle();
+    let red = twin.mirror.rect("kd R").center();
+    window.click_and_type(red, "0 period 2 5 Return ctrl+z");
+    window.save_empty_state("synthetic-0001.toml");
+    window.keys("ctrl+shift+z");
+    let kd = |path: &Path| state(path).materials["a"].kd.unwrap()[0];
+    assert_eq!(kd(&window.save("t", "synthetic-0002.toml")), 0.25);
+    window.keys("ctrl+z");
+    window.save("s", "synthetic-0002.png");
+    // A window that is asked to close asks back, and stays if that is called off.
+    window.ask_to_close();
+    window.wait_for_title("Close without saving? - synthetic - a - ");
+    window.keys("Escape ctrl+shift+z");
+    assert_eq!(kd(&window.save("t", "synthetic-0003.toml")), 0.25);
+    window.keys("ctrl+z q Return");
+    let folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
+    assert_eq!(window.end(), (Some(0), String::new()));
+    assert_eq!(std::fs::read_to_string(folder.path().join("synthetic-0004.toml")).unwrap(), "");
 }
 
 #[test]

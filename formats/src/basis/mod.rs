@@ -9,6 +9,7 @@ pub mod diffuse;
 mod equirect;
 pub mod haar;
 pub mod half_difference;
+mod hex;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
@@ -18,4 +19,5 @@ pub mod two_level;
 
 pub use angles::Angles;
 pub use equirect::EquirectMap;
+pub use hex::{hex_from_linear, linear_from_hex};
 pub use texture::{Filter, Texture, Wrap, linear_from_srgb, srgb_from_linear};

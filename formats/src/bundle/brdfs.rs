@@ -46,6 +46,11 @@ impl Brdfs {
         self.brdfs.get(self.index_of(name)?)
     }
 
+    /// Name and parameters of every material, in no order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Brdf)> {
+        self.names.iter().filter_map(|(name, index)| Some((name.as_str(), self.brdfs.get(*index)?)))
+    }
+
     /// Sets the parameters of the material `name`; where there is none of this name, nothing.
     pub fn set(&mut self, name: &str, brdf: Brdf) {
         if let Some(index) = self.index_of(name) {

@@ -12,6 +12,7 @@
 
 mod animations;
 mod brdfs;
+mod difference;
 mod images;
 mod lit;
 mod look;

@@ -1,58 +1,34 @@
 //! What the user has set: the selected material, edits, the animation and its time. Knows nothing of windows or the GPU.
 //!
 //! A look is made of three layers, the later over the earlier: the scene's defaults with the state the player was started with; edits; the
-//! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until the animation is
-//! played again, or until it is reset. [`HOLD_RULE`] says so to the user.
+//! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until it is reset, whatever plays.
+//! [`HOLD_RULE`] says so to the user. Every edit is a change that goes through [`Look::apply`], and can be undone: [`history`].
 
+mod history;
+mod part;
 mod settings;
-mod state;
+mod transport;
 
+pub use part::Part;
 pub use settings::Settings;
 
 use super::{legal, orbit};
-use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredShape};
-use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentState, MaterialState, ShapeState, State};
+use history::History;
+use relume_formats::Place;
+use relume_formats::kinds::scene::{self, StoredMaterial, StoredShape};
+use relume_formats::state::{Animation, Brdf, CameraState, EnvironmentState, MaterialState, Pose, ShapeState, State};
 use relume_playback::Surfaces;
 use relume_playback::{Controls, Look, Scope};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 /// The rule for editing what an animation moves.
-pub const HOLD_RULE: &str = "Editing what the animation moves pauses it, and the edit holds until you press play or reset.";
+pub const HOLD_RULE: &str = "Editing what the animation moves pauses it. The edit holds while it plays on, until you reset it.";
 
 /// How far from the scene's exposure the slider reaches, either way, in EV.
 const EXPOSURE_REACH_EV: f32 = 10.0;
 /// Exposures that a state may have, either way, in EV.
 const EXPOSURE_MAX_EV: f32 = 32.0;
-
-/// What is edited, and held against an animation, as one.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
-    /// The material of this name.
-    Material(String),
-    /// How bright the display is.
-    Exposure,
-    /// Where the camera stands, where it looks, and its field of view.
-    View,
-    /// This leaf of the environment.
-    Light(&'static str),
-    /// What the object of this name shows.
-    Shape(String),
-}
-
-impl Part {
-    /// Whether a leaf of a state belongs to it.
-    fn owns(&self, leaf: &[String]) -> bool {
-        let [of, name, ..] = leaf else { return false };
-        match self {
-            Self::Material(material) => of == "materials" && name == material,
-            Self::Exposure => of == "camera" && name == "exposure_ev",
-            Self::View => of == "camera" && name != "exposure_ev",
-            Self::Light(leaf) => of == "environment" && name == leaf,
-            Self::Shape(object) => of == "shapes" && name == object,
-        }
-    }
-}
 
 /// Puts `new` among `animations`, which are in the order of their names: whichever plays at the start, the list looks the same. Returns its index.
 fn insert_by_name(animations: &mut Vec<Animation>, new: &Animation) -> usize {
@@ -67,13 +43,14 @@ pub struct Editor {
     scope: Scope,
     /// The look without the animation.
     base: Look,
-    /// What the animation must leave alone.
+    /// What animations must leave alone.
     held: BTreeSet<Part>,
     animations: Vec<Animation>,
     active: Option<usize>,
     playing: bool,
     time_s: f64,
     selected: Option<String>,
+    history: History,
 }
 
 impl Editor {
@@ -91,6 +68,7 @@ impl Editor {
             playing: active.is_some(),
             time_s: 0.0,
             selected: None,
+            history: History::new(controls.base(), active),
         }
     }
 
@@ -123,40 +101,16 @@ impl Editor {
     /// How everything looks now.
     pub fn look(&self) -> Look {
         let mut look = self.base.clone();
-        let Some(state) = self.animated() else { return look };
-        for material in self.materials().filter(|material| !self.is_held(&Part::Material(material.name.clone()))) {
-            if let (Some(brdf), Some(change)) = (look.materials.get(&material.name), state.materials.get(&material.name)) {
-                let brdf = legal::apply(material, *brdf, change);
-                look.materials.set(&material.name, brdf);
-            }
+        if let Some(mut state) = self.animated() {
+            self.held.iter().for_each(|part| part.take_from(&mut state));
+            apply(&mut look, &state, &self.scope);
         }
-        for shape in self.scene().shapes.iter().filter(|shape| !self.is_held(&Part::Shape(shape.object.clone()))) {
-            let Some(change) = state.shapes.get(&shape.object) else { continue };
-            match legal::shape(shape, look.shapes.get(&shape.object), change) {
-                Some(posed) => look.shapes.insert(shape.object.clone(), posed),
-                None => look.shapes.remove(&shape.object),
-            };
-        }
-        look.camera = legal::camera(look.camera, &self.unheld_camera(&state.camera.unwrap_or_default()));
-        look.environment =
-            look.environment.map(|light| legal::environment(light, &self.unheld_light(state.environment.unwrap_or_default())));
         look
     }
 
-    /// What of a change of the camera no edit holds against.
-    fn unheld_camera(&self, change: &CameraState) -> CameraState {
-        let exposure_ev = change.exposure_ev.filter(|_| !self.is_held(&Part::Exposure));
-        let view = if self.is_held(&Part::View) { CameraState::default() } else { change.clone() };
-        CameraState { exposure_ev, ..view }
-    }
-
-    /// What of a change of the environment no edit holds against.
-    fn unheld_light(&self, change: EnvironmentState) -> EnvironmentState {
-        EnvironmentState {
-            map: change.map.filter(|_| !self.is_held(&Part::Light("map"))),
-            rotation_deg: change.rotation_deg.filter(|_| !self.is_held(&Part::Light("rotation_deg"))),
-            gain: change.gain.filter(|_| !self.is_held(&Part::Light("gain"))),
-        }
+    /// The look as a state: what differs from the scene.
+    pub fn state(&self) -> State {
+        self.look().difference(&Look::default_of(self.scene()))
     }
 
     fn animated(&self) -> Option<State> {
@@ -169,20 +123,32 @@ impl Editor {
         self.look().materials.get(&material.name).copied().unwrap_or(material.brdf)
     }
 
+    /// Sets the leaves that `change` names, as far as they may vary and as that is legal; what the animation moves of it is held, and the animation pauses.
+    pub fn set(&mut self, change: &State) {
+        let change = legal::within(&self.look(), &self.scope, change);
+        Part::of(&change).for_each(|part| self.hold(part));
+        apply(&mut self.base, &change, &self.scope);
+    }
+
+    /// Brings the leaves that `change` names to its values, and gives `parts` to the animation if there is one.
+    fn give_back(&mut self, change: &State, parts: &[Part]) {
+        apply(&mut self.base, change, &self.scope);
+        parts.iter().for_each(|part| {
+            self.held.remove(part);
+        });
+    }
+
     /// Sets the leaves of `change` on the material `name`, as far as that is legal.
     pub fn edit(&mut self, name: &str, change: &MaterialState) {
-        let Some(material) = self.materials().find(|material| material.name == name) else { return };
-        let brdf = legal::apply(material, self.brdf(material), change);
-        self.hold(Part::Material(name.to_owned()));
-        self.base.materials.set(name, brdf);
+        self.set(&State { materials: [(name.to_owned(), change.clone())].into(), ..State::default() });
     }
 
     /// Gives the material `name` back its parameters from the scene, and to the animation if there is one.
     pub fn reset(&mut self, name: &str) {
         let default = self.materials().find(|material| material.name == name).map(|material| material.brdf);
         if let Some(brdf) = default {
-            self.base.materials.set(name, brdf);
-            self.held.remove(&Part::Material(name.to_owned()));
+            let change = State { materials: [(name.to_owned(), MaterialState::from(brdf))].into(), ..State::default() };
+            self.give_back(&change, &[Part::Material(name.to_owned())]);
         }
     }
 
@@ -194,7 +160,7 @@ impl Editor {
 
     /// Whether an edit by hand keeps the animation from `part`.
     pub fn is_held(&self, part: &Part) -> bool {
-        self.held.contains(part)
+        self.held.contains(part) && self.drives(part)
     }
 
     /// Whether the animation moves `part`.
@@ -210,51 +176,53 @@ impl Editor {
         }
     }
 
+    /// What was edited before the animation was chosen that now moves it: the animation covers these edits, and they come back when it goes.
+    pub fn covered(&self) -> Vec<Part> {
+        let edits = self.base.difference(&Look::default_of(self.scene()));
+        Part::of(&edits).filter(|part| self.drives(part) && !self.held.contains(part)).collect()
+    }
+
     /// Sets the exposure.
     pub fn set_exposure(&mut self, ev: f32) {
-        if ev.is_nan() {
-            return;
+        if !ev.is_nan() {
+            self.set_camera(CameraState { exposure_ev: Some(ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV)), ..CameraState::default() });
         }
-        self.hold(Part::Exposure);
-        self.base.camera.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
     }
 
     /// Moves the camera by hand, if it may move; it stops before `surfaces`.
     pub fn move_camera(&mut self, motion: orbit::Motion, surfaces: &Surfaces) {
         if self.scope.varies().camera {
-            let camera = orbit::moved(self.look().camera, motion, self.scene().camera, surfaces);
-            self.hold(Part::View);
-            self.base.camera = Camera { exposure_ev: self.base.camera.exposure_ev, ..camera };
+            let to = orbit::moved(self.look().camera, motion, self.scene().camera, surfaces);
+            let (position, target, fov_deg) = (Some(to.position), Some(to.target), Some(to.fov_deg));
+            self.set_camera(CameraState { position, target, fov_deg, exposure_ev: None });
         }
+    }
+
+    fn set_camera(&mut self, change: CameraState) {
+        self.set(&State { camera: Some(change), ..State::default() });
     }
 
     /// Gives the camera back its place from the scene, and to the animation if there is one.
     pub fn reset_view(&mut self) {
-        self.base.camera = Camera { exposure_ev: self.base.camera.exposure_ev, ..self.scene().camera };
-        self.held.remove(&Part::View);
+        let home = self.scene().camera;
+        let (position, target, fov_deg) = (Some(home.position), Some(home.target), Some(home.fov_deg));
+        let change = CameraState { position, target, fov_deg, exposure_ev: None };
+        self.give_back(&State { camera: Some(change), ..State::default() }, &[Part::View]);
     }
 
     /// Sets the leaves of `change` on the environment, as far as it may change and as that is legal.
     pub fn edit_light(&mut self, change: &EnvironmentState) {
-        let known = change.map.as_ref().is_none_or(|map| self.scope.maps.contains(map));
-        let Some(now) = self.look().environment.filter(|_| known && self.scope.varies().environment) else { return };
-        let leaves = [("map", change.map.is_some()), ("rotation_deg", change.rotation_deg.is_some()), ("gain", change.gain.is_some())];
-        leaves.into_iter().filter(|(_, set)| *set).for_each(|(leaf, _)| self.hold(Part::Light(leaf)));
-        // What no edit holds stays with the animation.
-        let new = legal::environment(now, change);
-        if let Some(base) = &mut self.base.environment {
-            *base = EnvironmentLook {
-                map: change.map.as_ref().map_or_else(|| base.map.clone(), |_| new.map),
-                rotation_deg: change.rotation_deg.map_or(base.rotation_deg, |_| new.rotation_deg),
-                gain: change.gain.map_or(base.gain, |_| new.gain),
-            };
-        }
+        self.set(&State { environment: Some(change.clone()), ..State::default() });
     }
 
     /// Gives the environment back what the scene says, and to the animation if there is one.
     pub fn reset_light(&mut self) {
-        self.base.environment = self.scene().environment.clone();
-        self.held.retain(|part| !matches!(part, Part::Light(_)));
+        let whole = self.scene().environment.clone().map(|home| EnvironmentState {
+            map: Some(home.map),
+            rotation_deg: Some(home.rotation_deg),
+            gain: Some(home.gain),
+        });
+        self.give_back(&State { environment: whole, ..State::default() }, &Part::LIGHT);
     }
 
     /// The objects that deform, as far as they may.
@@ -265,16 +233,14 @@ impl Editor {
 
     /// Sets the leaves of `change` on what the object `name` shows, as far as it may change and as that is legal.
     pub fn edit_shape(&mut self, name: &str, change: &ShapeState) {
-        let Some(shape) = self.shapes().find(|shape| shape.object == name) else { return };
-        let Some(posed) = legal::shape(shape, self.look().shapes.get(name), change) else { return };
-        self.hold(Part::Shape(name.to_owned()));
-        self.base.shapes.insert(name.to_owned(), posed);
+        self.set(&State { shapes: [(name.to_owned(), change.clone())].into(), ..State::default() });
     }
 
     /// Brings the object `name` back to rest, and gives it to the animation if there is one.
     pub fn reset_shape(&mut self, name: &str) {
-        self.base.shapes.remove(name);
-        self.held.remove(&Part::Shape(name.to_owned()));
+        let rest = ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() };
+        let change = State { shapes: [(name.to_owned(), rest)].into(), ..State::default() };
+        self.give_back(&change, &[Part::Shape(name.to_owned())]);
     }
 
     /// The exposures to offer.
@@ -285,71 +251,25 @@ impl Editor {
 
     /// Gives the exposure back its value from the scene, and to the animation if there is one.
     pub fn reset_exposure(&mut self) {
-        self.base.camera.exposure_ev = self.scene().camera.exposure_ev;
-        self.held.remove(&Part::Exposure);
+        let change = CameraState { exposure_ev: Some(self.scene().camera.exposure_ev), ..CameraState::default() };
+        self.give_back(&State { camera: Some(change), ..State::default() }, &[Part::Exposure]);
     }
 
-    /// All animations, in the order of their names.
-    pub fn animations(&self) -> &[Animation] {
-        &self.animations
+    /// Gives everything back what the scene says, and to the animation if there is one.
+    pub fn reset_all(&mut self) {
+        let change = Look::default_of(self.scene()).difference(&self.base);
+        apply(&mut self.base, &change, &self.scope);
+        self.held.clear();
     }
 
-    /// The chosen animation.
-    pub fn animation(&self) -> Option<&Animation> {
-        self.animations.get(self.active?)
+    /// Whether there is anything for [`Editor::reset_all`] to do.
+    pub fn is_anything_edited(&self) -> bool {
+        !self.held.is_empty() || self.base != Look::default_of(self.scene())
     }
+}
 
-    /// Index of the chosen animation.
-    pub fn active(&self) -> Option<usize> {
-        self.active
-    }
-
-    /// Chooses an animation and plays it from its start, or chooses none.
-    pub fn choose(&mut self, index: Option<usize>) {
-        self.active = index.filter(|index| *index < self.animations.len());
-        self.time_s = 0.0;
-        self.playing = false;
-        self.play_or_pause();
-    }
-
-    /// Whether time passes.
-    pub fn is_playing(&self) -> bool {
-        self.playing
-    }
-
-    /// Pauses, or plays on. An animation that has ended starts again.
-    pub fn play_or_pause(&mut self) {
-        let Some(animation) = self.animation() else { return };
-        let (duration_s, looping) = (f64::from(animation.duration_s), animation.looping);
-        self.playing = !self.playing;
-        if self.playing {
-            self.held.clear();
-            if !looping && self.time_s >= duration_s {
-                self.time_s = 0.0;
-            }
-        }
-    }
-
-    /// Where in the animation it stands, in seconds.
-    pub fn time_s(&self) -> f64 {
-        self.time_s
-    }
-
-    /// Goes to `time_s`, within the animation, and pauses there.
-    pub fn scrub(&mut self, time_s: f64) {
-        let Some(duration_s) = self.animation().map(|animation| f64::from(animation.duration_s)) else { return };
-        self.playing = false;
-        if !time_s.is_nan() {
-            self.time_s = time_s.clamp(0.0, duration_s);
-        }
-    }
-
-    /// Lets `seconds` pass.
-    pub fn advance(&mut self, seconds: f64) {
-        let Some(animation) = self.animation().filter(|_| self.playing) else { return };
-        let (duration_s, looping) = (f64::from(animation.duration_s), animation.looping);
-        let time_s = self.time_s + seconds;
-        self.playing = looping || time_s < duration_s;
-        self.time_s = if looping { time_s.rem_euclid(duration_s) } else { time_s.min(duration_s) };
-    }
+/// Makes a change that is known to be legal: what it is made of was checked leaf by leaf, or is a look that there was.
+fn apply(look: &mut Look, change: &State, scope: &Scope) {
+    let applied = look.apply(change, scope, &Place::file("edit"));
+    debug_assert!(applied.is_ok(), "{applied:?}");
 }

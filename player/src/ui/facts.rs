@@ -65,5 +65,5 @@ pub struct Facts {
     pub loading: Loading,
 }
 
-/// The outcome of the last save: a path, or what went wrong.
-pub type Note = Result<std::path::PathBuf, String>;
+/// What happened last: that something was done, or why it was not.
+pub type Note = Result<String, String>;

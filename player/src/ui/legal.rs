@@ -4,14 +4,17 @@
 use relume_formats::Place;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{
-    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState,
+    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState,
+    State,
 };
+use relume_playback::{Look, Scope};
+use std::collections::BTreeMap;
 
 /// `brdf` with the leaves of `change` that belong to its model; always legal if `brdf` is.
 ///
 /// Each value is brought into its range, and what is no number is passed over. If kd is set and kd + ks would exceed 1, ks is lowered, and
 /// the other way round; if both are set, ks is.
-pub fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf {
+fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf {
     match brdf {
         Brdf::BlinnPhong(mut new) => {
             set_colour(&mut new.kd, change.kd);
@@ -33,19 +36,53 @@ pub fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> B
     }
 }
 
-/// `camera` with the leaves of `change`, or as it was if that would be no camera.
-pub fn camera(camera: Camera, change: &CameraState) -> Camera {
-    camera.with(change, &Place::file("edit")).unwrap_or(camera)
+/// What of `change` may be set on `look`, with every value brought into its range, so that it can be applied: whole materials and shapes, and the leaves of
+/// camera and environment that are named. What does not vary, is not there or has no legal value near is left out.
+pub fn within(look: &Look, scope: &Scope, change: &State) -> State {
+    let varies = scope.varies();
+    let material = |stored: &StoredMaterial| {
+        let new = apply(stored, *look.materials.get(&stored.name)?, change.materials.get(&stored.name)?);
+        Some((stored.name.clone(), MaterialState::from(new)))
+    };
+    let shape = |stored: &StoredShape| {
+        let change = change.shapes.get(&stored.object).filter(|_| varies.shapes.contains(&stored.object.as_str()))?;
+        Some((stored.object.clone(), shape(stored, look.shapes.get(&stored.object), change)?))
+    };
+    let light = |change: &EnvironmentState| {
+        let known = change.map.as_ref().is_none_or(|map| scope.maps.contains(map));
+        environment(look.environment.as_ref().filter(|_| known && varies.environment)?, change)
+    };
+    State {
+        environment: change.environment.as_ref().and_then(light),
+        camera: change.camera.as_ref().and_then(|change| camera(look.camera, change, varies.camera)),
+        lights: BTreeMap::new(),
+        materials: scope.materials().filter_map(material).collect(),
+        shapes: scope.scene.shapes.iter().filter_map(shape).collect(),
+    }
 }
 
-/// `look` with the leaves of `change`, or as it was if that would be no environment.
-pub fn environment(look: EnvironmentLook, change: &EnvironmentState) -> EnvironmentLook {
-    look.with(change, &Place::file("edit")).unwrap_or(look)
+/// `change`, without what may not move, if it leads from `camera` to another.
+fn camera(camera: Camera, change: &CameraState, moves: bool) -> Option<CameraState> {
+    let change = if moves { change.clone() } else { CameraState { exposure_ev: change.exposure_ev, ..CameraState::default() } };
+    camera.with(&change, &place()).is_ok().then_some(change)
 }
 
-/// What `shape`, which shows `now`, shows after `change`, or `now` if that would be nothing it has.
-pub fn shape(shape: &StoredShape, now: Option<&Posed>, change: &ShapeState) -> Option<Posed> {
-    shape.with(now, change, &Place::file("edit")).unwrap_or_else(|_| now.cloned())
+/// `change`, if it leads from `look` to another environment.
+fn environment(look: &EnvironmentLook, change: &EnvironmentState) -> Option<EnvironmentState> {
+    look.with(change, &place()).is_ok().then(|| change.clone())
+}
+
+/// The change to what `shape`, which shows `now`, shows after `change`, if that is anything it has.
+fn shape(shape: &StoredShape, now: Option<&Posed>, change: &ShapeState) -> Option<ShapeState> {
+    let posed = shape.with(now, change, &place()).ok()?;
+    Some(match posed {
+        Some(Posed { clip, time_s }) => ShapeState { clip: Some(clip), time_s: Some(time_s), pose: None },
+        None => ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() },
+    })
+}
+
+fn place() -> Place {
+    Place::file("edit")
 }
 
 fn set(value: &mut f32, wanted: Option<f32>, least: f32, most: f32) {

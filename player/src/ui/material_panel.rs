@@ -2,8 +2,10 @@
 
 use super::editor::{Editor, HOLD_RULE, Part};
 use super::panel::section;
+use super::screen::{Wishes, copied};
 use super::style::ACCENT;
-use egui::{Color32, Context, DragValue, Grid, Rgba, RichText, Slider, SliderClamping, Ui, Vec2};
+use egui::{Color32, Context, DragValue, Grid, Key, Rgba, RichText, Slider, SliderClamping, TextEdit, Ui, Vec2};
+use relume_formats::basis::{hex_from_linear, linear_from_hex};
 use relume_formats::name::plain;
 use relume_formats::state::{BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
 
@@ -21,7 +23,7 @@ pub struct Yielded {
 }
 
 /// Draws the list and the editor below it, if any material may be edited.
-pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
+pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded, wishes: &mut Wishes) {
     if editor.materials().next().is_none() {
         return;
     }
@@ -46,11 +48,19 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded) {
         if button.on_hover_text("back to what the scene says").clicked() {
             editor.reset(&material.name);
         }
+        if ui.button("Copy").on_hover_text("this material as text, for another or for a state file (Ctrl+C)").clicked() {
+            wishes.tell = copied(ui, editor);
+        }
+        wishes.paste |= ui.button("Paste").on_hover_text("on this material (Ctrl+V)").clicked();
+    });
+    ui.horizontal(|ui| {
         let part = Part::Material(material.name.clone());
         if editor.is_held(&part) {
             ui.label(RichText::new("held by hand").small().color(ACCENT)).on_hover_text(HOLD_RULE);
         } else if editor.drives(&part) {
             ui.label(RichText::new("moved by the animation").small().weak()).on_hover_text(HOLD_RULE);
+        } else {
+            ui.label(RichText::new(" ").small());
         }
     });
 }
@@ -90,8 +100,14 @@ fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong) -> MaterialState {
         ui.label("diffuse").on_hover_text("kd: linear reflectance of the diffuse lobe; kd + ks cannot exceed 1");
         change.kd = colour(ui, "kd", brdf.kd);
         ui.end_row();
+        ui.label("");
+        change.kd = hex(ui, "kd", brdf.kd).or(change.kd);
+        ui.end_row();
         ui.label("glossy").on_hover_text("ks: linear reflectance of the glossy lobe; kd + ks cannot exceed 1");
         change.ks = colour(ui, "ks", brdf.ks);
+        ui.end_row();
+        ui.label("");
+        change.ks = hex(ui, "ks", brdf.ks).or(change.ks);
         ui.end_row();
         ui.label("shininess").on_hover_text("the exponent: larger is sharper");
         change.shininess = slider(ui, "shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX, true);
@@ -105,6 +121,9 @@ fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
     Grid::new("ggx").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
         ui.label("base colour").on_hover_text("linear; a texture is multiplied by it");
         change.base_color = colour(ui, "base colour", brdf.base_color);
+        ui.end_row();
+        ui.label("");
+        change.base_color = hex(ui, "base colour", brdf.base_color).or(change.base_color);
         ui.end_row();
         ui.label("metallic");
         change.metallic =
@@ -138,6 +157,28 @@ fn colour(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
         }
     });
     changed.then_some(new)
+}
+
+/// The colour as the hexadecimal digits that other programs show and take. Returns the new colour if the user has typed or pasted one.
+fn hex(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
+    let shown = hex_from_linear(value);
+    ui.horizontal(|ui| {
+        let id = ui.make_persistent_id(("hex", name));
+        let mut text = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| shown.clone());
+        let field = TextEdit::singleline(&mut text).id(id).desired_width(64.0).char_limit(9);
+        let response = ui.add(field).on_hover_text("sRGB, 8 bits a channel: what other programs show; the numbers above are linear");
+        ui.label(RichText::new("sRGB").small().weak());
+        let called_off = ui.input(|input| input.key_pressed(Key::Escape));
+        if response.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, text.clone()));
+        } else {
+            ui.data_mut(|data| data.remove::<String>(id));
+        }
+        let done = response.lost_focus() && !called_off && text != shown;
+        response.accessible_name(format!("{name} hex"));
+        linear_from_hex(&text).filter(|_| done)
+    })
+    .inner
 }
 
 /// Returns the new value if the user changed it.

@@ -11,7 +11,7 @@ const HEIGHT: f32 = 48.0;
 /// Height of a line.
 const LINE: f32 = 18.0;
 
-/// Draws the messages at the lower end of `ui`: of loading, and below `yielded` or else the outcome of the last save.
+/// Draws the messages at the lower end of `ui`: of loading, and below `yielded` or else what happened last.
 pub fn show(ui: &mut Ui, facts: &Facts, note: Option<&Note>, yielded: Option<&str>) {
     let frame = Frame::NONE.inner_margin(Margin { top: 8, ..Margin::ZERO });
     Panel::bottom("messages").exact_size(HEIGHT).resizable(false).frame(frame).show(ui, |ui| {
@@ -20,7 +20,7 @@ pub fn show(ui: &mut Ui, facts: &Facts, note: Option<&Note>, yielded: Option<&st
         let weak = ui.visuals().weak_text_color();
         match (yielded, note) {
             (Some(text), _) => line(ui, text, WARNING),
-            (None, Some(Ok(path))) => line(ui, &format!("saved {}", path.display()), weak),
+            (None, Some(Ok(done))) => line(ui, done, weak),
             (None, Some(Err(reason))) => line(ui, reason, WARNING),
             (None, None) => {}
         }

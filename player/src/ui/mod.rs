@@ -1,5 +1,7 @@
 //! What the user sees and sets. [`Editor`] and [`Picker`] know nothing of drawing; [`Screen`] draws them with egui and needs no window.
 
+mod clipboard;
+mod closing;
 mod editor;
 mod facts;
 mod hand;
@@ -23,7 +25,7 @@ pub use editor::{Editor, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
 pub use picker::Picker;
-pub use screen::{Screen, Stage, Wishes, title};
+pub use screen::{Screen, Stage, Wishes};
 pub use style::set_up as set_up_style;
 pub use turns::run_in_turns;
 

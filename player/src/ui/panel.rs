@@ -1,17 +1,18 @@
 //! The panel: materials, light, shapes, view, animation, exposure, files, figures; and below, messages.
 
-use super::editor::{Editor, HOLD_RULE};
+use super::editor::{Editor, HOLD_RULE, Part};
 use super::facts::{Facts, Note, Save};
 use super::light_panel;
 use super::material_panel::{self, Yielded};
 use super::messages;
+use super::screen::{Wishes, told};
 use super::shape_panel;
+use super::style::WARNING;
 use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClamping, Ui};
 use relume_formats::name::plain;
 
-/// Draws the panel; returns what to save.
-pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded) -> Vec<Save> {
-    let mut save = Vec::new();
+/// Draws the panel, and adds what the user asks for to `wishes`.
+pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded, wishes: &mut Wishes) {
     messages::show(ui, facts, note, yielded.text(ui.ctx()));
     // Otherwise what scrolls would reach a few points into the messages.
     ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
@@ -19,17 +20,37 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
         ui.add_space(6.0);
         if let Some(editor) = editor {
             ui.heading(RichText::new(plain(&editor.scene().name)).strong());
-            material_panel::show(ui, editor, yielded);
+            edits(ui, editor, wishes);
+            material_panel::show(ui, editor, yielded, wishes);
             light_panel::light(ui, editor);
             shape_panel::show(ui, editor);
             light_panel::view(ui, editor);
             animation(ui, editor);
             exposure(ui, editor);
-            save = files(ui);
+            files(ui, wishes);
         }
         statistics(ui, facts);
     });
-    save
+}
+
+/// Undo, redo, and back to the scene.
+fn edits(ui: &mut Ui, editor: &mut Editor, wishes: &mut Wishes) {
+    ui.horizontal(|ui| {
+        let button = |ui: &mut Ui, label: &str, about: Option<&str>, keys: &str| {
+            let hint = about.map_or_else(|| keys.to_owned(), |about| format!("{about} ({keys})"));
+            let button = ui.add_enabled(about.is_some(), Button::new(label).min_size([58.0, 0.0].into()));
+            button.on_hover_text(hint).on_disabled_hover_text(keys).clicked()
+        };
+        let undo = button(ui, "Undo", editor.undoes(), "Ctrl+Z");
+        let redo = button(ui, "Redo", editor.redoes(), "Shift+Ctrl+Z");
+        if undo || redo {
+            wishes.tell = told(undo, redo, editor);
+        }
+        let all = ui.add_enabled(editor.is_anything_edited(), Button::new("Reset all"));
+        if all.on_hover_text("everything back to what the scene says; can be undone").clicked() {
+            editor.reset_all();
+        }
+    });
 }
 
 /// A heading with a line above it.
@@ -75,6 +96,19 @@ fn player(ui: &mut Ui, editor: &mut Editor) {
         }
         response.accessible_name("time");
     });
+    covered(ui, editor);
+}
+
+/// Says which edits the animation covers. The line is there without any, too, so that nothing moves.
+fn covered(ui: &mut Ui, editor: &Editor) {
+    let parts: Vec<String> = editor.covered().iter().map(Part::words).collect();
+    let text = if parts.is_empty() { " ".to_owned() } else { format!("covers your edit of {}", parts.join(", ")) };
+    let line = ui.add(egui::Label::new(RichText::new(text).small().color(WARNING)).truncate());
+    if !parts.is_empty() {
+        line.on_hover_text(
+            "Edited before this animation was chosen. It comes back with `none`; edit it again to hold it against the animation.",
+        );
+    }
 }
 
 fn exposure(ui: &mut Ui, editor: &mut Editor) {
@@ -94,9 +128,8 @@ fn exposure(ui: &mut Ui, editor: &mut Editor) {
     });
 }
 
-fn files(ui: &mut Ui) -> Vec<Save> {
+fn files(ui: &mut Ui, wishes: &mut Wishes) {
     section(ui, "SAVE");
-    let mut save = Vec::new();
     ui.horizontal(|ui| {
         for what in Save::ALL {
             let (label, hint) = match what {
@@ -105,12 +138,11 @@ fn files(ui: &mut Ui) -> Vec<Save> {
                 Save::State => ("State", "the edits, to be played again with --state (T)"),
             };
             if ui.add(Button::new(label).min_size([72.0, 0.0].into())).on_hover_text(hint).clicked() {
-                save.push(what);
+                wishes.save.push(what);
             }
         }
     });
     ui.label(RichText::new("into the current folder, never over another file").small().weak());
-    save
 }
 
 fn statistics(ui: &mut Ui, facts: &Facts) {

@@ -1,5 +1,7 @@
 //! Everything in the window: the picture, the panel beside it, the keys.
 
+use super::clipboard;
+use super::closing;
 use super::editor::Editor;
 use super::facts::{Facts, Loading, Note, Save};
 use super::hand;
@@ -12,7 +14,7 @@ use super::status::Status;
 use super::style::SURROUND;
 use super::undertaking::Undertaking;
 use egui::{
-    CentralPanel, Color32, CursorIcon, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
+    CentralPanel, Color32, CursorIcon, Event, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
 };
 use relume_formats::name::plain;
 use relume_playback::{Seen, Surfaces};
@@ -39,8 +41,22 @@ pub struct Stage<'a> {
 pub struct Wishes {
     /// To save these.
     pub save: Vec<Save>,
-    /// To end.
+    /// To be given the text of the clipboard, as an event.
+    pub paste: bool,
+    /// To tell this.
+    pub tell: Option<Note>,
+    /// To end, if what is to be saved could be.
     pub close: bool,
+}
+
+impl Wishes {
+    /// Adds those of a later pass.
+    pub fn add(&mut self, later: Self) {
+        self.save.extend(later.save);
+        self.paste |= later.paste;
+        self.tell = later.tell.or_else(|| self.tell.take());
+        self.close |= later.close;
+    }
 }
 
 /// What the drawing itself must remember.
@@ -51,20 +67,39 @@ pub struct Screen {
     clicked_fixed: bool,
     yielded: Yielded,
     undertaking: Undertaking,
+    /// Whether the user is asked about edits that closing would lose.
+    closing: bool,
 }
 
 impl Screen {
+    /// Has the window closed, unless that would lose edits: then the user is asked.
+    pub fn close(&mut self) {
+        self.closing = true;
+    }
+
+    /// The title of the window: what is asked, scene, selected material, animation, and whether more is to come.
+    pub fn title(&self, editor: Option<&Editor>, facts: &Facts) -> String {
+        let asked = if self.closing { format!("{} - ", closing::QUESTION) } else { String::new() };
+        asked + &title(editor, facts)
+    }
+
     /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show yet.
     pub fn show(&mut self, ui: &mut Ui, mut stage: Option<Stage<'_>>, facts: &Facts, note: Option<&Note>) -> Wishes {
         if let Some(stage) = &stage {
             self.undertaking.watch(ui.ctx(), stage.editor);
         }
-        let mut wishes = keys(ui, stage.as_mut().map(|stage| &mut *stage.editor));
+        let mut wishes = Wishes::default();
+        if !self.closing {
+            self.keys(ui, stage.as_mut().map(|stage| &mut *stage.editor), &mut wishes);
+        }
+        if self.closing {
+            self.ask(ui, stage.as_ref().map(|stage| &*stage.editor), &mut wishes);
+        }
         let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
         let window = ui.max_rect().size();
         layout::panel(window).frame(frame).show(ui, |ui| {
             let editor = stage.as_mut().map(|stage| &mut *stage.editor);
-            wishes.save.extend(panel::show(ui, editor, facts, note, &mut self.yielded));
+            panel::show(ui, editor, facts, note, &mut self.yielded, &mut wishes);
         });
         let surround = Frame::NONE.fill(SURROUND);
         let (moves, picks) = stage.as_ref().map_or((false, false), |stage| (stage.editor.scope().varies().camera, stage.picker.is_some()));
@@ -77,6 +112,9 @@ impl Screen {
                 let seen = self.picture(ui, &mut stage);
                 status.show(ui, line, seen, self.clicked_fixed);
                 self.undertaking.obey_escape(ui.ctx(), stage.editor);
+                if self.undertaking.is_over(ui.ctx()) {
+                    stage.editor.commit();
+                }
             }
             None => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
@@ -122,34 +160,77 @@ impl Screen {
             ui.painter().image(outline.id(), rect, whole, Color32::WHITE);
         }
     }
-}
 
-/// The keys of the window, unless the user types into a field.
-fn keys(ui: &mut Ui, editor: Option<&mut Editor>) -> Wishes {
-    let mut wishes = Wishes::default();
-    if ui.ctx().text_edit_focused() {
-        return wishes;
-    }
-    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
-    for (key, save) in [(Key::S, Save::Png), (Key::E, Save::Exr), (Key::T, Save::State)] {
-        if pressed(key) {
-            wishes.save.push(save);
+    /// The keys of the window, unless the user types into a field.
+    fn keys(&mut self, ui: &mut Ui, editor: Option<&mut Editor>, wishes: &mut Wishes) {
+        if ui.ctx().text_edit_focused() {
+            return;
         }
-    }
-    if let Some(editor) = editor {
-        if pressed(Key::Space) {
+        let pressed = |modifiers, key| ui.input_mut(|input| input.consume_key(modifiers, key));
+        for (key, save) in [(Key::S, Save::Png), (Key::E, Save::Exr), (Key::T, Save::State)] {
+            if pressed(Modifiers::NONE, key) {
+                wishes.save.push(save);
+            }
+        }
+        self.closing |= pressed(Modifiers::NONE, Key::Q);
+        let Some(editor) = editor else { return };
+        if pressed(Modifiers::NONE, Key::Space) {
             editor.play_or_pause();
         }
-        if editor.scope().varies().camera && pressed(Key::V) {
+        if editor.scope().varies().camera && pressed(Modifiers::NONE, Key::V) {
             editor.reset_view();
         }
+        // The longer chord first, for the shorter one takes it, too.
+        let redo = pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
+        let undo = pressed(Modifiers::COMMAND, Key::Z);
+        if self.undertaking.is_over(ui.ctx()) {
+            wishes.tell = told(undo, redo, editor);
+        }
+        pasted_and_copied(ui, editor, wishes);
     }
-    wishes.close = pressed(Key::Q);
-    wishes
+
+    /// Asks about edits that closing would lose; without any, there is nothing to ask.
+    fn ask(&mut self, ui: &Ui, editor: Option<&Editor>, wishes: &mut Wishes) {
+        match editor.and_then(Editor::unsaved) {
+            Some(unsaved) => closing::ask(ui.ctx(), &unsaved, &mut self.closing, wishes),
+            None => (wishes.close, self.closing) = (true, false),
+        }
+    }
 }
 
-/// The title of the window: scene, selected material, animation, and whether more is to come.
-pub fn title(editor: Option<&Editor>, facts: &Facts) -> String {
+/// Undoes or does again, and says what.
+pub(super) fn told(undo: bool, redo: bool, editor: &mut Editor) -> Option<Note> {
+    let said = |did: &str, about: Option<String>| {
+        about.map_or_else(|| Err(format!("there is nothing to {did}")), |about| Ok(format!("{did}: {about}")))
+    };
+    match (undo, redo) {
+        (true, _) => Some(said("undo", editor.undo())),
+        (_, true) => Some(said("redo", editor.redo())),
+        _ => None,
+    }
+}
+
+/// Copies the selected material, and takes what is pasted.
+fn pasted_and_copied(ui: &Ui, editor: &mut Editor, wishes: &mut Wishes) {
+    let events = ui.input(|input| input.events.clone());
+    for event in events {
+        match event {
+            Event::Copy => wishes.tell = copied(ui, editor).or(wishes.tell.take()),
+            Event::Paste(text) => wishes.tell = Some(clipboard::paste(&text, editor)),
+            _ => {}
+        }
+    }
+}
+
+/// Copies the selected material, and says so.
+pub(super) fn copied(ui: &Ui, editor: &Editor) -> Option<Note> {
+    let text = clipboard::copied(editor)?;
+    ui.ctx().copy_text(text);
+    Some(Ok("copied the material as text; Ctrl+V pastes it on another".to_owned()))
+}
+
+/// The title without what is asked.
+fn title(editor: Option<&Editor>, facts: &Facts) -> String {
     let mut parts = Vec::new();
     if let Some(editor) = editor {
         parts.push(editor.scene().name.clone());

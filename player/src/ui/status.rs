@@ -14,7 +14,7 @@ const CLICK: &str = "click an object to edit its material";
 const HINT_GAP: f32 = 24.0;
 const KEY_GAP: &str = "     ";
 const RESET: &str = "V  reset view";
-const KEYS: [&str; 6] = ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close"];
+const KEYS: [&str; 7] = ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Ctrl+Z  undo", "Esc  cancel", "Q  close"];
 /// Height of a line, and of the margins above and below all of them.
 const LINE: f32 = 20.0;
 const MARGINS: f32 = 8.0;

@@ -1,6 +1,7 @@
 //! The editor by itself, and through the screen as a user works it.
 
 mod hands;
+mod history;
 mod lit;
 mod places;
 mod shapes;
@@ -85,22 +86,17 @@ fn scrubbing_pauses_and_stays_within_the_animation() {
 }
 
 #[test]
-fn an_edit_holds_against_the_animation_until_play_or_reset() {
+fn an_edit_holds_against_the_animation_until_reset() {
     let mut editor = editor(true);
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
     assert!(!editor.is_playing() && editor.is_held(&Part::Material("a".to_owned())), "editing what moves pauses it");
     editor.scrub(0.25);
     assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0]);
     editor.play_or_pause();
-    assert!(
-        close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_held(&Part::Material("a".to_owned())),
-        "playing gives it back to the animation"
-    );
-    editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
+    assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0], "what was edited by hand is kept while it plays");
     editor.reset("a");
-    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && !editor.is_playing());
+    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && editor.is_playing() && !editor.is_held(&Part::Material("a".to_owned())));
     // What the animation does not drive is edited while it plays.
-    editor.play_or_pause();
     editor.edit("b", &set_kd([0.0, 0.0, 0.6]));
     assert!(editor.is_playing() && !editor.is_held(&Part::Material("b".to_owned())));
     assert_eq!(kd(&editor, "b"), [0.0, 0.0, 0.6]);
@@ -117,9 +113,18 @@ fn exposure_obeys_the_same_rule() {
     editor.set_exposure(3.0);
     assert_eq!((editor.look().camera.exposure_ev, editor.is_playing()), (3.0, false));
     editor.play_or_pause();
+    assert_eq!(editor.look().camera.exposure_ev, 3.0);
+    editor.reset_exposure();
     assert!((editor.look().camera.exposure_ev + 2.0).abs() < 1e-6);
     editor.choose(None);
-    assert_eq!(editor.look().camera.exposure_ev, 3.0, "without the animation the edit is still there");
+    assert_eq!(editor.look().camera.exposure_ev, 0.5);
+    // An edit from before the animation was chosen is covered by it, and still there without it.
+    editor.set_exposure(3.0);
+    editor.choose(Some(FADE));
+    editor.advance(1.0);
+    assert_eq!((editor.covered(), (editor.look().camera.exposure_ev + 2.0).abs() < 1e-6), (vec![Part::Exposure], true));
+    editor.choose(None);
+    assert_eq!((editor.covered(), editor.look().camera.exposure_ev), (Vec::new(), 3.0));
     editor.set_exposure(f32::NAN);
     editor.set_exposure(1e9);
     assert_eq!(editor.look().camera.exposure_ev, 32.0);
@@ -260,14 +265,14 @@ fn keys_and_buttons_ask_for_the_same() {
     let mut user = User::new(editor(false));
     for (key_of, button, what) in [(Key::S, "PNG", Save::Png), (Key::E, "EXR", Save::Exr), (Key::T, "State", Save::State)] {
         user.frame(key(key_of));
-        assert_eq!(user.wishes, Wishes { save: vec![what], close: false });
+        assert_eq!(user.wishes, Wishes { save: vec![what], ..Wishes::default() });
         user.click(button);
-        assert_eq!(user.wishes, Wishes { save: vec![what], close: false });
+        assert_eq!(user.wishes, Wishes { save: vec![what], ..Wishes::default() });
     }
     user.frame(key(Key::Escape));
     assert_eq!(user.wishes, Wishes::default(), "Escape only cancels");
     user.frame(key(Key::Q));
-    assert_eq!(user.wishes, Wishes { save: Vec::new(), close: true });
+    assert_eq!(user.wishes, Wishes { close: true, ..Wishes::default() });
 }
 
 #[test]
@@ -314,6 +319,6 @@ fn how_loading_stands_is_told() {
     assert!(user.shows("3.0 of 12.0 MB") && user.shows("3 of 12") && user.shows("an adapter"));
     user.facts.loading = Loading::Arriving;
     user.editor.select(Some("a"));
-    assert_eq!(title(Some(&user.editor), &user.facts), "synthetic - a - loading - Relume player");
-    assert_eq!(title(None, &user.facts), "loading - Relume player");
+    assert_eq!(user.screen.title(Some(&user.editor), &user.facts), "synthetic - a - loading - Relume player");
+    assert_eq!(user.screen.title(None, &user.facts), "loading - Relume player");
 }

@@ -19,6 +19,11 @@ impl Undertaking {
         }
     }
 
+    /// Whether the hand has let go of everything, so that what has changed is an edit of its own.
+    pub fn is_over(&self, ctx: &Context) -> bool {
+        self.of.is_none() && ctx.input(|input| input.smooth_scroll_delta() == egui::Vec2::ZERO)
+    }
+
     /// Calls off what is under way if the user asks for that, after a pass has changed what it would.
     pub fn obey_escape(&mut self, ctx: &Context, editor: &mut Editor) {
         if let Some((_, before)) = self.of.take_if(|_| escapes(ctx)) {

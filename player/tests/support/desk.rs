@@ -1,11 +1,12 @@
 //! A virtual display, and a player with a window on it that is worked with `xdotool`.
-#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use egui::Pos2;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use x11rb::CURRENT_TIME;
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt as _, EventMask};
 
 /// Longest wait for anything. Software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -104,6 +105,16 @@ impl<'a> Window<'a> {
     /// Lets the keyboard write to this window.
     pub fn focus(&self) {
         self.display.xdotool(&format!("windowfocus --sync {}", self.id)).unwrap();
+    }
+
+    /// Asks it to close, as the button on a window's frame does.
+    pub fn ask_to_close(&self) {
+        let (connection, _) = x11rb::connect(Some(&self.display.name)).unwrap();
+        let atom = |name: &[u8]| connection.intern_atom(false, name).unwrap().reply().unwrap().atom;
+        let (protocols, delete) = (atom(b"WM_PROTOCOLS"), atom(b"WM_DELETE_WINDOW"));
+        let id = self.id.parse().unwrap();
+        let message = ClientMessageEvent::new(32, id, protocols, [delete, CURRENT_TIME, 0, 0, 0]);
+        connection.send_event(false, id, EventMask::NO_EVENT, message).unwrap().check().unwrap();
     }
 
     /// Waits until `look` finds something.

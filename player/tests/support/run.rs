@@ -1,5 +1,4 @@
 //! Runs of the binary, and what is expected of them.
-#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::path::Path;
 use std::process::{Child, Command, Output};

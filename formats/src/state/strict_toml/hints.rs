@@ -1,5 +1,6 @@
 //! What was meant: the remedies at the end of messages.
 
+use crate::basis::linear_from_hex;
 use crate::near::did_you_mean;
 use std::ops::Range;
 use toml::de::{DeArray, DeValue};
@@ -143,18 +144,8 @@ pub(super) fn of_length(list: &DeArray<'_>, length: usize) -> String {
 }
 
 /// Linear Rec. 709 of a colour such as `#808080` or `#888`, which is sRGB.
-fn hex_colour(text: &str) -> Option<[f64; 3]> {
-    let digits = text.trim().strip_prefix('#')?;
-    let digits: Vec<u32> = digits.chars().map(|c| c.to_digit(16)).collect::<Option<_>>()?;
-    let bytes = match digits[..] {
-        [r, g, b] => [r * 17, g * 17, b * 17],
-        [r1, r0, g1, g0, b1, b0] => [r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0],
-        _ => return None,
-    };
-    Some(bytes.map(|byte| {
-        let x = f64::from(byte) / 255.0;
-        if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-    }))
+fn hex_colour(text: &str) -> Option<[f32; 3]> {
+    linear_from_hex(Some(text).filter(|text| text.trim_start().starts_with('#'))?)
 }
 
 /// `40,5` as 40.5.

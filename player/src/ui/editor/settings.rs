@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 /// Everything that an edit may change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    base: Look,
-    held: BTreeSet<Part>,
+    pub(in crate::ui) base: Look,
+    pub(in crate::ui) held: BTreeSet<Part>,
     playing: bool,
     time_s: f64,
 }

@@ -54,7 +54,7 @@ fn the_focus_goes_back_as_fast() {
 fn letters_are_keys_of_the_window_or_text_as_the_focus_has_it() {
     let mut user = user();
     user.frame([typed("s"), click(&user, "kd R"), typed("qest0.5\n"), typed("t")].concat());
-    assert_eq!(user.wishes, Wishes { save: vec![Save::Png, Save::State], close: false });
+    assert_eq!(user.wishes, Wishes { save: vec![Save::Png, Save::State], ..Wishes::default() });
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 use super::*;
 use egui::Rect;
-use std::path::PathBuf;
 
 /// From the least that the window may be to more than most displays have.
 const SIZES: [[f32; 2]; 9] = [
@@ -35,7 +34,7 @@ fn messages_move_nothing() {
     let before = places(&user, &names);
     let long = "a/very/long/folder/".repeat(30);
     for loading in [Loading::Arriving, Loading::Complete, Loading::Prefix, Loading::Failed(format!("{long}: checksum"))] {
-        for note in [None, Some(Ok(PathBuf::from(long.clone()))), Some(Err(format!("cannot write {long}\nnot at all")))] {
+        for note in [None, Some(Ok(long.clone())), Some(Err(format!("cannot write {long}\nnot at all")))] {
             (user.facts.loading, user.note) = (loading.clone(), note);
             user.settle();
             assert_eq!(places(&user, &names), before, "{:?}", user.facts.loading);
@@ -73,7 +72,7 @@ fn no_text_covers_another_at_any_size() {
             user.mirror.resize(size);
             let first = user.editor.materials().next().map(|material| material.name.clone());
             user.editor.select(first.as_deref());
-            let (bytes, path) = (user.facts.bytes, PathBuf::from("some-scene-0001.png"));
+            let (bytes, path) = (user.facts.bytes, "saved some-scene-0001.png".to_owned());
             for (loading, note, pointer) in [
                 (Loading::Complete, None, Pos2::new(2.0, 2.0)),
                 (Loading::Arriving, Some(Ok(path)), Pos2::new(0.25 * size[0], 0.25 * size[1])),

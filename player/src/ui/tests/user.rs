@@ -48,9 +48,7 @@ impl User {
         mirror.frame(events, |ui| {
             let picture = TextureId::User(0);
             let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: support::SIZE, picture };
-            let new = screen.show(ui, Some(stage), facts, note.as_ref());
-            wishes.save.extend(new.save);
-            wishes.close |= new.close;
+            wishes.add(screen.show(ui, Some(stage), facts, note.as_ref()));
         });
     }
 

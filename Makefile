@@ -40,19 +40,18 @@ demo: build  ## bake a small scene and play its animations in a window, or witho
 	    $(PLAYER) demo/cornell-knot --headless --animation repaint --fps 12 --frames 'demo/repaint/%04d.png' --contact-sheet demo/repaint.png && \
 	    echo "no display, so look at demo/polish.png and demo/repaint.png; single frames are in demo/polish and demo/repaint"; \
 	fi
-test: build  ## run every test, compile the fuzz targets and the player's core without C; a missing GPU adapter is a failure
-	cargo check --release -p relume-playback --no-default-features --features pure-rust-zstd
-	cargo check --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
-	cargo check --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --bins --examples --target-dir target
+test: build  ## run every test, compile the fuzz targets, and without C what the player's core stands on; a missing GPU adapter is a failure
+	cargo check --release -p relume-formats --no-default-features --features pure-rust-zstd
+	cargo check --release -p relume-formats-fuzz -p relume-scenes-fuzz --features targets --bins --examples
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace
 test-long: test  ## run the slow tests too: soaks, many random scenes, whole charts, pictures of where methods fail; takes hours and the assets
 	sh scenes/fetch-assets.sh
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace -- --ignored --test-threads 1
 fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and cargo-fuzz
-	cargo run -q --release --manifest-path formats/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
-	cargo run -q --release --manifest-path scenes/fuzz/Cargo.toml --no-default-features --example seeds --target-dir target
+	cargo run -q --release -p relume-formats-fuzz --example seeds
+	cargo run -q --release -p relume-scenes-fuzz --example seeds
 	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
-	    cargo +nightly fuzz run --fuzz-dir $$dir $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
+	    cargo +nightly fuzz run --fuzz-dir $$dir --features libfuzzer $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
 sweep: build  ## compare what bake reads of some 500 models and maps of other people's packages with trimesh, into docs/notes/SWEEP.md; fetches 1 GB
 	sh tests/sweep/fetch.sh && target/sweep/venv/bin/python -B tests/sweep/sweep.py $(BAKE)
 bench: setup  ## time the Haar transforms and triple products against straightforward versions, and frames of sphere-shadows on the CPU

@@ -10,6 +10,7 @@
 //! * [`shape`]: shapes that deform, and where a clip moves them;
 //! * [`bundle`]: what must agree between the files of a bundle;
 //! * [`name`]: what names may be, and how they are printed;
+//! * [`display`]: what a display shows of radiance;
 //! * [`state`]: what may change at playback: materials, camera, animation;
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
 //! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
@@ -20,6 +21,7 @@ pub mod basis;
 pub mod bundle;
 pub mod container;
 pub mod counts;
+pub mod display;
 pub mod error;
 pub mod evaluate;
 #[cfg(feature = "fast")]

@@ -97,7 +97,7 @@ pub fn render_vertices(folder: &Path, method: &str, state: &State, adapter: Opti
 
 fn render(folder: &Path, method: Option<&str>, state: &State, adapter: Option<&str>) -> Result<(Session, Frame)> {
     let state = PlacedState { state: state.clone(), place: Place::file("state") };
-    let request = Request { folder, method, state, animation: None, size: None, limits: Default::default() };
+    let request = Request { folder, method, state, animation: None, meters: false, size: None, limits: Default::default() };
     let mut session = Session::start(request, || Gpu::open(adapter))?;
     headless::load(&mut session, Instant::now(), &Interrupt::new(), |_| Ok(()))?;
     let frame = session.render(0.0)?;

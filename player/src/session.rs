@@ -9,6 +9,7 @@ use crate::gpu::{Gpu, Readback};
 use crate::stream::{Files, Limits};
 use costs::Costs;
 use relume_formats::Place;
+use relume_formats::display::{Display, auto_exposure_ev};
 use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
 use relume_formats::state::Rgb;
 use relume_playback::methods::{METHODS, Method};
@@ -28,6 +29,8 @@ pub struct Request<'a> {
     pub state: PlacedState,
     /// Animation to play.
     pub animation: Option<AnimationChoice<'a>>,
+    /// Whether the exposure is to be set by the picture.
+    pub meters: bool,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
     /// How much may be read, and how fast.
@@ -48,8 +51,8 @@ pub enum AnimationChoice<'a> {
 pub struct Frame {
     /// Linear radiance, row by row, W/(sr·m²).
     pub radiance: Vec<Rgb>,
-    /// Exposure that goes with it.
-    pub exposure_ev: f32,
+    /// How a display is to show it.
+    pub display: Display,
     /// What it took.
     pub cost: Cost,
 }
@@ -62,11 +65,13 @@ pub struct Session {
     bytes_expected: u64,
     costs: Costs,
     readback: Option<Readback>,
+    meters: bool,
 }
 
 impl Session {
     /// Opens the bundle, then the GPU by `open_gpu`; sections arrive from now on.
     pub fn start(request: Request<'_>, open_gpu: impl FnOnce() -> Result<Gpu>) -> Result<Self> {
+        let meters = request.meters;
         let (name, own) = match request.animation {
             None => (None, None),
             Some(AnimationChoice::Named(name)) => (Some(name), None),
@@ -81,7 +86,7 @@ impl Session {
         let options = Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
-        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None })
+        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None, meters })
     }
 
     /// Takes in the next section, if there is one. Never waits for the source.
@@ -102,7 +107,17 @@ impl Session {
         }
         let radiance = self.read_film()?;
         let cost = self.take_costs()?.into_iter().find(|cost| cost.frame == frame).unwrap_or_default();
-        Ok(Frame { radiance, exposure_ev: look.camera.exposure_ev, cost })
+        Ok(Frame { radiance, display: look.display(), cost })
+    }
+
+    /// Whether the exposure is to be set by the picture.
+    pub fn meters(&self) -> bool {
+        self.meters
+    }
+
+    /// The exposure of the film as it is, EV; `None` of one without light.
+    pub fn metered_ev(&mut self) -> Result<Option<f32>> {
+        Ok(auto_exposure_ev(&self.read_film()?))
     }
 
     /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for it. Returns its number.

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use relume_formats::bundle::{expect_playable, sets_only};
-use relume_formats::state::{Animation, State};
+use relume_formats::state::{Animation, MAX_EXPOSURE_EV, State};
 use relume_formats::{Error as FormatError, Place};
 
 pub use relume_formats::bundle::{Look, Scope};
@@ -79,6 +79,11 @@ impl Controls {
     /// The look without any animation.
     pub fn base(&self) -> &Look {
         &self.base
+    }
+
+    /// Starts from another exposure, EV, within the range that exposures have.
+    pub fn expose(&mut self, ev: f32) {
+        self.base.camera.exposure_ev = ev.clamp(-MAX_EXPOSURE_EV, MAX_EXPOSURE_EV);
     }
 
     /// What may be set.

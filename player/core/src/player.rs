@@ -9,6 +9,7 @@ use crate::stream::{Arrival, Event, Playlist, Source, decode_all};
 use crate::surfaces::Surfaces;
 use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
+use relume_formats::display::Display;
 use relume_formats::kinds::{StoredScene, scene};
 use relume_formats::state::{Animation, Rgb};
 use relume_formats::{Error as FormatError, Place};
@@ -223,12 +224,12 @@ impl Player {
         Ok(frame)
     }
 
-    /// Encodes what fills `target` with the film, 2^`exposure_ev` times as bright, for a display. The target is of the film's size, and may be drawn on. 8-bit
-    /// formats receive what a PNG would hold; others, and those that encode what they are given, linear values from 0 to 1.
+    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and may be drawn on. 8-bit
+    /// formats receive what a PNG would hold, of curves that the device reckons in its own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
     ///
     /// # Errors
     /// If nothing has arrived yet, or the target is of another size.
-    pub fn show(&mut self, encoder: &mut CommandEncoder, target: &TextureView, exposure_ev: f32) -> Result<()> {
+    pub fn show(&mut self, encoder: &mut CommandEncoder, target: &TextureView, display: Display) -> Result<()> {
         let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else { return Err(Error::NothingThere) };
         let texture = target.texture();
         let (size, [width, height]) = ([texture.width(), texture.height()], film.size);
@@ -240,7 +241,7 @@ impl Player {
             self.tonemap = Some(Tonemap::new(&self.gpu, film, format));
         }
         if let Some(tonemap) = &self.tonemap {
-            tonemap.encode(&self.gpu, encoder, target, exposure_ev);
+            tonemap.encode(&self.gpu, encoder, target, display);
         }
         Ok(())
     }
@@ -268,6 +269,11 @@ impl Player {
     /// The controls, once everything is there that decides what may be set.
     pub fn controls(&self) -> Option<&Controls> {
         self.controls.as_ref()
+    }
+
+    /// The controls, to start from something else.
+    pub fn controls_mut(&mut self) -> Option<&mut Controls> {
+        self.controls.as_mut()
     }
 
     /// The film, once its size is known.
@@ -332,7 +338,7 @@ mod tests {
         let texture = target(gpu, player.film().unwrap().size, wgpu::TextureFormat::Rgba8Unorm);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         player.draw(&mut encoder, look).unwrap();
-        player.show(&mut encoder, &texture.create_view(&Default::default()), look.camera.exposure_ev).unwrap();
+        player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap();
         gpu.queue.submit([encoder.finish()]);
         read_bytes(gpu, &texture)
     }
@@ -344,10 +350,11 @@ mod tests {
         for folder in [images.folder(), rows.folder(), shadows.folder()] {
             let mut player = play(&gpu, folder, Options::default()).unwrap();
             let look = player.controls().unwrap().base().clone();
+            let darker = Display { exposure_ev: look.camera.exposure_ev - 3.0, tonemap: look.tonemap };
             let first = shown(&gpu, &mut player, &look);
             assert!(first.iter().any(|pixel| pixel[..3] != [0; 3]) && first.iter().all(|pixel| pixel[3] == 255));
             assert!(shown(&gpu, &mut player, &look) == first, "the same again");
-            assert!(shown(&gpu, &mut player, &look.exposed(look.camera.exposure_ev - 3.0)) != first);
+            assert!(shown(&gpu, &mut player, &look.displayed(darker)) != first);
         }
     }
 
@@ -376,9 +383,10 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let bundle = Bundle::write(true);
         let mut player = play(&gpu, bundle.folder(), Options::default()).unwrap();
+        let look = player.controls().unwrap().base().clone();
         let texture = target(&gpu, [8, 8], wgpu::TextureFormat::Rgba8Unorm);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let error = player.show(&mut encoder, &texture.create_view(&Default::default()), 0.0).unwrap_err();
+        let error = player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap_err();
         assert_eq!(error.to_string(), "the target has 8x8 pixels, the film 37x23");
     }
 

@@ -4,9 +4,11 @@
 //! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until the animation is
 //! played again, or until it is reset. [`HOLD_RULE`] says so to the user.
 
+mod display;
 mod settings;
 mod state;
 
+pub use display::Metering;
 pub use settings::Settings;
 
 use super::{legal, orbit};
@@ -15,15 +17,9 @@ use relume_formats::state::{Animation, Brdf, Camera, CameraState, EnvironmentSta
 use relume_playback::Surfaces;
 use relume_playback::{Controls, Look, Scope};
 use std::collections::BTreeSet;
-use std::ops::RangeInclusive;
 
 /// The rule for editing what an animation moves.
 pub const HOLD_RULE: &str = "Editing what the animation moves pauses it, and the edit holds until you press play or reset.";
-
-/// How far from the scene's exposure the slider reaches, either way, in EV.
-const EXPOSURE_REACH_EV: f32 = 10.0;
-/// Exposures that a state may have, either way, in EV.
-const EXPOSURE_MAX_EV: f32 = 32.0;
 
 /// What is edited, and held against an animation, as one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,6 +28,8 @@ pub enum Part {
     Material(String),
     /// How bright the display is.
     Exposure,
+    /// The curve of the display.
+    Tonemap,
     /// Where the camera stands, where it looks, and its field of view.
     View,
     /// This leaf of the environment.
@@ -47,6 +45,7 @@ impl Part {
         match self {
             Self::Material(material) => of == "materials" && name == material,
             Self::Exposure => of == "camera" && name == "exposure_ev",
+            Self::Tonemap => of == "view" && name == "tonemap",
             Self::View => of == "camera" && name != "exposure_ev",
             Self::Light(leaf) => of == "environment" && name == leaf,
             Self::Shape(object) => of == "shapes" && name == object,
@@ -74,6 +73,8 @@ pub struct Editor {
     playing: bool,
     time_s: f64,
     selected: Option<String>,
+    /// Whether the exposure is to be set by the picture.
+    metering: Option<Metering>,
 }
 
 impl Editor {
@@ -91,6 +92,7 @@ impl Editor {
             playing: active.is_some(),
             time_s: 0.0,
             selected: None,
+            metering: None,
         }
     }
 
@@ -137,6 +139,7 @@ impl Editor {
                 None => look.shapes.remove(&shape.object),
             };
         }
+        look.tonemap = self.unheld_tonemap(&state).unwrap_or(look.tonemap);
         look.camera = legal::camera(look.camera, &self.unheld_camera(&state.camera.unwrap_or_default()));
         look.environment =
             look.environment.map(|light| legal::environment(light, &self.unheld_light(state.environment.unwrap_or_default())));
@@ -210,15 +213,6 @@ impl Editor {
         }
     }
 
-    /// Sets the exposure.
-    pub fn set_exposure(&mut self, ev: f32) {
-        if ev.is_nan() {
-            return;
-        }
-        self.hold(Part::Exposure);
-        self.base.camera.exposure_ev = ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV);
-    }
-
     /// Moves the camera by hand, if it may move; it stops before `surfaces`.
     pub fn move_camera(&mut self, motion: orbit::Motion, surfaces: &Surfaces) {
         if self.scope.varies().camera {
@@ -275,18 +269,6 @@ impl Editor {
     pub fn reset_shape(&mut self, name: &str) {
         self.base.shapes.remove(name);
         self.held.remove(&Part::Shape(name.to_owned()));
-    }
-
-    /// The exposures to offer.
-    pub fn exposure_range(&self) -> RangeInclusive<f32> {
-        let middle = self.scene().camera.exposure_ev;
-        (middle - EXPOSURE_REACH_EV).max(-EXPOSURE_MAX_EV)..=(middle + EXPOSURE_REACH_EV).min(EXPOSURE_MAX_EV)
-    }
-
-    /// Gives the exposure back its value from the scene, and to the animation if there is one.
-    pub fn reset_exposure(&mut self) {
-        self.base.camera.exposure_ev = self.scene().camera.exposure_ev;
-        self.held.remove(&Part::Exposure);
     }
 
     /// All animations, in the order of their names.

@@ -1,5 +1,6 @@
 //! What the user sees and sets. [`Editor`] and [`Picker`] know nothing of drawing; [`Screen`] draws them with egui and needs no window.
 
+mod display_panel;
 mod editor;
 mod facts;
 mod hand;
@@ -19,7 +20,7 @@ mod style;
 mod turns;
 mod undertaking;
 
-pub use editor::{Editor, Part};
+pub use editor::{Editor, Metering, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
 pub use picker::Picker;

@@ -1,5 +1,6 @@
-//! The panel: materials, light, shapes, view, animation, exposure, files, figures; and below, messages.
+//! The panel: materials, light, shapes, view, animation, display, files, figures; and below, messages.
 
+use super::display_panel;
 use super::editor::{Editor, HOLD_RULE};
 use super::facts::{Facts, Note, Save};
 use super::light_panel;
@@ -24,7 +25,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
             shape_panel::show(ui, editor);
             light_panel::view(ui, editor);
             animation(ui, editor);
-            exposure(ui, editor);
+            display_panel::show(ui, editor);
             save = files(ui);
         }
         statistics(ui, facts);
@@ -77,23 +78,6 @@ fn player(ui: &mut Ui, editor: &mut Editor) {
     });
 }
 
-fn exposure(ui: &mut Ui, editor: &mut Editor) {
-    section(ui, "EXPOSURE");
-    ui.horizontal(|ui| {
-        let mut ev = editor.look().camera.exposure_ev;
-        let range = editor.exposure_range();
-        let slider = Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
-        let response = ui.add(slider).on_hover_text("the display shows 2^EV times the radiance; EXR files are not exposed");
-        if response.changed() {
-            editor.set_exposure(ev);
-        }
-        response.accessible_name("exposure");
-        if ui.button("Reset").on_hover_text("back to the scene's exposure").clicked() {
-            editor.reset_exposure();
-        }
-    });
-}
-
 fn files(ui: &mut Ui) -> Vec<Save> {
     section(ui, "SAVE");
     let mut save = Vec::new();
@@ -101,7 +85,7 @@ fn files(ui: &mut Ui) -> Vec<Save> {
         for what in Save::ALL {
             let (label, hint) = match what {
                 Save::Png => ("PNG", "the picture as shown (S)"),
-                Save::Exr => ("EXR", "linear radiance, before exposure (E)"),
+                Save::Exr => ("EXR", "linear radiance, before exposure and curve (E)"),
                 Save::State => ("State", "the edits, to be played again with --state (T)"),
             };
             if ui.add(Button::new(label).min_size([72.0, 0.0].into())).on_hover_text(hint).clicked() {

@@ -103,6 +103,7 @@ fn load_unlocated(path: &Path) -> Result<Scene> {
         max_error,
         vary,
         camera: file.camera,
+        tonemap: file.view.tonemap,
         materials,
         objects,
         lights,

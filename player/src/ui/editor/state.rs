@@ -2,7 +2,7 @@
 
 use super::Editor;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial};
-use relume_formats::state::{Camera, CameraState, EnvironmentState, MaterialState, Posed, ShapeState, State};
+use relume_formats::state::{Camera, CameraState, EnvironmentState, MaterialState, Posed, ShapeState, State, ViewState};
 
 impl Editor {
     /// The look as a state: what differs from the scene.
@@ -12,6 +12,7 @@ impl Editor {
         let named = |material: &StoredMaterial| Some((material.name.clone(), MaterialState::from(*look.materials.get(&material.name)?)));
         State {
             environment: look.environment.as_ref().zip(self.scene().environment.as_ref()).and_then(|(now, was)| light_change(now, was)),
+            view: changed(look.tonemap, &self.scene().tonemap).map(|tonemap| ViewState { tonemap: Some(tonemap) }),
             camera: camera_change(&look.camera, &self.scene().camera),
             materials: self.materials().filter(differs).filter_map(named).collect(),
             shapes: look.shapes.into_iter().map(|(name, posed)| (name, shape_state(posed))).collect(),

@@ -5,6 +5,7 @@
 //! * [`container`]: the `.relume` file: magic, versions, section table, checksums, limits;
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
+//! * `map_file`: environment maps from files of other programs, with the feature `maps`;
 //! * [`method`]: the cards of the methods: names, what they let vary, files;
 //! * [`near`]: what was meant by a name that is not there;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
@@ -27,6 +28,8 @@ pub mod evaluate;
 #[cfg(feature = "fast")]
 pub mod fast;
 pub mod kinds;
+#[cfg(feature = "maps")]
+pub mod map_file;
 pub mod method;
 pub mod name;
 pub mod near;
@@ -35,4 +38,4 @@ pub mod shape;
 pub mod state;
 
 pub use error::{Error, Place, Result};
-pub use regular::{open_regular, read_regular};
+pub use regular::{has_extension, open_regular, read_regular};

@@ -32,6 +32,9 @@ pub struct Cli {
     /// State to start from: what differs from the scene's defaults
     #[arg(long, value_name = "STATE.toml")]
     pub state: Option<PathBuf>,
+    /// Environment map to light the scene by, over the state's: an equirectangular .exr or .hdr; for bundles whose light varies
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
     /// Curve from radiance to the display, over the state's: clamp, neutral or agx [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = parse_tonemap)]
     pub tonemap: Option<Tonemap>,

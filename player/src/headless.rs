@@ -60,6 +60,7 @@ pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
         method: cli.method.as_deref(),
         state,
         animation,
+        environment: cli.environment.as_deref(),
         meters: cli.exposure == Some(Exposure::Auto),
         size: cli.size,
         limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },

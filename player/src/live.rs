@@ -238,6 +238,7 @@ impl Live {
             bytes: self.session.bytes_streamed(),
             bytes_expected: self.session.bytes_expected(),
             what: pieces.what,
+            map_from_outside: self.session.player().shows_map_from_outside(),
             pieces: pieces.arrived(),
             pieces_expected: pieces.expected,
             loading: match &self.loading {
@@ -296,6 +297,7 @@ impl Live {
     }
 }
 
+mod environment;
 mod metering;
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ mod costs;
 
 pub use costs::Cost;
 
+use crate::environment;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Readback};
 use crate::stream::{Files, Limits};
@@ -29,6 +30,8 @@ pub struct Request<'a> {
     pub state: PlacedState,
     /// Animation to play.
     pub animation: Option<AnimationChoice<'a>>,
+    /// An environment map of the user's own, to shine from the start.
+    pub environment: Option<&'a Path>,
     /// Whether the exposure is to be set by the picture.
     pub meters: bool,
     /// Size of the film in pixels, or the scene's.
@@ -77,13 +80,21 @@ impl Session {
             Some(AnimationChoice::Named(name)) => (Some(name), None),
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
+        let environment = request.environment.map(environment::read).transpose()?;
         let place = Place::file(request.folder.join(FILE_NAME));
         let playlist = Playlist::of(&Manifest::read(request.folder)?, &place, request.method, name)?;
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
         let files = Files::start(playlist.clone(), request.limits)?;
         let gpu = open_gpu()?;
         expect_adapter(&playlist.method, &gpu)?;
-        let options = Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
+        let options = Options {
+            state: request.state,
+            animation: own,
+            environment,
+            find_map: Some(environment::beside),
+            size: request.size,
+            radiance_on_cpu: gpu.radiance_on_cpu,
+        };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
         Ok(Self { files, gpu, player, bytes_expected, costs, readback: None, meters })
@@ -118,6 +129,16 @@ impl Session {
     /// The exposure of the film as it is, EV; `None` of one without light.
     pub fn metered_ev(&mut self) -> Result<Option<f32>> {
         Ok(auto_exposure_ev(&self.read_film()?))
+    }
+
+    /// Adds the environment map in the file at `path`, to be chosen by the name that is returned.
+    ///
+    /// # Errors
+    /// If the file holds no map, or the bundle's light does not vary.
+    pub fn add_environment(&mut self, path: &Path) -> Result<String> {
+        let environment = environment::read(path)?;
+        self.player.add_environment(&environment)?;
+        Ok(environment.name)
     }
 
     /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for it. Returns its number.

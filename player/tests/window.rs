@@ -60,6 +60,7 @@ impl Twin {
             what: "images",
             pieces: 0,
             pieces_expected: 0,
+            map_from_outside: false,
             loading: Loading::Complete,
         };
         let mut twin = Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };

@@ -120,11 +120,6 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     read_regular(path, MAX_FILE_BYTES, "split or simplify it")
 }
 
-/// True if the extension of `path` is `extension` in any case.
-pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -91,6 +91,10 @@ impl Controls {
         &self.scope
     }
 
+    pub(crate) fn scope_mut(&mut self) -> &mut Scope {
+        &mut self.scope
+    }
+
     /// The animation to play, if any, and those that may be chosen instead.
     pub fn animations(&self) -> (Option<&Animation>, impl Iterator<Item = &Animation>) {
         (self.animation.as_ref().map(|placed| &placed.animation), self.others.iter().map(|placed| &placed.animation))

@@ -5,12 +5,13 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, PassTimes, Passes, Timer, Tonemap};
 use crate::materials::MaterialMap;
 use crate::methods::{Method, Pieces, Playback, Setup};
+use crate::outside::{FindMap, Outside, Stage};
 use crate::stream::{Arrival, Event, Playlist, Source, decode_all};
 use crate::surfaces::Surfaces;
 use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
 use relume_formats::display::Display;
-use relume_formats::kinds::{StoredScene, scene};
+use relume_formats::kinds::{Environment, StoredScene, scene};
 use relume_formats::state::{Animation, Rgb};
 use relume_formats::{Error as FormatError, Place};
 use wgpu::{CommandEncoder, TextureView};
@@ -22,6 +23,10 @@ pub struct Options {
     pub state: PlacedState,
     /// An animation of the caller's own to play.
     pub animation: Option<PlacedAnimation>,
+    /// An environment map that is not the bundle's, to shine from the start.
+    pub environment: Option<Environment>,
+    /// Finds maps that state or animation name and the bundle does not have.
+    pub find_map: Option<FindMap>,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
     /// Whether the CPU is to do the method's sums, on all its cores, and the device only draws; for methods that say so.
@@ -69,6 +74,7 @@ pub struct Player {
     /// At rest, until they are taken.
     surfaces: Surfaces,
     state: PlacedState,
+    outside: Outside,
     /// The animations so far; with one to play, that comes first.
     animations: Vec<PlacedAnimation>,
     /// How many there will be.
@@ -86,7 +92,7 @@ impl Player {
     /// # Errors
     /// If the device was opened with lower limits than every WebGPU device has, or the CPU is to do sums that the method leaves to the device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, playlist: &Playlist, options: Options) -> Result<Self> {
-        let Options { state, animation, size, radiance_on_cpu } = options;
+        let Options { state, animation, environment, find_map, size, radiance_on_cpu } = options;
         if radiance_on_cpu && !playlist.method.on_cpu {
             return Err(Error::Request(format!("the CPU cannot do the sums of method {}", playlist.method.card.name)));
         }
@@ -106,6 +112,7 @@ impl Player {
             scene: None,
             surfaces: Surfaces::default(),
             state,
+            outside: Outside { find: find_map, first: environment, ..Outside::default() },
             animations_expected: animations.len() + playlist.animations(),
             animations,
             plays_first,
@@ -171,8 +178,12 @@ impl Player {
         let maps = self.playback.as_ref().and_then(|playback| playback.maps());
         if let Some((scene, maps)) = self.scene.clone().zip(maps) {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
-            let animation = if self.plays_first { animations.next() } else { None };
-            let scope = Scope { scene, card: self.method.card, maps };
+            let mut animation = if self.plays_first { animations.next() } else { None };
+            let mut scope = Scope { scene, card: self.method.card, maps };
+            if let Some(playback) = self.playback.as_deref_mut() {
+                let mut stage = Stage { gpu: &self.gpu, playback, scope: &mut scope };
+                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), animation.as_mut())?;
+            }
             self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
         }
@@ -216,6 +227,7 @@ impl Player {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, look: &Look) -> Result<u64> {
         let Some(playback) = &mut self.playback else { return Err(Error::NothingThere) };
         playback.update(&self.gpu, look)?;
+        self.outside.drawn(look.environment.as_ref().map(|environment| &environment.map));
         let frame = self.frames;
         self.frames += 1;
         let mut passes = Passes::new(encoder, self.timer.as_mut(), frame);
@@ -274,6 +286,15 @@ impl Player {
     /// The controls, to start from something else.
     pub fn controls_mut(&mut self) -> Option<&mut Controls> {
         self.controls.as_mut()
+    }
+
+    pub(crate) fn outside(&self) -> &Outside {
+        &self.outside
+    }
+
+    /// What it takes to add a map.
+    pub(crate) fn parts_for_maps(&mut self) -> (&Gpu, &mut Outside, Option<&mut (dyn Playback + 'static)>, Option<&mut Controls>) {
+        (&self.gpu, &mut self.outside, self.playback.as_deref_mut(), self.controls.as_mut())
     }
 
     /// The film, once its size is known.

@@ -12,7 +12,7 @@ use relume_playback::PlacedState;
 
 fn live(folder: &Path, limits: Limits) -> Live {
     let state = PlacedState::default();
-    let request = Request { folder, method: None, state, animation: None, meters: false, size: None, limits };
+    let request = Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits };
     Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
 }
 

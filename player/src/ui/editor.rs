@@ -245,6 +245,13 @@ impl Editor {
         }
     }
 
+    /// Offers the environment map `name`, too.
+    pub fn add_map(&mut self, name: &str) {
+        if !self.scope.maps.iter().any(|map| map == name) {
+            self.scope.maps.push(name.to_owned());
+        }
+    }
+
     /// Gives the environment back what the scene says, and to the animation if there is one.
     pub fn reset_light(&mut self) {
         self.base.environment = self.scene().environment.clone();

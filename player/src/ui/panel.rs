@@ -21,7 +21,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
         if let Some(editor) = editor {
             ui.heading(RichText::new(plain(&editor.scene().name)).strong());
             material_panel::show(ui, editor, yielded);
-            light_panel::light(ui, editor);
+            light_panel::light(ui, editor, facts);
             shape_panel::show(ui, editor);
             light_panel::view(ui, editor);
             animation(ui, editor);

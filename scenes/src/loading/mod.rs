@@ -2,7 +2,6 @@
 
 mod animations;
 mod environment;
-mod environment_map;
 mod imported;
 mod imported_lights;
 mod imported_materials;

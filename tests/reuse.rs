@@ -51,10 +51,11 @@ const LAMP: &str = "[[light]]
     transform = { translation = [0.0, 3.0, 1.0] }";
 
 /// A change: what it is, and what becomes of which words; where these are empty, an animation is added.
-const CHANGES: [(&str, &str, &str); 13] = [
+const CHANGES: [(&str, &str, &str); 14] = [
     ("the camera moves", "position = [0.0, 1.0, 4.0]", "position = [0.5, 1.0, 4.0]"),
     ("another film size", "size = [16, 16]", "size = [24, 16]"),
     ("another exposure", "fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0"),
+    ("another curve of the display", "    [[object]]", "    [view]\n    tonemap = 'agx'\n    [[object]]"),
     ("an animation more", "", ""),
     ("gain of the environment", "gain = [1.0, 1.0, 1.0]", "gain = [2.0, 1.0, 1.0]"),
     ("rotation of the environment", "rotation_deg = 0.0", "rotation_deg = 30.0"),

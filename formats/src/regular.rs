@@ -38,6 +38,11 @@ pub fn read_regular(path: &Path, most: u64, remedy: &str) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// True if the extension of `path` is `extension` in any case.
+pub fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
 fn expect_regular(metadata: &std::fs::Metadata, place: &Place) -> Result<()> {
     if metadata.is_file() {
         return Ok(());

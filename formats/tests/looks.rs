@@ -5,9 +5,12 @@ use crate::support::scenes;
 use proptest::prelude::*;
 use relume_formats::Place;
 use relume_formats::bundle::{Look, Scope};
+use relume_formats::display::Tonemap;
 use relume_formats::kinds::scene::Meta;
 use relume_formats::method::SPHERE_SHADOWS;
-use relume_formats::state::{Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State, parse_toml};
+use relume_formats::state::{
+    Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State, ViewState, parse_toml,
+};
 use std::collections::BTreeMap;
 
 fn place() -> Place {
@@ -82,13 +85,14 @@ fn change(random: &mut Random, scene: &Meta) -> State {
     let materials = materials.collect();
     let shapes = scene.shapes.iter().filter_map(|s| Some((s.object.clone(), some(random, shape)?))).collect();
     let environment = scene.environment.is_some().then(|| some(random, environment)).flatten();
-    State { environment, camera: some(random, camera), lights: BTreeMap::new(), materials, shapes }
+    let view = some(random, |random| ViewState { tonemap: some(random, |random| Tonemap::ALL[random.below(3)]) });
+    State { environment, camera: some(random, camera), view, lights: BTreeMap::new(), materials, shapes }
 }
 
 /// All that a look has, in digits that tell every two numbers apart, 0 and -0 too.
 fn digits(look: &Look, scene: &Meta) -> String {
     let materials: Vec<&Brdf> = scene.materials.iter().map(|material| &look.materials[&material.name]).collect();
-    format!("{materials:?} {:?} {:?} {:?}", look.camera, look.environment, look.shapes)
+    format!("{materials:?} {:?} {:?} {:?} {:?}", look.camera, look.tonemap, look.environment, look.shapes)
 }
 
 /// The state that names every leaf of a look, as a table. Shapes have a rule of their own.
@@ -105,6 +109,7 @@ fn complete(look: &Look, scene: &Meta) -> toml::Table {
             fov_deg: Some(look.camera.fov_deg),
             exposure_ev: Some(look.camera.exposure_ev),
         }),
+        view: Some(ViewState { tonemap: Some(look.tonemap) }),
         materials: scene.materials.iter().map(|m| (m.name.clone(), MaterialState::from(look.materials[&m.name]))).collect(),
         ..State::default()
     };

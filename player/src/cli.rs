@@ -2,7 +2,9 @@
 
 use crate::output::FramePath;
 use clap::Parser;
+use relume_formats::display::Tonemap;
 use relume_formats::error::in_plain_words;
+use relume_formats::state::MAX_EXPOSURE_EV;
 use std::path::PathBuf;
 
 /// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary free to change.
@@ -11,7 +13,8 @@ use std::path::PathBuf;
 /// how. With --headless it writes frames to files instead.
 ///
 /// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
-/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, clamped and sRGB-encoded.
+/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, brought into
+/// the range of a display by a curve (tone mapping), and sRGB-encoded.
 ///
 /// Exit codes: 0 done, 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
 #[derive(Debug, Clone, Parser)]
@@ -29,6 +32,15 @@ pub struct Cli {
     /// State to start from: what differs from the scene's defaults
     #[arg(long, value_name = "STATE.toml")]
     pub state: Option<PathBuf>,
+    /// Environment map to light the scene by, over the state's: an equirectangular .exr or .hdr; for bundles whose light varies
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+    /// Curve from radiance to the display, over the state's: clamp, neutral or agx [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = parse_tonemap)]
+    pub tonemap: Option<Tonemap>,
+    /// Exposure in EV, over the state's, or `auto`, which brings the geometric mean of the first frame's luminance to 0.18 [default: the scene's]
+    #[arg(long, value_name = "EV|auto", value_parser = parse_exposure, allow_negative_numbers = true)]
+    pub exposure: Option<Exposure>,
     /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it must be that one
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
@@ -51,7 +63,7 @@ pub struct Cli {
     /// Write PNG frames; the number of the frame replaces %d or %04d
     #[arg(long, value_name = "OUT/%04d.png", value_parser = parse_png)]
     pub frames: Option<FramePath>,
-    /// Write EXR frames: linear radiance, before exposure
+    /// Write EXR frames: linear radiance, before exposure and curve
     #[arg(long, value_name = "OUT/%04d.exr", value_parser = parse_exr)]
     pub exr: Option<FramePath>,
     /// Frames a second of the animation
@@ -66,6 +78,27 @@ pub struct Cli {
     /// Write up to 12 evenly spaced frames as one PNG
     #[arg(long, value_name = "FILE.png")]
     pub contact_sheet: Option<PathBuf>,
+}
+
+/// How the exposure is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Exposure {
+    /// By value, EV.
+    Ev(f32),
+    /// By the picture.
+    Auto,
+}
+
+fn parse_tonemap(text: &str) -> Result<Tonemap, String> {
+    Tonemap::of_name(text).ok_or_else(|| format!("give {}", Tonemap::ALL.map(Tonemap::name).join(", ")))
+}
+
+fn parse_exposure(text: &str) -> Result<Exposure, String> {
+    match text.parse::<f32>() {
+        _ if text == "auto" => Ok(Exposure::Auto),
+        Ok(ev) if (-MAX_EXPOSURE_EV..=MAX_EXPOSURE_EV).contains(&ev) => Ok(Exposure::Ev(ev)),
+        _ => Err(format!("give a number of -{MAX_EXPOSURE_EV} to {MAX_EXPOSURE_EV}, or auto")),
+    }
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -118,6 +151,8 @@ mod tests {
         for (arguments, part) in [
             (vec!["player"], "DIR"),
             (vec!["player", "d", "--fps", "0"], "above 0"),
+            (vec!["player", "d", "--tonemap", "aces"], "give clamp, neutral, agx"),
+            (vec!["player", "d", "--exposure", "33"], "give a number of -32 to 32, or auto"),
             (vec!["player", "d", "--count", "0"], "--count"),
             (vec!["player", "d", "--frames", "%d%d.png"], "exactly one"),
             (vec!["player", "d", "--frames", "%d.jpg"], "end the name in .png"),

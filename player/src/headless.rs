@@ -1,16 +1,16 @@
 //! Playing without a window: frames to files.
 
-use crate::cli::Cli;
+use crate::cli::{Cli, Exposure};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::interrupt::Interrupt;
-use crate::output::{ContactSheet, display_value, encode_exr, encode_png, write_whole};
+use crate::output::{ContactSheet, encode_exr, encode_png, write_whole};
 use crate::session::{AnimationChoice, Frame, Request, Session};
 use crate::stats::{Appearance, Recorder};
 use crate::stream::Limits;
 use indicatif::{ProgressBar, ProgressStyle};
 use relume_formats::Place;
-use relume_formats::state::{Animation, Rgb, State};
+use relume_formats::state::{Animation, CameraState, Rgb, State, ViewState};
 use relume_playback::{PlacedAnimation, PlacedState, Progress};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -28,6 +28,7 @@ pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
     let mut session = Session::start(request(cli)?, || Gpu::open(cli.adapter.as_deref()))?;
     let appearance = load(&mut session, started, interrupt, |session| frame_count(cli, session).map(|_| ()))?;
     let count = frame_count(cli, &session)?;
+    meter(&mut session)?;
     let recorder = render_frames(cli, &mut session, count, interrupt)?;
     match &cli.stats {
         Some(path) => write_whole(path, &recorder.finish(&session, appearance)?),
@@ -42,10 +43,11 @@ fn check_usage(cli: &Cli) -> Result<()> {
 
 /// What `cli` asks to play.
 pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
-    let state = match &cli.state {
+    let mut state = match &cli.state {
         None => PlacedState::default(),
         Some(path) => PlacedState { state: State::read_file(path)?, place: Place::file(path) },
     };
+    show_as_asked(cli, &mut state.state);
     let animation = match cli.animation.as_deref() {
         Some(file) if file.ends_with(".toml") => {
             let place = Place::file(file);
@@ -58,9 +60,33 @@ pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
         method: cli.method.as_deref(),
         state,
         animation,
+        environment: cli.environment.as_deref(),
+        meters: cli.exposure == Some(Exposure::Auto),
         size: cli.size,
         limits: Limits { bytes: cli.bytes, bytes_per_second: cli.rate },
     })
+}
+
+/// Sets what options say of the display.
+fn show_as_asked(cli: &Cli, state: &mut State) {
+    if let Some(tonemap) = cli.tonemap {
+        state.view = Some(ViewState { tonemap: Some(tonemap) });
+    }
+    if let Some(Exposure::Ev(ev)) = cli.exposure {
+        state.camera = Some(CameraState { exposure_ev: Some(ev), ..state.camera.take().unwrap_or_default() });
+    }
+}
+
+/// Exposes by the first frame if that is asked for.
+fn meter(session: &mut Session) -> Result<()> {
+    if !session.meters() {
+        return Ok(());
+    }
+    session.render(0.0)?;
+    if let (Some(ev), Some(controls)) = (session.metered_ev()?, session.player_mut().controls_mut()) {
+        controls.expose(ev);
+    }
+    Ok(())
 }
 
 /// Takes in everything that comes, rendering once as soon as anything can be seen and once at the end. `check` sees the session when the
@@ -142,7 +168,7 @@ fn write_frame(cli: &Cli, size: [u32; 2], index: usize, frame: &Frame, sheet: &m
     if cli.frames.is_none() && !on_sheet {
         return Ok(());
     }
-    let display: Vec<Rgb> = frame.radiance.iter().map(|radiance| display_value(*radiance, frame.exposure_ev)).collect();
+    let display: Vec<Rgb> = frame.radiance.iter().map(|radiance| frame.display.shown(*radiance)).collect();
     if on_sheet {
         sheet.add(size, &display);
     }

@@ -2,6 +2,7 @@
 //!
 //! * [`stream`]: the files of a bundle, read by a thread;
 //! * [`gpu`]: choice of an adapter, the device and its failures, read-back;
+//! * [`environment`]: maps from the user's own files;
 //! * [`session`]: a bundle being played from files, and what frames take;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
 //! * [`live`]: a bundle shown and edited while it plays; [`ui`]: what the user sees of that; [`app`]: the window around it;
@@ -12,6 +13,7 @@
 
 pub mod app;
 pub mod cli;
+pub mod environment;
 pub mod error;
 pub mod gpu;
 pub mod headless;
@@ -97,7 +99,8 @@ pub fn render_vertices(folder: &Path, method: &str, state: &State, adapter: Opti
 
 fn render(folder: &Path, method: Option<&str>, state: &State, adapter: Option<&str>) -> Result<(Session, Frame)> {
     let state = PlacedState { state: state.clone(), place: Place::file("state") };
-    let request = Request { folder, method, state, animation: None, size: None, limits: Default::default() };
+    let request =
+        Request { folder, method, state, animation: None, environment: None, meters: false, size: None, limits: Default::default() };
     let mut session = Session::start(request, || Gpu::open(adapter))?;
     headless::load(&mut session, Instant::now(), &Interrupt::new(), |_| Ok(()))?;
     let frame = session.render(0.0)?;

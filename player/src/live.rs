@@ -1,10 +1,10 @@
 //! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
 
 use crate::error::{Error, Result};
-use crate::output::{display_value, encode_exr, encode_png, write_numbered};
+use crate::output::{encode_exr, encode_png, write_numbered};
 use crate::session::{Cost, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
-use crate::ui::{Editor, Facts, Loading, Picker, Save, Stage};
+use crate::ui::{Editor, Facts, Loading, Metering, Picker, Save, Stage};
 use relume_formats::state::Rgb;
 use relume_playback::{Look, Player, Progress, Surfaces};
 use std::path::{Path, PathBuf};
@@ -118,27 +118,30 @@ impl Live {
             && let Some(controls) = self.session.player().controls()
         {
             let Some(film) = self.session.player().film() else { return };
-            let (editor, size, picture) = (Editor::new(controls), film.size, self.session.gpu().picture(film.size));
+            let (mut editor, size, picture) = (Editor::new(controls), film.size, self.session.gpu().picture(film.size));
             let picker = self.session.player().materials().map(Picker::new);
             let (surfaces, view) =
                 (self.session.player_mut().take_surfaces(), picture.create_view(&wgpu::TextureViewDescriptor::default()));
+            if self.session.meters() {
+                editor.meter(Metering::WhenWhole);
+            }
             self.shown = Some(Shown { editor, picker, surfaces, size, picture, view });
         }
     }
 
-    /// Brings the picture up to date, doing no more than what has changed asks for, and without waiting for the GPU. Returns whether it changed.
-    pub fn draw(&mut self) -> Result<bool> {
+    /// Draws what has changed of the picture. Returns whether anything has.
+    fn draw_changes(&mut self) -> Result<bool> {
         let Some(shown) = &self.shown else { return Ok(false) };
         let look = shown.editor.look();
-        let exposure_ev = look.camera.exposure_ev;
-        let same_but_for_exposure = self.drawn.as_ref().is_some_and(|drawn| drawn.exposed(exposure_ev) == look);
+        let display = look.display();
+        let same_radiance = self.drawn.as_ref().is_some_and(|drawn| drawn.displayed(display) == look);
         let refines = self.refines();
         if self.drawn.as_ref() == Some(&look) && !refines {
             return Ok(false);
         }
         let view = shown.view.clone();
-        let show = |player: &mut Player, encoder: &mut _| Ok(player.show(encoder, &view, exposure_ev)?);
-        if !same_but_for_exposure || refines {
+        let show = |player: &mut Player, encoder: &mut _| Ok(player.show(encoder, &view, display)?);
+        if !same_radiance || refines {
             self.frame_drawn(|session| session.draw(&look, show))?;
         } else {
             self.session.submit(show)?;
@@ -235,6 +238,7 @@ impl Live {
             bytes: self.session.bytes_streamed(),
             bytes_expected: self.session.bytes_expected(),
             what: pieces.what,
+            map_from_outside: self.session.player().shows_map_from_outside(),
             pieces: pieces.arrived(),
             pieces_expected: pieces.expected,
             loading: match &self.loading {
@@ -252,7 +256,7 @@ impl Live {
         let (Some(shown), Some(look)) = (&self.shown, &self.drawn) else {
             return Err(Error::Failed("there is nothing to save yet".to_owned()));
         };
-        let (name, exposure_ev) = (shown.editor.scene().name.clone(), look.camera.exposure_ev);
+        let (name, display) = (shown.editor.scene().name.clone(), look.display());
         let size = shown.size;
         let bytes = match what {
             Save::State => {
@@ -261,8 +265,8 @@ impl Live {
             }
             Save::Exr => encode_exr(size, &self.session.read_film()?)?,
             Save::Png => {
-                let display: Vec<Rgb> = self.session.read_film()?.iter().map(|r| display_value(*r, exposure_ev)).collect();
-                encode_png(size, &display)?
+                let linear: Vec<Rgb> = self.session.read_film()?.iter().map(|radiance| display.shown(*radiance)).collect();
+                encode_png(size, &linear)?
             }
         };
         let path = write_numbered(folder, &name, what.extension(), &bytes)?;
@@ -297,5 +301,7 @@ impl Live {
     }
 }
 
+mod environment;
+mod metering;
 #[cfg(test)]
 mod tests;

@@ -4,11 +4,13 @@ mod costs;
 
 pub use costs::Cost;
 
+use crate::environment;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Readback};
 use crate::stream::{Files, Limits};
 use costs::Costs;
 use relume_formats::Place;
+use relume_formats::display::{Display, auto_exposure_ev};
 use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
 use relume_formats::state::Rgb;
 use relume_playback::methods::{METHODS, Method};
@@ -28,6 +30,10 @@ pub struct Request<'a> {
     pub state: PlacedState,
     /// Animation to play.
     pub animation: Option<AnimationChoice<'a>>,
+    /// An environment map of the user's own, to shine from the start.
+    pub environment: Option<&'a Path>,
+    /// Whether the exposure is to be set by the picture.
+    pub meters: bool,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
     /// How much may be read, and how fast.
@@ -48,8 +54,8 @@ pub enum AnimationChoice<'a> {
 pub struct Frame {
     /// Linear radiance, row by row, W/(sr·m²).
     pub radiance: Vec<Rgb>,
-    /// Exposure that goes with it.
-    pub exposure_ev: f32,
+    /// How a display is to show it.
+    pub display: Display,
     /// What it took.
     pub cost: Cost,
 }
@@ -62,26 +68,36 @@ pub struct Session {
     bytes_expected: u64,
     costs: Costs,
     readback: Option<Readback>,
+    meters: bool,
 }
 
 impl Session {
     /// Opens the bundle, then the GPU by `open_gpu`; sections arrive from now on.
     pub fn start(request: Request<'_>, open_gpu: impl FnOnce() -> Result<Gpu>) -> Result<Self> {
+        let meters = request.meters;
         let (name, own) = match request.animation {
             None => (None, None),
             Some(AnimationChoice::Named(name)) => (Some(name), None),
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
+        let environment = request.environment.map(environment::read).transpose()?;
         let place = Place::file(request.folder.join(FILE_NAME));
         let playlist = Playlist::of(&Manifest::read(request.folder)?, &place, request.method, name)?;
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
         let files = Files::start(playlist.clone(), request.limits)?;
         let gpu = open_gpu()?;
         expect_adapter(&playlist.method, &gpu)?;
-        let options = Options { state: request.state, animation: own, size: request.size, radiance_on_cpu: gpu.radiance_on_cpu };
+        let options = Options {
+            state: request.state,
+            animation: own,
+            environment,
+            find_map: Some(environment::beside),
+            size: request.size,
+            radiance_on_cpu: gpu.radiance_on_cpu,
+        };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
-        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None })
+        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None, meters })
     }
 
     /// Takes in the next section, if there is one. Never waits for the source.
@@ -102,7 +118,27 @@ impl Session {
         }
         let radiance = self.read_film()?;
         let cost = self.take_costs()?.into_iter().find(|cost| cost.frame == frame).unwrap_or_default();
-        Ok(Frame { radiance, exposure_ev: look.camera.exposure_ev, cost })
+        Ok(Frame { radiance, display: look.display(), cost })
+    }
+
+    /// Whether the exposure is to be set by the picture.
+    pub fn meters(&self) -> bool {
+        self.meters
+    }
+
+    /// The exposure of the film as it is, EV; `None` of one without light.
+    pub fn metered_ev(&mut self) -> Result<Option<f32>> {
+        Ok(auto_exposure_ev(&self.read_film()?))
+    }
+
+    /// Adds the environment map in the file at `path`, to be chosen by the name that is returned.
+    ///
+    /// # Errors
+    /// If the file holds no map, or the bundle's light does not vary.
+    pub fn add_environment(&mut self, path: &Path) -> Result<String> {
+        let environment = environment::read(path)?;
+        self.player.add_environment(&environment)?;
+        Ok(environment.name)
     }
 
     /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for it. Returns its number.

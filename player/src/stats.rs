@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::session::{Cost, Session};
+use relume_playback::NOT_MEASURED;
 use serde::Serialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -25,6 +26,7 @@ pub struct Stats {
     time_to_full_quality_s: Option<f64>,
     image_bytes_per_frame: u64,
     missing_slots: Vec<usize>,
+    remark: Option<&'static str>,
     pieces: &'static str,
     pieces_arrived: usize,
     pieces_expected: usize,
@@ -45,7 +47,7 @@ const MEASURED: &str = "cpu_ms: wall time of updating, encoding and submitting a
                         finished read-back, in a window to the finished frame, and the time to full quality is null if only a prefix \
                         was played; image_bytes_per_frame: bytes of images or columns that the pass reads which sums them up; \
                         gpu_bytes: bytes of all buffers and textures on the device (null where the backend does not tell); \
-                        missing_slots: numbers of the pieces that have not arrived";
+                        missing_slots: numbers of the pieces that have not arrived; remark: what else there is to know of the last frame, or null";
 
 /// Collects the costs of frames.
 #[derive(Debug, Default)]
@@ -129,6 +131,7 @@ impl Recorder {
             pieces_arrived: pieces.arrived(),
             pieces_expected: pieces.expected,
             missing_slots: pieces.missing,
+            remark: session.player().shows_map_from_outside().then_some(NOT_MEASURED),
         };
         let mut text = serde_json::to_vec_pretty(&stats).map_err(|e| Error::Failed(format!("cannot encode the statistics: {e}")))?;
         text.push(b'\n');

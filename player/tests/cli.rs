@@ -2,7 +2,9 @@
 
 use crate::run::{expect_error, expect_success, gpu_there, headless, player, stats};
 use crate::support::{self, Bundle, sparse};
+use relume_formats::basis::srgb_from_linear;
 use relume_formats::container::Stored as _;
+use relume_formats::display::{Display, Tonemap, auto_exposure_ev};
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry};
 use relume_formats::state::{BlinnPhong, Brdf};
@@ -125,6 +127,44 @@ fn a_damaged_animation_is_refused_though_nobody_plays_it() {
     assert!(!bundle.folder().join("0.png").exists());
 }
 
+/// State, options, and the display that they make.
+#[test]
+fn frames_are_shown_as_state_and_options_say() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let at = |name: &str| bundle.folder().join(name);
+    std::fs::write(at("state.toml"), "camera.exposure_ev = -1.5\nview.tonemap = 'agx'\n").unwrap();
+    let state = ["--state", "@/state.toml"];
+    expect_success(&headless(bundle.folder(), &["--exr", "@/linear.exr"]));
+    let radiance = exr(&at("linear.exr"));
+    let auto = auto_exposure_ev(&radiance).unwrap();
+    for (options, exposure_ev, tonemap) in [
+        (&[][..], 0.5, Tonemap::Neutral),
+        (&["--tonemap", "clamp"], 0.5, Tonemap::Clamp),
+        (&state, -1.5, Tonemap::Agx),
+        (&[&state[..], &["--tonemap", "neutral"]].concat(), -1.5, Tonemap::Neutral),
+        (&[&state[..], &["--exposure", "-0.25"]].concat(), -0.25, Tonemap::Agx),
+        (&[&state[..], &["--exposure", "auto"]].concat(), auto, Tonemap::Agx),
+    ] {
+        expect_success(&headless(bundle.folder(), &[&["--frames", "@/f.png", "--exr", "@/f.exr"], options].concat()));
+        assert_eq!(exr(&at("f.exr")), radiance, "{options:?}: EXR stays linear");
+        let display = Display { exposure_ev, tonemap };
+        let expected: Vec<[u8; 3]> = radiance.iter().map(|radiance| display.shown(*radiance).map(srgb_from_linear)).collect();
+        let png = image::open(at("f.png")).unwrap().to_rgb8();
+        assert!(png.pixels().map(|pixel| pixel.0).eq(expected), "{options:?}");
+    }
+    // An animation lies over both.
+    let fade = "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.exposure_ev = 2.0\nview.tonemap = 'clamp'\n";
+    std::fs::write(at("fade.toml"), fade).unwrap();
+    let options = ["--animation", "@/fade.toml", "--exposure", "auto", "--tonemap", "agx", "--count", "1"];
+    expect_success(&headless(bundle.folder(), &[&["--frames", "@/f.png"], &options[..]].concat()));
+    let display = Display { exposure_ev: 2.0, tonemap: Tonemap::Clamp };
+    let png = image::open(at("f.png")).unwrap().to_rgb8();
+    assert!(png.pixels().zip(&radiance).all(|(pixel, radiance)| pixel.0 == display.shown(*radiance).map(srgb_from_linear)));
+}
+
 #[test]
 fn an_animation_becomes_frames_a_sheet_and_statistics() {
     if !gpu_there() {
@@ -141,11 +181,12 @@ fn an_animation_becomes_frames_a_sheet_and_statistics() {
     let expected = bundle.evaluate(&materials, |_| true);
     let radiance = exr(&at("deep/er/1.exr"));
     assert!(support::largest_difference(&radiance, &expected) <= 1e-5);
-    // PNG = sRGB(clamp(2^ev · L)), the scene's exposure being 0.5; one step apart where rounding falls on a boundary.
+    // PNG = sRGB(curve(2^ev · L)), the scene's exposure being 0.5; one step apart where rounding falls on a boundary.
+    let display = Display { exposure_ev: 0.5, tonemap: Tonemap::Neutral };
     let png = image::open(at("png/f001.png")).unwrap().to_rgb8();
     for (pixel, radiance) in png.pixels().zip(&radiance) {
-        for (byte, value) in pixel.0.iter().zip(radiance) {
-            let linear = (f64::from(*value) * 2_f64.sqrt()).clamp(0.0, 1.0);
+        for (byte, value) in pixel.0.iter().zip(display.shown(*radiance)) {
+            let linear = f64::from(value);
             let srgb = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f64::from(*byte) - 255.0 * srgb).abs() <= 0.501, "{byte} for {value}");
         }

@@ -35,7 +35,10 @@ fn an_embedded_player_shows_what_the_player_shows() {
             let frames = format!("@/{theirs}");
             let arguments: Vec<&str> = if state.is_some() { vec!["--state", "@/state.toml"] } else { Vec::new() };
             expect_success(&headless(folder, &[&["--frames", frames.as_str(), "--count", "1"], &arguments[..]].concat()));
-            assert!(open(&ours) == open(&theirs), "{state:?} of {}", folder.display());
+            // The curve is reckoned by the device there and by the CPU here.
+            let (ours, theirs) = (open(&ours), open(&theirs));
+            let steps = ours.iter().zip(theirs.iter()).map(|(a, b)| a.abs_diff(*b)).max();
+            assert!(ours.dimensions() == theirs.dimensions() && steps <= Some(1), "{state:?} of {}: {steps:?}", folder.display());
         }
         assert!(open("default.png") != open("state.png"));
     }

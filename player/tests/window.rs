@@ -8,9 +8,9 @@ use crate::support::mirror::{Mirror, press, release};
 use crate::support::{self, Bundle, sparse};
 use egui::{Event, PointerButton, Pos2, TextureId, Vec2};
 use relume_formats::Place;
+use relume_formats::display::Tonemap;
 use relume_formats::state::{Animation, State};
 use relume_playback::{Controls, PlacedAnimation, PlacedState, Scope, Seen, Surfaces};
-use relume_player::output::display_value;
 use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Stage};
 use std::path::Path;
 use std::process::Command;
@@ -54,6 +54,7 @@ impl Twin {
             what: "images",
             pieces: 0,
             pieces_expected: 0,
+            map_from_outside: false,
             loading: Loading::Complete,
         };
         let mut twin = Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };
@@ -114,15 +115,15 @@ fn expect_picture(bundle: &Bundle, state: &State, png: &Path) {
     let scope = support::scope(bundle.scene_meta());
     let placed = PlacedState { state: state.clone(), place: Place::file("state") };
     let look = Controls::new(scope, &placed, None, Vec::new()).unwrap().base().clone();
-    expect_radiance(&bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true), look.camera.exposure_ev, png);
+    expect_radiance(&bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true), look.display(), png);
 }
 
 /// Asserts that a saved picture shows this radiance.
-fn expect_radiance(expected: &[[f32; 3]], exposure_ev: f32, png: &Path) {
+fn expect_radiance(expected: &[[f32; 3]], display: relume_formats::display::Display, png: &Path) {
     let image = image::open(png).unwrap().to_rgb8();
     assert_eq!(image.pixels().len(), expected.len());
     for (pixel, radiance) in image.pixels().zip(expected) {
-        for (byte, linear) in pixel.0.iter().zip(display_value(*radiance, exposure_ev)) {
+        for (byte, linear) in pixel.0.iter().zip(display.shown(*radiance)) {
             let srgb = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
         }
@@ -344,7 +345,7 @@ fn blocks_refine_the_picture_while_they_arrive() {
     window.wait_for_title("lit - Relume");
     let png = window.save("s", "lit-0001.png");
     let (_, expected) = relume_player::render_once(bundle.folder(), &State::default(), None).unwrap();
-    expect_radiance(&expected, 0.0, &png);
+    expect_radiance(&expected, relume_formats::display::Display { exposure_ev: 0.0, tonemap: Tonemap::Neutral }, &png);
     window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
 }

@@ -1,7 +1,7 @@
 //! Where scenes and their files are found.
 
 use relume_formats::near::{nearest_file, what_there_is};
-use relume_formats::{Error, Place, Result, read_regular};
+use relume_formats::{Error, Place, Result, has_extension, read_regular};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -118,11 +118,6 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Reads a file of bounded size.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     read_regular(path, MAX_FILE_BYTES, "split or simplify it")
-}
-
-/// True if the extension of `path` is `extension` in any case.
-pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A loaded scene: everything in world space, validated, ready for tracing.
 
 use relume_formats::basis::{EquirectMap, Texture, linear_from_srgb};
+use relume_formats::display::Tonemap;
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, Brdf, Camera, Rgb};
 use std::path::PathBuf;
@@ -23,6 +24,8 @@ pub struct Scene {
     pub vary: Vary,
     /// The camera.
     pub camera: Camera,
+    /// The curve of the display.
+    pub tonemap: Tonemap,
     /// Every material, by name.
     pub materials: Vec<Material>,
     /// Every object that reflects light, in file order.

@@ -192,7 +192,8 @@ fn change_value(section: &mut RawSection, random: &mut Random) {
 /// What the player says of the bundle in `folder`, all of it loaded and one frame drawn.
 fn play(folder: &Path) -> relume_player::Result<Vec<Rgb>> {
     let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-    let request = Request { folder, method: None, state, animation: None, size: None, limits: Default::default() };
+    let request =
+        Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits: Default::default() };
     let mut session = Session::start(request, || Gpu::open(None))?;
     loop {
         match session.advance()? {

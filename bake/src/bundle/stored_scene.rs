@@ -12,6 +12,7 @@ pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
         meta: Meta {
             name: scene.name.clone(),
             camera: scene.camera,
+            tonemap: scene.tonemap,
             size,
             varies_light: scene.vary.light,
             varies_view: scene.vary.view,

@@ -4,6 +4,7 @@ use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
 use relume_formats::container::Stored;
+use relume_formats::display::Tonemap;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions, Meta as BasisMeta};
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry, VERSION};
 use relume_formats::kinds::scene::{Meta as SceneMeta, StoredMaterial, StoredObject};
@@ -73,6 +74,7 @@ fn scene() -> StoredScene {
             shapes: Vec::new(),
             name: "test room".to_owned(),
             camera: Camera { position: [0.0, 1.0, 4.0], target: [0.0, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 0.0 },
+            tonemap: Tonemap::Agx,
             size: [3, 2],
             varies_light: false,
             varies_view: false,

@@ -258,6 +258,8 @@ mod tests {
         for (track, expected) in cases {
             assert_refused(with(track), |_| (), &["animation-glow.relume", expected]);
         }
+        let curve = Track { values: TrackValues::Name(vec!["filmic".to_owned()]), ..track(&["view", "tonemap"], &[0.5], &[]) };
+        assert_refused(move |b| b.animation.tracks.push(curve.clone()), |_| (), &["animation-glow.relume", "unknown variant `filmic`"]);
         let shininess = track(&["materials", "../knot", "shininess"], &[0.0, 1.5], &[10.0, 300.0]);
         let change = |b: &mut TestBundle| b.animation.tracks[1] = shininess.clone();
         assert_refused(change, |_| (), &["at 1.5 s: material `../knot`: shininess 300"]);

@@ -13,9 +13,6 @@ use relume_scenes::{Emitter, Glow, Light, NamedMap, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Widest environment map in a bundle.
-const MAP_WIDTH: u32 = 2048;
-
 /// Fails unless the environment is there and the only light, and the textures fit a bundle.
 pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     let place = Place::file(&scene.file);
@@ -79,8 +76,7 @@ pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
 /// The maps that a bundle carries, as it stores them.
 pub fn environments(scene: &Scene) -> Vec<Environment> {
     let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others));
-    let stored = |named: &NamedMap| Environment { name: named.name.clone(), map: named.map.reduced(MAP_WIDTH) }.rounded();
-    maps.map(stored).collect()
+    maps.map(|named: &NamedMap| Environment::kept(named.name.clone(), &named.map)).collect()
 }
 
 /// What the player needs to draw textures; `None` if there are none.

@@ -16,11 +16,11 @@ mod samples;
 #[path = "../../tests/support/scenes.rs"]
 mod scenes;
 #[allow(missing_docs, reason = "a module of the tests")]
-#[path = "../../tests/support/shapes.rs"]
-mod shapes;
-#[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/shadows.rs"]
 mod shadows;
+#[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/shapes.rs"]
+mod shapes;
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/spheres.rs"]
 mod spheres;

@@ -92,6 +92,7 @@ impl<'a> Names<'a> {
             [shapes, name, _] if shapes == "shapes" => self.shapes.contains(name.as_str()),
             [environment, _] if environment == "environment" => self.varies.environment,
             [camera, leaf] if camera == "camera" => self.varies.camera || leaf == "exposure_ev",
+            [view, _] if view == "view" => true,
             _ => false,
         })
     }

@@ -2,7 +2,7 @@
 
 use super::{Brdfs, Look};
 use crate::kinds::scene::EnvironmentLook;
-use crate::state::{Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ShapeState, State};
+use crate::state::{Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ShapeState, State, ViewState};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Look {
@@ -11,6 +11,7 @@ impl Look {
     pub fn difference(&self, from: &Self) -> State {
         State {
             environment: self.environment.as_ref().zip(from.environment.as_ref()).and_then(|(now, was)| environment(now, was)),
+            view: Some(self.tonemap).filter(|now| *now != from.tonemap).map(|tonemap| ViewState { tonemap: Some(tonemap) }),
             camera: camera(&self.camera, &from.camera),
             lights: BTreeMap::new(),
             materials: materials(&self.materials, &from.materials),

@@ -1,11 +1,12 @@
 //! How a scene looks at one moment: what it has, and what a state replaces of it.
 
 use super::Brdfs;
+use crate::display::{Display, Tonemap};
 use crate::error::{Error, Place, Result};
 use crate::kinds::scene::{self, EnvironmentLook, StoredMaterial};
 use crate::method::{Card, Materials};
 use crate::near::{did_you_mean, what_there_is};
-use crate::state::{Brdf, Camera, EnvironmentState, Posed, ShapeState, State, Varies};
+use crate::state::{Brdf, Camera, EnvironmentState, Posed, ShapeState, State, Varies, ViewState};
 use std::collections::BTreeMap;
 
 /// What of a scene may be set, and to what.
@@ -26,6 +27,8 @@ pub struct Look {
     pub materials: Brdfs,
     /// The camera and its exposure.
     pub camera: Camera,
+    /// The curve of the display.
+    pub tonemap: Tonemap,
     /// The environment, if the scene has one.
     pub environment: Option<EnvironmentLook>,
     /// What objects that deform show, by name; those that rest are not there.
@@ -71,12 +74,18 @@ impl Look {
     /// How the scene file has it.
     pub fn default_of(scene: &scene::Meta) -> Self {
         let materials = Brdfs::of(&scene.materials);
-        Self { materials, camera: scene.camera, environment: scene.environment.clone(), shapes: BTreeMap::new() }
+        Self { materials, camera: scene.camera, tonemap: scene.tonemap, environment: scene.environment.clone(), shapes: BTreeMap::new() }
     }
 
-    /// The look at another exposure.
-    pub fn exposed(&self, exposure_ev: f32) -> Self {
-        Self { camera: Camera { exposure_ev, ..self.camera }, ..self.clone() }
+    /// How a display shows it.
+    pub fn display(&self) -> Display {
+        Display { exposure_ev: self.camera.exposure_ev, tonemap: self.tonemap }
+    }
+
+    /// The look as another display shows it: the same radiance.
+    pub fn displayed(&self, display: Display) -> Self {
+        let Display { exposure_ev, tonemap } = display;
+        Self { camera: Camera { exposure_ev, ..self.camera }, tonemap, ..self.clone() }
     }
 
     /// This look with the leaves that `state` names replaced.
@@ -109,6 +118,7 @@ impl Look {
             };
         }
         self.camera = changed.camera.unwrap_or(self.camera);
+        self.tonemap = change.view.as_ref().and_then(|view| view.tonemap).unwrap_or(self.tonemap);
         self.environment = changed.environment.or_else(|| self.environment.take());
         Ok(inverse)
     }
@@ -165,6 +175,7 @@ impl Look {
         State {
             environment: self.environment.as_ref().zip(change.environment.as_ref()).map(|(now, change)| now.inverse(change)),
             camera: change.camera.as_ref().map(|change| self.camera.inverse(change)),
+            view: change.view.as_ref().map(|change| ViewState { tonemap: change.tonemap.map(|_| self.tonemap) }),
             lights: BTreeMap::new(),
             materials: materials.filter_map(material).collect(),
             shapes: changed.shapes.iter().map(shape).collect(),

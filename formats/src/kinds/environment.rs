@@ -17,6 +17,9 @@ use serde::{Deserialize, Serialize};
 /// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
 pub const MAX_WIDTH: u32 = 4096;
 
+/// Width to which maps are brought that are wider before a bundle or a player keeps them: light needs less, and a background hardly more.
+pub const KEPT_WIDTH: u32 = 2048;
+
 /// Largest radiance of a map, W/(sr·m²): that of lights in scenes, fifty thousand times the sun's.
 pub const MAX_RADIANCE: f32 = 1e12;
 
@@ -43,6 +46,11 @@ fn unit_for(largest: f32) -> f32 {
 }
 
 impl Environment {
+    /// A map of any size as bundles and players keep it: no wider than [`KEPT_WIDTH`], and rounded to halves.
+    pub fn kept(name: String, map: &EquirectMap) -> Self {
+        Self { name, map: map.reduced(KEPT_WIDTH) }.rounded()
+    }
+
     /// The map as it is after storing: rounded to halves.
     pub fn rounded(&self) -> Self {
         let (unit, halves) = self.halves();
@@ -58,7 +66,19 @@ impl Environment {
         self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, format!("environment map `{}`: {fault}", self.name))))
     }
 
+    /// Checks the map, whatever its name.
+    ///
+    /// # Errors
+    /// `Invalid` with what is wrong.
+    pub fn validate_map(&self, place: &Place) -> Result<()> {
+        self.fault_of_map().map_or(Ok(()), |fault| Err(Error::invalid(place, format!("{fault}; mend or scale the picture"))))
+    }
+
     fn fault(&self) -> Option<String> {
+        fault_of_name("the map", &self.name).or_else(|| self.fault_of_map())
+    }
+
+    fn fault_of_map(&self) -> Option<String> {
         let EquirectMap { width, height, texels } = &self.map;
         if ![width, height].iter().all(|n| (1..=MAX_WIDTH).contains(*n)) {
             return Some(format!("{width}×{height} texels, 1 to {MAX_WIDTH} along each side are possible"));
@@ -66,7 +86,7 @@ impl Environment {
         // Rounding to halves may have made the largest larger, by 2⁻¹¹ of it.
         let legal = 0.0..=MAX_RADIANCE * 1.001;
         let sound = texels.as_flattened().iter().all(|radiance| legal.contains(radiance));
-        fault_of_name("the map", &self.name).or_else(|| (!sound).then(|| format!("a radiance is outside 0..{MAX_RADIANCE:e}")))
+        (!sound).then(|| format!("a radiance is outside 0..{MAX_RADIANCE:e}"))
     }
 
     /// The unit, a power of two, and the texels as halves in it, row-major [height, width, 3]: what is stored.

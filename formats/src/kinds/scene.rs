@@ -2,7 +2,7 @@
 //!
 //! | section     | type | shape        | content |
 //! |-------------|------|--------------|---------|
-//! | `meta`      | u8   | record       | [`Meta`]: name, camera, film size, what varies, environment, materials, objects |
+//! | `meta`      | u8   | record       | [`Meta`]: name, camera, curve of the display, film size, what varies, environment, materials, objects |
 //! | `positions` | f32  | [vertices, 3] | metres, world space, each coordinate of at most 10⁹ m |
 //! | `normals`   | f32  | [vertices, 3] | unit shading normals, world space: of length 1 to 10⁻⁵ |
 //! | `triangles` | u32  | [triangles, 3] | vertex indices, counter-clockwise seen from the front; three places |
@@ -14,6 +14,7 @@
 
 use super::names::{fault_of_name, fault_of_names};
 use crate::container::{Kind, MAX_SECTION_BYTES, Sections, Stored, Writer};
+use crate::display::Tonemap;
 use crate::error::{Error, Place, Result};
 use crate::method::{Card, Materials};
 use crate::shape::MAX_CLIPS;
@@ -29,6 +30,8 @@ pub struct Meta {
     pub name: String,
     /// The camera as the scene file gives it.
     pub camera: Camera,
+    /// The curve of the display as the scene file gives it.
+    pub tonemap: Tonemap,
     /// Film size in pixels, width and height.
     pub size: [u32; 2],
     /// Whether lights and environment may change at playback, as far as the method that plays lets them.

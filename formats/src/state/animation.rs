@@ -1,6 +1,6 @@
 //! Keyframed states. Every leaf of a state is its own track: linear between its keys, held before the first and after the last.
 
-use super::{CameraState, EnvironmentState, LightState, MaterialState, ShapeState, State, parse_toml, read_text, with_line};
+use super::{CameraState, EnvironmentState, LightState, MaterialState, ShapeState, State, ViewState, parse_toml, read_text, with_line};
 use crate::error::{Error, Place, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -63,6 +63,7 @@ struct KeyFile {
     t_s: f32,
     environment: Option<EnvironmentState>,
     camera: Option<CameraState>,
+    view: Option<ViewState>,
     #[serde(default)]
     lights: BTreeMap<String, LightState>,
     #[serde(default)]
@@ -91,9 +92,9 @@ impl Animation {
         check_times(&file, place)?;
         let mut keys: BTreeMap<Vec<String>, Vec<(f32, Leaf)>> = BTreeMap::new();
         for (index, key) in file.key.into_iter().enumerate() {
-            let KeyFile { t_s, environment, camera, lights, materials, shapes } = key;
+            let KeyFile { t_s, environment, camera, view, lights, materials, shapes } = key;
             let place = place_of_key(index, t_s, place);
-            let state = State { environment, camera, lights, materials, shapes };
+            let state = State { environment, camera, view, lights, materials, shapes };
             let table = toml::Table::try_from(&state).map_err(|e| Error::invalid(&place, e.to_string()))?;
             let mut leaves = Vec::new();
             flatten(toml::Value::Table(table), &mut Vec::new(), &mut |leaf, value| leaves.push((leaf, value)));

@@ -24,6 +24,9 @@ pub struct Camera {
 /// numbers in single precision.
 pub const MAX_COORDINATE: f32 = 1e9;
 
+/// Largest exposure, either way, EV.
+pub const MAX_EXPOSURE_EV: f32 = 32.0;
+
 /// The image plane of a camera at a given size: turns film positions into directions.
 #[derive(Debug, Clone, Copy)]
 pub struct Film {
@@ -83,8 +86,9 @@ impl Camera {
         if !(0.1..=170.0).contains(&self.fov_deg) {
             return Err(Error::invalid(place, format!("camera: fov_deg {} is outside 0.1..170", self.fov_deg)));
         }
-        if !(-32.0..=32.0).contains(&self.exposure_ev) {
-            return Err(Error::invalid(place, format!("camera: exposure_ev {} is outside -32..32", self.exposure_ev)));
+        if !(-MAX_EXPOSURE_EV..=MAX_EXPOSURE_EV).contains(&self.exposure_ev) {
+            let range = format!("-{MAX_EXPOSURE_EV}..{MAX_EXPOSURE_EV}");
+            return Err(Error::invalid(place, format!("camera: exposure_ev {} is outside {range}", self.exposure_ev)));
         }
         Ok(())
     }

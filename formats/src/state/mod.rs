@@ -10,7 +10,7 @@ mod shape;
 mod strict_toml;
 
 pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
-pub use camera::{Camera, Film, MAX_COORDINATE};
+pub use camera::{Camera, Film, MAX_COORDINATE, MAX_EXPOSURE_EV};
 pub use light::{MAX_RADIOMETRIC, expect_radiometric};
 pub use material::{
     BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
@@ -18,6 +18,7 @@ pub use material::{
 pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};
 
+use crate::display::Tonemap;
 use crate::error::{Error, Place, Result};
 use crate::near::did_you_mean;
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,9 @@ pub struct State {
     /// The camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraState>,
+    /// The display.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view: Option<ViewState>,
     /// Lights by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub lights: BTreeMap<String, LightState>,
@@ -79,6 +83,15 @@ pub struct CameraState {
     /// Exposure: the display shows 2^ev times the radiance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure_ev: Option<f32>,
+}
+
+/// Changes to how the display shows radiance; exposure, which comes before, is the camera's.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewState {
+    /// The curve from radiance to display values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tonemap: Option<Tonemap>,
 }
 
 /// Changes to one light.
@@ -180,7 +193,7 @@ impl State {
         parse_toml(&read_text(path)?, &place)
     }
 
-    /// Fails if the state names anything that does not vary. Exposure belongs to the display and may always change.
+    /// Fails if the state names anything that does not vary. Exposure and tone mapping belong to the display and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
         let refuse = |what: &str, meant: &str| {
             let (can, remedy) = (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");

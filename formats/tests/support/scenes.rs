@@ -1,6 +1,7 @@
 //! Small scenes and animations, made from a seed.
 
 use super::samples::Random;
+use relume_formats::display::Tonemap;
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::{EnvironmentLook, Meta, StoredClip, StoredMaterial, StoredObject, StoredShape};
 use relume_formats::state::{Animation, Brdf, Camera, Track, TrackValues};
@@ -49,6 +50,7 @@ pub fn scene(seed: u64) -> StoredScene {
         meta: Meta {
             name: "päper room".to_owned(),
             camera: Camera { position: point(random), target: [20.0, 0.0, 0.0], fov_deg: 40.0, exposure_ev: random.signed() },
+            tonemap: Tonemap::ALL[seed as usize % 3],
             size: [1 + random.below(500) as u32, 16_384],
             varies_light: seed.is_multiple_of(2),
             varies_view: seed.is_multiple_of(3),

@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let look = player.controls().ok_or("no controls")?.base().clone();
     let mut encoder = device.create_command_encoder(&Default::default());
     player.draw(&mut encoder, &look)?;
-    player.show(&mut encoder, &texture.create_view(&Default::default()), look.camera.exposure_ev)?;
+    player.show(&mut encoder, &texture.create_view(&Default::default()), look.display())?;
 
     // Read back, for this program writes a file.
     let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);

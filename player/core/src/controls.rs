@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use relume_formats::bundle::{expect_playable, sets_only};
-use relume_formats::state::{Animation, State};
+use relume_formats::state::{Animation, MAX_EXPOSURE_EV, State};
 use relume_formats::{Error as FormatError, Place};
 
 pub use relume_formats::bundle::{Look, Scope};
@@ -81,9 +81,18 @@ impl Controls {
         &self.base
     }
 
+    /// Starts from another exposure, EV, within the range that exposures have.
+    pub fn expose(&mut self, ev: f32) {
+        self.base.camera.exposure_ev = ev.clamp(-MAX_EXPOSURE_EV, MAX_EXPOSURE_EV);
+    }
+
     /// What may be set.
     pub fn scope(&self) -> &Scope {
         &self.scope
+    }
+
+    pub(crate) fn scope_mut(&mut self) -> &mut Scope {
+        &mut self.scope
     }
 
     /// The animation to play, if any, and those that may be chosen instead.

@@ -5,11 +5,13 @@ use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, PassTimes, Passes, Timer, Tonemap};
 use crate::materials::MaterialMap;
 use crate::methods::{Method, Pieces, Playback, Setup};
+use crate::outside::{FindMap, Outside, Stage};
 use crate::stream::{Arrival, Event, Playlist, Source, decode_all};
 use crate::surfaces::Surfaces;
 use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
-use relume_formats::kinds::{StoredScene, scene};
+use relume_formats::display::Display;
+use relume_formats::kinds::{Environment, StoredScene, scene};
 use relume_formats::state::{Animation, Rgb};
 use relume_formats::{Error as FormatError, Place};
 use wgpu::{CommandEncoder, TextureView};
@@ -21,6 +23,10 @@ pub struct Options {
     pub state: PlacedState,
     /// An animation of the caller's own to play.
     pub animation: Option<PlacedAnimation>,
+    /// An environment map that is not the bundle's, to shine from the start.
+    pub environment: Option<Environment>,
+    /// Finds maps that state or animation name and the bundle does not have.
+    pub find_map: Option<FindMap>,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
     /// Whether the CPU is to do the method's sums, on all its cores, and the device only draws; for methods that say so.
@@ -68,6 +74,7 @@ pub struct Player {
     /// At rest, until they are taken.
     surfaces: Surfaces,
     state: PlacedState,
+    outside: Outside,
     /// The animations so far; with one to play, that comes first.
     animations: Vec<PlacedAnimation>,
     /// How many there will be.
@@ -85,7 +92,7 @@ impl Player {
     /// # Errors
     /// If the device was opened with lower limits than every WebGPU device has, or the CPU is to do sums that the method leaves to the device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, playlist: &Playlist, options: Options) -> Result<Self> {
-        let Options { state, animation, size, radiance_on_cpu } = options;
+        let Options { state, animation, environment, find_map, size, radiance_on_cpu } = options;
         if radiance_on_cpu && !playlist.method.on_cpu {
             return Err(Error::Request(format!("the CPU cannot do the sums of method {}", playlist.method.card.name)));
         }
@@ -105,6 +112,7 @@ impl Player {
             scene: None,
             surfaces: Surfaces::default(),
             state,
+            outside: Outside { find: find_map, first: environment, ..Outside::default() },
             animations_expected: animations.len() + playlist.animations(),
             animations,
             plays_first,
@@ -170,8 +178,12 @@ impl Player {
         let maps = self.playback.as_ref().and_then(|playback| playback.maps());
         if let Some((scene, maps)) = self.scene.clone().zip(maps) {
             let mut animations = std::mem::take(&mut self.animations).into_iter();
-            let animation = if self.plays_first { animations.next() } else { None };
-            let scope = Scope { scene, card: self.method.card, maps };
+            let mut animation = if self.plays_first { animations.next() } else { None };
+            let mut scope = Scope { scene, card: self.method.card, maps };
+            if let Some(playback) = self.playback.as_deref_mut() {
+                let mut stage = Stage { gpu: &self.gpu, playback, scope: &mut scope };
+                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), animation.as_mut())?;
+            }
             self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
         }
@@ -215,6 +227,7 @@ impl Player {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, look: &Look) -> Result<u64> {
         let Some(playback) = &mut self.playback else { return Err(Error::NothingThere) };
         playback.update(&self.gpu, look)?;
+        self.outside.drawn(look.environment.as_ref().map(|environment| &environment.map));
         let frame = self.frames;
         self.frames += 1;
         let mut passes = Passes::new(encoder, self.timer.as_mut(), frame);
@@ -223,12 +236,12 @@ impl Player {
         Ok(frame)
     }
 
-    /// Encodes what fills `target` with the film, 2^`exposure_ev` times as bright, for a display. The target is of the film's size, and may be drawn on. 8-bit
-    /// formats receive what a PNG would hold; others, and those that encode what they are given, linear values from 0 to 1.
+    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and may be drawn on. 8-bit
+    /// formats receive what a PNG would hold, of curves that the device reckons in its own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
     ///
     /// # Errors
     /// If nothing has arrived yet, or the target is of another size.
-    pub fn show(&mut self, encoder: &mut CommandEncoder, target: &TextureView, exposure_ev: f32) -> Result<()> {
+    pub fn show(&mut self, encoder: &mut CommandEncoder, target: &TextureView, display: Display) -> Result<()> {
         let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else { return Err(Error::NothingThere) };
         let texture = target.texture();
         let (size, [width, height]) = ([texture.width(), texture.height()], film.size);
@@ -240,7 +253,7 @@ impl Player {
             self.tonemap = Some(Tonemap::new(&self.gpu, film, format));
         }
         if let Some(tonemap) = &self.tonemap {
-            tonemap.encode(&self.gpu, encoder, target, exposure_ev);
+            tonemap.encode(&self.gpu, encoder, target, display);
         }
         Ok(())
     }
@@ -268,6 +281,20 @@ impl Player {
     /// The controls, once everything is there that decides what may be set.
     pub fn controls(&self) -> Option<&Controls> {
         self.controls.as_ref()
+    }
+
+    /// The controls, to start from something else.
+    pub fn controls_mut(&mut self) -> Option<&mut Controls> {
+        self.controls.as_mut()
+    }
+
+    pub(crate) fn outside(&self) -> &Outside {
+        &self.outside
+    }
+
+    /// What it takes to add a map.
+    pub(crate) fn parts_for_maps(&mut self) -> (&Gpu, &mut Outside, Option<&mut (dyn Playback + 'static)>, Option<&mut Controls>) {
+        (&self.gpu, &mut self.outside, self.playback.as_deref_mut(), self.controls.as_mut())
     }
 
     /// The film, once its size is known.
@@ -332,7 +359,7 @@ mod tests {
         let texture = target(gpu, player.film().unwrap().size, wgpu::TextureFormat::Rgba8Unorm);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         player.draw(&mut encoder, look).unwrap();
-        player.show(&mut encoder, &texture.create_view(&Default::default()), look.camera.exposure_ev).unwrap();
+        player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap();
         gpu.queue.submit([encoder.finish()]);
         read_bytes(gpu, &texture)
     }
@@ -344,10 +371,11 @@ mod tests {
         for folder in [images.folder(), rows.folder(), shadows.folder()] {
             let mut player = play(&gpu, folder, Options::default()).unwrap();
             let look = player.controls().unwrap().base().clone();
+            let darker = Display { exposure_ev: look.camera.exposure_ev - 3.0, tonemap: look.tonemap };
             let first = shown(&gpu, &mut player, &look);
             assert!(first.iter().any(|pixel| pixel[..3] != [0; 3]) && first.iter().all(|pixel| pixel[3] == 255));
             assert!(shown(&gpu, &mut player, &look) == first, "the same again");
-            assert!(shown(&gpu, &mut player, &look.exposed(look.camera.exposure_ev - 3.0)) != first);
+            assert!(shown(&gpu, &mut player, &look.displayed(darker)) != first);
         }
     }
 
@@ -376,9 +404,10 @@ mod tests {
         let Some(gpu) = gpu() else { return };
         let bundle = Bundle::write(true);
         let mut player = play(&gpu, bundle.folder(), Options::default()).unwrap();
+        let look = player.controls().unwrap().base().clone();
         let texture = target(&gpu, [8, 8], wgpu::TextureFormat::Rgba8Unorm);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let error = player.show(&mut encoder, &texture.create_view(&Default::default()), 0.0).unwrap_err();
+        let error = player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap_err();
         assert_eq!(error.to_string(), "the target has 8x8 pixels, the film 37x23");
     }
 

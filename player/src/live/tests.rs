@@ -6,12 +6,13 @@ use crate::session::Request;
 use crate::stream::Limits;
 use crate::support::{self, Bundle, sparse};
 use crate::ui::Motion;
+use relume_formats::display::{Tonemap, auto_exposure_ev};
 use relume_formats::state::{EnvironmentState, MaterialState};
 use relume_playback::PlacedState;
 
 fn live(folder: &Path, limits: Limits) -> Live {
     let state = PlacedState::default();
-    let request = Request { folder, method: None, state, animation: None, size: None, limits };
+    let request = Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits };
     Live::new(Session::start(request, || Gpu::open(None)).unwrap(), Instant::now(), true)
 }
 
@@ -45,6 +46,27 @@ fn no_more_is_drawn_than_has_changed() {
     assert_eq!((facts.pieces, facts.bytes), (facts.pieces_expected, facts.bytes_expected));
     let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
     assert_eq!(statistics["frames"], 2, "exposure needs no new sum");
+    live.finish().unwrap();
+}
+
+#[test]
+fn the_picture_is_metered_without_a_new_frame() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut live = live(bundle.folder(), Limits::default());
+    load(&mut live);
+    live.draw().unwrap();
+    let ev = auto_exposure_ev(&live.session.read_film().unwrap()).unwrap();
+    let editor = &mut live.shown().unwrap().editor;
+    editor.set_exposure(9.0);
+    editor.set_tonemap(Tonemap::Agx);
+    editor.meter(Metering::Now);
+    assert!(live.draw().unwrap() && !live.draw().unwrap());
+    assert_eq!(live.shown().unwrap().editor.look().camera.exposure_ev, ev);
+    let statistics: serde_json::Value = serde_json::from_slice(&live.statistics().unwrap().unwrap()).unwrap();
+    assert_eq!(statistics["frames"], 1, "neither exposure nor curve need a new sum");
     live.finish().unwrap();
 }
 

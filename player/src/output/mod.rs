@@ -10,7 +10,7 @@ pub use contact_sheet::ContactSheet;
 pub use exr::encode as encode_exr;
 pub use frame_path::FramePath;
 pub use numbered::write_numbered;
-pub use png::{display_value, encode as encode_png};
+pub use png::encode as encode_png;
 
 use crate::error::Result;
 use relume_formats::container::replace_file;

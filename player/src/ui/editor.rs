@@ -4,11 +4,13 @@
 //! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until it is reset, whatever plays.
 //! [`HOLD_RULE`] says so to the user. Every edit is a change that goes through [`Look::apply`], and can be undone: [`history`].
 
+mod display;
 mod history;
 mod part;
 mod settings;
 mod transport;
 
+pub use display::Metering;
 pub use part::Part;
 pub use settings::Settings;
 
@@ -20,15 +22,9 @@ use relume_formats::state::{Animation, Brdf, CameraState, EnvironmentState, Mate
 use relume_playback::Surfaces;
 use relume_playback::{Controls, Look, Scope};
 use std::collections::BTreeSet;
-use std::ops::RangeInclusive;
 
 /// The rule for editing what an animation moves.
 pub const HOLD_RULE: &str = "Editing what the animation moves pauses it. The edit holds while it plays on, until you reset it.";
-
-/// How far from the scene's exposure the slider reaches, either way, in EV.
-const EXPOSURE_REACH_EV: f32 = 10.0;
-/// Exposures that a state may have, either way, in EV.
-const EXPOSURE_MAX_EV: f32 = 32.0;
 
 /// Puts `new` among `animations`, which are in the order of their names: whichever plays at the start, the list looks the same. Returns its index.
 fn insert_by_name(animations: &mut Vec<Animation>, new: &Animation) -> usize {
@@ -51,6 +47,8 @@ pub struct Editor {
     time_s: f64,
     selected: Option<String>,
     history: History,
+    /// Whether the exposure is to be set by the picture.
+    metering: Option<Metering>,
 }
 
 impl Editor {
@@ -69,6 +67,7 @@ impl Editor {
             time_s: 0.0,
             selected: None,
             history: History::new(controls.base(), active),
+            metering: None,
         }
     }
 
@@ -182,13 +181,6 @@ impl Editor {
         Part::of(&edits).filter(|part| self.drives(part) && !self.held.contains(part)).collect()
     }
 
-    /// Sets the exposure.
-    pub fn set_exposure(&mut self, ev: f32) {
-        if !ev.is_nan() {
-            self.set_camera(CameraState { exposure_ev: Some(ev.clamp(-EXPOSURE_MAX_EV, EXPOSURE_MAX_EV)), ..CameraState::default() });
-        }
-    }
-
     /// Moves the camera by hand, if it may move; it stops before `surfaces`.
     pub fn move_camera(&mut self, motion: orbit::Motion, surfaces: &Surfaces) {
         if self.scope.varies().camera {
@@ -213,6 +205,13 @@ impl Editor {
     /// Sets the leaves of `change` on the environment, as far as it may change and as that is legal.
     pub fn edit_light(&mut self, change: &EnvironmentState) {
         self.set(&State { environment: Some(change.clone()), ..State::default() });
+    }
+
+    /// Offers the environment map `name`, too.
+    pub fn add_map(&mut self, name: &str) {
+        if !self.scope.maps.iter().any(|map| map == name) {
+            self.scope.maps.push(name.to_owned());
+        }
     }
 
     /// Gives the environment back what the scene says, and to the animation if there is one.
@@ -241,18 +240,6 @@ impl Editor {
         let rest = ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() };
         let change = State { shapes: [(name.to_owned(), rest)].into(), ..State::default() };
         self.give_back(&change, &[Part::Shape(name.to_owned())]);
-    }
-
-    /// The exposures to offer.
-    pub fn exposure_range(&self) -> RangeInclusive<f32> {
-        let middle = self.scene().camera.exposure_ev;
-        (middle - EXPOSURE_REACH_EV).max(-EXPOSURE_MAX_EV)..=(middle + EXPOSURE_REACH_EV).min(EXPOSURE_MAX_EV)
-    }
-
-    /// Gives the exposure back its value from the scene, and to the animation if there is one.
-    pub fn reset_exposure(&mut self) {
-        let change = CameraState { exposure_ev: Some(self.scene().camera.exposure_ev), ..CameraState::default() };
-        self.give_back(&State { camera: Some(change), ..State::default() }, &[Part::Exposure]);
     }
 
     /// Gives everything back what the scene says, and to the animation if there is one.

@@ -61,6 +61,8 @@ pub struct Facts {
     pub pieces: usize,
     /// All pieces.
     pub pieces_expected: usize,
+    /// Whether the map that is shown is not one of the bundle's own.
+    pub map_from_outside: bool,
     /// How loading stands.
     pub loading: Loading,
 }

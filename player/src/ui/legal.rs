@@ -54,6 +54,7 @@ pub fn within(look: &Look, scope: &Scope, change: &State) -> State {
     };
     State {
         environment: change.environment.as_ref().and_then(light),
+        view: change.view.clone(),
         camera: change.camera.as_ref().and_then(|change| camera(look.camera, change, varies.camera)),
         lights: BTreeMap::new(),
         materials: scope.materials().filter_map(material).collect(),

@@ -1,20 +1,26 @@
 //! The light of the environment, and the view.
 
 use super::editor::{Editor, HOLD_RULE, Part};
+use super::facts::Facts;
 use super::panel::section;
-use super::style::ACCENT;
+use super::style::{ACCENT, WARNING};
+use crate::environment::short_name;
 use egui::{ComboBox, DragValue, Grid, RichText, Slider, SliderClamping, Ui};
 use relume_formats::kinds::scene::{EnvironmentLook, MAX_GAIN};
 use relume_formats::name::plain;
 use relume_formats::state::{EnvironmentState, Rgb};
+use relume_playback::NOT_MEASURED;
 
 /// Brightest gain on the slider; the fields beside it reach on.
 const GAIN_REACH: f32 = 100.0;
 /// Smallest gain above 0 on the slider.
 const GAIN_LEAST: f64 = 1e-3;
 
+/// What the panel says of a map that is not the bundle's own.
+const NOT_THE_BUNDLES: &str = "not the bundle's own map: its stated error was measured under others";
+
 /// Draws what there is to say of the light, if it may change.
-pub fn light(ui: &mut Ui, editor: &mut Editor) {
+pub fn light(ui: &mut Ui, editor: &mut Editor, facts: &Facts) {
     let Some(look) = editor.look().environment.filter(|_| editor.scope().varies().environment) else { return };
     section(ui, "LIGHT");
     let mut change = EnvironmentState::default();
@@ -34,6 +40,9 @@ pub fn light(ui: &mut Ui, editor: &mut Editor) {
     });
     if change != EnvironmentState::default() {
         editor.edit_light(&change);
+    }
+    if facts.map_from_outside {
+        ui.label(RichText::new(NOT_THE_BUNDLES).small().color(WARNING)).on_hover_text(NOT_MEASURED);
     }
     let changed = editor.look().environment != editor.scene().environment;
     let parts = ["map", "rotation_deg", "gain"].map(Part::Light);
@@ -72,9 +81,9 @@ pub(super) fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, pa
 
 fn map(ui: &mut Ui, look: &EnvironmentLook, maps: &[String]) -> Option<String> {
     let mut chosen = look.map.clone();
-    let combo = ComboBox::from_id_salt("map").width(200.0).selected_text(plain(&chosen).into_owned()).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("map").width(200.0).selected_text(plain(&short_name(&chosen)).into_owned()).show_ui(ui, |ui| {
         for name in maps {
-            ui.selectable_value(&mut chosen, name.clone(), plain(name));
+            ui.selectable_value(&mut chosen, name.clone(), plain(&short_name(name))).on_hover_text(plain(name));
         }
     });
     combo.response.accessible_name("map");

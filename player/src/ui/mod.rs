@@ -2,6 +2,7 @@
 
 mod clipboard;
 mod closing;
+mod display_panel;
 mod editor;
 mod facts;
 mod hand;
@@ -21,7 +22,7 @@ mod style;
 mod turns;
 mod undertaking;
 
-pub use editor::{Editor, Part};
+pub use editor::{Editor, Metering, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
 pub use picker::Picker;

@@ -1,5 +1,6 @@
-//! The panel: materials, light, shapes, view, animation, exposure, files, figures; and below, messages.
+//! The panel: materials, light, shapes, view, animation, display, files, figures; and below, messages.
 
+use super::display_panel;
 use super::editor::{Editor, HOLD_RULE, Part};
 use super::facts::{Facts, Note, Save};
 use super::light_panel;
@@ -22,11 +23,11 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
             ui.heading(RichText::new(plain(&editor.scene().name)).strong());
             edits(ui, editor, wishes);
             material_panel::show(ui, editor, yielded, wishes);
-            light_panel::light(ui, editor);
+            light_panel::light(ui, editor, facts);
             shape_panel::show(ui, editor);
             light_panel::view(ui, editor);
             animation(ui, editor);
-            exposure(ui, editor);
+            display_panel::show(ui, editor);
             files(ui, wishes);
         }
         statistics(ui, facts);
@@ -111,30 +112,13 @@ fn covered(ui: &mut Ui, editor: &Editor) {
     }
 }
 
-fn exposure(ui: &mut Ui, editor: &mut Editor) {
-    section(ui, "EXPOSURE");
-    ui.horizontal(|ui| {
-        let mut ev = editor.look().camera.exposure_ev;
-        let range = editor.exposure_range();
-        let slider = Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
-        let response = ui.add(slider).on_hover_text("the display shows 2^EV times the radiance; EXR files are not exposed");
-        if response.changed() {
-            editor.set_exposure(ev);
-        }
-        response.accessible_name("exposure");
-        if ui.button("Reset").on_hover_text("back to the scene's exposure").clicked() {
-            editor.reset_exposure();
-        }
-    });
-}
-
 fn files(ui: &mut Ui, wishes: &mut Wishes) {
     section(ui, "SAVE");
     ui.horizontal(|ui| {
         for what in Save::ALL {
             let (label, hint) = match what {
                 Save::Png => ("PNG", "the picture as shown (S)"),
-                Save::Exr => ("EXR", "linear radiance, before exposure (E)"),
+                Save::Exr => ("EXR", "linear radiance, before exposure and curve (E)"),
                 Save::State => ("State", "the edits, to be played again with --state (T)"),
             };
             if ui.add(Button::new(label).min_size([72.0, 0.0].into())).on_hover_text(hint).clicked() {

@@ -1,5 +1,6 @@
 //! The editor by itself, and through the screen as a user works it.
 
+mod display;
 mod hands;
 mod history;
 mod lit;

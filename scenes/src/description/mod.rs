@@ -7,6 +7,7 @@ mod object;
 pub(crate) use object::{ObjectFile, ShapeName};
 
 use crate::transform::TransformFile;
+use relume_formats::display::Tonemap;
 use relume_formats::state::{Camera, Rgb};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -19,6 +20,8 @@ pub(crate) struct SceneFile {
     pub vary: VaryFile,
     pub render: RenderFile,
     pub camera: Camera,
+    #[serde(default)]
+    pub view: ViewFile,
     #[serde(default)]
     pub object: Vec<ObjectFile>,
     #[serde(default)]
@@ -77,6 +80,13 @@ pub(crate) struct MaterialFile {
 pub(crate) enum BrdfName {
     BlinnPhong,
     Ggx,
+}
+
+/// `[view]`: the display.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct ViewFile {
+    pub tonemap: Tonemap,
 }
 
 /// `[[light]]`.

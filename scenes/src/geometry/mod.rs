@@ -30,9 +30,9 @@ pub(crate) use gltf_file::{GltfFile, MaterialPart};
 pub(crate) use gltf_materials::{GltfMaterial, MaterialReader, tidy_name};
 pub(crate) use gltf_nodes::PlacedNode;
 
-use crate::library::has_extension;
 use crate::scene::Mesh;
 use glam::DAffine3;
+use relume_formats::has_extension;
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 

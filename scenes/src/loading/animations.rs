@@ -1,8 +1,8 @@
 //! `animations/*.toml` beside the scene file.
 
 use super::validate_varying;
-use crate::library::has_extension;
 use crate::scene::Scene;
+use relume_formats::has_extension;
 use relume_formats::kinds::manifest::is_plain_name;
 use relume_formats::name;
 use relume_formats::state::Animation;

@@ -1,13 +1,14 @@
 //! `[environment]`.
 
-use super::environment_map::{read_map, white_map};
 use super::expect_unique;
 use crate::description::EnvironmentFile;
 use crate::library::{expect_file, locate};
 use crate::scene::{Environment, NamedMap};
 use crate::skies;
 use crate::suggest::unknown_name;
+use relume_formats::basis::EquirectMap;
 use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::map_file::read_map;
 use relume_formats::state::{EnvironmentState, Rgb, expect_radiometric};
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
@@ -15,6 +16,12 @@ use std::sync::Arc;
 
 /// Name of the evenly white map.
 const WHITE: &str = "white";
+
+/// Evenly white. It has more than one texel because tracers sample maps by rows of equal latitude.
+fn white_map() -> EquirectMap {
+    let (width, height) = (32, 16);
+    EquirectMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] }
+}
 
 /// The environment of a scene file in `folder`.
 pub(super) fn build(file: &EnvironmentFile, folder: &Path, scene_place: &Place, warnings: &mut Vec<String>) -> Result<Environment> {

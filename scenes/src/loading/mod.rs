@@ -2,7 +2,6 @@
 
 mod animations;
 mod environment;
-mod environment_map;
 mod imported;
 mod imported_lights;
 mod imported_materials;
@@ -103,6 +102,7 @@ fn load_unlocated(path: &Path) -> Result<Scene> {
         max_error,
         vary,
         camera: file.camera,
+        tonemap: file.view.tonemap,
         materials,
         objects,
         lights,

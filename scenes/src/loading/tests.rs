@@ -1,6 +1,7 @@
 use super::*;
 use crate::scene::Emitter;
 use crate::test_support::Scratch;
+use relume_formats::display::Tonemap;
 use relume_formats::state::{BlinnPhong, Brdf, State};
 use std::sync::Arc;
 
@@ -230,6 +231,21 @@ fn a_state_changes_what_it_names_and_nothing_else() {
     let environment = changed.environment.unwrap();
     assert_eq!((environment.gain, environment.rotation_deg), ([2.0; 3], 20.0));
     assert!(Arc::ptr_eq(&changed.objects[0].mesh, &scene.objects[0].mesh));
+}
+
+#[test]
+fn scenes_are_shown_by_the_neutral_curve_unless_they_say_otherwise() {
+    let scene = Scratch::scene(TEXT).load().unwrap();
+    assert_eq!(scene.tonemap, Tonemap::Neutral);
+    let agx = Scratch::scene(&format!("{TEXT}\n[view]\ntonemap = 'agx'\n")).load().unwrap();
+    assert_eq!(agx.tonemap, Tonemap::Agx);
+    let changed = agx.with_state(&state("view.tonemap = 'clamp'"), &Place::file("s.toml")).unwrap();
+    assert_eq!(
+        (changed.tonemap, agx.with_state(&state("[view]"), &Place::file("s.toml")).unwrap().tonemap),
+        (Tonemap::Clamp, Tonemap::Agx)
+    );
+    let message = one_line_error(&Scratch::scene(&format!("{TEXT}\n[view]\ntonemap = 'filmic'\n")));
+    assert!(message.contains("view.tonemap: no `filmic`; there are: `clamp`, `neutral`, `agx`"), "{message}");
 }
 
 #[test]

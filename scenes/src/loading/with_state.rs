@@ -24,6 +24,9 @@ impl Scene {
         if let Some(change) = &state.camera {
             scene.camera = self.camera.with(change, place)?;
         }
+        if let Some(tonemap) = state.view.as_ref().and_then(|view| view.tonemap) {
+            scene.tonemap = tonemap;
+        }
         let names = Names::new("material", self.materials.iter().map(|m| m.name.as_str()));
         for (name, change) in &state.materials {
             let material = &mut scene.materials[names.index_of(name, place)?];

@@ -24,7 +24,7 @@ pub(super) fn scene(scene: &StoredScene, out: &mut Out) -> Result<()> {
         labels: Some((["object", "material"], &labels)),
     };
     out.bytes("mesh.ply", &mesh.encode())?;
-    out.json("camera.json", &CameraFile { camera: meta.camera, size: meta.size })?;
+    out.json("camera.json", &CameraFile { camera: meta.camera, tonemap: meta.tonemap.name(), size: meta.size })?;
     let materials: Vec<_> = meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.textured, m.varies)).collect();
     out.json("materials.json", &materials)?;
     out.json("scene.json", &json!({ "name": meta.name, "mesh": "mesh.ply", "objects": objects(meta) }))
@@ -63,6 +63,7 @@ impl<'a> MaterialFile<'a> {
 struct CameraFile {
     #[serde(flatten)]
     camera: Camera,
+    tonemap: &'static str,
     size: [u32; 2],
 }
 

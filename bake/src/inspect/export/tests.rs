@@ -260,6 +260,7 @@ fn a_scene_is_exported_as_loaded() {
         max_error: 0.01,
         vary: Vary { materials: vec![1], ..Vary::default() },
         camera: stored.meta.camera,
+        tonemap: stored.meta.tonemap,
         materials: stored
             .meta
             .materials

@@ -9,13 +9,14 @@ use toml::de::{DeArray, DeValue};
 const MAX_QUOTED: usize = 40;
 
 /// Where keys belong that are likely to stand in the wrong table.
-const HOMES: [(&str, &[&str]); 7] = [
+const HOMES: [(&str, &[&str]); 8] = [
     ("[materials.NAME]", &["brdf", "kd", "ks", "shininess", "base_color", "metallic", "roughness", "texture", "alpha_cutoff"]),
     ("[camera]", &["position", "target", "fov_deg", "exposure_ev"]),
     ("[render]", &["size", "reflections"]),
     ("[[light]]", &["kind", "radiance", "intensity", "irradiance"]),
     ("[[object]]", &["shape", "node", "spheres", "subdivisions", "segments", "radius", "material"]),
     ("[environment]", &["map", "gain", "rotation_deg", "others"]),
+    ("[view]", &["tonemap"]),
     ("[vary]", &["view"]),
 ];
 

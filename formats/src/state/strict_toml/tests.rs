@@ -36,7 +36,7 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
         ),
         ("[lights.a]\nmap = 1\n", "line 2, column 1: lights.a: unknown key `map`; there are: `gain`"),
         ("[cammera]\n", "line 1, column 2: unknown key `cammera`; did you mean `camera`?"),
-        ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `lights`, `materials`, `shapes`"),
+        ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `view`, `lights`, `materials`, `shapes`"),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
     }
@@ -46,12 +46,6 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
 fn what_no_method_supports_is_refused_as_what_it_is() {
     let models = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
     for (text, expected) in [
-        (
-            "[view]\ntonemap = \"agx\"\n",
-            "line 1, column 2: `view` is the tone mapping of the display, which no method of this version supports; remove it, and set `exposure_ev` of \
-             [camera] for how bright the display is"
-                .to_owned(),
-        ),
         (
             "[camera]\nfov_deg = 40\n[media.glass]\nindex = 1.5\n",
             "line 3, column 2: `media` is the refracting and scattering media within objects, which no method of this version supports; remove it, as surfaces are \

@@ -4,7 +4,7 @@ use super::hints::short;
 use toml::de::DeValue;
 
 /// The keys by which a state is known, and each of an animation's.
-const STATE: &[&str] = &["environment", "camera", "lights", "materials", "shapes"];
+const STATE: &[&str] = &["environment", "camera", "view", "lights", "materials", "shapes"];
 /// Those of a light of a state.
 const LIGHT: &[&str] = &["gain"];
 /// Those of a material of a state.
@@ -16,8 +16,7 @@ const THE_MODELS: &str = "remove it, as materials are of the models \"blinn-phon
 /// Where what stands, what it is, and what to do.
 type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
 
-const KEYS: [Key; 9] = [
-    (STATE, "view", "the tone mapping of the display", "remove it, and set `exposure_ev` of [camera] for how bright the display is"),
+const KEYS: [Key; 8] = [
     (STATE, "objects", "the place of objects", "remove it, or move them in scene.toml and bake again"),
     (STATE, "media", "the refracting and scattering media within objects", "remove it, as surfaces are opaque"),
     (LIGHT, "transform", "the place of a light", "remove it, or move the light in scene.toml and bake again"),

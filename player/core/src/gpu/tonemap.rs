@@ -1,8 +1,9 @@
-//! The film as a display shows it: sRGB(clamp(2^ev · L)) on a texture, in 8 bits the same values as in a PNG.
+//! The film as a display shows it: sRGB(curve(2^ev · L)) on a texture, in 8 bits what a PNG holds.
 
 use super::{Film, Gpu};
 use bytemuck::{Pod, Zeroable};
 use relume_formats::basis::srgb_from_linear;
+use relume_formats::display::{Display, Tonemap as Curve};
 use wgpu::{BufferUsages, CommandEncoder, TextureFormat, TextureView};
 
 const SHADER: &str = include_str!("tonemap.wgsl");
@@ -29,6 +30,7 @@ struct Band {
     pixels: u32,
     width: u32,
     gain: f32,
+    curve: u32,
 }
 
 impl Tonemap {
@@ -41,7 +43,7 @@ impl Tonemap {
         let layout = pipeline.get_bind_group_layout(0);
         let mut first_pixel = 0;
         let work = |buffer: &wgpu::Buffer| {
-            let band = Band { first_pixel, pixels: (buffer.size() / Film::PIXEL_BYTES) as u32, width: film.size[0], gain: 1.0 };
+            let band = Band { first_pixel, pixels: (buffer.size() / Film::PIXEL_BYTES) as u32, width: film.size[0], gain: 1.0, curve: 0 };
             first_pixel += band.pixels;
             let uniform = gpu.buffer("tonemap", size_of::<Band>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
             let resources = [&uniform, buffer].into_iter().chain(&steps).map(wgpu::Buffer::as_entire_binding);
@@ -58,7 +60,7 @@ impl Tonemap {
     }
 
     /// Encodes the pass that fills `target`, of the size of the film, from the film as it will be by then.
-    pub(crate) fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, target: &TextureView, exposure_ev: f32) {
+    pub(crate) fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, target: &TextureView, display: Display) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tonemap"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -71,11 +73,20 @@ impl Tonemap {
         });
         pass.set_pipeline(&self.pipeline);
         for work in &self.bands {
-            let band = Band { gain: exposure_ev.exp2(), ..work.band };
+            let band = Band { gain: display.exposure_ev.exp2(), curve: number_of(display.tonemap), ..work.band };
             gpu.queue.write_buffer(&work.uniform, 0, bytemuck::bytes_of(&band));
             pass.set_bind_group(0, &work.bindings, &[]);
             pass.draw(0..3, 0..1);
         }
+    }
+}
+
+/// The number of a curve in `tonemap.wgsl`.
+fn number_of(curve: Curve) -> u32 {
+    match curve {
+        Curve::Clamp => 0,
+        Curve::Neutral => 1,
+        Curve::Agx => 2,
     }
 }
 
@@ -122,37 +133,65 @@ fn srgb_steps() -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{gpu, read_bytes, target};
+    use crate::testing::{gpu, read_bytes, read_texels, target};
+
+    /// What `display` shows of `radiance` on a texture of `format`, from two bands that do not end with rows.
+    fn shown(gpu: &Gpu, radiance: &[[f32; 3]], display: Display, format: TextureFormat) -> wgpu::Texture {
+        let film = |part: &[[f32; 3]]| gpu.storage("film", &part.iter().map(|p| [p[0], p[1], p[2], 9.0]).collect::<Vec<[f32; 4]>>());
+        let (top, bottom) = radiance.split_at(300);
+        let film = Film { size: SIZE, bands: vec![film(top), film(bottom)] };
+        let texture = target(gpu, SIZE, format);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        Tonemap::new(gpu, &film, format).encode(gpu, &mut encoder, &texture.create_view(&Default::default()), display);
+        gpu.queue.submit([encoder.finish()]);
+        texture
+    }
+
+    const SIZE: [u32; 2] = [37, 23];
 
     #[test]
     fn a_texture_shows_what_a_png_holds() {
         let Some(gpu) = gpu() else { return };
-        let size = [37, 23];
-        // Every decade of radiance, negative values, what overflows the display, and what is no number.
+        // Every decade of radiance, negative values, what overflows the display, and what has no end.
         let mut radiance: Vec<[f32; 3]> =
             (0..37 * 23).map(|i| [i as f32 / 700.0, (i as f32 / 100.0 - 6.0).exp2(), i as f32 / 300.0 - 1.0]).collect();
         radiance[5] = [f32::INFINITY, f32::NEG_INFINITY, -0.0];
-        let film = |part: &[[f32; 3]]| gpu.storage("film", &part.iter().map(|p| [p[0], p[1], p[2], 9.0]).collect::<Vec<[f32; 4]>>());
-        // Bands need not end with rows.
-        let (top, bottom) = radiance.split_at(300);
-        let film = Film { size, bands: vec![film(top), film(bottom)] };
         for format in [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm, TextureFormat::Rgba8UnormSrgb] {
-            let tonemap = Tonemap::new(&gpu, &film, format);
-            for ev in [-2.5_f32, 0.0, 3.0] {
-                let texture = target(&gpu, size, format);
-                let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                tonemap.encode(&gpu, &mut encoder, &texture.create_view(&Default::default()), ev);
-                gpu.queue.submit([encoder.finish()]);
+            for (tonemap, exposure_ev) in Curve::ALL.into_iter().flat_map(|curve| [-2.5_f32, 0.0, 3.0].map(|ev| (curve, ev))) {
+                let display = Display { exposure_ev, tonemap };
+                let texture = shown(&gpu, &radiance, display, format);
                 for ((shown, radiance), index) in read_bytes(&gpu, &texture).into_iter().zip(&radiance).zip(0..) {
-                    let [r, g, b] = radiance.map(|v| srgb_from_linear((v * ev.exp2()).clamp(0.0, 1.0)));
+                    let [r, g, b] = display.shown(*radiance).map(srgb_from_linear);
                     let expected = if format == TextureFormat::Bgra8Unorm { [b, g, r, 255] } else { [r, g, b, 255] };
-                    // What encodes itself may round its own way.
-                    let slack = u8::from(format.is_srgb());
+                    // What encodes itself may round its own way, and curves divide and take powers as the device does.
+                    let slack = u8::from(format.is_srgb() || tonemap != Curve::Clamp);
                     assert!(
                         shown.iter().zip(expected).all(|(s, e)| s.abs_diff(e) <= slack),
-                        "{format:?} {ev} {index}: {shown:?} {expected:?}"
+                        "{format:?} {display:?} {index}: {shown:?} {expected:?}"
                     );
                 }
+            }
+        }
+    }
+
+    /// All combinations of some values in three channels, on a texture that does not round.
+    #[test]
+    fn curves_are_those_of_the_cpu() {
+        let Some(gpu) = gpu() else { return };
+        let values = [-1.0, 0.0, 1e-6, 0.003, 0.04, 0.08, 0.3, 0.8, 2.5, 40.0, 1e6, f32::MAX, f32::INFINITY, f32::NAN];
+        let pick = |i: usize| values[i % values.len()];
+        let all: Vec<[f32; 3]> =
+            (0..values.len().pow(3)).map(|i| [pick(i), pick(i / values.len()), pick(i / values.len().pow(2))]).collect();
+        let pixels = (SIZE[0] * SIZE[1]) as usize;
+        for (tonemap, part) in Curve::ALL.into_iter().flat_map(|curve| all.chunks(pixels).map(move |part| (curve, part))) {
+            let display = Display { exposure_ev: 0.5, tonemap };
+            let mut radiance = part.to_vec();
+            radiance.resize(pixels, [0.5; 3]);
+            let texture = shown(&gpu, &radiance, display, TextureFormat::Rgba32Float);
+            for (radiance, shown) in radiance.iter().zip(read_texels::<[f32; 4]>(&gpu, &texture)) {
+                let expected = display.shown(*radiance);
+                // Devices may take powers of 2 as exp2 and log2 do, to some 10⁻⁶.
+                assert!((0..3).all(|c| (shown[c] - expected[c]).abs() <= 2e-5), "{tonemap:?} of {radiance:?}: {shown:?} {expected:?}");
             }
         }
     }
@@ -170,6 +209,6 @@ mod tests {
     #[test]
     fn the_uniform_has_the_shaders_layout() {
         use crate::gpu::layout::{expect, layout_of};
-        expect(SHADER, "Band", &layout_of!(Band { first_pixel, pixels, width, gain }));
+        expect(SHADER, "Band", &layout_of!(Band { first_pixel, pixels, width, gain, curve }));
     }
 }

@@ -52,6 +52,14 @@ impl Map {
     }
 }
 
+/// Sets element `index` of a list, or the one after its last.
+pub(super) fn put<T>(list: &mut Vec<T>, index: usize, value: T) {
+    match list.get_mut(index) {
+        Some(element) => *element = value,
+        None => list.push(value),
+    }
+}
+
 impl Light {
     /// The light of `maps` on faces of `face_size` texels a side. It must be set before it shines.
     pub(crate) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32) -> Self {
@@ -79,6 +87,16 @@ impl Light {
             resample,
             transform,
         }
+    }
+
+    /// Adds a map, or puts it in the place of the one that has its name. Returns its index.
+    pub(crate) fn add(&mut self, gpu: &Gpu, map: Map) -> usize {
+        let texels = gpu.bind(&self.resample.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(&map.texels)]);
+        let index = self.maps.iter().position(|known| known.name == map.name).unwrap_or(self.maps.len());
+        self.shines = self.shines.filter(|(shining, _)| *shining != index);
+        put(&mut self.maps, index, map);
+        put(&mut self.texels, index, texels);
+        index
     }
 
     /// Makes it shine as `look` says, but for the gain, which is a factor on all that follows. Returns whether that is a change.

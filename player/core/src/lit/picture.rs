@@ -3,7 +3,7 @@
 //! The film is drawn in bands of whole rows, one after the other on the same targets, so that memory does not grow with it.
 
 use super::gpu_data::View;
-use super::light::Light;
+use super::light::{Light, put};
 use super::mesh::{Mesh, Object};
 use super::{AVERAGE, ENVIRONMENT};
 use crate::error::{Error, Result};
@@ -112,6 +112,14 @@ impl Picture {
             average: gpu.bind(&self.average.get_bind_group_layout(0), average),
             workgroups: gpu.workgroups(pixels, WORKGROUP),
             view,
+        }
+    }
+
+    /// Takes map number `index` of `light`, which is one of those that there are or the next.
+    pub(crate) fn set_map(&mut self, gpu: &Gpu, index: usize, light: &Light) {
+        if let Some(map) = light.maps().get(index) {
+            let layout = self.background.get_bind_group_layout(1);
+            put(&mut self.maps, index, gpu.bind(&layout, [wgpu::BindingResource::TextureView(&map.texels)]));
         }
     }
 

@@ -10,6 +10,7 @@ use relume_formats::Place;
 use relume_formats::basis::lobe_table;
 use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
+use relume_formats::display::Tonemap;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
@@ -72,6 +73,7 @@ pub fn scene_meta() -> scene::Meta {
     scene::Meta {
         name: "synthetic".to_owned(),
         camera: Camera { position: [0.0, 1.0, 4.0], target: [0.0; 3], fov_deg: 40.0, exposure_ev: 0.5 },
+        tonemap: Tonemap::Neutral,
         size: SIZE,
         varies_light: false,
         varies_view: false,

@@ -7,6 +7,7 @@ use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
 use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
+use relume_formats::display::Tonemap;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, EnvironmentLook, StoredMaterial, StoredObject};
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Meta, Steps};
@@ -113,6 +114,7 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
     let meta = scene::Meta {
         name: "lit".to_owned(),
         camera: Camera { position: [0.0, 0.0, 3.0], target: [0.0; 3], fov_deg: 30.0, exposure_ev: 0.0 },
+        tonemap: Tonemap::Neutral,
         size: SIZE,
         varies_light: true,
         varies_view: true,

@@ -131,6 +131,13 @@ impl Editor {
         self.history.forth.last().map(|step| step.about.as_str())
     }
 
+    /// Makes a change that is part of the start, and no edit.
+    pub(super) fn start_from(&mut self, change: &State) {
+        for look in [&mut self.base, &mut self.history.now.base, &mut self.history.saved.base] {
+            apply(look, change, &self.scope);
+        }
+    }
+
     /// Notes that the edits are saved.
     pub fn mark_saved(&mut self) {
         self.history.saved = self.edits();

@@ -10,6 +10,8 @@ pub enum Part {
     Material(String),
     /// How bright the display is.
     Exposure,
+    /// The curve of the display.
+    Tonemap,
     /// Where the camera stands, where it looks, and its field of view.
     View,
     /// This leaf of the environment.
@@ -28,10 +30,11 @@ impl Part {
         let light = Self::LIGHT.into_iter().zip(light.unwrap_or_default()).filter_map(|(part, named)| named.then_some(part));
         let camera = change.camera.clone().unwrap_or_default();
         let exposure = camera.exposure_ev.map(|_| Self::Exposure);
+        let tonemap = change.view.as_ref().and_then(|view| view.tonemap).map(|_| Self::Tonemap);
         let view = (CameraState { exposure_ev: None, ..camera } != CameraState::default()).then_some(Self::View);
         let materials: Vec<_> = change.materials.keys().cloned().map(Self::Material).collect();
         let shapes: Vec<_> = change.shapes.keys().cloned().map(Self::Shape).collect();
-        materials.into_iter().chain(light).chain(view).chain(exposure).chain(shapes)
+        materials.into_iter().chain(light).chain(view).chain(exposure).chain(tonemap).chain(shapes)
     }
 
     /// Takes its leaves out of `change`.
@@ -40,6 +43,7 @@ impl Part {
             Self::Material(name) => drop(change.materials.remove(name)),
             Self::Shape(name) => drop(change.shapes.remove(name)),
             Self::Exposure => change.camera.iter_mut().for_each(|camera| camera.exposure_ev = None),
+            Self::Tonemap => change.view.iter_mut().for_each(|view| view.tonemap = None),
             Self::View => {
                 let only_exposure = |camera: CameraState| CameraState { exposure_ev: camera.exposure_ev, ..CameraState::default() };
                 change.camera = change.camera.take().map(only_exposure);
@@ -62,6 +66,7 @@ impl Part {
         match self {
             Self::Material(material) => of == "materials" && name == material,
             Self::Exposure => of == "camera" && name == "exposure_ev",
+            Self::Tonemap => of == "view" && name == "tonemap",
             Self::View => of == "camera" && name != "exposure_ev",
             Self::Light(leaf) => of == "environment" && name == leaf,
             Self::Shape(object) => of == "shapes" && name == object,
@@ -73,6 +78,7 @@ impl Part {
         match self {
             Self::Material(name) => format!("material {}", plain(name)),
             Self::Exposure => "the exposure".to_owned(),
+            Self::Tonemap => "the curve".to_owned(),
             Self::View => "the view".to_owned(),
             Self::Light("map") => "the map".to_owned(),
             Self::Light("rotation_deg") => "the light's rotation".to_owned(),

@@ -31,6 +31,7 @@ impl User {
             what: "images",
             pieces: 3,
             pieces_expected: 12,
+            map_from_outside: false,
             loading: Loading::Complete,
         };
         let mirror = Mirror::new([1200.0, 820.0]);

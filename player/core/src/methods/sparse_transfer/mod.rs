@@ -18,6 +18,7 @@ use crate::lit::{DIFFUSE, Surroundings, belongs};
 use crate::stream::{Arrival, decode_sections};
 use relume_formats::Place;
 use relume_formats::container::{Kind, Section};
+use relume_formats::kinds::Environment;
 use relume_formats::kinds::sparse_transfer::{BLOCK_SECTIONS, Meta};
 use relume_formats::state::Rgb;
 use stage::Stage;
@@ -85,6 +86,12 @@ impl Playback for SparseTransfer {
 
     fn maps(&self) -> Option<Vec<String>> {
         self.maps.clone()
+    }
+
+    fn add_map(&mut self, gpu: &Gpu, map: &Environment) {
+        if let Some(stage) = &mut self.stage {
+            stage.add_map(gpu, map);
+        }
     }
 
     fn pieces(&self) -> Pieces {

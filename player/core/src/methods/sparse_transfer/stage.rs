@@ -3,7 +3,8 @@
 use super::columns::Columns;
 use crate::controls::Look;
 use crate::gpu::{Film, Gpu, Passes};
-use crate::lit::{Light, Picture};
+use crate::lit::{Light, Map, Picture};
+use relume_formats::kinds::Environment;
 use relume_formats::kinds::sparse_transfer::Block;
 use relume_formats::state::Rgb;
 
@@ -29,6 +30,12 @@ impl Stage {
     pub(super) fn block_arrived(&mut self, gpu: &Gpu, block: &Block) {
         self.columns.block_arrived(gpu, block, self.light.coefficients());
         self.columns_changed = true;
+    }
+
+    /// Adds an environment map, or puts it in the place of the one that has its name.
+    pub(super) fn add_map(&mut self, gpu: &Gpu, map: &Environment) {
+        let index = self.light.add(gpu, Map::new(gpu, map));
+        self.picture.set_map(gpu, index, &self.light);
     }
 
     /// Sets how things look.

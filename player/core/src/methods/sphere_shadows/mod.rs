@@ -24,7 +24,7 @@ use relume_formats::basis::two_level::SIDE;
 use relume_formats::bundle::{Objects, expect_receivers};
 use relume_formats::container::{Kind, Section};
 use relume_formats::evaluate::sphere_shadows::{Detail, lobe};
-use relume_formats::kinds::SphereShadows as Bake;
+use relume_formats::kinds::{Environment, SphereShadows as Bake};
 use relume_formats::state::Rgb;
 use stage::{Changed, Stage};
 use wgpu::BufferUsages;
@@ -154,6 +154,12 @@ impl Playback for SphereShadows {
 
     fn maps(&self) -> Option<Vec<String>> {
         self.maps.clone()
+    }
+
+    fn add_map(&mut self, gpu: &Gpu, map: &Environment) {
+        if let Some(stage) = &mut self.stage {
+            stage.add_map(gpu, map);
+        }
     }
 
     fn pieces(&self) -> Pieces {

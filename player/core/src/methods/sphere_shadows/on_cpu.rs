@@ -30,6 +30,14 @@ impl OnCpu {
         Self { maps, lobes, detail, table: HaarTable::bake(), order: order(&positions), folded: None }
     }
 
+    /// Adds an environment map, or puts it in the place of the one that has its name.
+    pub(super) fn add_map(&mut self, map: Environment) {
+        match self.maps.iter_mut().find(|known| known.name == map.name) {
+            Some(known) => *known = map,
+            None => self.maps.push(map),
+        }
+    }
+
     /// Folds the light of `look` into the lobes.
     pub(super) fn set_light(&mut self, look: &EnvironmentLook) {
         let Some(map) = self.maps.iter().find(|map| map.name == look.map) else { return };

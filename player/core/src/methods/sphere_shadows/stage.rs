@@ -8,7 +8,8 @@ use super::shading::Shading;
 use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
-use crate::lit::{Light, Picture};
+use crate::lit::{Light, Map, Picture};
+use relume_formats::kinds::Environment;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::state::Rgb;
 use std::ops::Range;
@@ -58,6 +59,18 @@ impl Stage {
         #[cfg(feature = "cpu")]
         self.compute_on_cpu(gpu);
         Ok(())
+    }
+
+    /// Adds an environment map, or puts it in the place of the one that has its name.
+    pub(super) fn add_map(&mut self, gpu: &Gpu, map: &Environment) {
+        let index = self.light.add(gpu, Map::new(gpu, map));
+        self.picture.set_map(gpu, index, &self.light);
+        #[cfg(feature = "cpu")]
+        if let Some(on_cpu) = &mut self.on_cpu {
+            on_cpu.add_map(map.clone());
+        }
+        // What shines may have been exchanged under its name.
+        self.environment = None;
     }
 
     fn set_light(&mut self, gpu: &Gpu, environment: Option<&EnvironmentLook>) {

@@ -6,9 +6,9 @@
 
 use super::expect_equirect;
 use super::primaries::Primaries;
-use relume_formats::basis::EquirectMap;
-use relume_formats::state::Rgb;
-use relume_formats::{Error, Place, Result};
+use crate::basis::EquirectMap;
+use crate::state::Rgb;
+use crate::{Error, Place, Result};
 use std::io::{BufRead, Read};
 
 /// Longest line and most bytes of a header.

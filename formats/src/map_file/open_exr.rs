@@ -5,12 +5,12 @@
 
 use super::primaries::Primaries;
 use super::{expect_bounded, expect_equirect};
+use crate::basis::EquirectMap;
+use crate::state::Rgb;
+use crate::{Error, Place, Result, open_regular};
 use exr::meta::attribute::EnvironmentMap;
 use exr::meta::header::Header;
 use exr::prelude::{IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel as _, Text, Vec2};
-use relume_formats::basis::EquirectMap;
-use relume_formats::state::Rgb;
-use relume_formats::{Error, Place, Result, open_regular};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};

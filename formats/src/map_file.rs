@@ -1,15 +1,14 @@
-//! Environment maps: Radiance `.hdr` and OpenEXR `.exr`, equirectangular, in whatever primaries they name.
+//! Files of environment maps, as scenes and players are given them: Radiance `.hdr` and OpenEXR `.exr`, equirectangular, in whatever primaries they name.
 
 mod open_exr;
 mod primaries;
 mod radiance;
 mod signatures;
 
-use crate::library::has_extension;
+use crate::basis::EquirectMap;
+use crate::state::Rgb;
+use crate::{Error, Place, Result, has_extension, open_regular};
 use primaries::convert;
-use relume_formats::basis::EquirectMap;
-use relume_formats::state::Rgb;
-use relume_formats::{Error, Place, Result, open_regular};
 use std::io::{BufReader, Read as _};
 use std::path::Path;
 
@@ -19,14 +18,16 @@ const MAX_TEXELS: u64 = 1 << 25;
 /// What an infinite texel becomes: the largest half float, whose overflow it was.
 const LARGEST_HALF: f32 = 65_504.0;
 
-/// Evenly white. It has more than one texel because tracers sample maps by rows of equal latitude.
-pub(super) fn white_map() -> EquirectMap {
-    let (width, height) = (32, 16);
-    EquirectMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] }
+/// Whether `path` is called as environment maps are, so that it names a file.
+pub fn is_named_so(path: &Path) -> bool {
+    ["hdr", "exr"].into_iter().any(|extension| has_extension(path, extension))
 }
 
 /// Reads the map at `path`, in linear Rec. 709. Adds what was mended to `warnings`.
-pub(super) fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
+///
+/// # Errors
+/// `Io` for a file that is not there, `Invalid` for one that is broken, too large or no equirectangular map, `Unsupported` for what this version does not read.
+pub fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
     expect_kind(path, &place)?;
     let (mut map, primaries) = if has_extension(path, "hdr") {

@@ -1,7 +1,7 @@
 //! Colours as a map's file has them, and what they are in linear Rec. 709, in which everything is reckoned.
 
+use crate::state::Rgb;
 use glam::{DMat3, DVec3};
-use relume_formats::state::Rgb;
 
 /// The chromaticities of a colour space, CIE 1931 xy.
 #[derive(Debug, Clone, Copy, PartialEq)]

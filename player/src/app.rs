@@ -21,31 +21,31 @@ use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalSize};
 use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// How often to look whether anything has arrived.
-const POLL_PAUSE: Duration = Duration::from_millis(10);
-/// How often to look whether a frame is done.
-const FRAMES_PAUSE: Duration = Duration::from_millis(2);
-/// While loading, least time from one frame to the next unless the user does something.
-const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
-/// While loading, pauses are at least so many times as long as frames: most of the time belongs to loading.
-const PROGRESS_PAUSE_FACTOR: f64 = 3.0;
-/// Least time from one frame of an animation to the next.
-const FRAME_PAUSE: Duration = Duration::from_millis(12);
+/// While an animation plays, longest time from one frame of the window to the next, even if its picture takes longer.
+const FRAME_PAUSE: Duration = Duration::from_millis(33);
+
+/// What wakes the window.
+enum Wake {
+    /// The user wants to stop.
+    Interrupt,
+    /// There is news of the picture.
+    News,
+}
 
 /// Plays as `cli` says in a window, until it is closed or `interrupt` is raised.
 pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
     let started = Instant::now();
     check_usage(cli)?;
     let event_loop = event_loop()?;
-    let proxy = event_loop.create_proxy();
+    let (proxy, for_news) = (event_loop.create_proxy(), event_loop.create_proxy());
     interrupt.on_raise(move || {
         // A loop that has ended needs no waking.
-        let _ = proxy.send_event(());
+        let _ = proxy.send_event(Wake::Interrupt);
     });
-    let mut app = App { cli, interrupt, started, open: None, failure: None };
+    let mut app = App { cli, interrupt, started, for_news, open: None, failure: None };
     event_loop.run_app(&mut app).map_err(|e| Error::Failed(format!("the display failed: {e}")))?;
     app.finish()
 }
@@ -67,7 +67,7 @@ fn no_display(reason: &str) -> Error {
     Error::Usage(format!("no display{reason}; add --headless and {WHAT_TO_ADD}"))
 }
 
-fn event_loop() -> Result<EventLoop<()>> {
+fn event_loop() -> Result<EventLoop<Wake>> {
     if cfg!(all(unix, not(target_vendor = "apple"))) {
         let named = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
         if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(named) {
@@ -82,6 +82,7 @@ struct App<'a> {
     cli: &'a Cli,
     interrupt: &'a Interrupt,
     started: Instant,
+    for_news: EventLoopProxy<Wake>,
     open: Option<Open>,
     failure: Option<Error>,
 }
@@ -91,6 +92,7 @@ struct Open {
     window: Arc<Window>,
     /// As the window last reported it. One that is destroyed cannot be asked any more, and winit panics if it is.
     size: PhysicalSize<u32>,
+    gpu: Gpu,
     canvas: Canvas,
     live: Live,
     input: egui_winit::State,
@@ -101,22 +103,16 @@ struct Open {
     /// Whether the window was asked to close since the last frame: what was done before comes first.
     close_requested: bool,
     opened: Instant,
-    /// When the last frame was done.
-    drawn_at: Instant,
-    /// How long it took.
-    draw_took: Duration,
     /// When the last frame of a running animation was drawn.
     played_at: Option<Instant>,
     /// When egui wants to be drawn again.
     next_draw: Option<Instant>,
-    /// Whether the picture was left as it is because the GPU was behind.
-    owes_draw: bool,
 }
 
-impl ApplicationHandler for App<'_> {
+impl ApplicationHandler<Wake> for App<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.open.is_none() && !self.stops(event_loop) {
-            match Open::new(event_loop, self.cli, self.started) {
+            match Open::new(event_loop, self.cli, self.started, self.for_news.clone()) {
                 Ok(open) => self.open = Some(open),
                 Err(error) => self.fail(event_loop, error),
             }
@@ -146,8 +142,11 @@ impl ApplicationHandler for App<'_> {
         }
     }
 
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
-        self.stops(event_loop);
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
+        match (wake, &mut self.open) {
+            (Wake::News, Some(open)) => open.take_news(event_loop),
+            _ => drop(self.stops(event_loop)),
+        }
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
@@ -155,10 +154,7 @@ impl ApplicationHandler for App<'_> {
             return;
         }
         let Some(open) = &mut self.open else { return };
-        match open.poll() {
-            Ok(wake) => event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)),
-            Err(error) => self.fail(event_loop, error),
-        }
+        event_loop.set_control_flow(open.next_look().map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
 
@@ -178,35 +174,40 @@ impl App<'_> {
     }
 
     fn finish(self) -> Result<()> {
-        let Some(mut open) = self.open else { return self.failure.map_or(Ok(()), Err) };
-        let written = match (&self.cli.stats, open.live.statistics()?) {
-            (Some(path), Some(statistics)) => write_whole(path, &statistics),
+        let Some(open) = self.open else { return self.failure.map_or(Ok(()), Err) };
+        let ended = open.live.end();
+        let written = match (&self.cli.stats, &ended) {
+            (Some(path), Ok(Some(statistics))) => write_whole(path, statistics),
             _ => Ok(()),
         };
-        let loaded = open.live.finish();
-        self.failure.map_or(Ok(()), Err).and(written).and(loaded)
+        self.failure.map_or(Ok(()), Err).and(written).and(ended.map(drop))
     }
 }
 
 impl Open {
-    fn new(event_loop: &ActiveEventLoop, cli: &Cli, started: Instant) -> Result<Self> {
+    fn new(event_loop: &ActiveEventLoop, cli: &Cli, started: Instant, for_news: EventLoopProxy<Wake>) -> Result<Self> {
         let mut parts = None;
         let session = Session::start(request(cli)?, || {
             let (gpu, window, instance, surface) = open_window(event_loop, cli)?;
-            parts = Some((window, instance, surface));
-            Ok(gpu)
+            let for_picture = gpu.again()?;
+            parts = Some((gpu, window, instance, surface));
+            Ok(for_picture)
         })?;
-        let Some((window, instance, surface)) = parts else { return Err(Error::Failed("no window was opened".to_owned())) };
-        let canvas = Canvas::new(session.gpu(), window.clone(), instance, surface)?;
+        let Some((gpu, window, instance, surface)) = parts else { return Err(Error::Failed("no window was opened".to_owned())) };
+        let canvas = Canvas::new(&gpu, window.clone(), instance, surface)?;
         let context = egui::Context::default();
         ui::set_up_style(&context);
-        let texture_side = session.gpu().device.limits().max_texture_dimension_2d as usize;
+        let texture_side = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, egui::ViewportId::ROOT, event_loop, scale, window.theme(), Some(texture_side));
         window.set_visible(true);
         window.request_redraw();
         Ok(Self {
-            live: Live::new(session, started, cli.stats.is_some()),
+            live: Live::start(session, started, cli.stats.is_some(), move || {
+                // A loop that has ended needs no news.
+                let _ = for_news.send_event(Wake::News);
+            })?,
+            gpu,
             size: window.inner_size(),
             window,
             canvas,
@@ -217,58 +218,48 @@ impl Open {
             note: None,
             close_requested: false,
             opened: started,
-            drawn_at: started,
-            draw_took: Duration::ZERO,
             played_at: None,
             next_draw: None,
-            owes_draw: false,
         })
     }
 
-    /// Takes in what has arrived and asks to be drawn if anything calls for it. Returns when to look again.
-    fn poll(&mut self) -> Result<Option<Instant>> {
-        let was_loading = self.live.is_loading();
-        let arrived = self.live.poll()?;
-        let now = Instant::now();
-        let loading = self.live.is_loading();
-        let next_frame = self.played_at.map(|at| at + FRAME_PAUSE);
-        let progress = loading.then(|| self.drawn_at + PROGRESS_PAUSE.max(self.draw_took.mul_f64(PROGRESS_PAUSE_FACTOR)));
-        let due = [self.next_draw, next_frame, progress].into_iter().flatten().min();
-        let first_image = self.picture.is_none() && self.live.shown().is_some();
-        let catches_up = self.owes_draw && !self.live.is_behind();
-        if first_image || was_loading != loading || catches_up || due.is_some_and(|due| due <= now) {
+    /// Takes in what there is to know of the picture.
+    fn take_news(&mut self, event_loop: &ActiveEventLoop) {
+        if self.live.take_news() {
+            self.note = self.live.take_note().or_else(|| self.note.take());
             self.window.request_redraw();
         }
-        let look = if loading {
-            Some(if arrived { now } else { now + POLL_PAUSE })
-        } else {
-            self.live.awaits_frames().then_some(now + FRAMES_PAUSE)
-        };
-        Ok(look.into_iter().chain(due.filter(|due| *due > now)).min())
+        if self.live.is_hopeless() {
+            event_loop.exit();
+        }
     }
 
-    /// Draws a frame. Returns whether the window is to be closed.
+    /// Asks to be drawn if it is time. Returns when to look again.
+    fn next_look(&mut self) -> Option<Instant> {
+        let now = Instant::now();
+        let due = [self.next_draw, self.played_at.map(|at| at + FRAME_PAUSE)].into_iter().flatten().min();
+        if due.is_some_and(|due| due <= now) {
+            self.window.request_redraw();
+        }
+        due.filter(|due| *due > now)
+    }
+
+    /// Draws a frame of the window, with the newest picture that there is. Returns whether the window is to be closed.
     fn redraw(&mut self) -> Result<bool> {
-        let began = Instant::now();
         self.pass_time();
         let (drawing, close) = self.draw_ui();
-        self.owes_draw = self.live.is_behind();
-        if !self.owes_draw {
-            self.live.draw()?;
-        }
-        match self.canvas.paint(self.live.session().gpu(), self.size, &drawing) {
+        self.live.order();
+        match self.canvas.paint(&self.gpu, self.size, &drawing) {
             Painted::Yes => {}
             Painted::TryAgain => self.window.request_redraw(),
             Painted::WindowGone => return Ok(true),
         }
-        self.live.session().gpu().check()?;
+        self.gpu.poll()?;
         if std::mem::take(&mut self.close_requested) {
             self.screen.close();
             self.window.request_redraw();
         }
         self.set_title();
-        self.drawn_at = Instant::now();
-        self.draw_took = self.drawn_at.duration_since(began);
         Ok(close)
     }
 
@@ -284,11 +275,9 @@ impl Open {
     /// Shows the screen and does what the user asks for. Returns what is to be drawn, and whether the window is to be closed.
     fn draw_ui(&mut self) -> (Drawing, bool) {
         let context = self.input.egui_ctx().clone();
-        let facts = self.live.facts();
-        if self.picture.is_none()
-            && let Some(texture) = self.live.shown().map(|shown| shown.picture.clone())
-        {
-            self.picture = Some(self.canvas.register(self.live.session().gpu(), &texture));
+        let facts = self.live.facts().clone();
+        if let Some((size, pixels)) = self.live.shown().and_then(|shown| Some((shown.size, shown.take_pixels()?))) {
+            self.picture = Some(self.canvas.take_picture(&self.gpu, size, &pixels));
         }
         let raw_input = self.take_input();
         let mut close = false;
@@ -330,10 +319,11 @@ impl Open {
         let news = wishes.paste || wishes.tell.is_some() || !wishes.save.is_empty();
         self.note = wishes.tell.or_else(|| self.note.take());
         for what in &wishes.save {
-            let saved = self.live.save(*what, Path::new("")).map_err(|error| error.to_string());
+            let saved = self.live.save(*what, Path::new(""));
             // What could not be saved is not to be lost.
             close &= saved.is_ok();
-            self.note = Some(saved.map(|path| format!("saved {}", path.display())));
+            let said = saved.map(|path| path.map(|path| format!("saved {}", path.display())));
+            self.note = said.map_err(|error| error.to_string()).transpose().or_else(|| self.note.take());
         }
         if wishes.paste {
             let text = self.input.clipboard_text().unwrap_or_default();
@@ -346,7 +336,7 @@ impl Open {
     }
 
     fn set_title(&mut self) {
-        let facts = self.live.facts();
+        let facts = self.live.facts().clone();
         let title = self.screen.title(self.live.shown().map(|shown| &shown.editor), &facts);
         if title != self.title {
             self.window.set_title(&title);

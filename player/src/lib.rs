@@ -5,7 +5,8 @@
 //! * [`environment`]: maps from the user's own files;
 //! * [`session`]: a bundle being played from files, and what frames take;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
-//! * [`live`]: a bundle shown and edited while it plays; [`ui`]: what the user sees of that; [`app`]: the window around it;
+//! * [`picture`]: the picture of a bundle that is arriving; [`live`]: what the user sets of it, while a thread of its own draws;
+//! * [`ui`]: what the user sees of that; [`app`]: the window around it;
 //! * [`interrupt`]: the wish to stop;
 //! * [`cli`]: the command line.
 
@@ -20,6 +21,7 @@ pub mod headless;
 pub mod interrupt;
 pub mod live;
 pub mod output;
+pub mod picture;
 pub mod session;
 pub mod stats;
 pub mod stream;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
+use egui::TextureId;
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use std::sync::Arc;
 use wgpu::{CurrentSurfaceTexture, Surface, SurfaceConfiguration, SurfaceTexture, TextureFormat};
@@ -36,6 +37,8 @@ pub struct Canvas {
     surface: Surface<'static>,
     config: SurfaceConfiguration,
     renderer: Renderer,
+    /// The bundle's picture, and what egui calls it.
+    picture: Option<(wgpu::Texture, TextureId)>,
     /// How often in a row the surface was lost.
     losses: u32,
 }
@@ -56,13 +59,37 @@ impl Canvas {
         // Dithering would change the picture by a step here and there.
         let options = RendererOptions { dithering: false, ..RendererOptions::default() };
         let renderer = Renderer::new(&gpu.device, config.format, options);
-        Ok(Self { window, instance, surface, config, renderer, losses: 0 })
+        Ok(Self { window, instance, surface, config, renderer, picture: None, losses: 0 })
     }
 
-    /// Makes `texture`, of format `Rgba8Unorm` and holding sRGB-encoded values, known to egui.
-    pub fn register(&mut self, gpu: &Gpu, texture: &wgpu::Texture) -> egui::TextureId {
+    /// Takes a new picture of `size` pixels, sRGB-encoded RGBA, row by row; returns what egui is to call it.
+    pub fn take_picture(&mut self, gpu: &Gpu, size: [u32; 2], pixels: &[u8]) -> TextureId {
+        let texture = match self.picture.take() {
+            Some((texture, id)) if [texture.width(), texture.height()] == size => (texture, id),
+            other => self.new_picture(gpu, size, other.map(|(_, id)| id)),
+        };
+        let [width, height] = size;
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        gpu.queue.write_texture(texture.0.as_image_copy(), pixels, layout, extent);
+        self.picture.insert(texture).1
+    }
+
+    fn new_picture(&mut self, gpu: &Gpu, [width, height]: [u32; 2], old: Option<TextureId>) -> (wgpu::Texture, TextureId) {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.renderer.register_native_texture(&gpu.device, &view, wgpu::FilterMode::Linear)
+        old.iter().for_each(|id| self.renderer.free_texture(id));
+        let id = self.renderer.register_native_texture(&gpu.device, &view, wgpu::FilterMode::Linear);
+        (texture, id)
     }
 
     /// Shows `drawing` in the window, which is of this `size`. A window without an area shows nothing.

@@ -4,7 +4,7 @@ mod adapter;
 mod readback;
 
 pub use adapter::list;
-pub use readback::Readback;
+pub use readback::{PictureReadback, Readback};
 
 use crate::error::{Error, Result};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -40,6 +40,11 @@ impl Gpu {
         Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, adapter::is_cpu(adapter))
     }
 
+    /// Another device on the same adapter: what is done on one waits for nothing on the other.
+    pub fn again(&self) -> Result<Self> {
+        Self::open_adapter(self.adapter.clone(), self.radiance_on_cpu)
+    }
+
     fn open_adapter(adapter: wgpu::Adapter, radiance_on_cpu: bool) -> Result<Self> {
         let mut info = adapter.get_info();
         if radiance_on_cpu {
@@ -73,7 +78,7 @@ impl Gpu {
         }
     }
 
-    /// A texture of 8-bit sRGB values to draw on, to show and to read.
+    /// A texture of 8-bit sRGB values to draw on and to read back.
     pub fn picture(&self, [width, height]: [u32; 2]) -> wgpu::Texture {
         self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
@@ -82,7 +87,7 @@ impl Gpu {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: wgpu::TextureFormat::Rgba8Unorm,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         })
     }

@@ -52,3 +52,50 @@ impl Readback {
         Ok(radiance)
     }
 }
+
+/// A host-visible twin of a picture.
+#[derive(Debug, Clone)]
+pub struct PictureReadback {
+    size: [u32; 2],
+    /// Bytes of a row in the twin, which are aligned as copies must be.
+    row_bytes: u32,
+    twin: wgpu::Buffer,
+}
+
+impl PictureReadback {
+    /// Of pictures of this size, see [`Gpu::picture`].
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        let row_bytes = (4 * size[0]).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let twin = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture read-back"),
+            size: u64::from(row_bytes) * u64::from(size[1]),
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { size, row_bytes, twin }
+    }
+
+    /// Encodes the copy.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::Texture) {
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.row_bytes), rows_per_image: None };
+        let [width, height] = self.size;
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        encoder.copy_texture_to_buffer(picture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &self.twin, layout }, extent);
+    }
+
+    /// Waits for the last copy: four bytes for every pixel, row by row.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<u8>> {
+        // The range that is asked for below tells whether this worked.
+        self.twin.map_async(wgpu::MapMode::Read, .., |_| {});
+        gpu.wait()?;
+        let view = self
+            .twin
+            .get_mapped_range(..)
+            .map_err(|e| Error::Failed(format!("GPU {}: cannot read the picture back: {e}", gpu.info.name)))?;
+        let row = 4 * self.size[0] as usize;
+        let pixels = view.chunks_exact(self.row_bytes as usize).flat_map(|padded| &padded[..row]).copied().collect();
+        drop(view);
+        self.twin.unmap();
+        Ok(pixels)
+    }
+}

@@ -36,10 +36,12 @@ pub enum Loading {
     Prefix,
     /// The rest will not come, for this reason.
     Failed(String),
+    /// Nothing is drawn any more, for this reason.
+    Stopped(String),
 }
 
 /// Figures about the player.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Facts {
     /// Name of the GPU.
     pub adapter: String,

@@ -37,6 +37,7 @@ fn loading(ui: &mut Ui, facts: &Facts) {
         }
         Loading::Complete => line(ui, "", WARNING),
         Loading::Prefix => line(ui, &format!("the first {pieces} of {pieces_expected} {what}, as asked for by --bytes"), ACCENT),
+        Loading::Stopped(reason) => line(ui, &format!("the picture stands still: {reason}; save the state (T) and start again"), WARNING),
         Loading::Failed(reason) => {
             line(ui, &format!("loading ended early, with {pieces} of {pieces_expected} {what}: {reason}"), WARNING);
         }

@@ -56,7 +56,7 @@ pub struct Pieces {
 
 /// A method at work: what has arrived of a bake, on its way to and on the GPU. Its pieces arrive in order of importance, and it plays from the
 /// first one on.
-pub(crate) trait Playback {
+pub(crate) trait Playback: Send {
     /// Takes the next section of one of the method's files, which come in the order of the manifest.
     ///
     /// # Errors

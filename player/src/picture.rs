@@ -1,10 +1,11 @@
-//! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
+//! The picture of a bundle that is arriving: drawn when it changes, read back, saved. Knows nothing of windows, and not who says what it is to show.
 
 use crate::error::{Error, Result};
+use crate::gpu::PictureReadback;
 use crate::output::{encode_exr, encode_png, write_numbered};
 use crate::session::{Cost, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
-use crate::ui::{Editor, Facts, Loading, Metering, Picker, Save, Stage};
+use crate::ui::{Editor, Facts, Loading, Metering, Picker, Save};
 use relume_formats::state::Rgb;
 use relume_playback::{Look, Player, Progress, Surfaces};
 use std::path::{Path, PathBuf};
@@ -16,15 +17,12 @@ const POLL: Duration = Duration::from_millis(10);
 /// come without one in between.
 const REFINING_PAUSE_FACTOR: f64 = 3.0;
 
-/// Frames that may be under way on the GPU at once, so that none shows what the user did long ago.
-const MOST_UNDER_WAY: usize = 2;
-
-/// A bundle on show.
-pub struct Live {
+/// A bundle's picture.
+pub struct Picture {
     session: Session,
     started: Instant,
     loading: Load,
-    shown: Option<Shown>,
+    target: Option<Target>,
     /// What the picture shows.
     drawn: Option<Look>,
     /// Whether pieces have arrived that the picture lacks.
@@ -45,9 +43,18 @@ enum Load {
     Failed(Error),
 }
 
+/// What of the film can be saved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Film {
+    /// The picture as shown.
+    Png,
+    /// Linear radiance.
+    Exr,
+}
+
 /// What there is as soon as there is anything to see.
-pub struct Shown {
-    /// What the user has set.
+pub struct Ready {
+    /// The settings that the player starts with.
     pub editor: Editor,
     /// Which material is where, if the view is fixed.
     pub picker: Option<Picker>,
@@ -55,27 +62,23 @@ pub struct Shown {
     pub surfaces: Surfaces,
     /// Size of the film in pixels.
     pub size: [u32; 2],
-    /// What the display shows: sRGB-encoded values.
-    pub picture: wgpu::Texture,
+}
+
+/// What the picture is drawn on.
+struct Target {
+    texture: wgpu::Texture,
     view: wgpu::TextureView,
+    readback: PictureReadback,
 }
 
-impl Shown {
-    /// What the screen shows of it, with `picture` for the picture.
-    pub fn stage(&mut self, picture: egui::TextureId) -> Stage<'_> {
-        let Self { editor, picker, surfaces, size, .. } = self;
-        Stage { editor, picker: picker.as_ref(), surfaces, size: *size, picture }
-    }
-}
-
-impl Live {
-    /// Shows `session`, which began at `started`. With `record`, the cost of every frame is kept for [`Live::statistics`].
+impl Picture {
+    /// Of `session`, which began at `started`. With `record`, the cost of every frame is kept for [`Picture::statistics`].
     pub fn new(session: Session, started: Instant, record: bool) -> Self {
         Self {
             session,
             started,
             loading: Load::Arriving,
-            shown: None,
+            target: None,
             drawn: None,
             stale: false,
             refine_at: started,
@@ -89,7 +92,7 @@ impl Live {
     /// Takes in what has arrived, of the bundle and from the GPU. Returns whether anything of the bundle has.
     ///
     /// # Errors
-    /// If the bundle fails before there is anything to show. Later failures are kept, see [`Live::finish`].
+    /// If the bundle fails before there is anything to show. Later failures are kept, see [`Picture::finish`].
     pub fn poll(&mut self) -> Result<bool> {
         self.take_costs()?;
         let until = Instant::now() + POLL;
@@ -103,63 +106,86 @@ impl Live {
                     // The last frame is the one whose time counts as that of full quality.
                     self.stale = true;
                 }
-                Err(error) if self.shown.is_some() => self.loading = Load::Failed(error),
+                Err(error) if self.target.is_some() => self.loading = Load::Failed(error),
                 Err(error) => return Err(error),
             }
             changed = true;
-            self.show_if_ready();
+            if self.target.is_none() && self.session.player().is_ready() {
+                break;
+            }
         }
         Ok(changed)
     }
 
-    fn show_if_ready(&mut self) {
-        if self.shown.is_none()
-            && self.session.player().is_ready()
-            && let Some(controls) = self.session.player().controls()
-        {
-            let Some(film) = self.session.player().film() else { return };
-            let (mut editor, size, picture) = (Editor::new(controls), film.size, self.session.gpu().picture(film.size));
-            let picker = self.session.player().materials().map(Picker::new);
-            let (surfaces, view) =
-                (self.session.player_mut().take_surfaces(), picture.create_view(&wgpu::TextureViewDescriptor::default()));
-            if self.session.meters() {
-                editor.meter(Metering::WhenWhole);
-            }
-            self.shown = Some(Shown { editor, picker, surfaces, size, picture, view });
+    /// What there is to see, once, as soon as there is.
+    pub fn ready(&mut self) -> Option<Ready> {
+        if self.target.is_some() || !self.session.player().is_ready() {
+            return None;
         }
+        let (size, mut editor) = (self.session.player().film()?.size, Editor::new(self.session.player().controls()?));
+        if self.session.meters() {
+            editor.meter(Metering::WhenWhole);
+        }
+        let texture = self.session.gpu().picture(size);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        self.target = Some(Target { readback: PictureReadback::new(self.session.gpu(), size), texture, view });
+        let picker = self.session.player().materials().map(Picker::new);
+        Some(Ready { editor, picker, surfaces: self.session.player_mut().take_surfaces(), size })
     }
 
-    /// Draws what has changed of the picture. Returns whether anything has.
-    fn draw_changes(&mut self) -> Result<bool> {
-        let Some(shown) = &self.shown else { return Ok(false) };
-        let look = shown.editor.look();
-        let display = look.display();
-        let same_radiance = self.drawn.as_ref().is_some_and(|drawn| drawn.displayed(display) == look);
+    /// Brings the picture up to date with `look`, doing no more than what has changed asks for, and without waiting for the GPU. Returns whether it changed.
+    pub fn draw(&mut self, look: &Look) -> Result<bool> {
+        let Some(target) = &self.target else { return Ok(false) };
+        let same_but_for_display = self.drawn.as_ref().is_some_and(|drawn| drawn.displayed(look.display()) == *look);
         let refines = self.refines();
-        if self.drawn.as_ref() == Some(&look) && !refines {
+        if self.drawn.as_ref() == Some(look) && !refines {
             return Ok(false);
         }
-        let view = shown.view.clone();
-        let show = |player: &mut Player, encoder: &mut _| Ok(player.show(encoder, &view, display)?);
-        if !same_radiance || refines {
-            self.frame_drawn(|session| session.draw(&look, show))?;
+        let (texture, view, readback) = (target.texture.clone(), target.view.clone(), target.readback.clone());
+        let show = |player: &mut Player, encoder: &mut wgpu::CommandEncoder| {
+            player.show(encoder, &view, look.display())?;
+            readback.encode(encoder, &texture);
+            Ok(())
+        };
+        if !same_but_for_display || refines {
+            self.frame_drawn(|session| session.draw(look, show))?;
         } else {
             self.session.submit(show)?;
         }
-        self.move_surfaces(&look);
-        self.drawn = Some(look);
+        self.drawn = Some(look.clone());
         self.session.gpu().check()?;
         Ok(true)
     }
 
-    /// Lets the surfaces follow the shapes of a `look` that was just drawn.
-    fn move_surfaces(&mut self, look: &Look) {
-        let moved = self.drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
-        if let (true, Some(shown)) = (moved, &mut self.shown)
-            && let Some(positions) = self.session.player().moving_vertices()
-        {
-            shown.surfaces.set_positions(positions);
+    /// The picture as last drawn, once the GPU is done with it: sRGB-encoded RGBA, row by row.
+    pub fn pixels(&self) -> Result<Vec<u8>> {
+        let Some(target) = &self.target else { return Ok(Vec::new()) };
+        target.readback.read(self.session.gpu())
+    }
+
+    /// Where the vertices are that move with shapes, metres in world space, in the frame last drawn.
+    pub fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
+        self.session.player().moving_vertices()
+    }
+
+    /// The exposure that the picture asks for, if it is as whole as `metering` wants: EV, or nothing for one without light.
+    pub fn metered(&mut self, metering: Metering) -> Result<Option<Option<f32>>> {
+        let is_whole = !self.is_loading() && !self.stale;
+        if self.drawn.is_none() || (metering == Metering::WhenWhole && !is_whole) {
+            return Ok(None);
         }
+        self.session.metered_ev().map(Some)
+    }
+
+    /// Adds the environment map in the file at `path`; returns the name to choose it by.
+    ///
+    /// # Errors
+    /// If the file holds no map, or the light does not vary. Then nothing has changed.
+    pub fn add_environment(&mut self, path: &Path) -> Result<String> {
+        let name = self.session.add_environment(path)?;
+        // One of the same name may have been exchanged.
+        self.stale = true;
+        Ok(name)
     }
 
     fn refines(&self) -> bool {
@@ -183,7 +209,8 @@ impl Live {
         self.refine_at = self.refine_at.max(Instant::now() + took.mul_f64(REFINING_PAUSE_FACTOR));
     }
 
-    fn take_costs(&mut self) -> Result<()> {
+    /// Notes what frames took that are done.
+    pub fn take_costs(&mut self) -> Result<()> {
         for cost in self.session.take_costs()? {
             self.record(&cost);
         }
@@ -205,24 +232,14 @@ impl Live {
         }
     }
 
-    /// Whether frames are under way, of which something will be to be told by [`Live::poll`].
+    /// Whether frames are under way, of which something will be to be told by [`Picture::poll`].
     pub fn awaits_frames(&self) -> bool {
         self.session.frames_under_way() > 0
-    }
-
-    /// Whether so many frames are under way that another would only come later.
-    pub fn is_behind(&self) -> bool {
-        self.session.frames_under_way() >= MOST_UNDER_WAY
     }
 
     /// Whether more may arrive.
     pub fn is_loading(&self) -> bool {
         matches!(self.loading, Load::Arriving)
-    }
-
-    /// What there is to see, once there is.
-    pub fn shown(&mut self) -> Option<&mut Shown> {
-        self.shown.as_mut()
     }
 
     /// What the user may want to know.
@@ -250,37 +267,30 @@ impl Live {
         }
     }
 
-    /// Writes the picture or the settings into `folder`, under a name of its own. Returns the path.
-    pub fn save(&mut self, what: Save, folder: &Path) -> Result<PathBuf> {
-        self.draw()?;
-        let (Some(shown), Some(look)) = (&self.shown, &self.drawn) else {
-            return Err(Error::Failed("there is nothing to save yet".to_owned()));
-        };
-        let (name, display) = (shown.editor.scene().name.clone(), look.display());
-        let size = shown.size;
-        let bytes = match what {
-            Save::State => {
-                let text = toml::to_string(&shown.editor.state());
-                text.map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?.into_bytes()
-            }
-            Save::Exr => encode_exr(size, &self.session.read_film()?)?,
-            Save::Png => {
-                let linear: Vec<Rgb> = self.session.read_film()?.iter().map(|radiance| display.shown(*radiance)).collect();
-                encode_png(size, &linear)?
+    /// Writes the picture as last drawn into `folder`, under a name of its own. Returns the path.
+    ///
+    /// # Errors
+    /// If nothing is drawn yet, or it cannot be written.
+    pub fn save(&mut self, what: Film, folder: &Path) -> Result<PathBuf> {
+        let (Some(look), Some(controls)) = (&self.drawn, self.session.player().controls()) else { return Err(nothing_yet()) };
+        let (name, display) = (controls.scope().scene.name.clone(), look.display());
+        let size = self.session.player().film().map_or([0, 0], |film| film.size);
+        let radiance = self.session.read_film()?;
+        let (bytes, extension) = match what {
+            Film::Exr => (encode_exr(size, &radiance)?, Save::Exr.extension()),
+            Film::Png => {
+                let linear: Vec<Rgb> = radiance.iter().map(|radiance| display.shown(*radiance)).collect();
+                (encode_png(size, &linear)?, Save::Png.extension())
             }
         };
-        let path = write_numbered(folder, &name, what.extension(), &bytes)?;
-        if let (Save::State, Some(shown)) = (what, &mut self.shown) {
-            shown.editor.mark_saved();
-        }
-        Ok(path)
+        write_numbered(folder, &name, extension, &bytes)
     }
 
     /// What `--stats` writes, if frames were recorded.
     pub fn statistics(&mut self) -> Result<Option<Vec<u8>>> {
         self.session.wait()?;
         self.take_costs()?;
-        let Some(recorder) = self.recorder.take().filter(|_| self.shown.is_some()) else { return Ok(None) };
+        let Some(recorder) = self.recorder.take().filter(|_| self.target.is_some()) else { return Ok(None) };
         recorder.finish(&self.session, self.appearance).map(Some)
     }
 
@@ -294,14 +304,12 @@ impl Live {
             Load::Arriving | Load::Loaded { .. } => Ok(()),
         }
     }
-
-    /// The bundle being played.
-    pub fn session(&self) -> &Session {
-        &self.session
-    }
 }
 
-mod environment;
-mod metering;
+/// The error that there is nothing to save.
+pub fn nothing_yet() -> Error {
+    Error::Failed("there is nothing to save yet".to_owned())
+}
+
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,197 @@
+//! A bundle on show: what the user sets of it, here, and its picture, which a thread of its own draws. What the user does never waits for a frame: looks go
+//! there as orders, of which the last counts, and pictures come back as news. Knows nothing of windows.
+
+mod worker;
+
+use crate::error::{Error, Result};
+use crate::output::write_numbered;
+use crate::picture::{Film, Picture, nothing_yet};
+use crate::session::Session;
+use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
+use relume_formats::state::EnvironmentState;
+use relume_playback::{Look, Surfaces};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Instant;
+use worker::{News, Order, Worker};
+
+/// A bundle on show.
+pub struct Live {
+    /// `None` once the thread is to end.
+    orders: Option<Sender<Order>>,
+    news: Receiver<News>,
+    thread: JoinHandle<Result<Option<Vec<u8>>>>,
+    facts: Facts,
+    shown: Option<Shown>,
+    /// What was said last of what was asked for.
+    note: Option<Note>,
+}
+
+/// What there is as soon as there is anything to see.
+pub struct Shown {
+    /// What the user has set.
+    pub editor: Editor,
+    picker: Option<Picker>,
+    surfaces: Surfaces,
+    /// Size of the film in pixels.
+    pub size: [u32; 2],
+    /// A picture that was not yet taken: sRGB-encoded RGBA, row by row.
+    pixels: Option<Vec<u8>>,
+    /// The look that was ordered last.
+    ordered: Look,
+    /// The metering that was ordered and not yet answered.
+    metering: Option<Metering>,
+}
+
+impl Shown {
+    /// What the screen shows of it, with `picture` for the picture.
+    pub fn stage(&mut self, picture: egui::TextureId) -> Stage<'_> {
+        let Self { editor, picker, surfaces, size, .. } = self;
+        Stage { editor, picker: picker.as_ref(), surfaces, size: *size, picture }
+    }
+
+    /// The newest picture, if it was not yet taken.
+    pub fn take_pixels(&mut self) -> Option<Vec<u8>> {
+        self.pixels.take()
+    }
+}
+
+impl Live {
+    /// Shows `session`, which began at `started`; calls `wake` whenever there is news. With `record`, the cost of every frame is kept for [`Live::end`].
+    ///
+    /// # Errors
+    /// If there can be no thread.
+    pub fn start(session: Session, started: Instant, record: bool, wake: impl Fn() + Send + 'static) -> Result<Self> {
+        let picture = Picture::new(session, started, record);
+        let facts = picture.facts();
+        let ((orders, received), (sender, news)) = (channel(), channel());
+        let tell = move |item| {
+            // Who no longer listens shows nothing any more.
+            if sender.send(item).is_ok() {
+                wake();
+            }
+        };
+        let work = move || Worker::new(picture, tell).run(&received);
+        let thread = std::thread::Builder::new().name("picture".to_owned()).spawn(work);
+        let thread = thread.map_err(|e| Error::Failed(format!("cannot start the thread that draws: {e}")))?;
+        Ok(Self { orders: Some(orders), news, thread, facts, shown: None, note: None })
+    }
+
+    /// Takes in what there is to know. Returns whether there was anything.
+    pub fn take_news(&mut self) -> bool {
+        let mut any = false;
+        while let Ok(item) = self.news.try_recv() {
+            any = true;
+            match (item, &mut self.shown) {
+                (News::Facts(facts), _) => self.facts = *facts,
+                (News::Saved(saved), _) => self.note = Some(saved.map(|path| format!("saved {}", path.display()))),
+                (News::Ready(ready), _) => {
+                    let ordered = ready.editor.look();
+                    let (editor, picker, surfaces, size) = (ready.editor, ready.picker, ready.surfaces, ready.size);
+                    self.shown = Some(Shown { editor, picker, surfaces, size, pixels: None, ordered, metering: None });
+                }
+                (News::Ended(reason), _) => self.facts.loading = Loading::Stopped(reason),
+                (News::Drawn { pixels, moved }, Some(shown)) => {
+                    shown.pixels = Some(pixels);
+                    moved.into_iter().for_each(|positions| shown.surfaces.set_positions(positions));
+                }
+                (News::Metered(ev), Some(shown)) => {
+                    shown.metering = None;
+                    shown.editor.metered(ev);
+                }
+                (News::Lit(lit), Some(shown)) => self.note = Some(lit.map(|name| shown.lit_by(name))),
+                (News::Drawn { .. } | News::Metered(_) | News::Lit(_), None) => {}
+            }
+        }
+        any
+    }
+
+    /// Whether bundle or GPU have failed before there was anything to show: there is nothing to wait for. [`Live::end`] tells the reason.
+    pub fn is_hopeless(&self) -> bool {
+        self.shown.is_none() && matches!(self.facts.loading, Loading::Stopped(_))
+    }
+
+    /// Orders what the user has set, if that is not what was ordered last.
+    pub fn order(&mut self) {
+        let Some(shown) = &mut self.shown else { return };
+        let look = shown.editor.look();
+        let changed = (look != shown.ordered).then(|| Order::Show(Box::new(look.clone())));
+        let meters = shown.editor.metering().filter(|metering| shown.metering != Some(*metering));
+        (shown.ordered, shown.metering) = (look, shown.editor.metering());
+        let orders: Vec<Order> = changed.into_iter().chain(meters.map(Order::Meter)).collect();
+        orders.into_iter().for_each(|order| self.send(order));
+    }
+
+    /// A thread that has ended for a failure has told so.
+    fn send(&self, order: Order) {
+        if let Some(orders) = &self.orders {
+            let _ = orders.send(order);
+        }
+    }
+
+    /// Has the environment map in the file at `path` added, and the scene lit by it.
+    pub fn light_by(&self, path: &Path) {
+        self.send(Order::Light(path.to_owned()));
+    }
+
+    /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings are written at once.
+    ///
+    /// # Errors
+    /// If the settings cannot be written, or there are none yet.
+    pub fn save(&mut self, what: Save, folder: &Path) -> Result<Option<PathBuf>> {
+        self.order();
+        let film = match what {
+            Save::State => return self.save_state(folder).map(Some),
+            Save::Png => Film::Png,
+            Save::Exr => Film::Exr,
+        };
+        self.send(Order::Save(film, folder.to_owned()));
+        Ok(None)
+    }
+
+    fn save_state(&mut self, folder: &Path) -> Result<PathBuf> {
+        let Some(Shown { editor, .. }) = &mut self.shown else { return Err(nothing_yet()) };
+        let text = toml::to_string(&editor.state()).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
+        let path = write_numbered(folder, &editor.scene().name, Save::State.extension(), text.as_bytes())?;
+        editor.mark_saved();
+        Ok(path)
+    }
+
+    /// What was said last of what was asked for, once.
+    pub fn take_note(&mut self) -> Option<Note> {
+        self.note.take()
+    }
+
+    /// What there is to see, once there is.
+    pub fn shown(&mut self) -> Option<&mut Shown> {
+        self.shown.as_mut()
+    }
+
+    /// What the user may want to know.
+    pub fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    /// Ends, when everything that was ordered is done. Returns what `--stats` writes, if frames were recorded.
+    ///
+    /// # Errors
+    /// The one that drawing or loading ended with, if it did.
+    pub fn end(mut self) -> Result<Option<Vec<u8>>> {
+        self.orders = None;
+        self.thread.join().unwrap_or_else(|_| Err(Error::Failed("the thread that draws has failed".to_owned())))
+    }
+}
+
+impl Shown {
+    /// Lights the scene by the map `name`, which has just been added; returns what to say.
+    fn lit_by(&mut self, name: String) -> String {
+        self.editor.add_map(&name);
+        let said = format!("lit by {name}");
+        self.editor.edit_light(&EnvironmentState { map: Some(name), ..EnvironmentState::default() });
+        said
+    }
+}
+
+#[cfg(test)]
+mod tests;

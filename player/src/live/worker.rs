@@ -1,0 +1,160 @@
+//! The thread that draws: it takes orders and tells news.
+
+use crate::error::{Error, Result};
+use crate::picture::{Film, Picture, Ready};
+use crate::ui::{Facts, Metering};
+use relume_playback::Look;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+/// How often to look whether anything has arrived.
+const POLL_PAUSE: Duration = Duration::from_millis(10);
+/// While loading, least time from one telling of how it stands to the next: most of the time belongs to loading.
+const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
+
+/// What the thread is to do.
+pub enum Order {
+    /// Show this look, and none that was ordered before.
+    Show(Box<Look>),
+    /// Tell the exposure that the picture asks for.
+    Meter(Metering),
+    /// Add the environment map in this file.
+    Light(PathBuf),
+    /// Write the picture into this folder.
+    Save(Film, PathBuf),
+}
+
+/// What the thread tells.
+pub enum News {
+    /// How things stand.
+    Facts(Box<Facts>),
+    /// There is something to see.
+    Ready(Box<Ready>),
+    /// A new picture, sRGB-encoded RGBA, row by row, and where the vertices are if they have moved.
+    Drawn { pixels: Vec<u8>, moved: Option<Vec<[f32; 3]>> },
+    /// The exposure that was asked for, if the picture has any light, in EV.
+    Metered(Option<f32>),
+    /// A map was added under this name, or why it was not.
+    Lit(std::result::Result<String, String>),
+    /// A picture was written to this file, or why it was not.
+    Saved(std::result::Result<PathBuf, String>),
+    /// Nothing is drawn any more, for this reason.
+    Ended(String),
+}
+
+/// The thread's own.
+pub struct Worker<T: Fn(News)> {
+    picture: Picture,
+    tell: T,
+    /// What to show.
+    look: Option<Look>,
+    /// What is shown of shapes.
+    shapes_drawn: Option<Look>,
+    metering: Option<Metering>,
+    told: Option<Facts>,
+    told_at: Option<Instant>,
+}
+
+impl<T: Fn(News)> Worker<T> {
+    /// Draws `picture` and tells by `tell`.
+    pub fn new(picture: Picture, tell: T) -> Self {
+        Self { picture, tell, look: None, shapes_drawn: None, metering: None, told: None, told_at: None }
+    }
+
+    /// Works until nobody gives orders any more. Returns what `--stats` writes, if frames were recorded.
+    ///
+    /// # Errors
+    /// The one that drawing or loading ended with.
+    pub fn run(mut self, orders: &Receiver<Order>) -> Result<Option<Vec<u8>>> {
+        if let Err(error) = self.work(orders) {
+            (self.tell)(News::Ended(error.to_string()));
+            return Err(error);
+        }
+        let statistics = self.picture.statistics()?;
+        self.picture.finish()?;
+        Ok(statistics)
+    }
+
+    fn work(&mut self, orders: &Receiver<Order>) -> Result<()> {
+        loop {
+            let arrived = self.picture.poll()?;
+            if let Some(ready) = self.picture.ready() {
+                self.look = Some(ready.editor.look());
+                (self.tell)(News::Ready(Box::new(ready)));
+            }
+            self.draw()?;
+            self.meter()?;
+            self.tell_facts();
+            let Some(order) = self.next(orders, arrived) else { return Ok(()) };
+            order.into_iter().for_each(|order| self.obey(order));
+            while let Ok(order) = orders.try_recv() {
+                self.obey(order);
+            }
+        }
+    }
+
+    /// Waits for the next order; for a while only where more may arrive. `None` if nobody gives orders any more.
+    fn next(&self, orders: &Receiver<Order>, arrived: bool) -> Option<Option<Order>> {
+        if !self.picture.is_loading() {
+            return orders.recv().ok().map(Some);
+        }
+        match orders.recv_timeout(if arrived { Duration::ZERO } else { POLL_PAUSE }) {
+            Ok(order) => Some(Some(order)),
+            Err(RecvTimeoutError::Timeout) => Some(None),
+            Err(RecvTimeoutError::Disconnected) => None,
+        }
+    }
+
+    fn obey(&mut self, order: Order) {
+        let words = |error: Error| error.to_string();
+        match order {
+            Order::Show(look) => self.look = Some(*look),
+            Order::Meter(metering) => self.metering = Some(metering),
+            Order::Light(path) => {
+                let added = self.picture.add_environment(&path).map_err(words);
+                (self.tell)(News::Lit(added));
+            }
+            Order::Save(film, folder) => {
+                let saved = self.draw().and_then(|()| self.picture.save(film, &folder)).map_err(words);
+                (self.tell)(News::Saved(saved));
+            }
+        }
+    }
+
+    /// Draws what has changed, and tells it when it is done.
+    fn draw(&mut self) -> Result<()> {
+        let Some(look) = &self.look else { return Ok(()) };
+        if self.picture.draw(look)? {
+            let pixels = self.picture.pixels()?;
+            let moved = self.shapes_drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
+            let moved = if moved { self.picture.moving_vertices() } else { None };
+            self.shapes_drawn = Some(look.clone());
+            (self.tell)(News::Drawn { pixels, moved });
+            // What the frame took is known by now.
+            self.picture.take_costs()?;
+        }
+        Ok(())
+    }
+
+    fn meter(&mut self) -> Result<()> {
+        let Some(metering) = self.metering else { return Ok(()) };
+        if let Some(ev) = self.picture.metered(metering)? {
+            self.metering = None;
+            (self.tell)(News::Metered(ev));
+        }
+        Ok(())
+    }
+
+    fn tell_facts(&mut self) {
+        let soon = self.told_at.is_some_and(|at| at.elapsed() < PROGRESS_PAUSE);
+        if soon && self.picture.is_loading() {
+            return;
+        }
+        let facts = self.picture.facts();
+        if self.told.as_ref() != Some(&facts) {
+            (self.told, self.told_at) = (Some(facts.clone()), Some(Instant::now()));
+            (self.tell)(News::Facts(Box::new(facts)));
+        }
+    }
+}

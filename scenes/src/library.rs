@@ -1,7 +1,7 @@
 //! Where scenes and their files are found.
 
 use relume_formats::near::{nearest_file, what_there_is};
-use relume_formats::{Error, Place, Result, read_regular};
+use relume_formats::{Error, Place, Result, has_extension, read_regular};
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -71,6 +71,37 @@ fn the_picture_is_metered_without_a_new_frame() {
 }
 
 #[test]
+fn a_map_of_the_users_own_shines_and_is_saved_by_its_path() {
+    if !gpu_there() {
+        return;
+    }
+    let (bundle, folder) = (sparse::Bundle::write(16, false), tempfile::tempdir().unwrap());
+    let path = folder.path().join("my sky.exr");
+    let write = |map: &str| {
+        let map = bundle.map(map);
+        std::fs::write(&path, encode_exr([map.width, map.height], &map.texels).unwrap()).unwrap();
+    };
+    write("sun");
+    let mut live = live(bundle.folder(), Limits::default());
+    load(&mut live);
+    live.draw().unwrap();
+    let error = live.add_environment(&folder.path().join("gone.exr")).unwrap_err();
+    assert!(error.to_string().contains("gone.exr") && !live.facts().map_from_outside);
+    live.add_environment(&path).unwrap();
+    assert!(live.draw().unwrap() && live.facts().map_from_outside);
+    let state = std::fs::read_to_string(live.save(Save::State, folder.path()).unwrap()).unwrap();
+    assert_eq!(state, format!("[environment]\nmap = {:?}\n", path.to_str().unwrap()));
+    let first = live.session.read_film().unwrap();
+    // Saved again by another program, and dropped again.
+    write("even");
+    live.add_environment(&path).unwrap();
+    assert!(live.draw().unwrap() && live.session.read_film().unwrap() != first);
+    live.shown().unwrap().editor.reset_light();
+    assert!(live.draw().unwrap() && !live.facts().map_from_outside);
+    live.finish().unwrap();
+}
+
+#[test]
 fn every_animation_is_on_offer() {
     if !gpu_there() {
         return;

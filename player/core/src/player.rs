@@ -1,13 +1,19 @@
 //! A bundle being played: what has arrived, what is set, and the frames that follow.
 
+mod outside;
+#[cfg(test)]
+mod tests;
+
+pub use outside::{FindMap, NOT_MEASURED};
+
 use crate::controls::{Controls, Look, PlacedAnimation, PlacedState, Scope};
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, PassTimes, Passes, Timer, Tonemap};
 use crate::materials::MaterialMap;
 use crate::methods::{Method, Pieces, Playback, Setup};
-use crate::outside::{FindMap, Outside, Stage};
 use crate::stream::{Arrival, Event, Playlist, Source, decode_all};
 use crate::surfaces::Surfaces;
+use outside::{Outside, Stage};
 use relume_formats::bundle::{Settings, expect_name, expect_playable, sets_only};
 use relume_formats::container::{Kind, Section};
 use relume_formats::display::Display;
@@ -112,7 +118,7 @@ impl Player {
             scene: None,
             surfaces: Surfaces::default(),
             state,
-            outside: Outside { find: find_map, first: environment, ..Outside::default() },
+            outside: Outside::new(find_map, environment),
             animations_expected: animations.len() + playlist.animations(),
             animations,
             plays_first,
@@ -288,15 +294,6 @@ impl Player {
         self.controls.as_mut()
     }
 
-    pub(crate) fn outside(&self) -> &Outside {
-        &self.outside
-    }
-
-    /// What it takes to add a map.
-    pub(crate) fn parts_for_maps(&mut self) -> (&Gpu, &mut Outside, Option<&mut (dyn Playback + 'static)>, Option<&mut Controls>) {
-        (&self.gpu, &mut self.outside, self.playback.as_deref_mut(), self.controls.as_mut())
-    }
-
     /// The film, once its size is known.
     pub fn film(&self) -> Option<&Film> {
         self.playback.as_ref()?.film()
@@ -326,102 +323,5 @@ impl Player {
     /// The method that plays.
     pub fn method(&self) -> &Method {
         &self.method
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Incoming;
-    use crate::support::{self, Bundle, shadows, sparse};
-    use crate::testing::{bytes, gpu, playlist, read_bytes, target};
-    use std::path::Path;
-
-    /// The bundle in `folder`, played from its bytes.
-    fn play(gpu: &Gpu, folder: &Path, options: Options) -> Result<Player> {
-        let playlist = playlist(folder, None);
-        let (mut player, mut source) = (Player::new(&gpu.device, &gpu.queue, &playlist, options)?, Incoming::new(&playlist));
-        source.push(&bytes(&playlist));
-        loop {
-            match player.advance(&mut source)? {
-                Progress::Loaded { complete } => {
-                    assert!(complete && player.is_ready());
-                    return Ok(player);
-                }
-                Progress::Arrived => {}
-                Progress::Waiting => panic!("all bytes are there"),
-            }
-        }
-    }
-
-    /// What a frame of `look` shows.
-    fn shown(gpu: &Gpu, player: &mut Player, look: &Look) -> Vec<[u8; 4]> {
-        let texture = target(gpu, player.film().unwrap().size, wgpu::TextureFormat::Rgba8Unorm);
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        player.draw(&mut encoder, look).unwrap();
-        player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap();
-        gpu.queue.submit([encoder.finish()]);
-        read_bytes(gpu, &texture)
-    }
-
-    #[test]
-    fn every_method_draws_into_a_texture_of_the_callers() {
-        let Some(gpu) = gpu() else { return };
-        let (images, rows, shadows) = (Bundle::write(true), sparse::Bundle::write(16, false), shadows::Bundle::write(true));
-        for folder in [images.folder(), rows.folder(), shadows.folder()] {
-            let mut player = play(&gpu, folder, Options::default()).unwrap();
-            let look = player.controls().unwrap().base().clone();
-            let darker = Display { exposure_ev: look.camera.exposure_ev - 3.0, tonemap: look.tonemap };
-            let first = shown(&gpu, &mut player, &look);
-            assert!(first.iter().any(|pixel| pixel[..3] != [0; 3]) && first.iter().all(|pixel| pixel[3] == 255));
-            assert!(shown(&gpu, &mut player, &look) == first, "the same again");
-            assert!(shown(&gpu, &mut player, &look.displayed(darker)) != first);
-        }
-    }
-
-    #[test]
-    fn a_look_follows_from_a_state() {
-        let Some(gpu) = gpu() else { return };
-        let bundle = Bundle::write(true);
-        let mut player = play(&gpu, bundle.folder(), Options::default()).unwrap();
-        let place = Place::file("state");
-        let state = |text: &str| PlacedState { state: relume_formats::state::parse_toml(text, &place).unwrap(), place: place.clone() };
-        let controls = player.controls().unwrap();
-        assert!(controls.look_of(&state("materials.fixed.kd = [0.1, 0.1, 0.1]")).is_err());
-        let (base, look) = (controls.base().clone(), controls.look_of(&state("materials.a.kd = [0.0, 0.6, 0.0]")).unwrap());
-        let (before, after) = (shown(&gpu, &mut player, &base), shown(&gpu, &mut player, &look));
-        let map = player.materials().unwrap();
-        assert!(before != after && map.size() == support::SIZE);
-        // Light goes from one thing to another, but where nothing is seen there is none.
-        for (pixel, seen) in map.pixels().enumerate().filter(|(_, seen)| *seen == crate::Seen::Nothing) {
-            assert_eq!((before[pixel], after[pixel]), ([0, 0, 0, 255], [0, 0, 0, 255]), "{seen:?}");
-        }
-        assert!(map.pixels().any(|seen| seen == crate::Seen::Nothing));
-    }
-
-    #[test]
-    fn a_target_of_another_size_is_refused() {
-        let Some(gpu) = gpu() else { return };
-        let bundle = Bundle::write(true);
-        let mut player = play(&gpu, bundle.folder(), Options::default()).unwrap();
-        let look = player.controls().unwrap().base().clone();
-        let texture = target(&gpu, [8, 8], wgpu::TextureFormat::Rgba8Unorm);
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let error = player.show(&mut encoder, &texture.create_view(&Default::default()), look.display()).unwrap_err();
-        assert_eq!(error.to_string(), "the target has 8x8 pixels, the film 37x23");
-    }
-
-    #[test]
-    fn what_is_asked_for_in_vain_is_refused() {
-        let Some(gpu) = gpu() else { return };
-        let (images, rows) = (Bundle::write(true), sparse::Bundle::write(16, false));
-        let refusal = |folder, options| play(&gpu, folder, options).err().unwrap().to_string();
-        assert!(refusal(images.folder(), Options { size: Some([64, 32]), ..Default::default() }).contains("baked at 37x23"));
-        assert!(refusal(rows.folder(), Options { size: Some([1 << 16; 2]), ..Default::default() }).contains("is too large"));
-        assert!(refusal(rows.folder(), Options { radiance_on_cpu: true, ..Default::default() }).contains("sparse-transfer"));
-        let playlist = playlist(rows.folder(), None);
-        let mut player = Player::new(&gpu.device, &gpu.queue, &playlist, Options::default()).unwrap();
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        assert!(matches!(player.draw(&mut encoder, &Look::default_of(&rows.scene.meta)), Err(Error::NothingThere)));
     }
 }

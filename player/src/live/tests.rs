@@ -1,1 +1,153 @@
-//! Orders and news.
+//! Orders and news, without a window.
+
+use super::*;
+use crate::gpu::{self, Gpu};
+use crate::output::encode_exr;
+use crate::session::Request;
+use crate::stream::Limits;
+use crate::support::{self, Bundle, sparse};
+use relume_playback::PlacedState;
+
+fn gpu_there() -> bool {
+    support::gpu_there(|| gpu::list().map(|_| ()).map_err(|e| e.to_string()))
+}
+
+/// A bundle on show, and what wakes whoever waits for news.
+struct Desk {
+    live: Live,
+    woken: Receiver<()>,
+}
+
+impl Desk {
+    fn start(folder: &Path, meters: bool) -> Self {
+        let (state, limits) = (PlacedState::default(), Limits::default());
+        let request = Request { folder, method: None, state, animation: None, environment: None, meters, size: None, limits };
+        let (wake, woken) = channel();
+        let session = Session::start(request, || Gpu::open(None)).unwrap();
+        let live = Live::start(session, Instant::now(), true, move || {
+            let _ = wake.send(());
+        })
+        .unwrap();
+        Self { live, woken }
+    }
+
+    /// Works as the window does, until `is_so`.
+    fn until(&mut self, is_so: impl Fn(&mut Live) -> bool) {
+        while !is_so(&mut self.live) {
+            self.woken.recv().expect("the thread has news");
+            self.live.take_news();
+            self.live.order();
+        }
+    }
+
+    fn editor(&mut self) -> &mut Editor {
+        &mut self.live.shown().unwrap().editor
+    }
+
+    /// The picture once it shows what was set.
+    fn picture(&mut self) -> Vec<u8> {
+        self.live.shown().unwrap().take_pixels();
+        self.live.order();
+        self.until(|live| live.shown().unwrap().pixels.is_some());
+        self.live.shown().unwrap().take_pixels().unwrap()
+    }
+}
+
+#[test]
+fn what_is_set_is_shown() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some()));
+    let first = desk.live.shown().unwrap().take_pixels().unwrap();
+    desk.editor().set_exposure(-20.0);
+    let dark = desk.picture();
+    assert!(first.len() == dark.len() && first != dark && dark.chunks(4).all(|pixel| pixel[..3] == [0, 0, 0]));
+    desk.editor().reset_exposure();
+    assert!(desk.picture() == first);
+    // Of many looks at once, the last counts.
+    for ev in [3.0, -20.0, 5.0] {
+        desk.editor().set_exposure(ev);
+        desk.live.order();
+    }
+    desk.editor().set_exposure(-20.0);
+    desk.live.order();
+    let folder = tempfile::tempdir().unwrap();
+    assert!(desk.live.save(Save::Png, folder.path()).unwrap().is_none());
+    desk.until(|live| live.note.is_some());
+    let png = folder.path().join("synthetic-0001.png");
+    assert_eq!(desk.live.take_note(), Some(Ok(format!("saved {}", png.display()))));
+    assert!(image::open(png).unwrap().to_rgb8().iter().all(|value| *value == 0), "a picture shows what was set before it was asked for");
+    let state = desk.live.save(Save::State, folder.path()).unwrap().unwrap();
+    assert_eq!(std::fs::read_to_string(state).unwrap(), "[camera]\nexposure_ev = -20.0\n");
+    assert_eq!(desk.editor().unsaved(), None);
+    let statistics: serde_json::Value = serde_json::from_slice(&desk.live.end().unwrap().unwrap()).unwrap();
+    assert!(statistics["frames"].as_u64().unwrap() >= 1);
+}
+
+#[test]
+fn the_exposure_asked_for_at_the_start_is_no_edit() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut desk = Desk::start(bundle.folder(), true);
+    desk.until(|live| live.shown().is_some_and(|shown| shown.editor.metering().is_none()));
+    let scenes = desk.editor().scene().camera.exposure_ev;
+    let editor = desk.editor();
+    assert_ne!(editor.look().camera.exposure_ev, scenes);
+    editor.commit();
+    assert_eq!((editor.undoes(), editor.unsaved()), (None, None));
+    desk.live.end().unwrap();
+}
+
+#[test]
+fn a_map_of_ones_own_lights_the_scene() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dusk.exr");
+    let write = |red: f32| std::fs::write(&path, encode_exr([32, 16], &[[red, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
+    write(0.25);
+    desk.live.light_by(&path);
+    desk.until(|live| live.note.is_some());
+    assert_eq!(desk.live.take_note(), Some(Ok(format!("lit by {}", path.display()))));
+    let first = desk.picture();
+    desk.until(|live| live.facts().map_from_outside);
+    desk.editor().commit();
+    assert_eq!(desk.editor().undoes(), Some("the map"));
+    let state = desk.live.save(Save::State, folder.path()).unwrap().unwrap();
+    assert_eq!(std::fs::read_to_string(state).unwrap(), format!("[environment]\nmap = {:?}\n", path.to_str().unwrap()));
+    // Saved again by another program, and dropped again.
+    write(4.0);
+    desk.live.light_by(&path);
+    assert!(desk.picture() != first);
+    desk.editor().undo();
+    desk.until(|live| !live.facts().map_from_outside);
+    desk.live.take_note();
+    desk.live.light_by(&folder.path().join("none.exr"));
+    desk.until(|live| live.note.is_some());
+    assert!(matches!(desk.live.take_note(), Some(Err(reason)) if reason.contains("none.exr")));
+    desk.live.end().unwrap();
+}
+
+#[test]
+fn a_bundle_that_fails_before_the_first_picture_is_hopeless() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let path = bundle.folder().join("scene.relume");
+    let mut bytes = std::fs::read(&path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.is_hopeless());
+    assert_eq!(desk.live.end().unwrap_err().exit_code(), 2);
+}

@@ -1,4 +1,4 @@
-//! The curve of the display and the exposure.
+//! The curve of the display and the exposure; maps from outside.
 
 use super::*;
 use relume_formats::display::Tonemap;
@@ -55,4 +55,19 @@ fn exposure_is_metered_when_that_is_asked_for() {
     assert!((editor.look().camera.exposure_ev + 2.0).abs() < 1e-6 && !editor.is_held(&Part::Exposure));
     editor.choose(None);
     assert_eq!(editor.look().camera.exposure_ev, 7.0);
+}
+
+#[test]
+fn maps_from_outside_are_on_offer_and_told_apart() {
+    let mut user = User::before(lit::lit(false), None);
+    assert!(!user.shows("not the bundle's own map"));
+    user.editor.add_map("/home/me/maps/my sky.exr");
+    user.editor.add_map("/home/me/maps/my sky.exr");
+    assert_eq!(user.editor.scope().maps.len(), 5);
+    user.click("map");
+    user.click("my sky.exr (file)");
+    assert_eq!(user.editor.look().environment.unwrap().map, "/home/me/maps/my sky.exr");
+    user.facts.map_from_outside = true;
+    user.settle();
+    assert!(user.shows("not the bundle's own map: its stated error was measured under others"));
 }

@@ -1,10 +1,10 @@
 //! Environment maps from outside the bundle: those that the player is started with, those that a state or an animation names, and those that come later.
 
+use super::Player;
 use crate::controls::{PlacedAnimation, Scope};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::methods::Playback;
-use crate::player::Player;
 use relume_formats::kinds::Environment;
 use relume_formats::near::did_you_mean;
 use relume_formats::state::{State, TrackValues};
@@ -23,11 +23,11 @@ pub const NOT_MEASURED: &str =
 
 /// The maps from outside.
 #[derive(Debug, Default)]
-pub(crate) struct Outside {
+pub(super) struct Outside {
     /// Finds those that are named.
-    pub(crate) find: Option<FindMap>,
+    find: Option<FindMap>,
     /// The one to shine from the start, until it is there.
-    pub(crate) first: Option<Environment>,
+    first: Option<Environment>,
     /// Those that are there.
     names: Vec<String>,
     /// Whether the last frame shows one of them.
@@ -35,18 +35,22 @@ pub(crate) struct Outside {
 }
 
 /// Where maps are added.
-pub(crate) struct Stage<'a> {
-    pub(crate) gpu: &'a Gpu,
-    pub(crate) playback: &'a mut dyn Playback,
-    pub(crate) scope: &'a mut Scope,
+pub(super) struct Stage<'a> {
+    pub(super) gpu: &'a Gpu,
+    pub(super) playback: &'a mut dyn Playback,
+    pub(super) scope: &'a mut Scope,
 }
 
 impl Outside {
+    pub(super) fn new(find: Option<FindMap>, first: Option<Environment>) -> Self {
+        Self { find, first, ..Self::default() }
+    }
+
     /// Adds what is asked for from the start, and lets `state`, which comes from `place`, and `animation` call it by its name.
     ///
     /// # Errors
     /// If there is no such map, or the light does not vary.
-    pub(crate) fn adopt(
+    pub(super) fn adopt(
         &mut self,
         stage: &mut Stage<'_>,
         (state, place): (&mut State, &Place),
@@ -107,7 +111,7 @@ impl Outside {
     }
 
     /// Notes which map a frame shows.
-    pub(crate) fn drawn(&mut self, map: Option<&String>) {
+    pub(super) fn drawn(&mut self, map: Option<&String>) {
         self.shown = map.is_some_and(|map| self.names.contains(map));
     }
 }
@@ -119,13 +123,12 @@ impl Player {
     /// # Errors
     /// If the light does not vary, the bundle has a map of that name itself, or nothing has arrived yet.
     pub fn add_environment(&mut self, map: &Environment) -> Result<()> {
-        let (gpu, outside, playback, controls) = self.parts_for_maps();
-        let (Some(playback), Some(controls)) = (playback, controls) else { return Err(Error::NothingThere) };
-        outside.add(&mut Stage { gpu, playback, scope: controls.scope_mut() }, map)
+        let (Some(playback), Some(controls)) = (self.playback.as_deref_mut(), &mut self.controls) else { return Err(Error::NothingThere) };
+        self.outside.add(&mut Stage { gpu: &self.gpu, playback, scope: controls.scope_mut() }, map)
     }
 
     /// Whether the last frame shows a map that is not the bundle's own; see [`NOT_MEASURED`].
     pub fn shows_map_from_outside(&self) -> bool {
-        self.outside().shown
+        self.outside.shown
     }
 }

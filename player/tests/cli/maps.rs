@@ -96,13 +96,14 @@ fn what_is_no_map_is_refused_in_one_line() {
     std::fs::write(at("text.hdr"), "hello").unwrap();
     std::fs::write(at("square.exr"), encode_exr([16, 16], &[[1.0; 3]; 256]).unwrap()).unwrap();
     std::fs::write(at("bright.exr"), encode_exr([4, 2], &[[1e13; 3]; 8]).unwrap()).unwrap();
+    std::fs::create_dir(at("folder.exr")).unwrap();
     for (file, part) in [
         ("@/gone.exr", "gone.exr: "),
         ("@/text.hdr", "text.hdr: is no Radiance file, though its name says so, but a text; save the picture again"),
         ("@/square.exr", "square.exr: 16 × 16 texels, square as mirror balls"),
         ("@/bright.exr", "bright.exr: a radiance is outside 0..1e12; mend or scale the picture"),
         ("@/manifest.json", "it reads .hdr and .exr, convert it"),
-        ("@", "folder"),
+        ("@/folder.exr", "folder.exr: not a regular file but a folder; give a file"),
     ] {
         expect_error(&with(&["--environment", file]), 2, part);
     }

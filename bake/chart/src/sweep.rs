@@ -4,6 +4,7 @@ use relume_bake::bundle;
 use relume_bake::error::{BakeError, Result};
 use relume_bake::job::Job;
 use relume_bake::method::Method;
+use relume_bake::methods::asked::Asked;
 use relume_bake::methods::registered::Registered;
 use relume_bake::output::create_folder;
 use relume_bake::unfinished::Leftover;
@@ -37,10 +38,21 @@ pub struct Variant {
 pub struct Sweep {
     /// The method.
     pub method: &'static Registered,
-    /// Fails, naming what else stands in the way.
-    pub expect_fit: fn(&Scene) -> Result<()>,
     /// Makes the bundles.
     pub variants: fn(&Scene, &Bench<'_>) -> Result<Vec<Variant>>,
+}
+
+/// The one variant of a method without a sweep: what a bake of `scene` with the settings of `bake run` leaves.
+///
+/// # Errors
+/// As [`bundle::run`].
+pub fn by_default(method: &'static Registered, scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
+    let name = method.card.name;
+    let bake = (method.new)(&Asked { size: bench.size, ..Asked::of_scene(scene) }, scene);
+    let settings = bake.asked_for();
+    let Baked { folder, seconds } = bench.bake(scene, bake, name)?;
+    let [series, label] = ["default", "as `bake run` bakes it"].map(str::to_owned);
+    Ok(vec![Variant { method: name, series, label, settings, folder, bake_seconds: seconds }])
 }
 
 /// Where bundles are made.
@@ -182,7 +194,7 @@ mod tests {
             let path = folder.path().join("scene.toml");
             std::fs::write(&path, ROOM.replace("VARY", vary)).unwrap();
             let scene = relume_scenes::load(&path).unwrap();
-            assert!(sweep.method.serves_all(&scene.vary) && (sweep.expect_fit)(&scene).is_ok());
+            assert!(sweep.method.serves_all(&scene.vary));
             let bench = Bench { folder: folder.path(), size: [16, 16], job: &Job::new(ProgressMode::None) };
             let variants = (sweep.variants)(&scene, &bench).unwrap();
             assert_eq!(variants.len(), count);

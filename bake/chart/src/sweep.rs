@@ -186,6 +186,22 @@ mod tests {
         file = 'lamps'
     ";
 
+    #[test]
+    fn without_a_sweep_there_is_what_a_bake_leaves() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, ROOM.replace("VARY", "materials = ['clay']")).unwrap();
+        let scene = relume_scenes::load(&path).unwrap();
+        let bench = Bench { folder: folder.path(), size: [8, 8], job: &Job::new(ProgressMode::None) };
+        let method = transfer_images::SWEEP.method;
+        let [variant] = by_default(method, &scene, &bench).unwrap().try_into().unwrap();
+        verify(&variant.folder).unwrap();
+        let listed = &Manifest::read(&variant.folder).unwrap().methods[0];
+        assert_eq!((&listed.name[..], variant.method), ("transfer-images", "transfer-images"));
+        assert!(variant.settings.iter().all(|(name, value)| listed.settings.get(name) == Some(value)));
+        assert_eq!((&variant.settings["size"], &variant.settings["max_error"]), (&serde_json::json!([8, 8]), &scene.max_error.into()));
+    }
+
     /// Variants of a sweep are told apart by their settings, are bundles that pass every check, and what they are cut from still does.
     #[test]
     fn variants_are_sound_bundles() {

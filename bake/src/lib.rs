@@ -12,6 +12,7 @@
 //! * [`darkness`]: whether a scene shows anything;
 //! * [`memory`]: how much memory a bake may take;
 //! * [`output`]: folders that the user wants things in;
+//! * [`inspected`]: what there is to tell and to export of a file of each kind;
 //! * [`inspect`]: looking into bundles: info, verify, export.
 
 pub mod brdf;
@@ -21,6 +22,7 @@ pub mod darkness;
 pub mod error;
 pub mod exr_file;
 pub mod inspect;
+pub mod inspected;
 pub mod interrupted;
 pub mod job;
 pub mod memory;

@@ -1,6 +1,6 @@
 //! The chart: speed against accuracy, for every method and setting that fits what a scene varies.
 //!
-//! [`states`] are drawn at random from what varies, and [`reference`](mod@reference) path traces them. Every method that fits has a [sweep](crate::sweep) of the settings that trade speed for accuracy;
+//! [`states`] are drawn at random from what varies, and [`reference`](mod@reference) path traces them. Every method that fits has a [sweep](crate::sweep) of the settings that trade speed for accuracy, or its default settings;
 //! each of its bundles is played by the `player` that users have, whose images are compared with the reference ([`metrics`]) and whose frames are timed in turns
 //! (`timing`). [`figures`] is what comes of it, [`csv`](crate::csv) and [`svg`](crate::svg) the same as a table and as a drawing, [`picture`] images beside their references.
 
@@ -8,12 +8,14 @@ use crate::figures::{self, Chart, FrameTime, ImageErrors, PICTURE, Picture, Poin
 use crate::metrics::{Pair, image_errors};
 use crate::play::{Played, Playing};
 use crate::reference::{self, Reference};
-use crate::sweep::{Bench, Sweep, Variant};
-use crate::sweeps::SWEEPS;
-use crate::{files, picture, states, timing};
+use crate::sweep::{Bench, Variant};
+use crate::{files, picture, states, sweeps, timing};
 use relume_bake::darkness;
 use relume_bake::error::{BakeError, Result};
 use relume_bake::job::{Job, say};
+use relume_bake::methods::asked::Asked;
+use relume_bake::methods::choice::METHODS;
+use relume_bake::methods::registered::Registered;
 use relume_bake::output::create_folder;
 use relume_bake::scene_hash::scene_hash;
 use relume_bake::unfinished::FolderLock;
@@ -41,7 +43,7 @@ pub const FOLDER: &str = "charts";
 /// # Errors
 /// If no method fits, one that is named does not, the player is missing or fails, or the user interrupts; finished work stays for the next time.
 pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<Chart> {
-    let sweeps = fitting(scene, methods)?;
+    let methods = fitting(scene, methods)?;
     crate::play::player()?;
     let _lock = FolderLock::take(folder)?;
     // What varies of materials alone lights nothing.
@@ -55,7 +57,7 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     let animation = bench.folder.join("states.toml");
     states::write_animation(&states, &animation)?;
     let truths = states.iter().enumerate().map(|(number, state)| truth(scene, number, state, &bench)).collect::<Result<Vec<_>>>()?;
-    let variants = sweeps.iter().map(|sweep| (sweep.variants)(scene, &bench)).collect::<Result<Vec<_>>>()?.concat();
+    let variants = methods.iter().map(|method| sweeps::variants(method, scene, &bench)).collect::<Result<Vec<_>>>()?.concat();
     let shown = show_all(&variants, &truths, &animation, &bench)?;
     let times = timing::measure(&variants, &animation, STATES, bench.size, job)?;
     let points =
@@ -151,31 +153,31 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
     fitting(scene, &[]).map(drop)
 }
 
-/// The sweeps of `methods`, or of all that show everything that the scene varies.
-fn fitting(scene: &Scene, methods: &[&str]) -> Result<Vec<&'static Sweep>> {
+/// Those of `methods`, or of all if none is named, that show everything that the scene varies.
+fn fitting(scene: &Scene, names: &[&str]) -> Result<Vec<&'static Registered>> {
     let place = Place::file(&scene.file);
     if scene.vary == relume_scenes::Vary::default() {
         return Err(BakeError::invalid(&place, "varies nothing, so there is nothing to chart; name what varies under [vary]"));
     }
-    let mut sweeps = Vec::new();
-    for sweep in SWEEPS.iter().filter(|sweep| methods.is_empty() || methods.contains(&sweep.method.card.name)) {
-        let fits = match sweep.method.serves_all(&scene.vary) {
-            true => (sweep.expect_fit)(scene),
-            false => Err(BakeError::invalid(
-                &place,
-                format!("[vary] names more than {} lets vary; vary less, or leave that method out", sweep.method.card.name),
-            )),
+    let mut methods = Vec::new();
+    for method in METHODS.into_iter().filter(|method| names.is_empty() || names.contains(&method.card.name)) {
+        let name = method.card.name;
+        let fits = match method.serves_all(&scene.vary) {
+            true => (method.new)(&Asked::of_scene(scene), scene).expect_fit(scene),
+            false => {
+                Err(BakeError::invalid(&place, format!("[vary] names more than {name} lets vary; vary less, or leave that method out")))
+            }
         };
         match fits.map_err(BakeError::with_line) {
-            Ok(()) => sweeps.push(sweep),
-            Err(e) if !methods.is_empty() => return Err(e),
-            Err(e) => say(&format!("{} is left out: {e}", sweep.method.card.name)),
+            Ok(()) => methods.push(method),
+            Err(e) if !names.is_empty() => return Err(e),
+            Err(e) => say(&format!("{name} is left out: {e}")),
         }
     }
-    if sweeps.is_empty() {
+    if methods.is_empty() {
         return Err(BakeError::invalid(&place, "no method shows everything that varies; vary less"));
     }
-    Ok(sweeps)
+    Ok(methods)
 }
 
 /// The scene's film, made smaller in proportion where it has more than [`MAX_PIXELS`].
@@ -222,7 +224,7 @@ mod tests {
     fn methods_that_show_all_that_varies_are_charted() {
         let names = |scene: &Scene, methods: &[&str]| {
             fitting(scene, methods)
-                .map(|sweeps| sweeps.iter().map(|sweep| sweep.method.card.name).collect::<Vec<_>>())
+                .map(|fitting| fitting.iter().map(|method| method.card.name).collect::<Vec<_>>())
                 .map_err(|e| e.to_string())
         };
         let room = library("cornell-knot");

@@ -4,6 +4,7 @@ use relume_bake::bundle;
 use relume_bake::error::{BakeError, Result};
 use relume_bake::job::Job;
 use relume_bake::method::Method;
+use relume_bake::methods::asked::Asked;
 use relume_bake::methods::registered::Registered;
 use relume_bake::output::create_folder;
 use relume_bake::unfinished::Leftover;
@@ -37,10 +38,21 @@ pub struct Variant {
 pub struct Sweep {
     /// The method.
     pub method: &'static Registered,
-    /// Fails, naming what else stands in the way.
-    pub expect_fit: fn(&Scene) -> Result<()>,
     /// Makes the bundles.
     pub variants: fn(&Scene, &Bench<'_>) -> Result<Vec<Variant>>,
+}
+
+/// The one variant of a method without a sweep: what a bake of `scene` with the settings of `bake run` leaves.
+///
+/// # Errors
+/// As [`bundle::run`].
+pub fn by_default(method: &'static Registered, scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
+    let name = method.card.name;
+    let bake = (method.new)(&Asked { size: bench.size, ..Asked::of_scene(scene) }, scene);
+    let settings = bake.asked_for();
+    let Baked { folder, seconds } = bench.bake(scene, bake, name)?;
+    let [series, label] = ["default", "as `bake run` bakes it"].map(str::to_owned);
+    Ok(vec![Variant { method: name, series, label, settings, folder, bake_seconds: seconds }])
 }
 
 /// Where bundles are made.
@@ -174,6 +186,22 @@ mod tests {
         file = 'lamps'
     ";
 
+    #[test]
+    fn without_a_sweep_there_is_what_a_bake_leaves() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, ROOM.replace("VARY", "materials = ['clay']")).unwrap();
+        let scene = relume_scenes::load(&path).unwrap();
+        let bench = Bench { folder: folder.path(), size: [8, 8], job: &Job::new(ProgressMode::None) };
+        let method = transfer_images::SWEEP.method;
+        let [variant] = by_default(method, &scene, &bench).unwrap().try_into().unwrap();
+        verify(&variant.folder).unwrap();
+        let listed = &Manifest::read(&variant.folder).unwrap().methods[0];
+        assert_eq!((&listed.name[..], variant.method), ("transfer-images", "transfer-images"));
+        assert!(variant.settings.iter().all(|(name, value)| listed.settings.get(name) == Some(value)));
+        assert_eq!((&variant.settings["size"], &variant.settings["max_error"]), (&serde_json::json!([8, 8]), &scene.max_error.into()));
+    }
+
     /// Variants of a sweep are told apart by their settings, are bundles that pass every check, and what they are cut from still does.
     #[test]
     fn variants_are_sound_bundles() {
@@ -182,7 +210,7 @@ mod tests {
             let path = folder.path().join("scene.toml");
             std::fs::write(&path, ROOM.replace("VARY", vary)).unwrap();
             let scene = relume_scenes::load(&path).unwrap();
-            assert!(sweep.method.serves_all(&scene.vary) && (sweep.expect_fit)(&scene).is_ok());
+            assert!(sweep.method.serves_all(&scene.vary));
             let bench = Bench { folder: folder.path(), size: [16, 16], job: &Job::new(ProgressMode::None) };
             let variants = (sweep.variants)(&scene, &bench).unwrap();
             assert_eq!(variants.len(), count);

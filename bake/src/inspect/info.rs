@@ -1,10 +1,10 @@
 //! What a file or a bundle holds, once it has been checked: nothing is told of what no reader would accept.
 
-mod details;
 pub(super) mod facts;
 pub(super) mod file_bake;
 
-use super::{info_text, verify};
+use super::{info_text, kinds, verify};
+use crate::inspected::Described;
 use facts::{BundleInfo, FileInfo, SectionRow, Totals};
 use file_bake::FileBake;
 use relume_formats::container::{CONTAINER_VERSION, open};
@@ -50,8 +50,8 @@ fn bundle_info(folder: &Path) -> Result<BundleInfo> {
 fn file_info(path: &Path) -> Result<FileInfo> {
     let place = Place::file(path);
     let bytes_on_disk = std::fs::metadata(path).map_err(|e| Error::io(&place, e))?.len();
-    let mut reader = open(path)?;
-    let header = reader.header().clone();
+    let header = open(path)?.header().clone();
+    let Described { details, facts } = (kinds::find(header.kind, &place)?.describe)(path)?;
     let bytes_in_memory = header.sections.iter().map(|s| s.raw_bytes).sum();
     Ok(FileInfo {
         file: path.display().to_string(),
@@ -59,7 +59,8 @@ fn file_info(path: &Path) -> Result<FileInfo> {
         kind_version: header.kind_version,
         container_version: CONTAINER_VERSION,
         totals: Totals::new(header.sections.len(), bytes_on_disk, bytes_in_memory),
-        details: details::of(header.kind, path, &mut reader)?,
+        details,
+        facts,
         bake: None,
         sections: header.sections.iter().map(SectionRow::new).collect(),
     })

@@ -4,7 +4,7 @@ mod codec;
 mod export;
 mod info;
 mod info_text;
-mod sphere_metrics;
+mod kinds;
 #[cfg(test)]
 mod test_bundle;
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! All methods, and which one bakes a scene unless the user says otherwise.
 
 use super::registered::{Registered, variation};
-use super::{sparse_transfer, sphere_shadows, transfer_images};
 use relume_formats::method::{Materials, Variation};
 use relume_scenes::Vary;
 
 /// All methods, a line each, in the order of their cards: the one whose frames cost least first.
-pub const METHODS: [&Registered; 3] = [&transfer_images::METHOD, &sparse_transfer::METHOD, &sphere_shadows::METHOD];
+pub const METHODS: [&Registered; 3] = [&super::transfer_images::METHOD, &super::sparse_transfer::METHOD, &super::sphere_shadows::METHOD];
 
 impl Registered {
     /// The method called `name`.
@@ -24,6 +23,7 @@ pub fn cheapest(vary: &Vary) -> &'static Registered {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{sphere_shadows, transfer_images};
     use super::*;
     use relume_formats::method::CARDS;
 

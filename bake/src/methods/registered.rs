@@ -1,6 +1,7 @@
 //! A method's line in the registry, and what its files are checked against.
 
 use super::asked::Asked;
+use crate::inspected::Inspected;
 use crate::method::Method;
 use relume_formats::bundle::{Maps, Objects, Settings};
 use relume_formats::container::Kind;
@@ -32,6 +33,8 @@ pub struct Registered {
     pub remedy: fn(&BTreeMap<String, Value>) -> String,
     /// Checks what must agree between its files and with the scene.
     pub verify: Verify,
+    /// The kinds of files that are its own.
+    pub inspected: &'static [Inspected],
 }
 
 impl Registered {

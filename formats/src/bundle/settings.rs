@@ -22,28 +22,35 @@ impl Settings {
         Self { place: place.part(format!("method `{}`", method.name)), method: method.settings.clone(), sphere_sets }
     }
 
-    /// Fails unless the images of `meta` are those of the settings.
+    /// Fails unless the settings of the method are as a file of it says, by their names.
     ///
     /// # Errors
     /// `Invalid` with the first that differs; what is not listed does not.
+    pub fn expect(&self, there: &[(&str, Value)]) -> Result<()> {
+        expect(&self.method, there, &self.place)
+    }
+
+    /// Fails unless the images of `meta` are those of the settings.
+    ///
+    /// # Errors
+    /// As [`Settings::expect`].
     pub fn expect_images(&self, meta: &transfer_images::Meta) -> Result<()> {
-        let there =
-            [("size", json!(meta.size)), ("samples", json!(meta.samples)), ("seed", json!(meta.seed)), ("bases", json!(meta.bases))];
-        expect(&self.method, &there, &self.place)
+        let [size, samples, seed, bases] = [json!(meta.size), json!(meta.samples), json!(meta.seed), json!(meta.bases)];
+        self.expect(&[("size", size), ("samples", samples), ("seed", seed), ("bases", bases)])
     }
 
     /// Fails unless the rows of `meta` are those of the settings.
     ///
     /// # Errors
-    /// As [`Settings::expect_images`].
+    /// As [`Settings::expect`].
     pub fn expect_rows(&self, meta: &sparse_transfer::Meta) -> Result<()> {
-        expect(&self.method, &[("terms", json!(meta.terms())), ("rays_per_texel", json!(meta.rays_per_texel))], &self.place)
+        self.expect(&[("terms", json!(meta.terms())), ("rays_per_texel", json!(meta.rays_per_texel))])
     }
 
     /// Fails unless the objects of `scene` are those of the settings, and those with spheres have a set in `objects`.
     ///
     /// # Errors
-    /// As [`Settings::expect_images`].
+    /// As [`Settings::expect`].
     pub fn expect_objects(&self, scene: &scene::Meta, objects: &Objects) -> Result<()> {
         let Some(listed) = self.method.get("objects").and_then(Value::as_array) else { return Ok(()) };
         let listed = listed.iter().map(|object| (object[0].as_str().unwrap_or_default(), !object[1].is_null()));
@@ -56,7 +63,7 @@ impl Settings {
     /// Fails unless the spheres of `object` are those that its settings ask for, or fewer.
     ///
     /// # Errors
-    /// As [`Settings::expect_images`].
+    /// As [`Settings::expect`].
     pub fn expect_set(&self, set: &SphereSet, object: &str) -> Result<()> {
         let Some(listed) = self.sphere_sets.get(object) else { return Ok(()) };
         let place = Place::file(&self.place.file).part(format!("spheres of `{object}`"));

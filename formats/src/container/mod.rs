@@ -152,7 +152,7 @@ impl Sections<'_> {
     }
 
     /// Fails if anything is left.
-    pub fn finish(self) -> Result<()> {
+    pub fn finish(&mut self) -> Result<()> {
         match (self.next)()? {
             None => Ok(()),
             Some(section) => Err(Error::invalid(

@@ -121,13 +121,19 @@ impl<R: Read> Reader<R> {
     }
 
     /// Hands all sections to `read`, which must take every one.
-    pub fn read<T>(mut self, read: impl FnOnce(&mut Sections<'_>) -> Result<T>) -> Result<T> {
+    pub fn read<T>(self, read: impl FnOnce(&mut Sections<'_>) -> Result<T>) -> Result<T> {
+        self.read_first(|sections| {
+            let value = read(sections)?;
+            sections.finish()?;
+            Ok(value)
+        })
+    }
+
+    /// Hands the sections to `read`, which may leave the last ones unread.
+    pub fn read_first<T>(mut self, read: impl FnOnce(&mut Sections<'_>) -> Result<T>) -> Result<T> {
         let place = self.place().clone();
         let mut next = move || self.next_section();
-        let mut sections = Sections { place, next: &mut next };
-        let value = read(&mut sections)?;
-        sections.finish()?;
-        Ok(value)
+        read(&mut Sections { place, next: &mut next })
     }
 
     /// Reads, checks and decodes the next section; `None` after the last.

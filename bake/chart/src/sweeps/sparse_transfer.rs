@@ -5,7 +5,7 @@ use relume_bake::compress::quantise::unit_for;
 use relume_bake::error::Result;
 use relume_bake::methods::sparse_transfer::quantise::{blocks, shapes};
 use relume_bake::methods::sparse_transfer::rows::{MAX_TERMS, Rows};
-use relume_bake::methods::sparse_transfer::{METHOD, NAME, Settings, SparseTransferMethod, Terms, expect_fit};
+use relume_bake::methods::sparse_transfer::{METHOD, NAME, Settings, SparseTransferMethod, Terms};
 use relume_bake::trace::held_out_lights::RADIANCES;
 use relume_formats::basis::cubemap::FACES;
 use relume_formats::kinds::SparseTransfer;
@@ -15,7 +15,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, variants };
 
 /// Rays a texel where visibility changes: those of draft and preview. More take longer than a chart may, and change nothing that it can tell.
 const RAYS: [u32; 2] = [1, 16];

@@ -2,14 +2,14 @@
 
 use crate::sweep::{Bench, Sweep, Variant, read};
 use relume_bake::error::Result;
-use relume_bake::methods::sphere_shadows::{METHOD, NAME, SphereShadowsMethod, expect_fit};
+use relume_bake::methods::sphere_shadows::{METHOD, NAME, SphereShadowsMethod};
 use relume_formats::kinds::SphereShadows;
 use relume_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, variants };
 
 /// Spheres of every object that has some.
 const SPHERES: [u32; 4] = [16, 32, 64, 128];

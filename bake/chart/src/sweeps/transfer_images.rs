@@ -5,7 +5,7 @@ use half::f16;
 use relume_bake::compress::quantise::scale_for;
 use relume_bake::error::Result;
 use relume_bake::methods::transfer_images::pack::sort_by_importance;
-use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, basis_for, expect_fit};
+use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, basis_for};
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
 use relume_scenes::Scene;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The method's line among the sweeps.
-pub const SWEEP: Sweep = Sweep { method: &METHOD, expect_fit, variants };
+pub const SWEEP: Sweep = Sweep { method: &METHOD, variants };
 
 /// Film samples a pixel: those of the qualities by name.
 const SAMPLES: [u32; 3] = [64, 256, 1024];

@@ -1,8 +1,9 @@
 //! A scene as it was loaded.
 
-use super::out::{Out, file_name_part};
-use super::ply::{PlyMesh, WORLD_SPACE};
-use super::stored::{self, MaterialFile};
+use crate::inspected::animation_json;
+use crate::inspected::out::{Out, file_name_part};
+use crate::inspected::ply::{PlyMesh, WORLD_SPACE};
+use crate::inspected::scene::MaterialFile;
 use relume_formats::Result;
 use relume_formats::state::{Camera, Rgb};
 use relume_scenes::{Cone, Emitter, Environment, Scene};
@@ -118,7 +119,7 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
         objects.push(ObjectFile { name: &object.name, file, material, vertices: mesh.positions.len(), triangles: mesh.triangles.len() });
     }
     let environment = scene.environment.as_ref().map(|e| environment(e, &mut out)).transpose()?;
-    scene.animations.iter().try_for_each(|animation| stored::animation(animation, &mut out))?;
+    scene.animations.iter().try_for_each(|animation| animation_json(animation, &mut out))?;
     out.json("scene.json", &scene_file(scene, objects, environment))?;
     Ok(out.written())
 }

@@ -12,7 +12,7 @@ use relume_formats::kinds::sparse_transfer::MAX_BOUNCES;
 use relume_scenes::Scene;
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
-pub fn expect_fit(scene: &Scene) -> Result<()> {
+pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     let place = Place::file(&scene.file);
     let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
     if scene.vary.shape {
@@ -27,7 +27,7 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
 }
 
 /// Fails if a file of the bundle could not hold the rows of `scene`.
-pub fn expect_sizes(scene: &Scene) -> Result<()> {
+pub(super) fn expect_sizes(scene: &Scene) -> Result<()> {
     // The largest section is a block of sixteen columns of 16-bit integers.
     let most = MAX_SECTION_BYTES / (16 * 2 * channels(scene) as u64);
     let vertices = vertices(scene) as u64;
@@ -39,7 +39,7 @@ pub fn expect_sizes(scene: &Scene) -> Result<()> {
 }
 
 /// Bytes that a bake holds at most: selected rows twice over, the hierarchy, the lights; where light bounces also all coefficients of all rows.
-pub fn predicted_bytes(scene: &Scene) -> u64 {
+pub(super) fn predicted_bytes(scene: &Scene) -> u64 {
     let (vertices, channels, size) = (vertices(scene) as u64, channels(scene) as u64, face_size(scene) as u64);
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let coefficients = FACES as u64 * size * size;

@@ -12,6 +12,7 @@ pub mod errors;
 mod fit;
 mod gather;
 pub mod importance;
+mod inspected;
 mod method;
 mod prediction;
 pub mod quantise;
@@ -23,7 +24,6 @@ pub mod visibility;
 
 pub use bake::{Baked, bake};
 pub use errors::Errors;
-pub use fit::{expect_fit, expect_sizes, predicted_bytes};
 pub use method::SparseTransferMethod;
 pub use registered::METHOD;
 pub use rows::MAX_TERMS;

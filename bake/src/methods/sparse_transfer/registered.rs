@@ -1,5 +1,6 @@
 //! The method's line in the registry.
 
+use super::inspected::INSPECTED;
 use super::method::SparseTransferMethod;
 use super::rows::MAX_TERMS;
 use super::settings::{Settings, Terms};
@@ -24,6 +25,7 @@ pub const METHOD: Registered = Registered {
     new: |asked, _| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64),
     verify,
+    inspected: &[INSPECTED],
 };
 
 fn method(asked: &Asked) -> SparseTransferMethod {

@@ -11,7 +11,7 @@ use relume_scenes::{Object, Scene};
 const MOST_LISTED: usize = 20;
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
-pub fn expect_fit(scene: &Scene) -> Result<()> {
+pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     let refuse = |reason: String| Err(BakeError::invalid(&Place::file(&scene.file), reason));
     environment_lit::expect_fit(scene, NAME)?;
     if scene.reflections > 1 {

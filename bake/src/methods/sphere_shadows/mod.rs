@@ -8,13 +8,13 @@
 
 pub mod errors;
 mod fit;
+mod inspected;
 mod method;
 mod prediction;
 mod registered;
 pub mod rows;
 mod settings;
 
-pub use fit::expect_fit;
 pub use method::SphereShadowsMethod;
 pub use registered::METHOD;
 pub use settings::{NAME, REVISION};

@@ -1,5 +1,6 @@
 //! The method's line in the registry.
 
+use super::inspected::INSPECTED;
 use super::method::SphereShadowsMethod;
 use crate::methods::environment_lit;
 use crate::methods::registered::{Bundled, Registered};
@@ -19,6 +20,7 @@ pub const METHOD: Registered = Registered {
     new: |asked, scene| Box::new(SphereShadowsMethod::new(scene, asked.seed)),
     remedy: |_| "give objects more spheres".to_owned(),
     verify,
+    inspected: &[INSPECTED],
 };
 
 fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {

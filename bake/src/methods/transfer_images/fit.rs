@@ -11,7 +11,7 @@ use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS};
 use relume_scenes::Scene;
 
 /// Fails, naming what stands in the way, unless the method serves what `scene` varies.
-pub fn expect_fit(scene: &Scene) -> Result<()> {
+pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     let place = Place::file(&scene.file);
     let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
     if scene.vary.shape {
@@ -43,7 +43,7 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
 
 /// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images that measuring compares with, the
 /// hierarchy, and the environment.
-pub fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
+pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some());
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
     // A tenth of the pixels show a second class at most in all scenes seen so far.

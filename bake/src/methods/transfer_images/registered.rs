@@ -1,5 +1,6 @@
 //! The method's line in the registry.
 
+use super::inspected::INSPECTED;
 use super::settings::{Bases, TransferImagesMethod};
 use crate::methods::asked::Asked;
 use crate::methods::registered::{Bundled, Registered, more_of};
@@ -20,6 +21,7 @@ pub const METHOD: Registered = Registered {
     new: |asked, _: &Scene| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "bases", |n| n + 1, MAX_BASES as u64),
     verify,
+    inspected: &[INSPECTED],
 };
 
 fn method(asked: &Asked) -> TransferImagesMethod {

@@ -2,7 +2,7 @@
 
 use super::super::super::{info, verify};
 use super::*;
-use relume_formats::shape::{Clip, Influences, Interpolation, Joint, Node, Property, Track, Transform};
+use relume_formats::shape::{Clip, DeformingMesh, Influences, Interpolation, Joint, Node, Property, Track, Transform};
 
 /// Two vertices a metre above their node, which a clip moves.
 fn lifted() -> DeformingMesh {

@@ -3,6 +3,7 @@
 use super::super::super::test_spheres::octahedron;
 use super::super::super::{info, verify};
 use super::*;
+use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::sphere_set::Solid;
 
 /// The folder, the file in it, and where it was exported to.
@@ -115,7 +116,7 @@ fn a_set_must_keep_what_it_promises() {
         let mut set = octahedron();
         change(&mut set);
         let path = folder.path().join("changed.relume");
-        std::fs::write(&path, set.to_bytes_unchecked(relume_formats::Place::file(&path)).unwrap()).unwrap();
+        std::fs::write(&path, set.to_bytes_unchecked(Place::file(&path)).unwrap()).unwrap();
         verify(&path).map_err(|e| e.to_string())
     };
     // Points 0 and 1 lie √2 from the centre of their sphere; the diagonal is 4.9, so they may stand out by 4.9e-5.

@@ -1,12 +1,34 @@
-//! The table of 4 × 4 bitmaps as an array.
+//! The table of 4 × 4 bitmaps.
 
 use super::out::Out;
+use super::words::grouped;
+use super::{Described, Inspected};
 use relume_formats::Result;
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::HaarTable;
+use serde::Serialize;
 use serde_json::json;
+use std::path::Path;
+
+/// See there.
+pub(super) const INSPECTED: Inspected = Inspected { kind: Kind::HaarTable, describe, export };
+
+#[derive(Serialize)]
+struct Details {
+    bitmaps: u64,
+    coefficients: u64,
+}
+
+/// The same for all, for there is one table only.
+fn describe(_: &Path) -> Result<Described> {
+    let details = Details { bitmaps: 65_536, coefficients: 16 };
+    let table = format!("{} Haar coefficients of each of {} bitmaps of 4 × 4", details.coefficients, grouped(details.bitmaps));
+    Ok(Described { facts: vec![("table", table)], details: Box::new(details) })
+}
 
 /// `table.npy` [65536, 16], `table.json`.
-pub(super) fn export(table: &HaarTable, out: &mut Out) -> Result<()> {
+fn export(path: &Path, out: &mut Out) -> Result<()> {
+    let table = HaarTable::read_file(path)?;
     out.npy("table.npy", &[table.coefficients().len() / 16, 16], table.coefficients().iter().copied())?;
     out.json(
         "table.json",

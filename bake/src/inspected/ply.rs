@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 /// What [`PlyMesh::comment`] says of meshes of a scene.
-pub(super) const WORLD_SPACE: &str = "metres, world space, right-handed, +Y up";
+pub const WORLD_SPACE: &str = "metres, world space, right-handed, +Y up";
 
 /// A triangle mesh.
-pub(super) struct PlyMesh<'a> {
+pub struct PlyMesh<'a> {
     /// Units and space.
     pub comment: &'a str,
     pub positions: &'a [[f32; 3]],

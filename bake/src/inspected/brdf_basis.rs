@@ -2,11 +2,65 @@
 //! coefficients that look-ups interpolate in.
 
 use super::out::Out;
+use super::{Described, Facts, Inspected};
 use relume_formats::Result;
 use relume_formats::basis::brdf_grid::{self, NODES, PHI_NODES, THETA_NODES};
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::brdf_basis::{BasisError, Functions};
+use relume_formats::state::Model;
+use serde::Serialize;
 use serde_json::{Value, json};
+use std::path::Path;
+
+/// See there.
+pub(super) const INSPECTED: Inspected = Inspected { kind: Kind::BrdfBasis, describe, export };
+
+#[derive(Serialize)]
+struct Details {
+    bases: usize,
+    model: Model,
+    nodes: usize,
+    /// First and last exponent or roughness.
+    range: [f32; 2],
+    shared_diffuse: bool,
+    error_at_samples: BasisError,
+    error_between: BasisError,
+}
+
+fn describe(path: &Path) -> Result<Described> {
+    let basis = BrdfBasis::read_file(path)?;
+    let details = Details {
+        bases: basis.bases(),
+        model: basis.functions.model(),
+        nodes: basis.parameters.len(),
+        range: [basis.parameters.first(), basis.parameters.last()].map(|s| s.copied().unwrap_or(f32::NAN)),
+        shared_diffuse: basis.meta.shared_diffuse,
+        error_at_samples: basis.meta.error_at_samples,
+        error_between: basis.meta.error_between,
+    };
+    Ok(Described { facts: facts(&details), details: Box::new(details) })
+}
+
+fn facts(details: &Details) -> Facts {
+    let Details { bases, model, nodes, range: [first, last], shared_diffuse, error_at_samples, error_between } = details;
+    let lobes = if *shared_diffuse { "lobes use the diffuse one too" } else { "lobes leave the diffuse one alone" };
+    let parameter = match model {
+        Model::BlinnPhong => "exponent",
+        Model::Ggx => "roughness",
+    };
+    vec![
+        ("model", model.name().to_owned()),
+        ("bases", format!("{bases}, {lobes}")),
+        (parameter, format!("{nodes} nodes from {first} to {last}")),
+        ("error", format!("{} at the samples", error(error_at_samples))),
+        ("", format!("{} between them", error(error_between))),
+    ]
+}
+
+fn error(error: &BasisError) -> String {
+    format!("{:.4} % mean, {:.4} % worst at {}", error.mean * 100.0, error.worst * 100.0, error.worst_at)
+}
 
 /// The samples that a basis was made from, and what a model's parameters are called.
 struct Samples {
@@ -27,7 +81,8 @@ struct Samples {
 /// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, columns], `coefficients.npy` [samples, bases], the look-up table
 /// (`exponents.npy` [nodes] and `exponent_coefficients.npy` [nodes, bases], or `roughnesses.npy` [nodes] and `roughness_coefficients.npy`
 /// [nodes, 2, bases]), `brdf.json`.
-pub(super) fn export(basis: &BrdfBasis, out: &mut Out) -> Result<()> {
+fn export(path: &Path, out: &mut Out) -> Result<()> {
+    let basis = &BrdfBasis::read_file(path)?;
     let bases = basis.bases();
     let samples = samples(basis);
     out.npy("basis.npy", &[bases, THETA_NODES, THETA_NODES, PHI_NODES], on_grid(basis))?;

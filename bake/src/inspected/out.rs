@@ -8,13 +8,16 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Writes files into one folder, each atomically, and remembers them.
-pub(super) struct Out {
+pub struct Out {
     folder: PathBuf,
     written: Vec<PathBuf>,
 }
 
 impl Out {
     /// Makes the folder if it is not there.
+    ///
+    /// # Errors
+    /// Those of [`create_folder`].
     pub fn new(folder: &Path) -> Result<Self> {
         create_folder(folder)?;
         Ok(Self { folder: folder.to_path_buf(), written: Vec::new() })
@@ -25,6 +28,10 @@ impl Out {
         self.written
     }
 
+    /// A file of these bytes.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.folder.join(name);
         replace_file(&path, bytes)?;
@@ -32,12 +39,19 @@ impl Out {
         Ok(())
     }
 
+    /// A value as JSON.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn json(&mut self, name: &str, value: &impl Serialize) -> Result<()> {
         let text = serde_json::to_string_pretty(value).map_err(|e| Error::invalid(&Place::file(self.folder.join(name)), e.to_string()))?;
         self.bytes(name, (text + "\n").as_bytes())
     }
 
     /// A row-major array; `values` must give as many as `shape` says.
+    ///
+    /// # Errors
+    /// If it cannot be written, or `values` give fewer or more.
     pub fn npy<T: npyz::AutoSerialize>(&mut self, name: &str, shape: &[usize], values: impl IntoIterator<Item = T>) -> Result<()> {
         use npyz::WriterBuilder as _;
         let shape: Vec<u64> = shape.iter().map(|n| *n as u64).collect();
@@ -51,7 +65,10 @@ impl Out {
         self.bytes(name, &bytes)
     }
 
-    /// An image of named planes.
+    /// An image of named planes, row by row from the top.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn exr(&mut self, name: &str, [width, height]: [u32; 2], channels: &[(&str, &[f32])]) -> Result<()> {
         let path = self.folder.join(name);
         write_exr(&path, width as usize, height as usize, channels)?;
@@ -61,7 +78,7 @@ impl Out {
 }
 
 /// `name` as part of a file name: other characters than letters, digits, `-` and `_` become `_`, and it is cut at 60.
-pub(super) fn file_name_part(name: &str) -> String {
+pub fn file_name_part(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
     name.chars().take(60).map(plain).collect()
 }

@@ -1,10 +1,76 @@
-//! Transfer images: every value by fragment as arrays, and every light path as a picture.
+//! Transfer images: what they are of, every value by fragment as arrays, and every light path as a picture.
 
-use super::out::{Out, file_name_part};
+use crate::inspected::out::{Out, file_name_part};
+use crate::inspected::words::{grouped, list, many, pixels};
+use crate::inspected::{Described, Facts, Inspected};
+use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Meta, Slot, TransferImages};
+use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::path::Path;
+
+/// See there.
+pub(super) const INSPECTED: Inspected = Inspected { kind: Kind::TransferImages, describe, export };
+
+#[derive(Serialize)]
+struct Details {
+    size: [u32; 2],
+    bases: u32,
+    chromaticity: Option<Rgb>,
+    samples: u32,
+    seed: u64,
+    rgb_images: usize,
+    single_channel_images: usize,
+    fragments: usize,
+    classes: Vec<ClassInfo>,
+}
+
+/// The fragments of one class.
+#[derive(Serialize)]
+struct ClassInfo {
+    /// The editable material; `None` for everything fixed.
+    material: Option<String>,
+    fragments: usize,
+}
+
+fn describe(path: &Path) -> Result<Described> {
+    let details = Details::of(&TransferImages::open(path)?.read_first(Head::decode)?);
+    Ok(Described { facts: details.facts(), details: Box::new(details) })
+}
+
+impl Details {
+    fn of(head: &Head) -> Self {
+        let layout = head.layout();
+        let rgb_images = layout.slots.iter().filter(|s| s.rgb).count();
+        let fragments_of = |class: usize| head.class.iter().filter(|c| usize::from(**c) == class).count();
+        let materials = head.meta.materials.iter().cloned().map(Some).chain([None]);
+        Self {
+            size: head.meta.size,
+            bases: head.meta.bases,
+            chromaticity: head.meta.chromaticity,
+            samples: head.meta.samples,
+            seed: head.meta.seed,
+            rgb_images,
+            single_channel_images: layout.slots.len() - rgb_images,
+            fragments: head.pixel.len(),
+            classes: materials.enumerate().map(|(class, material)| ClassInfo { material, fragments: fragments_of(class) }).collect(),
+        }
+    }
+
+    fn facts(&self) -> Facts {
+        let Self { size, bases, chromaticity, samples, seed, rgb_images, single_channel_images, fragments, classes } = self;
+        let class = |c: &ClassInfo| format!("{} {}", c.material.as_deref().unwrap_or("(fixed)"), grouped(c.fragments as u64));
+        vec![
+            ("size", format!("{}, {} a pixel, seed {seed}", pixels(*size), many(*samples as usize, "sample", "samples"))),
+            ("bases", bases.to_string()),
+            ("light", chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}"))),
+            ("images", format!("{rgb_images} RGB, {single_channel_images} single-channel")),
+            ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
+        ]
+    }
+}
 
 const EDITABLE_ARRAY: &str = "transfer_editable.npy";
 const FIXED_ARRAY: &str = "transfer_fixed.npy";
@@ -19,7 +85,7 @@ enum Surface {
 
 /// One light path seen on one group of fragments.
 #[derive(Serialize)]
-struct Path {
+struct LightPath {
     slot: usize,
     surface: Surface,
     /// The picture, fragments summed into pixels.
@@ -37,7 +103,8 @@ struct Path {
 
 /// `fragments_*.npy`, `transfer_editable.npy` and `transfer_fixed.npy` [rows, fragments], a picture for every light path,
 /// `transfer-images.json`.
-pub(super) fn export(images: &TransferImages, out: &mut Out) -> Result<()> {
+fn export(path: &Path, out: &mut Out) -> Result<()> {
+    let images = &TransferImages::read_file(path)?;
     let head = &images.head;
     let fragments = head.pixel.len();
     out.npy("fragments_pixel.npy", &[fragments], head.pixel.iter().copied())?;
@@ -61,7 +128,7 @@ fn by_slot(images: &TransferImages) -> Vec<&Image> {
 }
 
 /// Every light path that `surface` has fragments for.
-fn paths(head: &Head, surface: Surface) -> Vec<Path> {
+fn paths(head: &Head, surface: Surface) -> Vec<LightPath> {
     if range(head, surface).is_empty() {
         return Vec::new();
     }
@@ -75,7 +142,7 @@ fn paths(head: &Head, surface: Surface) -> Vec<Path> {
                 None => continue,
             },
         };
-        paths.push(Path {
+        paths.push(LightPath {
             slot,
             surface,
             file: file_name(slot, surface, meaning, first, &head.meta),
@@ -126,7 +193,7 @@ fn first_json(first: FirstReflection, meta: &Meta) -> Value {
 }
 
 /// Scaled values of one channel of a path, fragment by fragment.
-fn channel<'a>(path: &Path, channel: usize, head: &Head, by_slot: &[&'a Image]) -> impl Iterator<Item = f32> + use<'a> {
+fn channel<'a>(path: &LightPath, channel: usize, head: &Head, by_slot: &[&'a Image]) -> impl Iterator<Item = f32> + use<'a> {
     let range = range(head, path.surface);
     // A slot that serves fixed fragments holds all of them, another only the editable ones.
     let values: &'a [_] = by_slot.get(path.slot).map_or(&[], |image| &image.values);
@@ -135,14 +202,14 @@ fn channel<'a>(path: &Path, channel: usize, head: &Head, by_slot: &[&'a Image]) 
     values.iter().skip(channel * stride + range.start).take(range.len()).map(move |v| v.to_f32() * scale)
 }
 
-fn array(paths: &[Path], head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
+fn array(paths: &[LightPath], head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
     let Some(first) = paths.first() else { return Ok(()) };
     let rows = paths.iter().map(|p| p.channels.len()).sum();
     let values = paths.iter().flat_map(|p| (0..p.channels.len()).flat_map(move |c| channel(p, c, head, by_slot)));
     out.npy(first.array, &[rows, range(head, first.surface).len()], values)
 }
 
-fn picture(path: &Path, head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
+fn picture(path: &LightPath, head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
     let pixels = head.meta.size.iter().map(|n| *n as usize).product();
     let of_fragments = head.pixel.get(range(head, path.surface)).unwrap_or_default();
     let mut planes = Vec::new();
@@ -159,7 +226,7 @@ fn picture(path: &Path, head: &Head, by_slot: &[&Image], out: &mut Out) -> Resul
     out.exr(&path.file, head.meta.size, &channels)
 }
 
-fn metadata(head: &Head, editable: &[Path], fixed: &[Path]) -> Value {
+fn metadata(head: &Head, editable: &[LightPath], fixed: &[LightPath]) -> Value {
     let Meta { size, materials, bases, chromaticity, samples, seed, editable_fragments } = &head.meta;
     json!({
         "kind": "transfer-images",

@@ -1,0 +1,21 @@
+//! The card of `sphere-shadows`.
+
+use super::card::{Card, Count, Form, Variation};
+use crate::container::Kind;
+
+/// The environment, the view and shapes vary: spheres cast the shadows.
+pub const SPHERE_SHADOWS: Card = Card {
+    name: "sphere-shadows",
+    lets_vary: Variation { light: true, view: true, shape: true, ..Variation::NONE },
+    files: &[
+        (Kind::Environment, Count::Some),
+        (Kind::Textures, Count::Perhaps),
+        (Kind::Shape, Count::Any),
+        (Kind::SphereShadows, Count::One),
+    ],
+    // The order of terms, without which no lobe can be cut.
+    first_piece: 4,
+    settings: &[("revision", Form::Count), ("objects", Form::Objects), ("seed", Form::Count)],
+    sphere_sets: true,
+    lies_over: false,
+};

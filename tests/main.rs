@@ -11,6 +11,7 @@
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`docs`]: links of the documentation, and the length of the README;
+//! * [`first_scene`]: first scenes for models, and looks at scenes before they are baked;
 //! * [`cases`]: inputs that went wrong once;
 //! * [`reuse`]: what a change of a scene traces again;
 //! * [`pieces`]: bakes over many machines;
@@ -25,6 +26,7 @@ mod chart;
 mod cli;
 mod cpu_gpu;
 mod docs;
+mod first_scene;
 mod frame_cost;
 mod pieces;
 mod plan;

@@ -185,9 +185,6 @@ fn bake_into(
         animations.insert(animation.name.clone(), write_entry(animation, unfinished, &file)?);
     }
     let is_black = darkness::is_black(scene, size)?;
-    if is_black {
-        say(&format!("warning: {}: {}", Place::file(&scene.file), darkness::WARNING));
-    }
     let sphere_sets = sphere_sets::fit_all(scene, seed, old, folder, &work)?;
     let entries: Option<Vec<SphereSetEntry>> = sphere_sets.as_ref().map(|sets| sets.iter().map(|set| set.entry.clone()).collect());
     let work = Work { sphere_sets: entries.as_deref(), ..work };

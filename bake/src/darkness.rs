@@ -29,7 +29,7 @@ pub fn is_black(scene: &Scene, [width, height]: [u32; 2]) -> Result<bool> {
 }
 
 /// The scene in materials that reflect all colours; what is cut out of them stays cut out.
-fn in_grey(scene: &Scene) -> Scene {
+pub(crate) fn in_grey(scene: &Scene) -> Scene {
     let grey = Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 1.0 });
     let in_grey = |material: &Material| {
         let texture = material.texture.clone().filter(|_| material.alpha_cutoff.is_some());

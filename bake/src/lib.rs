@@ -10,6 +10,7 @@
 //! * [`work_log`]: finished pieces of a bake on disk, which make it resumable;
 //! * [`playable`]: which animations a bundle's methods can play;
 //! * [`darkness`]: whether a scene shows anything;
+//! * [`probe`]: a look at a scene before it is baked, and what is wrong in it;
 //! * [`memory`]: how much memory a bake may take;
 //! * [`output`]: folders that the user wants things in;
 //! * [`inspected`]: what there is to tell and to export of a file of each kind;
@@ -31,6 +32,7 @@ pub mod method;
 pub mod methods;
 pub mod output;
 pub mod playable;
+pub mod probe;
 pub mod report;
 pub mod scene_hash;
 pub mod shard;

@@ -1,7 +1,8 @@
 //! What Relume lights: scene files, geometry loading, procedural shapes, environment maps, and their validation.
 //!
 //! [`Scene`] is the one product of this crate; tracing and baking read nothing else. [`resolve`] finds a scene file,
-//! [`load`] reads it, [`Scene::with_state`] changes what may change. [`load_mesh`] and [`load_deforming`] read single geometry files.
+//! [`load`] reads it, [`Scene::with_state`] changes what may change. [`load_mesh`] and [`load_deforming`] read single geometry files,
+//! [`starter`] makes a first scene for one.
 
 mod description;
 mod geometry;
@@ -12,6 +13,7 @@ mod numbering;
 mod scene;
 mod shapes;
 mod skies;
+pub mod starter;
 mod suggest;
 mod transform;
 

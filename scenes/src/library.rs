@@ -1,5 +1,6 @@
 //! Where scenes and their files are found.
 
+use crate::starter::is_model;
 use relume_formats::near::{nearest_file, what_there_is};
 use relume_formats::{Error, Place, Result, has_extension, read_regular};
 use std::io;
@@ -26,6 +27,10 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
     }
     if path.join(SCENE_FILE).is_file() {
         return Ok(path.join(SCENE_FILE));
+    }
+    if is_model(path) && path.is_file() {
+        let reason = format!("is a model, not a scene; `bake new {} -o DIR` writes a first scene for it", path.display());
+        return Err(Error::invalid(&Place::file(path), reason));
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
         let meant = nearest_file(Path::new(""), path).map(|file| format!("did you mean `{file}`? Else ")).unwrap_or_default();

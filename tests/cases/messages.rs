@@ -5,7 +5,8 @@
 mod mistakes;
 
 use crate::support::{command, run};
-use mistakes::{IN_ANIMATIONS, IN_COMMANDS, IN_SCENES, IN_STATES};
+use mistakes::{IN_ANIMATIONS, IN_COMMANDS, IN_LOOKS, IN_SCENES, IN_STATES};
+use relume_bake::probe::Probe;
 use relume_formats::Place;
 use relume_formats::state::{State, with_line};
 use std::path::Path;
@@ -115,6 +116,15 @@ fn of_scene(folder: &Path, scene: &[u8]) -> String {
     plain(&message, folder)
 }
 
+/// What a look at the scene warns of first.
+fn of_look(folder: &Path, what: &str, scene: &str) -> String {
+    std::fs::write(folder.join("scene.toml"), scene).unwrap();
+    let scene = relume_scenes::load(&folder.join("scene.toml")).unwrap();
+    let warnings = Probe::new(&scene, scene.size).unwrap().warnings();
+    std::fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    plain(warnings.first().unwrap_or_else(|| panic!("{what}: no warning")), folder)
+}
+
 /// By the steps of `bake reference --state`.
 fn of_state(folder: &Path, state: &str) -> String {
     let path = folder.join("state.toml");
@@ -151,6 +161,10 @@ fn all() -> Vec<(&'static str, String)> {
     }
     rows.push(("UTF-16 text", of_scene(folder, &SCENE.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>())));
     rows.push(("Latin-1 text", of_scene(folder, &[SCENE.as_bytes(), b"# f\xfcr\n"].concat())));
+    for (what, from, to) in IN_LOOKS {
+        assert!(SCENE.contains(from), "{what}");
+        rows.push((*what, of_look(folder, what, &SCENE.replacen(from, to, 1))));
+    }
     rows.extend(IN_STATES.iter().map(|(what, state)| (*what, of_state(folder, state))));
     rows.extend(IN_ANIMATIONS.iter().map(|(what, animation)| (*what, of_animation(folder, animation))));
     rows.extend(IN_COMMANDS.iter().map(|(what, line)| (*what, of_command(folder, line))));

@@ -39,13 +39,30 @@ pub fn beside(rows: &[Pair<'_>], size: [u32; 2]) -> Result<(Vec<u8>, f32)> {
         }
         append(&mut bytes, pair, width, factor);
     }
+    let [columns, lines] = [line / 3, bytes.len() / line.max(1)];
+    Ok((encoded(&bytes, [columns as u32, lines as u32])?, factor))
+}
+
+/// A PNG of linear radiance, shown as in [`beside`] at an exposure of `exposure_ev`.
+///
+/// # Errors
+/// If it has not `size` pixels.
+pub fn alone(pixels: &[Rgb], size: [u32; 2], exposure_ev: f32) -> Result<Vec<u8>> {
+    encoded(&shown(pixels, exposure_ev.exp2()), size)
+}
+
+/// The PNG of `size` pixels of three bytes each.
+fn encoded(bytes: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u8>> {
     let mut file = Vec::new();
-    let (columns, lines) = (line / 3, bytes.len() / line.max(1));
     let encoder = PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive);
-    match encoder.write_image(&bytes, columns as u32, lines as u32, ExtendedColorType::Rgb8) {
-        Ok(()) => Ok((file, factor)),
-        Err(e) => refuse(format!("{columns}×{lines} pixels do not fit a PNG: {e}; show fewer states")),
+    let reason = |e| format!("{width}×{height} pixels do not fit a PNG: {e}; show fewer or smaller images");
+    let refuse = |e| Error::invalid(&Place::file("picture"), reason(e));
+    // Not the encoder's own check, which is an assertion.
+    if bytes.len() as u64 != 3 * u64::from(width) * u64::from(height) {
+        return Err(Error::invalid(&Place::file("picture"), format!("expected {width}×{height} pixels; render at that size")));
     }
+    encoder.write_image(bytes, width, height, ExtendedColorType::Rgb8).map_err(refuse)?;
+    Ok(file)
 }
 
 /// Three images side by side, line by line.
@@ -126,6 +143,14 @@ mod tests {
             assert_eq!(*image.get_pixel(x + 18, y + 7), image::Rgb([0; 3]), "the second row has no difference");
         }
         assert_eq!([(6, 0), (14, 2), (0, 3), (22, 6)].map(|(x, y)| image.get_pixel(x, y).0), [GAP_COLOUR; 4]);
+    }
+
+    #[test]
+    fn an_image_alone_is_exposed_and_of_its_size() {
+        let pixels: [Rgb; 15] = std::array::from_fn(|i| [0.01 * i as f32, 0.3, 0.2]);
+        let image = decoded(&alone(&pixels, SIZE, -1.0).unwrap());
+        assert_eq!((image.dimensions(), image.get_pixel(4, 2).0), ((5, 3), pixels[14].map(|c| srgb_from_linear(0.5 * c))));
+        assert!(alone(&pixels, [4, 3], 0.0).unwrap_err().to_string().contains("expected 4×3 pixels"));
     }
 
     #[test]

@@ -18,7 +18,7 @@ use std::path::PathBuf;
     name = "bake",
     version,
     after_help = "\
-SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot.
+SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot; `bake run` and `bake plan` take a model, too.
 Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted."
 )]
 pub struct Cli {
@@ -30,7 +30,12 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Bake a scene into a bundle that `player` plays
+    /// Write a first scene for a model: scene.toml, commented, and a picture of it
+    #[command(long_about = "\
+Write a first scene for a model of any kind: DIR/scene.toml, with a camera that sees the model, a ground, light, and every material of the model, and DIR/preview.png, which shows it. \
+The file is commented for somebody who has never seen one. The model stays where it is; what is there already is never overwritten.")]
+    New(NewArgs),
+    /// Bake a scene, or a model, into a bundle that `player` plays
     Run(RunArgs),
     /// Make one bundle of the folders that `bake run --pieces` made on many machines
     #[command(long_about = "\
@@ -64,10 +69,23 @@ At 256 x 256 pixels, which it does not exceed, it takes some 10 to 30 minutes; i
     Gallery(GalleryArgs),
 }
 
+/// Arguments of `bake new`.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The model: a .gltf, .glb, .obj, .ply or .off file
+    pub model: PathBuf,
+    /// Where scene.toml and preview.png go
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Metres in the model's unit: 0.01 for centimetres [default: guessed from its size]
+    #[arg(long, value_name = "METRES", value_parser = parse_scale)]
+    pub scale: Option<f64>,
+}
+
 /// Arguments of `bake run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The scene
+    /// The scene; or a model, for which a first scene is written beside the bundle as DIR.toml, unless it is there
     pub scene: String,
     /// Where the bundle goes [default: baked/<scene name>]
     #[arg(short, long, value_name = "DIR")]
@@ -139,7 +157,7 @@ pub struct MergeArgs {
 /// Arguments of `bake plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// The scene
+    /// The scene, or a model, whose first scene is planned and not written
     pub scene: String,
     /// As JSON
     #[arg(long)]
@@ -311,6 +329,11 @@ fn parse_memory(text: &str) -> Result<MemoryLimit, String> {
     let gib = text.parse().ok().filter(|gib: &f64| *gib > 0.0 && *gib <= 1e6);
     let bytes = gib.map(|gib| MemoryLimit::Bytes((gib * f64::from(1 << 30)) as u64));
     bytes.ok_or_else(|| "expected a number of GiB above 0".to_owned())
+}
+
+fn parse_scale(text: &str) -> Result<f64, String> {
+    let scale = text.parse().ok().filter(|scale| (1e-30..=1e30).contains(scale));
+    scale.ok_or_else(|| "expected a number above 0, such as 0.01 for centimetres".to_owned())
 }
 
 fn parse_tight(text: &str) -> Result<f64, String> {

@@ -3,6 +3,7 @@
 mod bundle_path;
 mod chart;
 mod common;
+mod first_scene;
 mod gallery;
 mod reference;
 mod run;
@@ -10,7 +11,8 @@ mod spheres;
 
 use bundle_path::expect_no_scene;
 pub use chart::chart;
-use common::{BUNDLES, load};
+use common::{BUNDLES, load, look_at};
+pub use first_scene::new;
 pub use gallery::gallery;
 pub use reference::reference;
 pub use run::{merge, run};
@@ -24,13 +26,17 @@ use relume_bake::output::create_folder;
 use relume_chart::plan;
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
+use relume_scenes::starter::is_model;
 use std::path::Path;
 
 /// `bake plan`.
 pub fn plan(args: &PlanArgs) -> Result<String> {
     watch_signals()?;
     let folders = plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(relume_chart::chart::FOLDER) };
-    plan::plan(&load(&args.scene)?, &folders, args.json)
+    let model = Path::new(&args.scene);
+    let scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
+    look_at(&scene, scene.size)?;
+    plan::plan(&scene, &folders, args.json)
 }
 
 /// `bake info`.

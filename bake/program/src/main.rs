@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         return fail(&format!("signals cannot be watched: {error}"), 1);
     }
     let result = match &cli.command {
+        Command::New(args) => commands::new(args),
         Command::Run(args) => commands::run(args),
         Command::Merge(args) => commands::merge(args),
         Command::Plan(args) => commands::plan(args),

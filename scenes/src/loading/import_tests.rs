@@ -17,12 +17,12 @@ pub(super) fn scene(more: &str) -> String {
     )
 }
 
-pub(super) fn base64(bytes: &[u8]) -> String {
+pub(crate) fn base64(bytes: &[u8]) -> String {
     base64::engine::general_purpose::STANDARD.encode(bytes)
 }
 
 /// Two texels side by side: a colour, opaque, and black, a quarter opaque.
-pub(super) fn png(colour: [u8; 3]) -> Vec<u8> {
+pub(crate) fn png(colour: [u8; 3]) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let [r, g, b] = colour;
     let image = image::RgbaImage::from_raw(2, 1, vec![r, g, b, 255, 0, 0, 0, 64]).unwrap();

@@ -73,12 +73,20 @@ struct Context<'a> {
 /// # Errors
 /// `Invalid` or `Unsupported` with file and place for the first rule that is broken, `Io` for a file that is missing or unreadable.
 pub fn load(path: &Path) -> Result<Scene> {
-    load_unlocated(path).map_err(with_line)
+    load_text(path, &read_text(path)?)
 }
 
-fn load_unlocated(path: &Path) -> Result<Scene> {
+/// As [`load`], as if the file at `path` held `text`, whatever is there.
+///
+/// # Errors
+/// As there.
+pub(crate) fn load_text(path: &Path, text: &str) -> Result<Scene> {
+    load_unlocated(path, text).map_err(with_line)
+}
+
+fn load_unlocated(path: &Path, text: &str) -> Result<Scene> {
     let place = Place::file(path);
-    let file: SceneFile = parse_toml(&read_text(path)?, &place)?;
+    let file: SceneFile = parse_toml(text, &place)?;
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     names::check(&file, &place)?;
     check_render(&file.render, &place.part("[render]"))?;
@@ -210,4 +218,4 @@ mod import_mending_tests;
 #[cfg(test)]
 mod import_refusal_tests;
 #[cfg(test)]
-mod import_tests;
+pub(crate) mod import_tests;

@@ -91,6 +91,19 @@ pub(super) const IN_SCENES: &[(&str, &str, &str)] = &[
     ("nothing in a map", "maps/Studio.hdr", "empty.hdr"),
 ];
 
+/// What is mistaken, and what stands instead of what in the scene, which loads; a look at it warns.
+pub(super) const IN_LOOKS: &[(&str, &str, &str)] = &[
+    ("radians for degrees", "fov_deg = 40.0", "fov_deg = 0.7"),
+    ("a view that is too narrow for anything", "fov_deg = 40.0", "fov_deg = 3.5"),
+    ("a camera below the floor", "position = [0.0, 1.2, 4.0]", "position = [0.0, -0.5, 0.3]"),
+    ("a camera inside an object", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.0, 0.2]"),
+    ("a camera that looks past everything", "target = [0.0, 0.5, 0.0]", "target = [0.0, 1.2, 9.0]"),
+    ("a camera that is too far away", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.2, 40.0]"),
+    ("a material that varies out of view", "target = [0.0, 0.5, 0.0]\nfov_deg = 40.0", "target = [0.0, 1.2, 0.0]\nfov_deg = 12.0"),
+    ("a lamp in photometric units", "intensity = [10.0, 10.0, 10.0]", "intensity = [6830.0, 6830.0, 6830.0]"),
+    ("a film that is underexposed", "fov_deg = 40.0", "fov_deg = 40.0\nexposure_ev = -8"),
+];
+
 /// What is mistaken, and a state.
 pub(super) const IN_STATES: &[(&str, &str)] = &[
     ("`[material.NAME]`", "[material.paint]\nkd = [0.5, 0.5, 0.5]\n"),
@@ -198,6 +211,13 @@ pub(super) const IN_COMMANDS: &[(&str, &[&str])] = &[
     ("a misspelt scene where a bundle is wanted", &["bake", "info", "cornel-knot"]),
     ("an unknown scene", &["bake", "plan", "cornel-knot"]),
     ("more reflections than a method has", &["bake", "run", "bright.toml"]),
+    ("a model where a scene is wanted", &["bake", "reference", "ball.obj", "-o", "a.exr"]),
+    ("a scene where a model is wanted", &["bake", "new", "scene.toml", "-o", "new"]),
+    ("a misspelt model", &["bake", "new", "bal.obj", "-o", "new"]),
+    ("nothing in a model", &["bake", "new", "ball.obj", "-o", "new"]),
+    ("a first scene where there is another", &["bake", "new", "ball.obj", "-o", "."]),
+    ("a unit that is none", &["bake", "new", "ball.obj", "-o", "new", "--scale", "cm"]),
+    ("a model whose first scene would be another's", &["bake", "run", "ball.obj", "-o", "scene"]),
     ("no bundle for the player", &["player"]),
     ("a scene for the player", &["player", "scene.toml"]),
     ("a file of a bundle for the player", &["player", "bundle.relume"]),

@@ -2,6 +2,7 @@
 
 use relume_bake::error::Result;
 use relume_bake::job::say;
+use relume_bake::probe::Probe;
 use relume_scenes::Scene;
 
 /// Where bundles of scenes go if nothing else is said.
@@ -16,6 +17,12 @@ pub(super) fn load(scene: &str) -> Result<Scene> {
     let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
     warn(&scene.warnings);
     Ok(scene)
+}
+
+/// Tells what is wrong with how `scene` looks on a film of `size` pixels.
+pub(super) fn look_at(scene: &Scene, size: [u32; 2]) -> Result<()> {
+    warn(&Probe::new(scene, size)?.warnings());
+    Ok(())
 }
 
 /// Tells `warnings`, as many as anybody would read.

@@ -1,7 +1,7 @@
 //! `bake run` and `bake merge`.
 
-use super::common::{BUNDLES, load, start_threads, warn};
-use super::spheres;
+use super::common::{BUNDLES, load, look_at, start_threads, warn};
+use super::{first_scene, spheres};
 use crate::cli::{MergeArgs, RunArgs};
 use relume_bake::bundle::{self, MethodSummary};
 use relume_bake::error::{BakeError, Result};
@@ -19,6 +19,7 @@ use relume_chart::frame_cost;
 use relume_formats::Place;
 use relume_formats::method::cards_of;
 use relume_scenes::Scene;
+use relume_scenes::starter::is_model;
 use std::path::Path;
 
 /// How an interrupted bake goes on.
@@ -28,15 +29,18 @@ const RESUME: &str = "finished work is kept, add --resume to go on";
 pub fn run(args: &RunArgs) -> Result<String> {
     watch_signals()?;
     start_threads(args.threads)?;
-    let scene = load(&args.scene)?;
+    let model = Path::new(&args.scene);
+    let (scene, folder) =
+        if is_model(model) { first_scene::beside(model, args.output.as_deref())? } else { (load(&args.scene)?, args.output.clone()) };
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
         return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
     }
     let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let asked = asked(args, &scene, max_error);
+    look_at(&scene, asked.size)?;
     let methods = methods(&chosen, &asked, &scene)?;
-    let folder = args.output.clone().unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
+    let folder = folder.unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,

@@ -4,6 +4,7 @@
 //! program waits in the system's event queue.
 
 mod canvas;
+mod dropped;
 
 use crate::cli::Cli;
 use crate::error::{Error, Result};
@@ -95,6 +96,7 @@ struct Open {
     gpu: Gpu,
     canvas: Canvas,
     live: Live,
+    for_news: EventLoopProxy<Wake>,
     input: egui_winit::State,
     screen: Screen,
     picture: Option<egui::TextureId>,
@@ -131,6 +133,7 @@ impl ApplicationHandler<Wake> for App<'_> {
                 open.window.request_redraw();
             }
             WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::DroppedFile(path) => open.dropped(&path),
             WindowEvent::Resized(size) => open.resized(size),
             WindowEvent::Occluded(false) => open.window.request_redraw(),
             WindowEvent::RedrawRequested => match open.redraw() {
@@ -203,10 +206,8 @@ impl Open {
         window.set_visible(true);
         window.request_redraw();
         Ok(Self {
-            live: Live::start(session, started, cli.stats.is_some(), move || {
-                // A loop that has ended needs no news.
-                let _ = for_news.send_event(Wake::News);
-            })?,
+            live: Live::start(session, started, cli.stats.is_some(), waking(&for_news))?,
+            for_news,
             gpu,
             size: window.inner_size(),
             window,
@@ -342,6 +343,15 @@ impl Open {
             self.window.set_title(&title);
             self.title = title;
         }
+    }
+}
+
+/// Wakes the window for news.
+fn waking(window: &EventLoopProxy<Wake>) -> impl Fn() + Send + 'static {
+    let window = window.clone();
+    move || {
+        // A loop that has ended needs no news.
+        let _ = window.send_event(Wake::News);
     }
 }
 

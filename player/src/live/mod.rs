@@ -1,6 +1,7 @@
 //! A bundle on show: what the user sets of it, here, and its picture, which a thread of its own draws. What the user does never waits for a frame: looks go
 //! there as orders, of which the last counts, and pictures come back as news. Knows nothing of windows.
 
+mod files;
 mod worker;
 
 use crate::error::{Error, Result};
@@ -128,11 +129,6 @@ impl Live {
         if let Some(orders) = &self.orders {
             let _ = orders.send(order);
         }
-    }
-
-    /// Has the environment map in the file at `path` added, and the scene lit by it.
-    pub fn light_by(&self, path: &Path) {
-        self.send(Order::Light(path.to_owned()));
     }
 
     /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings are written at once.

@@ -115,7 +115,7 @@ fn a_map_of_ones_own_lights_the_scene() {
     let path = folder.path().join("dusk.exr");
     let write = |red: f32| std::fs::write(&path, encode_exr([32, 16], &[[red, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
     write(0.25);
-    desk.live.light_by(&path);
+    desk.live.take_file(&path).unwrap();
     desk.until(|live| live.note.is_some());
     assert_eq!(desk.live.take_note(), Some(Ok(format!("lit by {}", path.display()))));
     let first = desk.picture();
@@ -126,14 +126,65 @@ fn a_map_of_ones_own_lights_the_scene() {
     assert_eq!(std::fs::read_to_string(state).unwrap(), format!("[environment]\nmap = {:?}\n", path.to_str().unwrap()));
     // Saved again by another program, and dropped again.
     write(4.0);
-    desk.live.light_by(&path);
+    desk.live.take_file(&path).unwrap();
     assert!(desk.picture() != first);
     desk.editor().undo();
     desk.until(|live| !live.facts().map_from_outside);
     desk.live.take_note();
-    desk.live.light_by(&folder.path().join("none.exr"));
+    desk.live.take_file(&folder.path().join("none.exr")).unwrap();
     desk.until(|live| live.note.is_some());
     assert!(matches!(desk.live.take_note(), Some(Err(reason)) if reason.contains("none.exr")));
+    desk.live.end().unwrap();
+}
+
+#[test]
+fn states_and_animations_are_taken_from_files() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let state = file("s.toml", "camera.exposure_ev = 2\nenvironment.rotation_deg = 30\n");
+    assert!(desk.live.take_file(&state).unwrap().starts_with("set "));
+    let look = desk.editor().look();
+    assert_eq!((look.camera.exposure_ev, look.environment.unwrap().rotation_deg), (2.0, 30.0));
+    desk.editor().commit();
+    assert_eq!(desk.editor().undo().as_deref(), Some("the exposure, the light's rotation"), "one edit");
+    // A map that a state names lies beside it.
+    std::fs::write(folder.path().join("dusk.exr"), encode_exr([32, 16], &[[0.25, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
+    desk.live.take_file(&file("lit.toml", "camera.exposure_ev = 3\nenvironment.map = 'dusk.exr'\n")).unwrap();
+    desk.until(|live| live.note.is_some());
+    assert!(desk.editor().look().environment.unwrap().map.ends_with("dusk.exr") && desk.editor().look().camera.exposure_ev == 3.0);
+    let turn = file(
+        "turn.toml",
+        "duration_s = 2\nloop = true\n[[key]]\nt_s = 0\nenvironment.rotation_deg = 0\n[[key]]\nt_s = 1\nenvironment.rotation_deg = 90\n",
+    );
+    for _ in 0..2 {
+        assert!(desk.live.take_file(&turn).unwrap().starts_with("playing "));
+    }
+    let editor = desk.editor();
+    assert!(editor.is_playing() && editor.animation().unwrap().name == "turn");
+    assert_eq!(editor.animations().iter().filter(|animation| animation.name == "turn").count(), 1);
+    let before = editor.look();
+    for (name, text, part) in [
+        ("a.toml", "camera.exposure_ev = 99\n", "a.toml: "),
+        ("b.toml", "materials.nobody.kd = [0, 0, 0]\n", "b.toml: line 1: "),
+        ("c.toml", "camera = \n", "c.toml: line 1: "),
+        ("d.toml", "duration_s = 1\n[[key]]\nt_s = 0\nmaterials.x.kd = [0, 0, 0]\n", "d.toml: line 4: "),
+        ("e.png", "", "e.png: drop the folder of a bundle, a state"),
+        ("f.toml", "environment.map = 'gone.exr'\n", "f.toml: "),
+    ] {
+        let refused = desk.live.take_file(&file(name, text)).unwrap_err();
+        assert!(refused.contains(part) && refused.lines().count() == 1, "{refused}");
+    }
+    assert_eq!(desk.editor().look(), before);
     desk.live.end().unwrap();
 }
 

@@ -32,9 +32,7 @@ pub fn paste(text: &str, editor: &mut Editor) -> Result<String, String> {
             Ok(format!("pasted {} on {}", plain(name), plain(&selected.name)))
         }
         _ => {
-            state.expect_only(&editor.scope().varies(), &place).map_err(|error| error.to_string())?;
-            editor.look().with(&state, editor.scope(), &place).map_err(|error| error.to_string())?;
-            editor.set(&state);
+            editor.take_state(&state, &place).map_err(|error| error.to_string())?;
             Ok("pasted a state".to_owned())
         }
     }

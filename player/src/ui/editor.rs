@@ -5,6 +5,7 @@
 //! [`HOLD_RULE`] says so to the user. Every edit is a change that goes through [`Look::apply`], and can be undone: [`history`].
 
 mod display;
+mod files;
 mod history;
 mod part;
 mod settings;

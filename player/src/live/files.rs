@@ -1,0 +1,64 @@
+//! Files that the user gives while a bundle is shown.
+
+use super::{Live, Order};
+use crate::environment::beside;
+use crate::picture::nothing_yet;
+use crate::ui::Editor;
+use relume_formats::map_file::is_named_so;
+use relume_formats::state::{Animation, State, with_line};
+use relume_formats::{Error as FormatError, Place, has_extension, read_regular};
+use std::path::{Path, PathBuf};
+
+/// Longest text that is read.
+const MAX_TEXT_BYTES: u64 = 1 << 24;
+
+impl Live {
+    /// Takes a file for what its name and content say that it is: an environment map, which is added and lights the scene; a state, which is set as one edit;
+    /// an animation, which is played. Returns what to say.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a line. Then nothing has changed.
+    pub fn take_file(&mut self, path: &Path) -> Result<String, String> {
+        let shown = path.display();
+        if is_named_so(path) {
+            self.send(Order::Light(path.to_owned()));
+            return Ok(format!("reading {shown}"));
+        }
+        if !has_extension(path, "toml") {
+            return Err(format!(
+                "{shown}: drop the folder of a bundle, a state or an animation (.toml), or an environment map (.exr, .hdr)"
+            ));
+        }
+        let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
+        let taken = take_text(path, &mut shown.editor).map_err(|error| with_line(error).to_string());
+        let (said, map) = taken?;
+        map.into_iter().for_each(|map| self.send(Order::Light(map)));
+        Ok(said)
+    }
+}
+
+/// Returns what to say, and the file of the map that a state names.
+fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf>), FormatError> {
+    let (place, shown) = (Place::file(path), path.display());
+    let text = String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "drop a smaller file")?).into_owned();
+    // What is wrong with it is for the reader of one or the other to say.
+    let is_animation = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("key") || table.contains_key("duration_s"));
+    if is_animation {
+        let animation = Animation::read_file(path)?;
+        let said = format!("playing {shown}");
+        editor.take_animation(animation, &place)?;
+        return Ok((said, None));
+    }
+    let mut state = State::read_file(path)?;
+    let map = state.environment.as_ref().and_then(|light| light.map.clone()).filter(|map| !editor.scope().maps.contains(map));
+    let file = match map {
+        Some(map) => beside(&map, &place)?.map(|found| PathBuf::from(found.name)),
+        None => None,
+    };
+    if let (Some(_), Some(light)) = (&file, &mut state.environment) {
+        // It lights the scene once it is added.
+        light.map = None;
+    }
+    editor.take_state(&state, &place)?;
+    Ok((format!("set {shown}"), file))
+}

@@ -1,5 +1,8 @@
 //! A bundle shown while it arrives and edited while it is shown. Knows nothing of windows: it is polled, it draws, it saves.
 
+mod environment;
+mod metering;
+
 use crate::error::{Error, Result};
 use crate::output::{encode_exr, encode_png, write_numbered};
 use crate::session::{Cost, Session};
@@ -297,7 +300,5 @@ impl Live {
     }
 }
 
-mod environment;
-mod metering;
 #[cfg(test)]
 mod tests;

@@ -242,8 +242,9 @@ impl Player {
         Ok(frame)
     }
 
-    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and may be drawn on. 8-bit
-    /// formats receive what a PNG would hold, of curves that the device reckons in its own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
+    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and
+    /// may be drawn on. 8-bit formats receive what a PNG would hold, of curves that the device reckons in its
+    /// own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
     ///
     /// # Errors
     /// If nothing has arrived yet, or the target is of another size.

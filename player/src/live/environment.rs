@@ -9,7 +9,8 @@ impl Live {
     /// Adds the environment map in the file at `path` and lights the scene by it.
     ///
     /// # Errors
-    /// If the file holds no map, the light does not vary, or there is nothing to see yet. Then nothing has changed.
+    /// If the file holds no map, the light does not vary, or there is nothing to see yet. Then nothing has
+    /// changed.
     pub fn add_environment(&mut self, path: &Path) -> Result<()> {
         let Some(shown) = &mut self.shown else {
             return Err(Error::Failed("there is nothing to light yet; wait for the first image".to_owned()));

@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::ui::Metering;
 
 impl Live {
-    /// Brings the picture up to date, doing no more than what has changed asks for, and without waiting for the GPU unless the exposure is to be set by the
-    /// picture. Returns whether it changed.
+    /// Brings the picture up to date, doing no more than what has changed asks for, and without waiting for
+    /// the GPU unless the exposure is to be set by the picture. Returns whether it changed.
     pub fn draw(&mut self) -> Result<bool> {
         let changed = self.draw_changes()?;
         if self.meter()? {

@@ -1,13 +1,18 @@
 //! How the display shows the picture: the curve and the exposure.
 
 use super::editor::{Editor, Metering, Part};
+use super::facts::{Facts, Loading};
 use super::light_panel::reset;
 use super::panel::section;
 use egui::{Slider, SliderClamping, Ui};
 use relume_formats::display::Tonemap;
 
 /// Draws what there is to say of the display.
-pub fn show(ui: &mut Ui, editor: &mut Editor) {
+pub fn show(ui: &mut Ui, editor: &mut Editor, facts: &Facts) {
+    if editor.metering().is_some() && facts.loading != Loading::Arriving {
+        // The picture is metered once this is drawn, and then there is a new exposure to show.
+        ui.ctx().request_repaint();
+    }
     section(ui, "DISPLAY");
     curve(ui, editor);
     exposure(ui, editor);

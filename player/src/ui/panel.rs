@@ -25,7 +25,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
             shape_panel::show(ui, editor);
             light_panel::view(ui, editor);
             animation(ui, editor);
-            display_panel::show(ui, editor);
+            display_panel::show(ui, editor, facts);
             save = files(ui);
         }
         statistics(ui, facts);

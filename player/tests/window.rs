@@ -7,6 +7,8 @@
 
 #[path = "support/desk.rs"]
 mod desk;
+#[path = "window/display.rs"]
+mod display;
 mod support;
 
 use desk::{Display, Window};

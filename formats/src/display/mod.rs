@@ -52,7 +52,7 @@ impl Tonemap {
     /// Linear display values, 0..=1, of exposed linear radiance, both Rec. 709. What is negative or no number
     /// counts as 0, what is above 10⁹ as 10⁹.
     pub fn shown(self, exposed: Rgb) -> Rgb {
-        // `max` passes over what is no number.
+        #[allow(clippy::manual_clamp, reason = "`clamp` would keep what is no number, which `max` passes over")]
         let exposed = exposed.map(|v| v.max(0.0).min(MOST));
         let shown = match self {
             Self::Clamp => exposed,

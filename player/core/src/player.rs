@@ -188,7 +188,7 @@ impl Player {
             let mut scope = Scope { scene, card: self.method.card, maps };
             if let Some(playback) = self.playback.as_deref_mut() {
                 let mut stage = Stage { gpu: &self.gpu, playback, scope: &mut scope };
-                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), animation.as_mut())?;
+                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), &mut animation)?;
             }
             self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);

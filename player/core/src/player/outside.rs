@@ -56,7 +56,7 @@ impl Outside {
         &mut self,
         stage: &mut Stage<'_>,
         (state, place): (&mut State, &Place),
-        animation: Option<&mut PlacedAnimation>,
+        animation: &mut Option<PlacedAnimation>,
     ) -> Result<()> {
         if let Some(map) = self.first.take() {
             self.add(stage, &map)?;

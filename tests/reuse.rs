@@ -55,7 +55,7 @@ const CHANGES: [(&str, &str, &str); 14] = [
     ("the camera moves", "position = [0.0, 1.0, 4.0]", "position = [0.5, 1.0, 4.0]"),
     ("another film size", "size = [16, 16]", "size = [24, 16]"),
     ("another exposure", "fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0"),
-    ("another curve of the display", "    [[object]]", "    [view]\n    tonemap = 'agx'\n    [[object]]"),
+    ("another curve of the display", "    [environment]", "    [view]\n    tonemap = 'agx'\n    [environment]"),
     ("an animation more", "", ""),
     ("gain of the environment", "gain = [1.0, 1.0, 1.0]", "gain = [2.0, 1.0, 1.0]"),
     ("rotation of the environment", "rotation_deg = 0.0", "rotation_deg = 30.0"),

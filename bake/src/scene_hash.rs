@@ -1,6 +1,7 @@
 //! Hashes of the parts of a scene, so that every step of a bake is done again when something changes that it reads, and only then.
 //!
-//! In no part are parameters of materials that vary but those that [`Part::Albedos`] has, animations, exposure, the curve of the display, and names of objects and lights: changing
+//! In no part are parameters of materials that vary but those that [`Part::Albedos`] has, animations,
+//! exposure, the curve of the display, and names of objects and lights: changing
 //! these re-traces nothing.
 
 use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};

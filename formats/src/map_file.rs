@@ -1,4 +1,5 @@
-//! Files of environment maps, as scenes and players are given them: Radiance `.hdr` and OpenEXR `.exr`, equirectangular, in whatever primaries they name.
+//! Files of environment maps, as scenes and players are given them: Radiance `.hdr` and OpenEXR `.exr`,
+//! equirectangular, in whatever primaries they name.
 
 mod open_exr;
 mod primaries;
@@ -26,7 +27,8 @@ pub fn is_named_so(path: &Path) -> bool {
 /// Reads the map at `path`, in linear Rec. 709. Adds what was mended to `warnings`.
 ///
 /// # Errors
-/// `Io` for a file that is not there, `Invalid` for one that is broken, too large or no equirectangular map, `Unsupported` for what this version does not read.
+/// `Io` for a file that is not there, `Invalid` for one that is broken, too large or no equirectangular map,
+/// `Unsupported` for what this version does not read.
 pub fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> {
     let place = Place::file(path);
     expect_kind(path, &place)?;

@@ -121,7 +121,8 @@ const CASES: [Case; 43] = [
     ("unknown-model.relume", Kind::Scene, "section `meta`: is malformed", || {
         let mut file = triangle();
         let mut meta = file.sections[0].raw();
-        // After the name of 11 bytes, the camera of 8 numbers, the curve, the film size, what varies, no environment, the number of materials, and the first
+        // After the name of 11 bytes, the camera of 8 numbers, the curve, the film size, what varies, no
+        // environment, the number of materials, and the first
         // one's name of 2.
         let at = 8 + 11 + 4 * 8 + 4 + 8 + 3 + 1 + 8 + 8 + 2;
         assert!(meta[at] < 2 && meta[at + 1..at + 4] == [0; 3], "the model stands there");

@@ -13,8 +13,8 @@ use std::path::PathBuf;
 /// how. With --headless it writes frames to files instead.
 ///
 /// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
-/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are exposed, brought into
-/// the range of a display by a curve (tone mapping), and sRGB-encoded.
+/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are
+/// exposed, brought into the range of a display by a curve (tone mapping), and sRGB-encoded.
 ///
 /// Exit codes: 0 done, 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
 #[derive(Debug, Clone, Parser)]
@@ -32,13 +32,15 @@ pub struct Cli {
     /// State to start from: what differs from the scene's defaults
     #[arg(long, value_name = "STATE.toml")]
     pub state: Option<PathBuf>,
-    /// Environment map to light the scene by, over the state's: an equirectangular .exr or .hdr; for bundles whose light varies
+    /// Environment map to light the scene by, over the state's: an equirectangular .exr or .hdr; for bundles
+    /// whose light varies
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Curve from radiance to the display, over the state's: clamp, neutral or agx [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = parse_tonemap)]
     pub tonemap: Option<Tonemap>,
-    /// Exposure in EV, over the state's, or `auto`, which brings the geometric mean of the first frame's luminance to 0.18 [default: the scene's]
+    /// Exposure in EV, over the state's, or `auto`, which brings the geometric mean of the first frame's
+    /// luminance to 0.18 [default: the scene's]
     #[arg(long, value_name = "EV|auto", value_parser = parse_exposure, allow_negative_numbers = true)]
     pub exposure: Option<Exposure>,
     /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it must be that one

@@ -1,5 +1,5 @@
-//! Environment maps from the user's own files. They are called by their absolute paths, so that no name of a bundle is in the way, and so that a state that is
-//! saved finds them again.
+//! Environment maps from the user's own files. They are called by their absolute paths, so that no name of a
+//! bundle is in the way, and so that a state that is saved finds them again.
 
 use relume_formats::kinds::Environment;
 use relume_formats::map_file::{is_named_so, read_map};
@@ -11,7 +11,8 @@ use std::path::Path;
 /// Reads the map at `path`; tells on stderr what was mended.
 ///
 /// # Errors
-/// Those of [`read_map`], and `Invalid` for what is brighter than maps may be, and for paths that are no text.
+/// Those of [`read_map`], and `Invalid` for what is brighter than maps may be, and for paths that are no
+/// text.
 pub fn read(path: &Path) -> Result<Environment> {
     let place = Place::file(path);
     let mut warnings = Vec::new();

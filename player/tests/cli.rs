@@ -145,7 +145,8 @@ fn an_animation_becomes_frames_a_sheet_and_statistics() {
     let expected = bundle.evaluate(&materials, |_| true);
     let radiance = exr(&at("deep/er/1.exr"));
     assert!(support::largest_difference(&radiance, &expected) <= 1e-5);
-    // PNG = sRGB(curve(2^ev · L)), the scene's exposure being 0.5; one step apart where rounding falls on a boundary.
+    // PNG = sRGB(curve(2^ev · L)), the scene's exposure being 0.5; one step apart where rounding falls on a
+    // boundary.
     let display = Display { exposure_ev: 0.5, tonemap: Tonemap::Neutral };
     let png = image::open(at("png/f001.png")).unwrap().to_rgb8();
     for (pixel, radiance) in png.pixels().zip(&radiance) {

@@ -3,6 +3,8 @@
 //! What the window did is read from the files that it saves. Every action is done twice: with `xdotool` on the window, and on a twin of its
 //! screen within the test, which tells where things are.
 
+mod display;
+
 use crate::desk::{Display, Window};
 use crate::support::mirror::{Mirror, press, release};
 use crate::support::{self, Bundle, sparse};

@@ -28,6 +28,7 @@ mod spheres;
 const STATE: &str = r#"
 environment = { map = "sky.exr", rotation_deg = 30.0, gain = [1.0, 1.0, 1.0] }
 camera = { position = [0.0, 1.0, 4.0], target = [0.0, 1.0, 0.0], fov_deg = 40.0, exposure_ev = 0.0 }
+view.tonemap = "agx"
 [lights.ceiling]
 gain = [1.0, 1.0, 1.0]
 [materials.a]
@@ -51,6 +52,7 @@ t_s = 0.5
 materials.a.kd = [0.8, 0.0, 0.0]
 materials.b.base_color = [0.8, 0.0, 0.0]
 camera.exposure_ev = -2
+view.tonemap = "clamp"
 [[key]]
 t_s = 3
 materials.a.kd = [0.8, 0.0, 0.0]

@@ -1,8 +1,11 @@
-//! AgX, base look, without any look on top: T. Sobotka, *AgX* (github.com/sobotka/AgX, 2022), in the variant of Blender 4 and three.js since version 160.
+//! AgX, base look, without any look on top: T. Sobotka, *AgX* (github.com/sobotka/AgX, 2022), in the variant
+//! of Blender 4 and three.js since version 160.
 //!
-//! Colours go to Rec. 2020 primaries (ITU-R BT.2087, four decimals), are drawn in towards grey by a matrix, encoded as the logarithm of radiance from 10 stops
-//! below middle grey to 6.5 above it, bent by a polynomial of degree six that B. Wrensch fitted to Sobotka's table `AgX_Default_Contrast`, drawn out again,
-//! and taken from the power 1/2.2, for which the table was made, to linear values. The matrices are E. Chow's, of Blender's configuration.
+//! Colours go to Rec. 2020 primaries (ITU-R BT.2087, four decimals), are drawn in towards grey by a matrix,
+//! encoded as the logarithm of radiance from 10 stops below middle grey to 6.5 above it, bent by a polynomial
+//! of degree six that B. Wrensch fitted to Sobotka's table `AgX_Default_Contrast`, drawn out again, and taken
+//! from the power 1/2.2, for which the table was made, to linear values. The matrices are E. Chow's, of
+//! Blender's configuration.
 
 use super::Rgb;
 
@@ -27,7 +30,8 @@ const TINY: f32 = 1e-10;
 /// The power for which the contrast curve was made.
 const POWER: f32 = 2.2;
 
-/// Display values of `exposed`, whose channels are from 0 to 10⁹; bright saturated colours may leave 0..=1 a little.
+/// Display values of `exposed`, whose channels are from 0 to 10⁹; bright saturated colours may leave 0..=1 a
+/// little.
 pub(super) fn shown(exposed: Rgb) -> Rgb {
     let drawn_in = times(&INSET, times(&REC2020_FROM_REC709, exposed));
     let bent = drawn_in.map(|v| contrast(((v.max(TINY).log2() - LEAST_EV) / (MOST_EV - LEAST_EV)).clamp(0.0, 1.0)));
@@ -48,7 +52,8 @@ mod tests {
     use super::*;
     use glam::{DMat3, DVec3};
 
-    /// What the AgX of three.js 0.182 gives, its GLSL run in single precision: exposed radiance, display values.
+    /// What the AgX of three.js 0.182 gives, its GLSL run in single precision: exposed radiance, display
+    /// values.
     const PUBLISHED: [(Rgb, Rgb); 16] = [
         ([0.0, 0.0, 0.0], [0.000000, 0.000000, 0.000000]),
         ([0.01, 0.01, 0.01], [0.005996, 0.005994, 0.005995]),
@@ -76,7 +81,8 @@ mod tests {
         }
     }
 
-    /// Sobotka's table `AgX_Default_Contrast.spi1d`, every 455th of its 4096 values. The polynomial is off by 0.0058 at most, at number 3897.
+    /// Sobotka's table `AgX_Default_Contrast.spi1d`, every 455th of its 4096 values. The polynomial is off by
+    /// 0.0058 at most, at number 3897.
     #[test]
     fn contrast_is_that_of_the_published_table() {
         let table = [0.0, 0.0094135, 0.0302774, 0.0810636, 0.2000341, 0.3992467, 0.6209258, 0.8224253, 0.9467863, 1.0];

@@ -1,5 +1,6 @@
-//! Exposure from the picture itself: E. Reinhard, M. Stark, P. Shirley, J. Ferwerda, *Photographic tone reproduction for digital images*, ACM TOG 21(3), 2002,
-//! equation 1: the geometric mean of luminance becomes middle grey.
+//! Exposure from the picture itself: E. Reinhard, M. Stark, P. Shirley, J. Ferwerda, *Photographic tone
+//! reproduction for digital images*, ACM TOG 21(3), 2002, equation 1: the geometric mean of luminance becomes
+//! middle grey.
 
 use super::{MAX_EXPOSURE_EV, Rgb};
 
@@ -9,8 +10,9 @@ pub const MIDDLE_GREY: f32 = 0.18;
 /// Luminance of linear Rec. 709 (ITU-R BT.709): what each channel adds.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// The exposure, EV, at which the geometric mean of the luminance of `radiance` is [`MIDDLE_GREY`], within the range that exposures have. Pixels that are black,
-/// as where nothing is seen, or no number do not count; `None` if no pixel does.
+/// The exposure, EV, at which the geometric mean of the luminance of `radiance` is [`MIDDLE_GREY`], within
+/// the range that exposures have. Pixels that are black, as where nothing is seen, or no number do not count;
+/// `None` if no pixel does.
 pub fn auto_exposure_ev(radiance: &[Rgb]) -> Option<f32> {
     let luminance = |rgb: &Rgb| rgb.iter().zip(LUMINANCE).map(|(v, weight)| f64::from(*v) * weight).sum::<f64>();
     let (sum, count) = radiance

@@ -1,4 +1,5 @@
-//! What a display shows of linear radiance: exposure, then a curve that brings what is brighter than the display can be into its range.
+//! What a display shows of linear radiance: exposure, then a curve that brings what is brighter than the
+//! display can be into its range.
 //!
 //! This is the one CPU form: PNG frames are made by it, and `tonemap.wgsl` of the player must equal it.
 
@@ -15,12 +16,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tonemap {
-    /// Each channel is cut off at 0 and 1, which leaves all below 1 as it is and turns bright colours into others.
+    /// Each channel is cut off at 0 and 1, which leaves all below 1 as it is and turns bright colours into
+    /// others.
     Clamp,
-    /// Khronos PBR Neutral (2024): base colours as they are, highlights compressed and led to white in their hue.
+    /// Khronos PBR Neutral (2024): base colours as they are, highlights compressed and led to white in their
+    /// hue.
     #[default]
     Neutral,
-    /// AgX (Sobotka 2022), base look, in Rec. 2020 primaries: film-like, with little contrast and much room for highlights.
+    /// AgX (Sobotka 2022), base look, in Rec. 2020 primaries: film-like, with little contrast and much room
+    /// for highlights.
     Agx,
 }
 
@@ -45,9 +49,10 @@ impl Tonemap {
         Self::ALL.into_iter().find(|tonemap| tonemap.name() == name)
     }
 
-    /// Linear display values, 0..=1, of exposed linear radiance, both Rec. 709. What is negative or no number counts as 0, what is above 10⁹ as 10⁹.
+    /// Linear display values, 0..=1, of exposed linear radiance, both Rec. 709. What is negative or no number
+    /// counts as 0, what is above 10⁹ as 10⁹.
     pub fn shown(self, exposed: Rgb) -> Rgb {
-        // `max` passes over what is no number.
+        #[allow(clippy::manual_clamp, reason = "`clamp` would keep what is no number, which `max` passes over")]
         let exposed = exposed.map(|v| v.max(0.0).min(MOST));
         let shown = match self {
             Self::Clamp => exposed,
@@ -124,7 +129,8 @@ mod tests {
                 // 10⁻⁴ to 10⁴; AgX's logarithm begins and ends within.
                 let v = 10_f32.powf(step as f32 / 2500.0 - 4.0);
                 let shown = tonemap.shown([v; 3]);
-                // Where AgX's logarithm ends, one channel of a grey does so a little before the others, for its matrices have four decimals.
+                // Where AgX's logarithm ends, one channel of a grey does so a little before the others, for
+                // its matrices have four decimals.
                 assert!((0..3).all(|c| shown[c] >= last[c] - 3e-6), "{tonemap:?} at {v}: {last:?} {shown:?}");
                 last = shown;
             }

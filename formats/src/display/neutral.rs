@@ -1,8 +1,10 @@
-//! Khronos PBR Neutral: The Khronos Group, *PBR Neutral Tone Mapper*, specification of 2024 (github.com/KhronosGroup/ToneMapping).
+//! Khronos PBR Neutral: The Khronos Group, *PBR Neutral Tone Mapper*, specification of 2024
+//! (github.com/KhronosGroup/ToneMapping).
 //!
-//! It takes off the 4 % that a dielectric reflects head-on, so that a base colour under white light of radiance 1 arrives as it was chosen, and compresses
-//! only what is brighter than 0.8: the largest channel goes to 1 by a hyperbola with a continuous slope, and colours to white, in the plane of the colour and
-//! the grey axis, so that their hue stays.
+//! It takes off the 4 % that a dielectric reflects head-on, so that a base colour under white light of
+//! radiance 1 arrives as it was chosen, and compresses only what is brighter than 0.8: the largest channel
+//! goes to 1 by a hyperbola with a continuous slope, and colours to white, in the plane of the colour and the
+//! grey axis, so that their hue stays.
 
 use super::Rgb;
 
@@ -64,7 +66,8 @@ mod tests {
 
     #[test]
     fn the_slope_goes_on_where_compression_starts() {
-        // A step of 2⁻⁸ either way changes what is shown alike, but for the curvature, whose square root bounds it.
+        // A step of 2⁻⁸ either way changes what is shown alike, but for the curvature, whose square root
+        // bounds it.
         let grey = |v: f32| f64::from(shown([v; 3])[0]);
         let step = 1.0 / 256.0;
         let (below, above) = (grey(0.8) - grey(0.8 - step), grey(0.8 + step) - grey(0.8));
@@ -79,7 +82,8 @@ mod tests {
     }
 
     proptest! {
-        /// The purpose of the curve: what a dielectric of base colour c sends back under white light, c + F0 or so, is shown as c.
+        /// The purpose of the curve: what a dielectric of base colour c sends back under white light, c + F0
+        /// or so, is shown as c.
         #[test]
         fn base_colours_arrive_as_they_were_chosen(base in prop::array::uniform3(0.04_f32..0.7599)) {
             let shown = shown(base.map(|c| c + F0));

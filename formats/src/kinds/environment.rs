@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 /// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
 pub const MAX_WIDTH: u32 = 4096;
 
-/// Width to which maps are brought that are wider before a bundle or a player keeps them: light needs less, and a background hardly more.
+/// Width to which maps are brought that are wider before a bundle or a player keeps them: light needs less,
+/// and a background hardly more.
 pub const KEPT_WIDTH: u32 = 2048;
 
 /// Largest radiance of a map, W/(sr·m²): that of lights in scenes, fifty thousand times the sun's.

@@ -193,7 +193,8 @@ impl State {
         parse_toml(&read_text(path)?, &place)
     }
 
-    /// Fails if the state names anything that does not vary. Exposure and tone mapping belong to the display and may always change.
+    /// Fails if the state names anything that does not vary. Exposure and tone mapping belong to the display
+    /// and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
         let refuse = |what: &str, meant: &str| {
             let (can, remedy) = (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");

@@ -188,7 +188,7 @@ impl Player {
             let mut scope = Scope { scene, card: self.method.card, maps };
             if let Some(playback) = self.playback.as_deref_mut() {
                 let mut stage = Stage { gpu: &self.gpu, playback, scope: &mut scope };
-                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), animation.as_mut())?;
+                self.outside.adopt(&mut stage, (&mut self.state.state, &self.state.place), &mut animation)?;
             }
             self.expect_some_method_plays(animation.iter().chain(animations.as_slice()), &scope)?;
             self.controls = Some(Controls::new(scope, &self.state, animation, animations.collect())?);
@@ -242,8 +242,9 @@ impl Player {
         Ok(frame)
     }
 
-    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and may be drawn on. 8-bit
-    /// formats receive what a PNG would hold, of curves that the device reckons in its own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
+    /// Encodes what fills `target` with the film as `display` shows it. The target is of the film's size, and
+    /// may be drawn on. 8-bit formats receive what a PNG would hold, of curves that the device reckons in its
+    /// own way to a step; others, and those that encode what they are given, linear values from 0 to 1.
     ///
     /// # Errors
     /// If nothing has arrived yet, or the target is of another size.

@@ -18,7 +18,8 @@ fn frame(folder: &Path, arguments: &[&str]) -> Vec<u8> {
     std::fs::read(folder.join("frame.exr")).unwrap()
 }
 
-/// However a map is given, the frame is that of the bundle's own map, bit for bit; and only of what comes from outside it is said that it was not measured.
+/// However a map is given, the frame is that of the bundle's own map, bit for bit; and only of what comes
+/// from outside it is said that it was not measured.
 fn expect_the_same(folder: &Path, maps: &[Environment], more: &[&str]) {
     let frame = |arguments: &[&str]| {
         let frame = frame(folder, &[arguments, more].concat());

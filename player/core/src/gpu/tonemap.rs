@@ -163,7 +163,8 @@ mod tests {
                 for ((shown, radiance), index) in read_bytes(&gpu, &texture).into_iter().zip(&radiance).zip(0..) {
                     let [r, g, b] = display.shown(*radiance).map(srgb_from_linear);
                     let expected = if format == TextureFormat::Bgra8Unorm { [b, g, r, 255] } else { [r, g, b, 255] };
-                    // What encodes itself may round its own way, and curves divide and take powers as the device does.
+                    // What encodes itself may round its own way, and curves divide and take powers as the
+                    // device does.
                     let slack = u8::from(format.is_srgb() || tonemap != Curve::Clamp);
                     assert!(
                         shown.iter().zip(expected).all(|(s, e)| s.abs_diff(e) <= slack),

@@ -66,8 +66,8 @@ pub(crate) trait Playback: Send {
     /// Names of the environment maps to choose from, the scene's own first, as soon as no more can come.
     fn maps(&self) -> Option<Vec<String>>;
 
-    /// Adds an environment map, or puts it in the place of the one that has its name, once [`Playback::maps`] tells of some; of a method whose light does not
-    /// vary there is nothing to add to.
+    /// Adds an environment map, or puts it in the place of the one that has its name, once [`Playback::maps`]
+    /// tells of some; of a method whose light does not vary there is nothing to add to.
     fn add_map(&mut self, _: &Gpu, _: &Environment) {}
 
     /// What has arrived.

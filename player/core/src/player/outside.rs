@@ -1,4 +1,5 @@
-//! Environment maps from outside the bundle: those that the player is started with, those that a state or an animation names, and those that come later.
+//! Environment maps from outside the bundle: those that the player is started with, those that a state or an
+//! animation names, and those that come later.
 
 use super::Player;
 use crate::controls::{PlacedAnimation, Scope};
@@ -10,8 +11,8 @@ use relume_formats::near::did_you_mean;
 use relume_formats::state::{State, TrackValues};
 use relume_formats::{Error as FormatError, Place, has_extension};
 
-/// Finds the map that a state or animation at a place names and the bundle does not have; `None` if there is none. What it is called from then on is for the
-/// one who finds it to say.
+/// Finds the map that a state or animation at a place names and the bundle does not have; `None` if there is
+/// none. What it is called from then on is for the one who finds it to say.
 pub type FindMap = fn(&str, &Place) -> relume_formats::Result<Option<Environment>>;
 
 /// Most maps from outside: each takes 16 MiB at most.
@@ -46,7 +47,8 @@ impl Outside {
         Self { find, first, ..Self::default() }
     }
 
-    /// Adds what is asked for from the start, and lets `state`, which comes from `place`, and `animation` call it by its name.
+    /// Adds what is asked for from the start, and lets `state`, which comes from `place`, and `animation`
+    /// call it by its name.
     ///
     /// # Errors
     /// If there is no such map, or the light does not vary.
@@ -54,7 +56,7 @@ impl Outside {
         &mut self,
         stage: &mut Stage<'_>,
         (state, place): (&mut State, &Place),
-        animation: Option<&mut PlacedAnimation>,
+        animation: &mut Option<PlacedAnimation>,
     ) -> Result<()> {
         if let Some(map) = self.first.take() {
             self.add(stage, &map)?;
@@ -117,8 +119,8 @@ impl Outside {
 }
 
 impl Player {
-    /// Adds an environment map that is not the bundle's, for [`Controls`](crate::Controls) and looks to name; in place of one that was added under the same
-    /// name.
+    /// Adds an environment map that is not the bundle's, for [`Controls`](crate::Controls) and looks to name;
+    /// in place of one that was added under the same name.
     ///
     /// # Errors
     /// If the light does not vary, the bundle has a map of that name itself, or nothing has arrived yet.

@@ -48,8 +48,8 @@ test-long: test  ## run the slow tests too: soaks, many random scenes, whole cha
 	sh scenes/fetch-assets.sh
 	RELUME_REQUIRE_GPU=1 NODEVICE_SELECT=1 cargo test --release --workspace -- --ignored --test-threads 1
 fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and cargo-fuzz
-	cargo run -q --release -p relume-formats-fuzz --example seeds
-	cargo run -q --release -p relume-scenes-fuzz --example seeds
+	cargo run -q --release -p relume-formats-fuzz --example format_seeds
+	cargo run -q --release -p relume-scenes-fuzz --example scene_seeds
 	@set -e; export RUSTUP_AUTO_INSTALL=0; for dir in formats/fuzz scenes/fuzz; do for target in $$(cargo +nightly fuzz list --fuzz-dir $$dir); do \
 	    cargo +nightly fuzz run --fuzz-dir $$dir --features libfuzzer $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
 sweep: build  ## compare what bake reads of some 500 models and maps of other people's packages with trimesh, into docs/notes/SWEEP.md; fetches 1 GB

@@ -176,7 +176,7 @@ fn states_and_animations_are_taken_from_files() {
     for (name, text, part) in [
         ("a.toml", "camera.exposure_ev = 99\n", "a.toml: "),
         ("b.toml", "materials.nobody.kd = [0, 0, 0]\n", "b.toml: line 1: "),
-        ("c.toml", "camera = \n", "c.toml: line 1: "),
+        ("c.toml", "camera = \n", "c.toml: line 1, "),
         ("d.toml", "duration_s = 1\n[[key]]\nt_s = 0\nmaterials.x.kd = [0, 0, 0]\n", "d.toml: line 4: "),
         ("e.png", "", "e.png: drop the folder of a bundle, a state"),
         ("f.toml", "environment.map = 'gone.exr'\n", "f.toml: "),

@@ -3,7 +3,7 @@
 use super::common::{BUNDLES, load, look_at, start_threads, warn};
 use crate::cli::NewArgs;
 use relume_bake::error::{BakeError, Result};
-use relume_bake::job::{Job, ProgressMode, say, watch_signals};
+use relume_bake::job::{Job, ProgressMode, note, watch_signals};
 use relume_bake::output::create_folder;
 use relume_bake::probe::Probe;
 use relume_bake::trace::reference::{self, Paths, Settings};
@@ -59,7 +59,7 @@ pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Opti
     if !scene_file.exists() {
         let (text, scene) = first_scene(model, &scene_file, None)?;
         replace_file(&scene_file, text.as_bytes())?;
-        say(&format!("note: wrote {shown}, a first scene for {}; change it as you like", model.display()));
+        note(&format!("note: wrote {shown}, a first scene for {}; change it as you like", model.display()));
         return Ok((scene, Some(folder)));
     }
     let names = Starter::file_line(model, &scene_file)?;
@@ -68,7 +68,7 @@ pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Opti
         let reason = format!("is there already and no scene of {}; give another folder with -o, or remove it", model.display());
         return Err(BakeError::invalid(&Place::file(&scene_file), reason));
     }
-    say(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
+    note(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
     Ok((load(&scene_file.to_string_lossy())?, Some(folder)))
 }
 

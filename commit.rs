@@ -1,7 +1,7 @@
 //! The build script of both programs: tells `--version` which commit they were built from.
 //!
-//! A tree that is no repository of its own, such as an unpacked archive, has none, and it builds without git. The same commit gives the same program; what
-//! was changed since is not told.
+//! A tree that is no repository of its own, such as an unpacked archive, has none, and it builds without git. The same
+//! commit gives the same program; what was changed since is not told.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,7 +29,8 @@ fn main() {
 /// The files of the repository that change with its commit.
 fn watched(root: &Path) -> Vec<PathBuf> {
     let branch = git(root, &["symbolic-ref", "-q", "HEAD"]);
-    let names = ["HEAD".to_owned(), "packed-refs".to_owned()].into_iter().chain(branch);
+    // A branch that is packed has no file of its own until it moves; the log of HEAD grows whenever that does.
+    let names = ["HEAD", "logs/HEAD", "packed-refs"].map(str::to_owned).into_iter().chain(branch);
     names.filter_map(|name| git(root, &["rev-parse", "--git-path", &name])).map(|path| root.join(path)).collect()
 }
 

@@ -5,7 +5,8 @@ ANIMATION ?=
 BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
-.PHONY: help setup build assets bake play chart gallery demo test test-long fuzz sweep bench lint
+PREFIX ?= /usr/local
+.PHONY: help setup build install assets bake play chart gallery demo test test-long fuzz sweep bench lint
 
 help:   ## list the targets
 	@grep -E '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -13,6 +14,18 @@ setup:  ## install missing system libraries, or say which are missing
 	@sh .ci/setup
 build: setup  ## build both programs
 	cargo build --release --workspace
+install: build  ## install programs, library of scenes, manual pages and completions for bash, zsh and fish below PREFIX=/usr/local
+	install -d $(foreach folder,bin share/man/man1 share/bash-completion/completions share/zsh/site-functions share/fish/vendor_completions.d share/relume/scenes,$(DESTDIR)$(PREFIX)/$(folder))
+	install $(BAKE) $(PLAYER) $(DESTDIR)$(PREFIX)/bin
+	cp -R scenes/library $(DESTDIR)$(PREFIX)/share/relume/scenes
+	$(BAKE) -q man -o $(DESTDIR)$(PREFIX)/share/man/man1
+	$(PLAYER) --man >$(DESTDIR)$(PREFIX)/share/man/man1/player.1
+	$(BAKE) completions bash >$(DESTDIR)$(PREFIX)/share/bash-completion/completions/bake
+	$(PLAYER) --completions bash >$(DESTDIR)$(PREFIX)/share/bash-completion/completions/player
+	$(BAKE) completions zsh >$(DESTDIR)$(PREFIX)/share/zsh/site-functions/_bake
+	$(PLAYER) --completions zsh >$(DESTDIR)$(PREFIX)/share/zsh/site-functions/_player
+	$(BAKE) completions fish >$(DESTDIR)$(PREFIX)/share/fish/vendor_completions.d/bake.fish
+	$(PLAYER) --completions fish >$(DESTDIR)$(PREFIX)/share/fish/vendor_completions.d/player.fish
 assets:  ## fetch the pinned third-party assets
 	sh scenes/fetch-assets.sh
 bake: build  ## bake SCENE=<name> into baked/<name>

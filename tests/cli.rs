@@ -1,6 +1,7 @@
 //! The binaries as a user runs them.
 
 mod mistakes;
+mod programs;
 
 use crate::support::room::{ROOM, Workshop};
 use crate::support::waiting::{interrupt, wait_for};

@@ -11,7 +11,7 @@ pub use sphere_sets::{Fitted, SphereSetSummary};
 
 use crate::darkness;
 use crate::error::{BakeError, Result};
-use crate::job::{Job, say};
+use crate::job::{Job, note, say};
 use crate::method::{Method, Product};
 use crate::methods::asked::Asked;
 use crate::output::{files, sweep_partial};
@@ -176,7 +176,7 @@ fn bake_into(
     let (playable, left_out) = playable::split(scene, &stored.meta, &names);
     left_out.iter().for_each(|sentence| say(&format!("warning: {sentence}")));
     sweep_partial(folder, |_| true);
-    old.and_then(|old| replaced::notice(old, folder, hash, methods, size)).iter().for_each(|notice| say(notice));
+    old.and_then(|old| replaced::notice(old, folder, hash, methods, size)).iter().for_each(|notice| note(notice));
     // What needs no tracing comes first: what its readers would refuse is then known before hours of work.
     let scene_file = write_entry(stored, unfinished, "scene.relume")?;
     let mut animations = BTreeMap::new();

@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use relume_formats::name::plain;
 use std::io::{IsTerminal, Write as _};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// How progress is told, always on stderr.
@@ -23,6 +23,47 @@ pub enum ProgressMode {
 }
 
 static STOP: AtomicBool = AtomicBool::new(false);
+
+/// How much the program says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Voice {
+    /// Warnings and errors: no progress and no notes.
+    Quiet,
+    /// Notes and progress, too.
+    Usual,
+    /// How long steps take, and every warning however many there are.
+    Verbose,
+}
+
+static VOICE: AtomicU8 = AtomicU8::new(Voice::Usual as u8);
+
+/// From now on the program says so much.
+pub fn speak(voice: Voice) {
+    VOICE.store(voice as u8, Ordering::Relaxed);
+}
+
+/// Whether all is told that there is to tell.
+pub fn is_verbose() -> bool {
+    VOICE.load(Ordering::Relaxed) >= Voice::Verbose as u8
+}
+
+fn is_quiet() -> bool {
+    VOICE.load(Ordering::Relaxed) == Voice::Quiet as u8
+}
+
+/// [`say`]s a line of which nobody needs to know who wants it quiet.
+pub fn note(line: &str) {
+    if !is_quiet() {
+        say(line);
+    }
+}
+
+/// [`say`]s a line that only who asked for more wants to read.
+pub fn detail(line: &str) {
+    if is_verbose() {
+        say(line);
+    }
+}
 
 /// From now on Ctrl-C and SIGTERM end what is running at its next step.
 ///
@@ -59,6 +100,7 @@ impl Job {
     /// A job that tells its progress in the given way.
     pub fn new(mode: ProgressMode) -> Self {
         let mode = match mode {
+            _ if is_quiet() => ProgressMode::None,
             ProgressMode::Auto if !std::io::stderr().is_terminal() => ProgressMode::Plain,
             other => other,
         };

@@ -1,7 +1,7 @@
 //! The command line of `player`.
 
 use crate::output::FramePath;
-use clap::Parser;
+use clap::{CommandFactory as _, Parser};
 use relume_formats::display::Tonemap;
 use relume_formats::error::in_plain_words;
 use relume_formats::state::MAX_EXPOSURE_EV;
@@ -18,10 +18,10 @@ use std::path::PathBuf;
 ///
 /// Exit codes: 0 done, 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
 #[derive(Debug, Clone, Parser)]
-#[command(name = "player", version, max_term_width = 120)]
+#[command(name = "player", version = env!("RELUME_VERSION"), max_term_width = 120)]
 pub struct Cli {
     /// Folder of the bundle
-    #[arg(value_name = "DIR", required_unless_present = "list_adapters")]
+    #[arg(value_name = "DIR", required_unless_present_any = ["list_adapters", "completions", "man"])]
     pub folder: Option<PathBuf>,
     /// Method to play, for a bundle that has several [default: the one it prefers]
     #[arg(long, value_name = "NAME")]
@@ -53,6 +53,12 @@ pub struct Cli {
     /// List the GPU adapters of this machine and stop
     #[arg(long)]
     pub list_adapters: bool,
+    /// Print what completes `player` in a shell, and stop
+    #[arg(long, value_name = "SHELL")]
+    pub completions: Option<clap_complete::Shell>,
+    /// Print the manual page of `player`, and stop
+    #[arg(long)]
+    pub man: bool,
     /// Play only what fits in the first N bytes of the bundle's files, in playback order
     #[arg(long, value_name = "N")]
     pub bytes: Option<u64>,
@@ -103,6 +109,19 @@ fn parse_exposure(text: &str) -> Result<Exposure, String> {
     }
 }
 
+impl Cli {
+    /// What completes this command line in a shell, or its manual page, if that is all that is asked for.
+    pub fn described(&self) -> Option<Vec<u8>> {
+        let mut text = Vec::new();
+        match self.completions {
+            Some(shell) => clap_complete::generate(shell, &mut Self::command(), "player", &mut text),
+            None if self.man => clap_mangen::Man::new(Self::command()).render(&mut text).ok()?,
+            None => return None,
+        }
+        Some(text)
+    }
+}
+
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides.filter(|size| !size.contains(&0)).ok_or_else(|| "give WIDTHxHEIGHT such as 512x512".to_owned())
@@ -144,7 +163,6 @@ mod tests {
 
     #[test]
     fn the_definition_is_sound() {
-        use clap::CommandFactory as _;
         Cli::command().debug_assert();
     }
 

@@ -6,7 +6,7 @@ use clap::Parser as _;
 use relume_formats::name::one_line;
 use relume_player::Interrupt;
 use relume_player::cli::{self, Cli};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::process::ExitCode;
 #[cfg(target_os = "linux")]
 use std::{path::Path, process::Command};
@@ -25,6 +25,13 @@ fn main() -> ExitCode {
         }
         Err(error) => return fail(&cli::one_line(&error), 2),
     };
+    if let Some(text) = cli.described() {
+        return match std::io::stdout().write_all(&text) {
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => fail(&format!("cannot write to stdout: {error}"), 1),
+            // A closed pipe is the reader's choice, not a failure.
+            _ => ExitCode::SUCCESS,
+        };
+    }
     if let Err(error) = ctrlc::set_handler(on_interrupt) {
         return fail(&format!("cannot listen for interrupts: {error}"), 1);
     }

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 const SCENE_FILE: &str = "scene.toml";
 /// Where the library lies in the workspace.
 const LIBRARY: &str = "scenes/library";
+/// Where `make install` puts it, from the prefix.
+const SHARE: &str = "share/relume";
 
 /// Turns what a user typed into the path of a scene file: an existing `.toml` file, a folder that holds a `scene.toml`,
 /// or the name of a scene in the library.
@@ -71,11 +73,23 @@ fn library_names(library: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// `scenes/library` in the current folder or above it, else the one that the program was built from.
+/// `scenes/library` in the current folder or above it, else where the program is installed, else the one that the program was built from.
 fn library_folder() -> PathBuf {
     let here = std::env::current_dir().unwrap_or_default();
-    let above = here.ancestors().map(|folder| folder.join(LIBRARY)).find(|folder| folder.is_dir());
-    above.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("library"))
+    let program = std::env::current_exe().and_then(|program| program.canonicalize()).unwrap_or_default();
+    let found = library_above(&here).or_else(|| library_of(&program));
+    found.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("library"))
+}
+
+fn library_above(folder: &Path) -> Option<PathBuf> {
+    folder.ancestors().map(|folder| folder.join(LIBRARY)).find(|folder| folder.is_dir())
+}
+
+/// The library of an installed program: above it, as in a workspace that was moved, or in `share/relume` beside its `bin`.
+fn library_of(program: &Path) -> Option<PathBuf> {
+    let folder = program.parent()?;
+    let shared = folder.parent().map(|prefix| prefix.join(SHARE).join(LIBRARY)).filter(|folder| folder.is_dir());
+    shared.or_else(|| library_above(folder))
 }
 
 /// The folder above `scenes/library` if the scene in `folder` lies there.
@@ -162,6 +176,18 @@ mod tests {
     #[test]
     fn the_library_of_the_build_is_found() {
         assert!(resolve("cornell-knot").unwrap().ends_with("scenes/library/cornell-knot/scene.toml"));
+    }
+
+    #[test]
+    fn an_installed_program_finds_its_library() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        for folder in ["usr/bin", "usr/share/relume/scenes/library", "work/target/release", "work/scenes/library", "alone"] {
+            fs::create_dir_all(at(folder)).unwrap();
+        }
+        assert_eq!(library_of(&at("usr/bin/bake")), Some(at("usr/share/relume/scenes/library")));
+        assert_eq!(library_of(&at("work/target/release/bake")), Some(at("work/scenes/library")));
+        assert_eq!(library_of(&at("alone/bake")), None);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 use relume_bake::job::ProgressMode;
 use relume_bake::memory::MemoryLimit;
 use relume_bake::methods::asked::Quality;
@@ -16,7 +17,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(
     name = "bake",
-    version,
+    version = env!("RELUME_VERSION"),
     after_help = "\
 SCENE is a path to a scene.toml or the name of a scene in scenes/library, such as cornell-knot; `bake run` and `bake plan` take a model, too.
 Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 130 interrupted."
@@ -25,6 +26,12 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// Say nothing but warnings and errors, and what was asked for
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say how long steps take before tracing, and every warning
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
 }
 
 /// The commands.
@@ -67,6 +74,19 @@ At 256 x 256 pixels, which it does not exceed, it takes some 10 to 30 minutes; i
     Chart(ChartArgs),
     /// Chart many scenes, put charts and pictures on one page, and tell what changed
     Gallery(GalleryArgs),
+    /// Print what completes `bake` in a shell
+    #[command(long_about = "\
+Print a script that completes `bake` in a shell. For bash: bake completions bash > ~/.local/share/bash-completion/completions/bake. `make install` does so.")]
+    Completions(CompletionsArgs),
+    /// Write the manual pages of `bake`
+    Man(ManArgs),
+}
+
+impl Command {
+    /// Whether what it makes is files, and what it prints tells of them.
+    pub fn writes_files(&self) -> bool {
+        !matches!(self, Self::Plan(_) | Self::Info(_) | Self::Verify(_) | Self::Completions(_))
+    }
 }
 
 /// Arguments of `bake new`.
@@ -294,6 +314,21 @@ pub struct GalleryArgs {
     /// How progress is told
     #[arg(long, default_value = "auto", value_parser = one_of(&PROGRESS))]
     pub progress: ProgressMode,
+}
+
+/// Arguments of `bake completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: Shell,
+}
+
+/// Arguments of `bake man`.
+#[derive(Debug, Args)]
+pub struct ManArgs {
+    /// Where bake.1 and the pages of its commands go
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
 }
 
 /// A value that an option takes: its name, what it stands for, and what help says of it.

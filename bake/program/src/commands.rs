@@ -7,6 +7,7 @@ mod first_scene;
 mod gallery;
 mod reference;
 mod run;
+mod shell;
 mod spheres;
 
 use bundle_path::expect_no_scene;
@@ -16,6 +17,7 @@ pub use first_scene::new;
 pub use gallery::gallery;
 pub use reference::reference;
 pub use run::{merge, run};
+pub use shell::{completions, man};
 pub use spheres::spheres;
 
 use crate::cli::{ExportArgs, InfoArgs, PathArgs, PlanArgs, TablesArgs};

@@ -6,7 +6,7 @@ mod commands;
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory, Parser};
 use cli::{Cli, Command};
-use relume_bake::job;
+use relume_bake::job::{self, Voice};
 use relume_formats::error::in_plain_words;
 use relume_formats::name::{one_line, plain_lines};
 use relume_formats::near::what_there_is;
@@ -26,6 +26,14 @@ fn main() -> ExitCode {
     if let Err(error) = job::outlive_file_limits() {
         return fail(&format!("signals cannot be watched: {error}"), 1);
     }
+    let voice = if cli.quiet {
+        Voice::Quiet
+    } else if cli.verbose {
+        Voice::Verbose
+    } else {
+        Voice::Usual
+    };
+    job::speak(voice);
     let result = match &cli.command {
         Command::New(args) => commands::new(args),
         Command::Run(args) => commands::run(args),
@@ -39,10 +47,12 @@ fn main() -> ExitCode {
         Command::Reference(args) => commands::reference(args),
         Command::Chart(args) => commands::chart(args),
         Command::Gallery(args) => commands::gallery(args),
+        Command::Completions(args) => Ok(commands::completions(args)),
+        Command::Man(args) => commands::man(args),
     };
     match result {
         // A closed pipe is the reader's choice, not a failure.
-        Ok(text) => match print(&text) {
+        Ok(text) => match if cli.quiet && cli.command.writes_files() { Ok(()) } else { print(&text) } {
             Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => fail(&format!("standard output: {e}"), 1),
             _ => ExitCode::SUCCESS,
         },

@@ -1,7 +1,7 @@
 //! From finished files to a bundle that plays, and what of an older bundle serves again.
 
 use crate::error::{BakeError, Result};
-use crate::job::say;
+use crate::job::note;
 use crate::method::Method;
 use crate::unfinished::Leftover;
 use relume_formats::container::{self, Header};
@@ -28,7 +28,7 @@ pub(super) fn old_manifest(folder: &Path, unfinished: &Path, scene: &Scene, left
         Ok(old) if old.scene != scene.name => refuse(format!("a bundle of scene `{}`", old.scene)),
         Ok(old) => Ok(Some(old)),
         Err(error @ Error::Unsupported { .. }) => {
-            say(&format!("note: replaces a bundle of another version ({error})"));
+            note(&format!("note: replaces a bundle of another version ({error})"));
             Ok(None)
         }
         Err(error) if error.is_bad_input() => refuse(format!("a {} that is no bundle's ({error})", manifest::FILE_NAME)),

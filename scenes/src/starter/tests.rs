@@ -103,6 +103,24 @@ fn metals_with_textures_are_dealt_with() {
     assert_eq!(scene.varying_names(), ["ground"], "{text}");
 }
 
+/// What the comments of the file say of B, done line by line, gives a scene in which light and view vary.
+#[test]
+fn the_other_way_that_the_file_tells_of_is_a_scene() {
+    let (scratch, text, _) = first_scene("model.obj", &tetrahedron(2.0, [0.0; 3]));
+    let (before, rest) = text.split_once("materials = [").unwrap();
+    let (_, after) = rest.split_once("]\n").unwrap();
+    let (head, ground) = after.split_once("name = \"ground\"").unwrap();
+    let (large, small) = ground.split_once("\n# B, whose shadows").unwrap();
+    let (large, _) = large.split_once("transform = ").unwrap();
+    let small = small.split_once('\n').unwrap().1.replacen("# segments", "segments", 1).replacen("# transform", "transform", 1);
+    let followed = format!("{before}{head}name = \"ground\"{large}{small}").replace("# B: ", "");
+    scratch.write("scene.toml", &followed);
+    let scene = scratch.load().unwrap();
+    assert!(scene.vary.light && scene.vary.view && scene.vary.materials.is_empty(), "{followed}");
+    assert_eq!(scene.environment.unwrap().others.len(), 2);
+    assert_eq!(scene.objects.last().unwrap().mesh.triangles.len(), 2 * 96 * 96);
+}
+
 /// A tetrahedron of the given size about a point, as an OBJ file.
 fn tetrahedron(size: f64, [x, y, z]: [f64; 3]) -> String {
     let vertex = |dx: f64, dy: f64, dz: f64| format!("v {} {} {}\n", x + dx * size, y + dy * size, z + dz * size);

@@ -1,9 +1,11 @@
 //! What several commands need: where things go, scenes, threads.
 
 use relume_bake::error::Result;
-use relume_bake::job::say;
+use relume_bake::job::{detail, is_verbose, say};
 use relume_bake::probe::Probe;
+use relume_formats::counts::counted;
 use relume_scenes::Scene;
+use std::time::Instant;
 
 /// Where bundles of scenes go if nothing else is said.
 pub(super) const BUNDLES: &str = "baked";
@@ -14,21 +16,29 @@ const MOST_WARNINGS: usize = 100;
 
 /// The scene called so, or in that file; tells what is wrong with it but can be baked.
 pub(super) fn load(scene: &str) -> Result<Scene> {
+    let start = Instant::now();
     let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
+    let triangles: usize = scene.objects.iter().map(|object| object.mesh.triangles.len()).sum();
+    let (objects, triangles) = (counted(scene.objects.len(), "object", "objects"), counted(triangles, "triangle", "triangles"));
+    let (file, seconds) = (scene.file.display(), start.elapsed().as_secs_f64());
+    detail(&format!("read {file} in {seconds:.2} s: {objects}, {triangles}"));
     warn(&scene.warnings);
     Ok(scene)
 }
 
 /// Tells what is wrong with how `scene` looks on a film of `size` pixels.
 pub(super) fn look_at(scene: &Scene, size: [u32; 2]) -> Result<()> {
+    let start = Instant::now();
     warn(&Probe::new(scene, size)?.warnings());
+    detail(&format!("looked at the scene in {:.2} s", start.elapsed().as_secs_f64()));
     Ok(())
 }
 
 /// Tells `warnings`, as many as anybody would read.
 pub(super) fn warn(warnings: &[String]) {
-    warnings.iter().take(MOST_WARNINGS).for_each(|warning| say(&format!("warning: {warning}")));
-    let more = warnings.len().saturating_sub(MOST_WARNINGS);
+    let most = if is_verbose() { usize::MAX } else { MOST_WARNINGS };
+    warnings.iter().take(most).for_each(|warning| say(&format!("warning: {warning}")));
+    let more = warnings.len().saturating_sub(most);
     if more > 0 {
         say(&format!("warning: and {more} more of these"));
     }

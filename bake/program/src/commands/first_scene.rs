@@ -3,13 +3,14 @@
 use super::common::{BUNDLES, load, look_at, start_threads, warn};
 use crate::cli::NewArgs;
 use relume_bake::error::{BakeError, Result};
-use relume_bake::job::{Job, ProgressMode, say, watch_signals};
+use relume_bake::job::{Job, ProgressMode, note, watch_signals};
 use relume_bake::output::create_folder;
 use relume_bake::probe::Probe;
 use relume_bake::trace::reference::{self, Paths, Settings};
 use relume_chart::picture;
 use relume_formats::Place;
 use relume_formats::container::replace_file;
+use relume_formats::display::Display;
 use relume_scenes::Scene;
 use relume_scenes::starter::{Look, Starter, name_of};
 use std::path::{Path, PathBuf};
@@ -38,8 +39,9 @@ fn write_new(model: &Path, scene_file: &Path, preview: &Path, scale: Option<f64>
     let (size, samples) = PREVIEW;
     let settings = Settings { size, samples, seed: 0, reflections: scene.reflections, paths: Paths::Best };
     let images = reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
-    let pixels = images.into_iter().flat_map(|image| image.radiance).collect::<Vec<_>>();
-    replace_file(preview, &picture::alone(&pixels, size, scene.camera.exposure_ev)?)?;
+    let display = Display { exposure_ev: scene.camera.exposure_ev, tonemap: scene.tonemap };
+    let shown: Vec<_> = images.into_iter().flat_map(|image| image.radiance).map(|radiance| display.shown(radiance)).collect();
+    replace_file(preview, &picture::alone(&shown, size, 0.0)?)?;
     replace_file(scene_file, text.as_bytes())?;
     let (scene_file, preview) = (scene_file.display(), preview.display());
     Ok(format!("{scene_file}\n{preview}\nlook at the picture, change the scene as you like, then: bake run {scene_file}\n"))
@@ -59,7 +61,7 @@ pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Opti
     if !scene_file.exists() {
         let (text, scene) = first_scene(model, &scene_file, None)?;
         replace_file(&scene_file, text.as_bytes())?;
-        say(&format!("note: wrote {shown}, a first scene for {}; change it as you like", model.display()));
+        note(&format!("note: wrote {shown}, a first scene for {}; change it as you like", model.display()));
         return Ok((scene, Some(folder)));
     }
     let names = Starter::file_line(model, &scene_file)?;
@@ -68,7 +70,7 @@ pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Opti
         let reason = format!("is there already and no scene of {}; give another folder with -o, or remove it", model.display());
         return Err(BakeError::invalid(&Place::file(&scene_file), reason));
     }
-    say(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
+    note(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
     Ok((load(&scene_file.to_string_lossy())?, Some(folder)))
 }
 

@@ -43,9 +43,9 @@ enum Load {
     Failed(Error),
 }
 
-/// What of the film can be saved.
+/// A file that the picture can be written to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Film {
+pub enum PictureFile {
     /// The picture as shown.
     Png,
     /// Linear radiance.
@@ -232,11 +232,6 @@ impl Picture {
         }
     }
 
-    /// Whether frames are under way, of which something will be to be told by [`Picture::poll`].
-    pub fn awaits_frames(&self) -> bool {
-        self.session.frames_under_way() > 0
-    }
-
     /// Whether more may arrive.
     pub fn is_loading(&self) -> bool {
         matches!(self.loading, Load::Arriving)
@@ -271,14 +266,14 @@ impl Picture {
     ///
     /// # Errors
     /// If nothing is drawn yet, or it cannot be written.
-    pub fn save(&mut self, what: Film, folder: &Path) -> Result<PathBuf> {
+    pub fn save(&mut self, what: PictureFile, folder: &Path) -> Result<PathBuf> {
         let (Some(look), Some(controls)) = (&self.drawn, self.session.player().controls()) else { return Err(nothing_yet()) };
         let (name, display) = (controls.scope().scene.name.clone(), look.display());
         let size = self.session.player().film().map_or([0, 0], |film| film.size);
         let radiance = self.session.read_film()?;
         let (bytes, extension) = match what {
-            Film::Exr => (encode_exr(size, &radiance)?, Save::Exr.extension()),
-            Film::Png => {
+            PictureFile::Exr => (encode_exr(size, &radiance)?, Save::Exr.extension()),
+            PictureFile::Png => {
                 let linear: Vec<Rgb> = radiance.iter().map(|radiance| display.shown(*radiance)).collect();
                 (encode_png(size, &linear)?, Save::Png.extension())
             }

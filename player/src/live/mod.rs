@@ -6,7 +6,7 @@ mod worker;
 
 use crate::error::{Error, Result};
 use crate::output::write_numbered;
-use crate::picture::{Film, Picture, nothing_yet};
+use crate::picture::{Picture, PictureFile, nothing_yet};
 use crate::session::Session;
 use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
 use relume_formats::state::EnvironmentState;
@@ -137,12 +137,12 @@ impl Live {
     /// If the settings cannot be written, or there are none yet.
     pub fn save(&mut self, what: Save, folder: &Path) -> Result<Option<PathBuf>> {
         self.order();
-        let film = match what {
+        let file = match what {
             Save::State => return self.save_state(folder).map(Some),
-            Save::Png => Film::Png,
-            Save::Exr => Film::Exr,
+            Save::Png => PictureFile::Png,
+            Save::Exr => PictureFile::Exr,
         };
-        self.send(Order::Save(film, folder.to_owned()));
+        self.send(Order::Save(file, folder.to_owned()));
         Ok(None)
     }
 

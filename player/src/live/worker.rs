@@ -1,7 +1,7 @@
 //! The thread that draws: it takes orders and tells news.
 
 use crate::error::{Error, Result};
-use crate::picture::{Film, Picture, Ready};
+use crate::picture::{Picture, PictureFile, Ready};
 use crate::ui::{Facts, Metering};
 use relume_playback::Look;
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ pub enum Order {
     /// Add the environment map in this file.
     Light(PathBuf),
     /// Write the picture into this folder.
-    Save(Film, PathBuf),
+    Save(PictureFile, PathBuf),
 }
 
 /// What the thread tells.
@@ -115,8 +115,8 @@ impl<T: Fn(News)> Worker<T> {
                 let added = self.picture.add_environment(&path).map_err(words);
                 (self.tell)(News::Lit(added));
             }
-            Order::Save(film, folder) => {
-                let saved = self.draw().and_then(|()| self.picture.save(film, &folder)).map_err(words);
+            Order::Save(file, folder) => {
+                let saved = self.draw().and_then(|()| self.picture.save(file, &folder)).map_err(words);
                 (self.tell)(News::Saved(saved));
             }
         }

@@ -96,7 +96,7 @@ fn pixels_are_those_of_the_file() {
     let mut shown = Shown::load(bundle.folder());
     shown.draws_once();
     let folder = tempfile::tempdir().unwrap();
-    let png = image::open(shown.picture.save(Film::Png, folder.path()).unwrap()).unwrap().to_rgba8();
+    let png = image::open(shown.picture.save(PictureFile::Png, folder.path()).unwrap()).unwrap().to_rgba8();
     assert_eq!([png.width(), png.height()], shown.size);
     let pixels = shown.picture.pixels().unwrap();
     assert!(pixels.len() == png.as_raw().len() && pixels.iter().zip(png.as_raw()).all(|(a, b)| a.abs_diff(*b) <= 1));
@@ -150,7 +150,7 @@ fn what_came_before_a_failure_stays() {
     assert!(matches!(&facts.loading, Loading::Failed(reason) if reason.contains("checksum")), "{facts:?}");
     assert_eq!(facts.pieces, facts.pieces_expected - 1);
     let folder = tempfile::tempdir().unwrap();
-    let saved = [Film::Png, Film::Exr].map(|what| shown.picture.save(what, folder.path()).unwrap());
+    let saved = [PictureFile::Png, PictureFile::Exr].map(|what| shown.picture.save(what, folder.path()).unwrap());
     assert!(saved.iter().all(|path| path.exists()) && saved[0].ends_with("synthetic-0001.png"));
     assert_eq!(shown.picture.finish().unwrap_err().exit_code(), 2);
 }

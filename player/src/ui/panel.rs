@@ -29,6 +29,7 @@ pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Optio
             animation(ui, editor);
             display_panel::show(ui, editor);
             files(ui, wishes);
+            fixed(ui, editor);
         }
         statistics(ui, facts);
     });
@@ -127,6 +128,30 @@ fn files(ui: &mut Ui, wishes: &mut Wishes) {
         }
     });
     ui.label(RichText::new("into the current folder, never over another file").small().weak());
+}
+
+/// Says what this bundle does not let vary, and which entry of the scene file would.
+fn fixed(ui: &mut Ui, editor: &Editor) {
+    let (varies, scene) = (editor.scope().varies(), editor.scene());
+    let parts = [
+        (varies.materials.is_empty(), "materials", "materials = [\"NAME\"]"),
+        (!varies.environment && scene.environment.is_some(), "light", "light = true"),
+        (!varies.camera, "view", "view = true"),
+        (varies.shapes.is_empty() && !scene.shapes.is_empty(), "shapes", "shape = true"),
+    ];
+    let fixed: Vec<_> = parts.into_iter().filter(|(is_fixed, ..)| *is_fixed).collect();
+    if fixed.is_empty() {
+        return;
+    }
+    section(ui, "FIXED IN THIS BUNDLE");
+    Grid::new("fixed").num_columns(2).spacing([16.0, 3.0]).show(ui, |ui| {
+        for (_, name, entry) in fixed {
+            ui.label(RichText::new(name).small().weak());
+            let label = ui.add(egui::Label::new(RichText::new(entry).small().monospace()).truncate());
+            label.on_hover_text("under [vary] in scene.toml, and baked again, it varies; `bake plan` tells by which method");
+            ui.end_row();
+        }
+    });
 }
 
 fn statistics(ui: &mut Ui, facts: &Facts) {

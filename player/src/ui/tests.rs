@@ -9,7 +9,7 @@ mod shapes;
 mod user;
 
 use super::*;
-use crate::support::mirror::{Mirror, key, press, release};
+use crate::support::mirror::{Mirror, chord, key, press, release};
 use crate::support::{self, Bundle, blinn_phong};
 use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
@@ -303,6 +303,26 @@ fn a_textured_metal_is_refused_with_the_reason() {
     user.slide("metallic", 0.0);
     let Brdf::Ggx(b) = user.editor.look().materials["b"] else { panic!() };
     assert_eq!(b.metallic, 0.0);
+}
+
+#[test]
+fn what_is_fixed_names_the_entry_that_lets_it_vary() {
+    let user = User::new(editor(false));
+    assert!(user.shows("view = true") && !user.shows("materials = ["), "{:?}", user.mirror.names());
+    let user = User::before(lit::lit(false), None);
+    assert!(user.shows("materials = [\"NAME\"]") && !user.shows("view = true") && !user.shows("light = true"));
+}
+
+#[test]
+fn the_screen_can_be_made_larger() {
+    let mut user = User::new(editor(false));
+    let scale = user.mirror.context().pixels_per_point();
+    user.frame(chord(egui::Modifiers::COMMAND, Key::Plus));
+    user.settle();
+    assert!(user.mirror.context().pixels_per_point() > scale);
+    user.frame(chord(egui::Modifiers::COMMAND, Key::Num0));
+    user.settle();
+    assert_eq!(user.mirror.context().pixels_per_point(), scale);
 }
 
 #[test]

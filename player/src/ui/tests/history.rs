@@ -1,7 +1,7 @@
 //! Undo, redo, closing, copying and pasting.
 
 use super::*;
-use crate::support::mirror::{chord, typed};
+use crate::support::mirror::typed;
 use egui::{Modifiers, Vec2};
 use relume_formats::state::{EnvironmentState, ShapeState};
 

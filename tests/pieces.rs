@@ -148,6 +148,23 @@ fn what_cannot_be_merged_is_refused() {
     expect_exit("bake", &["merge", "-o", &at("bundle"), &one, &two], 0);
     let message = expect_exit("bake", &["run", &scene, "--terms", "8", "--pieces", "2/2", "-o", &at("bundle")], 2);
     assert!(message.contains("bundle: holds a bundle; give each part a folder of its own with -o"), "{message}");
+    // A bundle of something else is left as it is.
+    let other = tempfile::tempdir().unwrap();
+    let theirs = crate::support::write_scene(other.path(), &text);
+    let strangers = other.path().join("bundle").display().to_string();
+    expect_exit("bake", &["run", theirs.to_str().unwrap(), "--terms", "8", "--spp", "1", "-o", &strangers, "--progress", "none"], 0);
+    let message = expect_exit("bake", &["merge", "-o", &strangers, &one, &two], 2);
+    assert!(message.contains("holds a bundle of scene `") && !Path::new(&strangers).join("unfinished").exists(), "{message}");
+    // Machines have the scene in places of their own.
+    let folder = other.path().join(place.path().file_name().unwrap());
+    std::fs::create_dir(&folder).unwrap();
+    let scene = crate::support::write_scene(&folder, &text).display().to_string();
+    let far = other.path().join("far").display().to_string();
+    expect_exit("bake", &["run", &scene, "--terms", "8", "--spp", "1", "--pieces", "2/2", "-o", &far, "--progress", "none"], 0);
+    std::fs::rename(place.path().join("scene.toml"), place.path().join("gone.toml")).unwrap();
+    expect_exit("bake", &["merge", "-o", &at("of both"), &one, &far], 0);
+    assert!(bundle(Path::new(&at("of both"))) == bundle(Path::new(&at("bundle"))));
+    std::fs::rename(place.path().join("gone.toml"), place.path().join("scene.toml")).unwrap();
     std::fs::write(Path::new(&two).join("unfinished/shard.json"), "{").unwrap();
     assert!(refused(&[&one, &two]).contains("shard.json: is damaged or of another version"));
     let message = expect_exit("bake", &["run", &scene, "--pieces", "3/2"], 2);

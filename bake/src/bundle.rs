@@ -119,6 +119,14 @@ struct Order<'a> {
     shard: Option<&'a Shard>,
 }
 
+/// Fails if a bundle of `scene` may not be put into `folder`, for it holds another.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub fn expect_room(scene: &Scene, folder: &Path) -> Result<()> {
+    publish::old_manifest(folder, &folder.join(UNFINISHED), scene, Leftover::Resume).map(drop)
+}
+
 /// What came of it.
 enum Outcome {
     Bundle(Summary),

@@ -43,7 +43,8 @@ pub fn expect_all(folders: &[PathBuf]) -> Result<Shard> {
                 format!("the pieces {missing}/{of} are missing; bake them with --pieces {missing}/{of} and name their folder, too");
             Err(BakeError::invalid(&Place::file(first), reason))
         }
-        None => Ok(one.clone()),
+        // Where the scene is on this machine, of all the places where parts were baked from.
+        None => Ok(shards.iter().map(|(_, shard)| shard).find(|shard| Path::new(&shard.scene).exists()).unwrap_or(one).clone()),
     }
 }
 

@@ -95,9 +95,10 @@ impl Shard {
         serde_json::from_slice(&bytes).map_err(|_| BakeError::invalid(&place, "is damaged or of another version; bake that part again"))
     }
 
-    /// Whether the other is a shard of the same bake.
+    /// Whether the other is a shard of the same bake, wherever its machine has the scene.
     pub(crate) fn is_of(&self, other: &Self) -> bool {
-        let whole = |shard: &Self| Self { share: Share { number: 1, ..shard.share }, done: true, ..shard.clone() };
+        let (share, scene) = (|shard: &Self| Share { number: 1, ..shard.share }, &other.scene);
+        let whole = |shard: &Self| Self { share: share(shard), done: true, scene: scene.clone(), ..shard.clone() };
         whole(self) == whole(other)
     }
 }

@@ -11,10 +11,10 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::headless::{WHAT_TO_ADD, request};
 use crate::interrupt::Interrupt;
-use crate::live::Live;
+use crate::live::{Live, Outcome};
 use crate::output::write_whole;
 use crate::session::Session;
-use crate::ui::{self, Note, Screen, Wishes};
+use crate::ui::{self, Note, Save, Screen, Wishes};
 use canvas::{Canvas, Drawing, Painted};
 use std::path::Path;
 use std::sync::Arc;
@@ -96,6 +96,10 @@ struct Open {
     gpu: Gpu,
     canvas: Canvas,
     live: Live,
+    /// Another bundle, until there is anything to see of it.
+    opening: Option<Live>,
+    /// Whether `--stats` is to be written.
+    records: bool,
     for_news: EventLoopProxy<Wake>,
     input: egui_winit::State,
     screen: Screen,
@@ -139,7 +143,10 @@ impl ApplicationHandler<Wake> for App<'_> {
             WindowEvent::RedrawRequested => match open.redraw() {
                 Ok(true) => event_loop.exit(),
                 Ok(false) => {}
-                Err(error) => self.fail(event_loop, error),
+                Err(error) => {
+                    let error = open.rescued(error);
+                    self.fail(event_loop, error);
+                }
             },
             _ => {}
         }
@@ -178,12 +185,12 @@ impl App<'_> {
 
     fn finish(self) -> Result<()> {
         let Some(open) = self.open else { return self.failure.map_or(Ok(()), Err) };
-        let ended = open.live.end();
-        let written = match (&self.cli.stats, &ended) {
-            (Some(path), Ok(Some(statistics))) => write_whole(path, statistics),
+        let Outcome { statistics, ended } = open.live.end();
+        let written = match (&self.cli.stats, statistics) {
+            (Some(path), Some(statistics)) => write_whole(path, &statistics),
             _ => Ok(()),
         };
-        self.failure.map_or(Ok(()), Err).and(written).and(ended.map(drop))
+        self.failure.map_or(Ok(()), Err).and(written).and(ended)
     }
 }
 
@@ -207,6 +214,8 @@ impl Open {
         window.request_redraw();
         Ok(Self {
             live: Live::start(session, started, cli.stats.is_some(), waking(&for_news))?,
+            opening: None,
+            records: cli.stats.is_some(),
             for_news,
             gpu,
             size: window.inner_size(),
@@ -230,8 +239,19 @@ impl Open {
             self.note = self.live.take_note().or_else(|| self.note.take());
             self.window.request_redraw();
         }
+        self.look_at_opening();
         if self.live.is_hopeless() {
             event_loop.exit();
+        }
+    }
+
+    /// The failure of the window itself, which ends the program, after the edits were saved that would be lost to it.
+    fn rescued(&mut self, error: Error) -> Error {
+        let edited = self.live.shown().is_some_and(|shown| shown.editor.unsaved().is_some());
+        let saved = if edited { self.live.save(Save::State, Path::new("")) } else { Ok(None) };
+        match saved {
+            Ok(Some(path)) => Error::Failed(format!("{error}; your edits are saved in {}", path.display())),
+            _ => error,
         }
     }
 

@@ -293,8 +293,8 @@ impl Picture {
     ///
     /// # Errors
     /// The error that loading ended with, if it did.
-    pub fn finish(self) -> Result<()> {
-        match self.loading {
+    pub fn finish(&mut self) -> Result<()> {
+        match std::mem::replace(&mut self.loading, Load::Loaded { complete: true }) {
             Load::Failed(error) => Err(error),
             Load::Arriving | Load::Loaded { .. } => Ok(()),
         }

@@ -241,6 +241,10 @@ fn what_is_left_out_is_said() {
         "[vary] names material `plane`, but sparse-transfer keeps materials as the scene has them",
     ];
     assert_eq!(said, expected);
+    let metal = "brdf = 'ggx'\n    base_color = [0.9, 0.8, 0.7]\n    metallic = 1.0\n    roughness = 0.4";
+    let text = BALL.replace("brdf = 'blinn-phong'\n    kd = [0.7, 0.7, 0.1]", metal);
+    let said = wanted(1, 6).leaves_out(&scene(&text));
+    assert!(said.len() == 1 && said[0].contains("`ball`") && said[0].ends_with("it will be black; set metallic = 0"), "{said:?}");
 }
 
 /// Surfaces seen from behind are black: the player, looking up from under the plane.

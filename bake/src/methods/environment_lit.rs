@@ -9,7 +9,8 @@ use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_textures};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
-use relume_scenes::{Emitter, Glow, Light, NamedMap, Scene};
+use relume_formats::state::Brdf;
+use relume_scenes::{Emitter, Glow, Light, Material, NamedMap, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -67,10 +68,23 @@ pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
     let glows =
         glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"));
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
-    let highlights = highlights.map(|m| format!("material `{}`: {name} shows its diffuse part only", m.name));
+    let highlights = highlights.map(|m| diffuse_only(m, name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
     let varying = varying.map(|material| format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them"));
     glows.chain(highlights).chain(varying).chain(coarse::notice(scene)).collect()
+}
+
+/// That a material is shown without its highlight, of which a metal is made.
+fn diffuse_only(material: &Material, name: &str) -> String {
+    let shown = &material.name;
+    match material.brdf {
+        Brdf::Ggx(ggx) if ggx.metallic > 0.5 => {
+            format!(
+                "material `{shown}`: {name} shows its diffuse part only, and metals have next to none: it will be black; set metallic = 0"
+            )
+        }
+        _ => format!("material `{shown}`: {name} shows its diffuse part only"),
+    }
 }
 
 /// The maps that a bundle carries, as it stores them.

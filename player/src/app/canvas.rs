@@ -115,8 +115,10 @@ impl Canvas {
                 return Painted::TryAgain;
             }
             CurrentSurfaceTexture::Lost => return self.recreate(gpu),
-            // Hidden, or the display is busy: there will be a reason to draw again.
-            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded | CurrentSurfaceTexture::Validation => return Painted::Yes,
+            // The display is busy; nothing else may come that would draw the same again.
+            CurrentSurfaceTexture::Timeout => return Painted::TryAgain,
+            // Hidden: there will be a reason to draw again.
+            CurrentSurfaceTexture::Occluded | CurrentSurfaceTexture::Validation => return Painted::Yes,
         }
         self.losses = 0;
         Painted::Yes

@@ -21,8 +21,12 @@ impl Live {
     pub fn take_file(&mut self, path: &Path) -> Result<String, String> {
         let shown = path.display();
         if is_named_so(path) {
-            self.send(Order::Light(path.to_owned()));
-            return Ok(format!("reading {shown}"));
+            let lit = self.shown.is_some() && self.send(Order::Light(path.to_owned()));
+            return if lit {
+                Ok(format!("reading {shown}"))
+            } else {
+                Err("there is nothing to light yet; wait for the first picture".to_owned())
+            };
         }
         if !has_extension(path, "toml") {
             return Err(format!(
@@ -32,7 +36,9 @@ impl Live {
         let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
         let taken = take_text(path, &mut shown.editor).map_err(|error| with_line(error).to_string());
         let (said, map) = taken?;
-        map.into_iter().for_each(|map| self.send(Order::Light(map)));
+        if let Some(map) = map {
+            self.send(Order::Light(map));
+        }
         Ok(said)
     }
 }

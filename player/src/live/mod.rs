@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
+pub use worker::Outcome;
 use worker::{News, Order, Worker};
 
 /// A bundle on show.
@@ -22,7 +23,7 @@ pub struct Live {
     /// `None` once the thread is to end.
     orders: Option<Sender<Order>>,
     news: Receiver<News>,
-    thread: JoinHandle<Result<Option<Vec<u8>>>>,
+    thread: JoinHandle<Outcome>,
     facts: Facts,
     shown: Option<Shown>,
     /// What was said last of what was asked for.
@@ -121,14 +122,15 @@ impl Live {
         let meters = shown.editor.metering().filter(|metering| shown.metering != Some(*metering));
         (shown.ordered, shown.metering) = (look, shown.editor.metering());
         let orders: Vec<Order> = changed.into_iter().chain(meters.map(Order::Meter)).collect();
-        orders.into_iter().for_each(|order| self.send(order));
+        for order in orders {
+            // A thread that has ended has told so.
+            self.send(order);
+        }
     }
 
-    /// A thread that has ended for a failure has told so.
-    fn send(&self, order: Order) {
-        if let Some(orders) = &self.orders {
-            let _ = orders.send(order);
-        }
+    /// Whether there is still anybody to obey; one that has ended for a failure has told so.
+    fn send(&self, order: Order) -> bool {
+        self.orders.as_ref().is_some_and(|orders| orders.send(order).is_ok())
     }
 
     /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings are written at once.
@@ -142,8 +144,10 @@ impl Live {
             Save::Png => PictureFile::Png,
             Save::Exr => PictureFile::Exr,
         };
-        self.send(Order::Save(file, folder.to_owned()));
-        Ok(None)
+        match self.send(Order::Save(file, folder.to_owned())) {
+            true => Ok(None),
+            false => Err(Error::Failed("nothing is drawn any more, so no picture can be saved; the state can (T)".to_owned())),
+        }
     }
 
     fn save_state(&mut self, folder: &Path) -> Result<PathBuf> {
@@ -169,13 +173,17 @@ impl Live {
         &self.facts
     }
 
-    /// Ends, when everything that was ordered is done. Returns what `--stats` writes, if frames were recorded.
-    ///
-    /// # Errors
-    /// The one that drawing or loading ended with, if it did.
-    pub fn end(mut self) -> Result<Option<Vec<u8>>> {
+    /// Ends, when everything that was ordered is done. Returns what `--stats` writes, if frames were recorded, and the error that drawing or loading ended
+    /// with or, if neither, that a picture could not be saved.
+    pub fn end(mut self) -> Outcome {
         self.orders = None;
-        self.thread.join().unwrap_or_else(|_| Err(Error::Failed("the thread that draws has failed".to_owned())))
+        let failed = || Outcome { statistics: None, ended: Err(Error::Failed(worker::FAILED.to_owned())) };
+        let Outcome { statistics, ended } = self.thread.join().unwrap_or_else(|_| failed());
+        let unsaved = self.news.try_iter().find_map(|item| match item {
+            News::Saved(Err(reason)) => Some(Err(Error::Failed(reason))),
+            _ => None,
+        });
+        Outcome { statistics, ended: ended.and(unsaved.unwrap_or(Ok(()))) }
     }
 }
 

@@ -83,7 +83,7 @@ fn what_is_set_is_shown() {
     let state = desk.live.save(Save::State, folder.path()).unwrap().unwrap();
     assert_eq!(std::fs::read_to_string(state).unwrap(), "[camera]\nexposure_ev = -20.0\n");
     assert_eq!(desk.editor().unsaved(), None);
-    let statistics: serde_json::Value = serde_json::from_slice(&desk.live.end().unwrap().unwrap()).unwrap();
+    let statistics: serde_json::Value = serde_json::from_slice(&desk.live.end().statistics.unwrap()).unwrap();
     assert!(statistics["frames"].as_u64().unwrap() >= 1);
 }
 
@@ -100,7 +100,7 @@ fn the_exposure_asked_for_at_the_start_is_no_edit() {
     assert_ne!(editor.look().camera.exposure_ev, scenes);
     editor.commit();
     assert_eq!((editor.undoes(), editor.unsaved()), (None, None));
-    desk.live.end().unwrap();
+    desk.live.end().ended.unwrap();
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn a_map_of_ones_own_lights_the_scene() {
     desk.live.take_file(&folder.path().join("none.exr")).unwrap();
     desk.until(|live| live.note.is_some());
     assert!(matches!(desk.live.take_note(), Some(Err(reason)) if reason.contains("none.exr")));
-    desk.live.end().unwrap();
+    desk.live.end().ended.unwrap();
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn states_and_animations_are_taken_from_files() {
         assert!(refused.contains(part) && refused.lines().count() == 1, "{refused}");
     }
     assert_eq!(desk.editor().look(), before);
-    desk.live.end().unwrap();
+    desk.live.end().ended.unwrap();
 }
 
 #[test]
@@ -200,5 +200,5 @@ fn a_bundle_that_fails_before_the_first_picture_is_hopeless() {
     std::fs::write(&path, bytes).unwrap();
     let mut desk = Desk::start(bundle.folder(), false);
     desk.until(|live| live.is_hopeless());
-    assert_eq!(desk.live.end().unwrap_err().exit_code(), 2);
+    assert_eq!(desk.live.end().ended.unwrap_err().exit_code(), 2);
 }

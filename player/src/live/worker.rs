@@ -3,7 +3,9 @@
 use crate::error::{Error, Result};
 use crate::picture::{Picture, PictureFile, Ready};
 use crate::ui::{Facts, Metering};
+use relume_formats::state::Posed;
 use relume_playback::Look;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -43,17 +45,37 @@ pub enum News {
     Ended(String),
 }
 
+/// What a thread that fails says of itself.
+pub const FAILED: &str = "the thread that draws has failed; please report this";
+
+/// What is left when it ends.
+pub struct Outcome {
+    /// What `--stats` writes, if frames were recorded.
+    pub statistics: Option<Vec<u8>>,
+    /// How drawing and loading ended.
+    pub ended: Result<()>,
+}
+
 /// The thread's own.
 pub struct Worker<T: Fn(News)> {
     picture: Picture,
     tell: T,
     /// What to show.
     look: Option<Look>,
-    /// What is shown of shapes.
-    shapes_drawn: Option<Look>,
+    /// What shapes show in the picture.
+    shapes_drawn: Option<BTreeMap<String, Posed>>,
     metering: Option<Metering>,
     told: Option<Facts>,
     told_at: Option<Instant>,
+}
+
+/// Whoever waits for news learns of a thread that panics, too.
+impl<T: Fn(News)> Drop for Worker<T> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            (self.tell)(News::Ended(FAILED.to_owned()));
+        }
+    }
 }
 
 impl<T: Fn(News)> Worker<T> {
@@ -62,18 +84,16 @@ impl<T: Fn(News)> Worker<T> {
         Self { picture, tell, look: None, shapes_drawn: None, metering: None, told: None, told_at: None }
     }
 
-    /// Works until nobody gives orders any more. Returns what `--stats` writes, if frames were recorded.
-    ///
-    /// # Errors
-    /// The one that drawing or loading ended with.
-    pub fn run(mut self, orders: &Receiver<Order>) -> Result<Option<Vec<u8>>> {
+    /// Works until nobody gives orders any more.
+    pub fn run(mut self, orders: &Receiver<Order>) -> Outcome {
         if let Err(error) = self.work(orders) {
             (self.tell)(News::Ended(error.to_string()));
-            return Err(error);
+            return Outcome { statistics: None, ended: Err(error) };
         }
-        let statistics = self.picture.statistics()?;
-        self.picture.finish()?;
-        Ok(statistics)
+        match self.picture.statistics() {
+            Ok(statistics) => Outcome { statistics, ended: self.picture.finish() },
+            Err(error) => Outcome { statistics: None, ended: Err(error) },
+        }
     }
 
     fn work(&mut self, orders: &Receiver<Order>) -> Result<()> {
@@ -127,9 +147,9 @@ impl<T: Fn(News)> Worker<T> {
         let Some(look) = &self.look else { return Ok(()) };
         if self.picture.draw(look)? {
             let pixels = self.picture.pixels()?;
-            let moved = self.shapes_drawn.as_ref().is_none_or(|drawn| drawn.shapes != look.shapes);
+            let moved = self.shapes_drawn.as_ref().is_none_or(|drawn| *drawn != look.shapes);
             let moved = if moved { self.picture.moving_vertices() } else { None };
-            self.shapes_drawn = Some(look.clone());
+            self.shapes_drawn = Some(look.shapes.clone());
             (self.tell)(News::Drawn { pixels, moved });
             // What the frame took is known by now.
             self.picture.take_costs()?;

@@ -247,6 +247,7 @@ impl Editor {
     pub fn reset_all(&mut self) {
         let change = Look::default_of(self.scene()).difference(&self.base);
         apply(&mut self.base, &change, &self.scope);
+        self.metering = None;
         self.held.clear();
     }
 

@@ -165,7 +165,7 @@ fn hex(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
     ui.horizontal(|ui| {
         let id = ui.make_persistent_id(("hex", name));
         let mut text = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| shown.clone());
-        let field = TextEdit::singleline(&mut text).id(id).desired_width(64.0).char_limit(9);
+        let field = TextEdit::singleline(&mut text).id(id).desired_width(76.0).char_limit(9);
         let response = ui.add(field).on_hover_text("sRGB, 8 bits a channel: what other programs show; the numbers above are linear");
         ui.label(RichText::new("sRGB").small().weak());
         let called_off = ui.input(|input| input.key_pressed(Key::Escape));

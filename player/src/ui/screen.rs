@@ -85,7 +85,7 @@ impl Screen {
 
     /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show yet.
     pub fn show(&mut self, ui: &mut Ui, mut stage: Option<Stage<'_>>, facts: &Facts, note: Option<&Note>) -> Wishes {
-        if let Some(stage) = &stage {
+        if let Some(stage) = &mut stage {
             self.undertaking.watch(ui.ctx(), stage.editor);
         }
         let mut wishes = Wishes::default();

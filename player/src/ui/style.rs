@@ -40,6 +40,4 @@ pub fn set_up(ctx: &Context) {
             widget.corner_radius = CornerRadius::same(4);
         }
     });
-    // Zooming the panel by accident would be hard to undo for who does not know how.
-    ctx.options_mut(|options| options.zoom_with_keyboard = false);
 }

@@ -12,7 +12,7 @@ pub struct Undertaking {
 
 impl Undertaking {
     /// Looks what is under way, before a pass changes anything.
-    pub fn watch(&mut self, ctx: &Context, editor: &Editor) {
+    pub fn watch(&mut self, ctx: &Context, editor: &mut Editor) {
         // In the pass of an Escape egui has ended drag and typing already.
         if !escapes(ctx) {
             self.update(ctx, editor);
@@ -32,9 +32,11 @@ impl Undertaking {
         self.update(ctx, editor);
     }
 
-    fn update(&mut self, ctx: &Context, editor: &Editor) {
+    fn update(&mut self, ctx: &Context, editor: &mut Editor) {
         let of = under_way(ctx);
         if of != self.of.as_ref().map(|(id, _)| *id) {
+            // What was under way is over, and an edit of its own, even if something else goes on at once.
+            editor.commit();
             self.of = of.map(|id| (id, editor.settings()));
         }
     }

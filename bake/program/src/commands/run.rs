@@ -30,6 +30,10 @@ pub fn run(args: &RunArgs) -> Result<String> {
     watch_signals()?;
     start_threads(args.threads)?;
     let model = Path::new(&args.scene);
+    if is_model(model) && args.pieces.is_part() {
+        let reason = "is a model, of which each part would have a scene of its own; write one by `bake new`, and give that to all machines";
+        return Err(BakeError::invalid(&Place::file(model), reason));
+    }
     let (scene, folder) =
         if is_model(model) { first_scene::beside(model, args.output.as_deref())? } else { (load(&args.scene)?, args.output.clone()) };
     let max_error = args.max_error.unwrap_or(scene.max_error);
@@ -103,6 +107,7 @@ pub fn merge(args: &MergeArgs) -> Result<String> {
     let chosen = shard.methods.iter().map(|name| Registered::find(name).ok_or_else(|| unknown(name))).collect::<Result<Vec<_>>>()?;
     let methods = methods(&chosen, &shard.asked, &scene)?;
     let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    bundle::expect_room(&scene, &args.output)?;
     merge::gather(&args.folders, &args.output)?;
     bake(&scene, &methods, &shard.asked, &args.output, Leftover::Resume, &job)
 }

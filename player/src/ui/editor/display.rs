@@ -21,6 +21,7 @@ impl Editor {
     /// Sets the exposure.
     pub fn set_exposure(&mut self, ev: f32) {
         if !ev.is_nan() {
+            self.metering = None;
             self.set(&exposed(ev.clamp(-MAX_EXPOSURE_EV, MAX_EXPOSURE_EV)));
         }
     }
@@ -33,6 +34,7 @@ impl Editor {
 
     /// Gives the exposure back its value from the scene, and to the animation if there is one.
     pub fn reset_exposure(&mut self) {
+        self.metering = None;
         self.give_back(&exposed(self.scene().camera.exposure_ev), &[Part::Exposure]);
     }
 

@@ -71,3 +71,15 @@ fn maps_from_outside_are_on_offer_and_told_apart() {
     user.settle();
     assert!(user.shows("not the bundle's own map: its stated error was measured under others"));
 }
+
+#[test]
+fn an_exposure_set_by_hand_is_not_overwritten_by_the_one_asked_for_at_the_start() {
+    let mut editor = editor(false);
+    editor.meter(Metering::WhenWhole);
+    editor.set_exposure(5.5);
+    editor.commit();
+    editor.metered(Some(0.9));
+    assert_eq!((editor.look().camera.exposure_ev, editor.metering()), (5.5, None));
+    assert_eq!(editor.undo().as_deref(), Some("the exposure"));
+    assert_eq!(editor.look().camera.exposure_ev, 0.5);
+}

@@ -77,6 +77,32 @@ fn a_turn_of_the_wheel_and_a_typed_number_are_one_step_each() {
 }
 
 #[test]
+fn numbers_typed_one_after_the_other_are_steps_of_their_own() {
+    let mut user = User::new(editor(false));
+    user.click("a");
+    let start = kd(&user.editor, "a");
+    let field = user.mirror.rect("kd R").center();
+    user.frame([press(field), release(field), typed("0.125\t0.0625\n")].concat());
+    user.settle();
+    assert_eq!(kd(&user.editor, "a"), [0.125, 0.0625, start[2]]);
+    // A field that keeps the focus does not swallow what is dragged meanwhile.
+    let field = user.mirror.rect("kd B").center();
+    user.frame([press(field), release(field), typed("0.25")].concat());
+    user.slide("shininess", 1.0);
+    user.slide("exposure", 0.0);
+    user.frame(key(Key::Enter));
+    user.settle();
+    for expected in ["the exposure", "material a", "material a"] {
+        assert_eq!(user.editor.undo().as_deref(), Some(expected));
+    }
+    assert_eq!(kd(&user.editor, "a"), [0.125, 0.0625, start[2]]);
+    user.editor.undo();
+    assert_eq!(kd(&user.editor, "a"), [0.125, start[1], start[2]]);
+    user.editor.undo();
+    assert_eq!(kd(&user.editor, "a"), start);
+}
+
+#[test]
 fn what_is_under_way_is_not_undone() {
     let mut user = User::new(editor(false));
     user.click("a");

@@ -23,6 +23,12 @@ fn all(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<Vec<Adapter
     Ok(adapters)
 }
 
+/// The adapter of `instance` that `info` describes, if it is there.
+pub(super) fn same_as(instance: &Instance, info: &AdapterInfo) -> Option<Adapter> {
+    let of = |info: &AdapterInfo| (info.name.clone(), info.backend, info.vendor, info.device, info.device_pci_bus_id.clone());
+    all(instance, None).ok()?.into_iter().find(|adapter| of(&adapter.get_info()) == of(info))
+}
+
 fn rank(kind: DeviceType) -> u32 {
     match kind {
         DeviceType::DiscreteGpu => 0,

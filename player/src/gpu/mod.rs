@@ -40,9 +40,12 @@ impl Gpu {
         Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, adapter::is_cpu(adapter))
     }
 
-    /// Another device on the same adapter: what is done on one waits for nothing on the other.
+    /// Another device on the same adapter: what is done on one waits for nothing on the other. It has an instance of its own, for Mesa's software
+    /// adapter draws one thing at a time for all devices of an instance.
     pub fn again(&self) -> Result<Self> {
-        Self::open_adapter(self.adapter.clone(), self.radiance_on_cpu)
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let same = adapter::same_as(&instance, &self.adapter.get_info());
+        Self::open_adapter(same.unwrap_or_else(|| self.adapter.clone()), self.radiance_on_cpu)
     }
 
     fn open_adapter(adapter: wgpu::Adapter, radiance_on_cpu: bool) -> Result<Self> {

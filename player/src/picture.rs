@@ -189,7 +189,7 @@ impl Picture {
     }
 
     fn refines(&self) -> bool {
-        self.stale && (!self.is_loading() || (self.session.frames_under_way() == 0 && Instant::now() >= self.refine_at))
+        self.stale && (!self.is_loading() || Instant::now() >= self.refine_at)
     }
 
     /// Draws a frame by `draw`, of all that has arrived.

@@ -171,11 +171,6 @@ impl Session {
         Ok(self.costs.take(self.player.times()))
     }
 
-    /// Frames that were submitted and are not known to be done.
-    pub fn frames_under_way(&self) -> usize {
-        self.costs.under_way()
-    }
-
     /// Waits until every frame is done.
     pub fn wait(&self) -> Result<()> {
         self.gpu.wait()

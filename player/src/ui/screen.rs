@@ -49,16 +49,6 @@ pub struct Wishes {
     pub close: bool,
 }
 
-impl Wishes {
-    /// Adds those of a later pass.
-    pub fn add(&mut self, later: Self) {
-        self.save.extend(later.save);
-        self.paste |= later.paste;
-        self.tell = later.tell.or_else(|| self.tell.take());
-        self.close |= later.close;
-    }
-}
-
 /// What the drawing itself must remember.
 #[derive(Default)]
 pub struct Screen {

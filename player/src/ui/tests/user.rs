@@ -49,7 +49,11 @@ impl User {
         mirror.frame(events, |ui| {
             let picture = TextureId::User(0);
             let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: support::SIZE, picture };
-            wishes.add(screen.show(ui, Some(stage), facts, note.as_ref()));
+            let new = screen.show(ui, Some(stage), facts, note.as_ref());
+            wishes.save.extend(new.save);
+            wishes.paste |= new.paste;
+            wishes.tell = new.tell.or_else(|| wishes.tell.take());
+            wishes.close |= new.close;
         });
     }
 

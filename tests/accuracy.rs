@@ -19,10 +19,17 @@ fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
 fn references(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings, paths: Paths) -> Vec<Estimate> {
     let scenes: Vec<Scene> = states.iter().map(|s| in_state(scene, s)).collect();
     let Settings { size, samples, seed, .. } = *settings;
-    reference::render(scene, &scenes, &reference::Settings { size, samples, seed, reflections: 2, paths }, &job()).unwrap()
+    reference::render(
+        scene,
+        &scenes,
+        &reference::Settings { size, samples, seed, reflections: 2, paths },
+        &job(),
+    )
+    .unwrap()
 }
 
-/// Pixels that no light or background is seen through: a lamp in view would hide the errors of everything else.
+/// Pixels that no light or background is seen through: a lamp in view would hide the errors of everything
+/// else.
 fn surface_pixels(scene: &Scene, settings: &Settings) -> Vec<usize> {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -46,7 +53,10 @@ fn errors(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (f64, f64
     let states = states(scene);
     let references = references(scene, &states, settings, Paths::Gather);
     let error = |(state, reference): (&Vec<Brdf>, &Estimate)| {
-        relative_l2(&pick(&evaluate(&images, &on_bases(&basis, state)), &pixels), &pick(&reference.radiance, &pixels))
+        relative_l2(
+            &pick(&evaluate(&images, &on_bases(&basis, state)), &pixels),
+            &pick(&reference.radiance, &pixels),
+        )
     };
     let mut errors: Vec<f64> = states.iter().zip(&references).map(error).collect();
     errors.sort_by(f64::total_cmp);
@@ -56,9 +66,15 @@ fn errors(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (f64, f64
 #[test]
 fn six_and_nine_bases_stay_below_the_published_errors() {
     let scene = library_scene("cornell-knot");
-    for (bases, shared, median_bound, worst_bound) in [(6, true, 0.006, 0.015), (6, false, 0.009, 0.02), (9, true, 0.0005, 0.003)] {
+    for (bases, shared, median_bound, worst_bound) in
+        [(6, true, 0.006, 0.015), (6, false, 0.009, 0.02), (9, true, 0.0005, 0.003)]
+    {
         let (median, worst) = errors(&scene, &settings(64, 64, bases, 1), shared);
-        println!("{bases} bases, shared diffuse {shared}: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
+        println!(
+            "{bases} bases, shared diffuse {shared}: median {:.4} %, worst {:.4} %",
+            100.0 * median,
+            100.0 * worst
+        );
         assert!(median <= median_bound && worst <= worst_bound, "{bases} bases: {median}, {worst}");
     }
 }
@@ -67,7 +83,9 @@ fn six_and_nine_bases_stay_below_the_published_errors() {
 #[test]
 fn bases_are_chosen_by_error() {
     let scene = library_scene("cornell-knot");
-    let choose = |max_error| held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, held_out::CHOICE_PIXELS, &job()).unwrap();
+    let choose = |max_error| {
+        held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, held_out::CHOICE_PIXELS, &job()).unwrap()
+    };
     for max_error in [0.02, 0.005, 0.001] {
         let bases = choose(max_error);
         let worst = |bases| {
@@ -76,7 +94,10 @@ fn bases_are_chosen_by_error() {
             held_out::measure(&scene, &settings, &basis, &images, &job()).unwrap().unwrap().worst
         };
         // The choice sees other pixels and fewer paths than the measurement.
-        assert!(worst(bases) < 1.3 * max_error && worst(bases - 1) > 0.7 * max_error, "{bases} bases for {max_error}");
+        assert!(
+            worst(bases) < 1.3 * max_error && worst(bases - 1) > 0.7 * max_error,
+            "{bases} bases for {max_error}"
+        );
     }
     assert_eq!(choose(1e-9), 16, "the most there are");
 }
@@ -90,11 +111,14 @@ fn in_ggx() -> Scene {
     scene
 }
 
-/// Metals, dielectrics and what is between need more bases than Blinn-Phong, for their lobes have two parts; the error still falls as far as asked.
+/// Metals, dielectrics and what is between need more bases than Blinn-Phong, for their lobes have two parts;
+/// the error still falls as far as asked.
 #[test]
 fn ggx_converges_with_the_number_of_bases() {
     let scene = in_ggx();
-    for (bases, median_bound, worst_bound) in [(6, 0.02, 0.04), (9, 0.006, 0.018), (12, 0.0012, 0.003), (16, 0.0004, 0.0006)] {
+    for (bases, median_bound, worst_bound) in
+        [(6, 0.02, 0.04), (9, 0.006, 0.018), (12, 0.0012, 0.003), (16, 0.0004, 0.0006)]
+    {
         let (median, worst) = errors(&scene, &settings(48, 64, bases, 1), true);
         println!("GGX, {bases} bases: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
         assert!(median <= median_bound && worst <= worst_bound, "{bases} bases: {median}, {worst}");
@@ -111,20 +135,32 @@ fn materials_of_surfaces_that_emit_vary_as_exactly_as_others() {
     let settings = settings(32, 16, 9, 1);
     let (basis, images) = bake(&scene, &settings, true);
     for state in &states(&scene)[..2] {
-        let reference = references(&scene, std::slice::from_ref(state), &settings, Paths::Gather).swap_remove(0);
+        let reference =
+            references(&scene, std::slice::from_ref(state), &settings, Paths::Gather).swap_remove(0);
         let played = evaluate(&images, &on_bases(&basis, state));
         let error = relative_l2(&played, &reference.radiance);
         assert!(error < 0.003, "{error}");
-        let glowing = reference.radiance.iter().filter(|pixel| pixel[0] >= 0.5 && pixel[1] >= 0.4 && pixel[2] >= 0.3).count();
+        let glowing = reference
+            .radiance
+            .iter()
+            .filter(|pixel| pixel[0] >= 0.5 && pixel[1] >= 0.4 && pixel[2] >= 0.3)
+            .count();
         assert!(glowing > 50, "{glowing}");
     }
 }
 
-/// A texture that multiplies the diffuse colour of materials that vary is baked in: as exact as without, whatever the colours become.
+/// A texture that multiplies the diffuse colour of materials that vary is baked in: as exact as without,
+/// whatever the colours become.
 #[test]
 fn textured_materials_vary_as_exactly_as_plain_ones() {
-    let texels = (0..16).map(|i| [(i * 16) as u8, 255 - (i * 13) as u8, ((i * 71) % 256) as u8, 255]).collect();
-    let texture = std::sync::Arc::new(Texture { size: [4, 4], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels });
+    let texels =
+        (0..16).map(|i| [(i * 16) as u8, 255 - (i * 13) as u8, ((i * 71) % 256) as u8, 255]).collect();
+    let texture = std::sync::Arc::new(Texture {
+        size: [4, 4],
+        wrap: [Wrap::Repeat; 2],
+        filter: Filter::Linear,
+        texels,
+    });
     for (mut scene, bases) in [(library_scene("cornell-knot"), 9), (in_ggx(), 12)] {
         for material in scene.materials.iter_mut().filter(|m| m.name == "walls") {
             material.texture = Some(texture.clone());
@@ -135,7 +171,10 @@ fn textured_materials_vary_as_exactly_as_plain_ones() {
         println!("textured, {bases} bases: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
         assert!(median <= 0.0015 && worst <= 0.005, "{bases} bases: {median}, {worst}");
         let plain = render(&library_scene("cornell-knot"), settings.size, 16, 2, Paths::Gather, 1);
-        assert!(relative_l2(&render(&scene, settings.size, 16, 2, Paths::Gather, 1).radiance, &plain.radiance) > 0.05);
+        assert!(
+            relative_l2(&render(&scene, settings.size, 16, 2, Paths::Gather, 1).radiance, &plain.radiance)
+                > 0.05
+        );
     }
 }
 
@@ -154,7 +193,8 @@ fn coloured_lights_and_three_materials() {
     assert!(median <= 0.0005 && worst <= 0.003, "{median}, {worst}");
 }
 
-/// Against independent samples, what differs is noise and the error of the basis, and the stored variances say how much noise.
+/// Against independent samples, what differs is noise and the error of the basis, and the stored variances
+/// say how much noise.
 #[test]
 fn independent_samples_differ_by_noise_only() {
     let scene = library_scene("cornell-knot");
@@ -165,8 +205,14 @@ fn independent_samples_differ_by_noise_only() {
     let other = references(&scene, &states, &theirs, Paths::Gather);
     for ((state, own), other) in states.iter().zip(&own).zip(&other) {
         let x = evaluate(&images, &on_bases(&basis, state));
-        let squared = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v).powi(2)).sum::<f64>();
-        let difference: f64 = x.iter().flatten().zip(other.radiance.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+        let squared =
+            |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v).powi(2)).sum::<f64>();
+        let difference: f64 = x
+            .iter()
+            .flatten()
+            .zip(other.radiance.iter().flatten())
+            .map(|(a, b)| f64::from(a - b).powi(2))
+            .sum();
         let noise: f64 = own.variance.iter().chain(&other.variance).flatten().map(|v| f64::from(*v)).sum();
         let bound = 1.2 * noise + 0.003f64.powi(2) * squared(&other.radiance);
         assert!(difference <= bound, "{difference} above {bound}");

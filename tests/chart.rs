@@ -1,6 +1,8 @@
-//! `bake chart` as a user runs it. What a whole chart says is checked by a test that takes minutes and is run by hand:
+//! `bake chart` as a user runs it. What a whole chart says is checked by a test that takes minutes and is run
+//! by hand:
 //!
-//! `cargo build --release --workspace && cargo test --release -p relume-tests chart:: -- --ignored --nocapture`
+//! `cargo build --release --workspace && cargo test --release -p relume-tests chart:: -- --ignored
+//! --nocapture`
 
 use crate::support::relit::BALL;
 use crate::support::waiting::{interrupt, wait_for};
@@ -20,13 +22,20 @@ fn what_cannot_be_charted_is_refused() {
     let chart = |text: &str, more: &[&str]| {
         let scene = write_scene(folder.path(), text);
         let output = folder.path().join("chart");
-        let error = expect_exit("bake", &[&["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap()], more].concat(), 2);
+        let error = expect_exit(
+            "bake",
+            &[&["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap()], more].concat(),
+            2,
+        );
         assert!(!output.exists(), "nothing is left");
         error
     };
     let still = outdoors().replace("light = true", "light = false").replace("view = true", "view = false");
     assert!(chart(&still, &[]).contains("varies nothing, so there is nothing to chart"));
-    assert!(chart(&outdoors(), &["--method", "transfer-images"]).contains("[vary] names more than transfer-images lets vary"));
+    assert!(
+        chart(&outdoors(), &["--method", "transfer-images"])
+            .contains("[vary] names more than transfer-images lets vary")
+    );
     assert!(chart(&outdoors(), &["--method", "sphere-shadows"]).contains("no object has spheres"));
     let both = outdoors().replace("view = true", "view = true\n    materials = ['ball']");
     assert!(chart(&both, &[]).contains("no method shows everything that varies"));
@@ -38,7 +47,8 @@ fn an_interrupted_chart_keeps_its_references() {
     let scene = write_scene(folder.path(), &outdoors().replace("[32, 24]", "[256, 256]"));
     let output = folder.path().join("chart");
     let arguments = ["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "--progress", "none"];
-    let mut child = command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut child =
+        command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     wait_for(&mut child, "a reference", || references(&output).first().cloned());
     interrupt(&child);
     let ended = child.wait_with_output().unwrap();
@@ -62,14 +72,20 @@ fn two_charts_of_a_scene_agree() {
     let scene = write_scene(folder.path(), &outdoors());
     let [first, second] = ["first", "second"].map(|name| {
         let output = folder.path().join(name);
-        let status = command("bake").args(["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap()]).status().unwrap();
+        let status = command("bake")
+            .args(["chart", scene.to_str().unwrap(), "-o", output.to_str().unwrap()])
+            .status()
+            .unwrap();
         assert!(status.success());
         Chart::read(&output).unwrap()
     });
     assert_eq!((first.noise, first.points.len()), (second.noise, second.points.len()));
     let mut outside = 0;
     for (a, b) in first.points.iter().zip(&second.points) {
-        assert_eq!((&a.label, &a.settings, a.errors, a.bytes_on_disk), (&b.label, &b.settings, b.errors, b.bytes_on_disk));
+        assert_eq!(
+            (&a.label, &a.settings, a.errors, a.bytes_on_disk),
+            (&b.label, &b.settings, b.errors, b.bytes_on_disk)
+        );
         println!("{}: {:.3} in {:.3}..{:.3}", a.label, b.frame.ratio, a.frame.ratio_low, a.frame.ratio_high);
         outside += usize::from(!(a.frame.ratio_low..=a.frame.ratio_high).contains(&b.frame.ratio));
     }

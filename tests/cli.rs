@@ -39,7 +39,20 @@ fn bake_play_and_compare_with_the_reference() {
     expect_exit(
         "bake",
         &[
-            &["reference", &scene, "--state", &state, "--paths", "gather", "--reflections", "2", "-o", &reference, "--progress", "none"],
+            &[
+                "reference",
+                &scene,
+                "--state",
+                &state,
+                "--paths",
+                "gather",
+                "--reflections",
+                "2",
+                "-o",
+                &reference,
+                "--progress",
+                "none",
+            ],
             &settings[..],
         ]
         .concat(),
@@ -49,7 +62,8 @@ fn bake_play_and_compare_with_the_reference() {
     assert!(error < 0.0005, "relative L2 {error}");
 
     expect_exit("bake", &["verify", &bundle], 0);
-    let info: serde_json::Value = serde_json::from_slice(&run("bake", &["info", &bundle, "--json"]).stdout).unwrap();
+    let info: serde_json::Value =
+        serde_json::from_slice(&run("bake", &["info", &bundle, "--json"]).stdout).unwrap();
     assert!(info.to_string().contains("transfer-images"));
     let export = w.path("export");
     expect_exit("bake", &["export", &bundle, "-o", &export], 0);
@@ -59,7 +73,22 @@ fn bake_play_and_compare_with_the_reference() {
     }
     let stats = w.path("stats.json");
     let frames = w.path("frames/%04d.png");
-    expect_exit("player", &[&bundle, "--headless", "--animation", "shine", "--fps", "10", "--frames", &frames, "--stats", &stats], 0);
+    expect_exit(
+        "player",
+        &[
+            &bundle,
+            "--headless",
+            "--animation",
+            "shine",
+            "--fps",
+            "10",
+            "--frames",
+            &frames,
+            "--stats",
+            &stats,
+        ],
+        0,
+    );
     assert_eq!(std::fs::read_dir(w.path("frames")).unwrap().count(), 5, "ceil(0.5 s · 10/s)");
     let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
     assert_eq!(stats["frames"], 5);
@@ -67,10 +96,13 @@ fn bake_play_and_compare_with_the_reference() {
 
 /// The file of that name in a folder or below it.
 fn find(folder: &Path, name: &str) -> Option<std::path::PathBuf> {
-    std::fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .find_map(|path| if path.is_dir() { find(&path, name) } else { path.file_name().is_some_and(|n| n == name).then_some(path) })
+    std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).find_map(|path| {
+        if path.is_dir() {
+            find(&path, name)
+        } else {
+            path.file_name().is_some_and(|n| n == name).then_some(path)
+        }
+    })
 }
 
 #[test]
@@ -91,8 +123,24 @@ fn start_long_bake(w: &Workshop, more: &[&str]) -> Child {
 fn start_bake(w: &Workshop, samples: &str, more: &[&str]) -> Child {
     let (scene, output) = (w.path("scene.toml"), w.path("bundle"));
     // On one thread, which is far from done when the first tiles are, however many a machine has.
-    let arguments =
-        [&["run", &scene, "-o", &output, "--spp", samples, "--bases", "4", "--progress", "none", "--threads", "1"], more].concat();
+    let arguments = [
+        &[
+            "run",
+            &scene,
+            "-o",
+            &output,
+            "--spp",
+            samples,
+            "--bases",
+            "4",
+            "--progress",
+            "none",
+            "--threads",
+            "1",
+        ],
+        more,
+    ]
+    .concat();
     command("bake").args(arguments).stderr(Stdio::piped()).spawn().unwrap()
 }
 
@@ -121,7 +169,8 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
     let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
     let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2048", "--bases", "4"], 2);
     assert!(stderr.contains("--resume") && stderr.contains("--force"), "{stderr}");
-    let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2047", "--bases", "4", "--resume"], 2);
+    let stderr =
+        expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2047", "--bases", "4", "--resume"], 2);
     assert!(stderr.contains("other settings"), "{stderr}");
     assert_eq!(log_length(&w), before);
 
@@ -133,8 +182,9 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
     assert_eq!(contents(&w.path("bundle")), contents(&w.path("whole")));
 }
 
-/// Killed at twenty moments spread over the whole run, start, measuring and publishing included, and once more while going on: a bake that is resumed
-/// ends in the same bytes. Moments are told by the processor time that the bake has had.
+/// Killed at twenty moments spread over the whole run, start, measuring and publishing included, and once
+/// more while going on: a bake that is resumed ends in the same bytes. Moments are told by the processor time
+/// that the bake has had.
 #[cfg(target_os = "linux")]
 #[test]
 fn twenty_kills_change_nothing() {
@@ -144,7 +194,13 @@ fn twenty_kills_change_nothing() {
     let scene = w.path("scene.toml");
     let start = |bundle: &str| {
         let arguments = ["run", &scene, "-o", bundle, "--progress", "none", "--resume"];
-        command("bake").args(arguments).args(settings).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap()
+        command("bake")
+            .args(arguments)
+            .args(settings)
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap()
     };
     // The player's frames, timed at the end, are another process.
     let whole_s = let_work(&mut start(&w.path("whole")), f64::INFINITY);
@@ -160,7 +216,11 @@ fn twenty_kills_change_nothing() {
             child.wait().unwrap();
         }
         unfinished += u32::from(!Path::new(&bundle).join("manifest.json").exists());
-        let stderr = expect_exit("bake", &[&["run", &scene, "-o", &bundle, "--progress", "none", "--resume"], &settings[..]].concat(), 0);
+        let stderr = expect_exit(
+            "bake",
+            &[&["run", &scene, "-o", &bundle, "--progress", "none", "--resume"], &settings[..]].concat(),
+            0,
+        );
         assert_eq!(contents(&bundle), expected, "trial {trial}: {stderr}");
     }
     assert!(unfinished >= 5, "only {unfinished} of 20 bakes were still at work when killed twice");
@@ -172,10 +232,16 @@ fn finished_work_is_reused() {
     w.bake("bundle", &["--spp", "16"]);
     let images = w.folder.path().join("bundle/transfer-images.relume");
     let written = std::fs::metadata(&images).unwrap().modified().unwrap();
-    // Defaults of a material that varies, exposure and animations trace nothing again, but arrive in the bundle.
-    let changed = ROOM.replace("shininess = 20.0", "shininess = 30.0").replace("fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0");
+    // Defaults of a material that varies, exposure and animations trace nothing again, but arrive in the
+    // bundle.
+    let changed = ROOM
+        .replace("shininess = 20.0", "shininess = 30.0")
+        .replace("fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0");
     write_scene(w.folder.path(), &changed);
-    w.write("animations/dim.toml", "duration_s = 1.0\n[[key]]\nt_s = 0.0\nmaterials.ball.kd = [0.1, 0.1, 0.1]\n");
+    w.write(
+        "animations/dim.toml",
+        "duration_s = 1.0\n[[key]]\nt_s = 0.0\nmaterials.ball.kd = [0.1, 0.1, 0.1]\n",
+    );
     w.bake("bundle", &["--spp", "16"]);
     assert_eq!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
     assert!(w.folder.path().join("bundle/animation-dim.relume").exists());
@@ -192,7 +258,8 @@ fn finished_work_is_reused() {
     assert_ne!(std::fs::metadata(&images).unwrap().modified().unwrap(), written);
 }
 
-/// An unfinished bake in the folder of a finished one is neither forgotten nor thrown away, and the finished one plays until the new one is whole.
+/// An unfinished bake in the folder of a finished one is neither forgotten nor thrown away, and the finished
+/// one plays until the new one is whole.
 #[test]
 fn an_unfinished_bake_beside_a_finished_one() {
     let w = Workshop::new();
@@ -218,7 +285,8 @@ fn a_second_bake_in_the_same_folder_is_refused() {
     let mut child = start_bake(&w, "65536", &[]);
     wait_for_log(&w, &mut child, 15);
     let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
-    let stderr = expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "65536", "--bases", "4", "--resume"], 1);
+    let stderr =
+        expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "65536", "--bases", "4", "--resume"], 1);
     assert!(stderr.contains("another bake"), "{stderr}");
     child.kill().unwrap();
     child.wait().unwrap();

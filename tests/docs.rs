@@ -1,4 +1,5 @@
-//! The documentation: every relative link of the README and of `docs/` leads to a file, and the README is short.
+//! The documentation: every relative link of the README and of `docs/` leads to a file, and the README is
+//! short.
 
 use std::fs;
 use std::path::{Path, PathBuf};

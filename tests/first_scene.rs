@@ -7,7 +7,12 @@ use std::path::Path;
 
 /// A box from `low` to `high` as an OBJ file; flat where both are the same.
 fn obj_of_box(low: [f64; 3], high: [f64; 3]) -> String {
-    let corner = |i: usize| (0..3).map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] }.to_string()).collect::<Vec<_>>().join(" ");
+    let corner = |i: usize| {
+        (0..3)
+            .map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] }.to_string())
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
     let vertices: String = (0..8).map(|i| format!("v {}\n", corner(i))).collect();
     vertices + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
 }
@@ -46,7 +51,8 @@ fn models_of_all_sorts_are_in_view_and_lit() {
     }
 }
 
-/// What lamps of a file make too bright is brought back by exposure, and the first scene says so before it is baked.
+/// What lamps of a file make too bright is brought back by exposure, and the first scene says so before it is
+/// baked.
 #[test]
 fn exposure_brings_grey_surfaces_to_the_middle() {
     let text = |intensity: f64, ev: f64| {
@@ -67,7 +73,10 @@ fn exposure_brings_grey_surfaces_to_the_middle() {
         assert_eq!(is_told, f64::abs(steps) > 4.0, "{steps}: {:?}", probe.warnings());
     }
     let exposed = scene(&text(middle * 512.0, -9.0));
-    assert!(Probe::new(&exposed, exposed.size).unwrap().warnings().is_empty(), "exposure makes up for bright lamps");
+    assert!(
+        Probe::new(&exposed, exposed.size).unwrap().warnings().is_empty(),
+        "exposure makes up for bright lamps"
+    );
 }
 
 #[test]
@@ -99,7 +108,11 @@ fn small_things_are_in_view_and_hidden_ones_are_not() {
     };
     assert_eq!(warnings(0.5), Vec::<String>::new());
     let hidden = warnings(-0.5);
-    assert!(hidden.len() == 1 && hidden[0].contains("material `bead` varies, but nothing that wears it is in view"), "{hidden:?}");
+    assert!(
+        hidden.len() == 1
+            && hidden[0].contains("material `bead` varies, but nothing that wears it is in view"),
+        "{hidden:?}"
+    );
 }
 
 #[test]
@@ -116,14 +129,23 @@ fn a_model_becomes_a_scene_and_a_bundle() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("it's a box.obj"), obj_of_box([0.0; 3], [60.0, 180.0, 40.0])).unwrap();
-    let bake = |arguments: &[&str]| command("bake").args(arguments).current_dir(folder.path()).output().unwrap();
+    let bake =
+        |arguments: &[&str]| command("bake").args(arguments).current_dir(folder.path()).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
 
     let output = bake(&["new", "it's a box.obj", "-o", "first"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).starts_with("first/scene.toml\nfirst/preview.png\n"), "{}", text(&output.stdout));
+    assert!(
+        text(&output.stdout).starts_with("first/scene.toml\nfirst/preview.png\n"),
+        "{}",
+        text(&output.stdout)
+    );
     let written = std::fs::read_to_string(at("first/scene.toml")).unwrap();
-    assert!(written.contains("taken for centimetres: 0.6 m × 1.8 m × 0.4 m") && written.contains("\nscale = 0.01\n"), "{written}");
+    assert!(
+        written.contains("taken for centimetres: 0.6 m × 1.8 m × 0.4 m")
+            && written.contains("\nscale = 0.01\n"),
+        "{written}"
+    );
     assert!(written.contains("\nfile = \"../it's a box.obj\"  #"), "{written}");
     assert!(std::fs::read(at("first/preview.png")).unwrap().starts_with(b"\x89PNG"));
     let again = bake(&["new", "it's a box.obj", "-o", "first"]);
@@ -133,16 +155,28 @@ fn a_model_becomes_a_scene_and_a_bundle() {
     assert!(!at("second").exists(), "nothing is left of what failed");
 
     let plan = bake(&["plan", "it's a box.obj"]);
-    assert!(plan.status.success() && text(&plan.stdout).contains("chosen: transfer-images"), "{}", text(&plan.stderr));
+    assert!(
+        plan.status.success() && text(&plan.stdout).contains("chosen: transfer-images"),
+        "{}",
+        text(&plan.stderr)
+    );
     let run = ["run", "it's a box.obj", "--size", "32x32", "--spp", "1", "--progress", "none"];
     let first = bake(&run);
     assert!(first.status.success(), "{}", text(&first.stderr));
-    assert!(text(&first.stderr).contains("note: wrote baked/it's a box.toml, a first scene for it's a box.obj"), "{}", text(&first.stderr));
+    assert!(
+        text(&first.stderr).contains("note: wrote baked/it's a box.toml, a first scene for it's a box.obj"),
+        "{}",
+        text(&first.stderr)
+    );
     let scene_file = at("baked/it's a box.toml");
     let changed = std::fs::read_to_string(&scene_file).unwrap().replace("roughness = 0.5", "roughness = 0.6");
     std::fs::write(&scene_file, &changed).unwrap();
     let second = bake(&[&run[..], &["--force"]].concat());
-    assert!(text(&second.stderr).contains("note: bakes baked/it's a box.toml, which is there already"), "{}", text(&second.stderr));
+    assert!(
+        text(&second.stderr).contains("note: bakes baked/it's a box.toml, which is there already"),
+        "{}",
+        text(&second.stderr)
+    );
     assert_eq!(std::fs::read_to_string(&scene_file).unwrap(), changed, "what was edited stays");
     let bundle = at("baked/it's a box");
     expect_exit("bake", &["verify", bundle.to_str().unwrap()], 0);

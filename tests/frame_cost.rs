@@ -28,7 +28,8 @@ const QUAD: &str = "
     [environment]
 ";
 
-/// Bakes the quad with a `bake` beside which `player` stands, a shell script, or nothing; returns what it printed and the report.
+/// Bakes the quad with a `bake` beside which `player` stands, a shell script, or nothing; returns what it
+/// printed and the report.
 fn bake_beside(player: Option<&str>) -> (String, Value) {
     let folder = tempfile::tempdir().unwrap();
     let programs = folder.path().join("a/b");
@@ -58,7 +59,10 @@ fn what_the_player_measured_goes_to_the_report() {
     let (text, report) = bake_beside(Some(script));
     let expected = serde_json::json!({ "adapter": "fake", "median_ms": 1.5, "p95_ms": 2.5, "states": 6 });
     assert_eq!(report["frame"]["transfer-images"], expected);
-    assert!(report["methods"]["transfer-images"]["rays"].as_u64().unwrap() > 0, "the rest of the report stays: {report}");
+    assert!(
+        report["methods"]["transfer-images"]["rays"].as_u64().unwrap() > 0,
+        "the rest of the report stays: {report}"
+    );
     assert!(text.contains("transfer-images: a frame in 1.50 ms, 95 % of them in 2.50 ms, on fake"), "{text}");
 }
 

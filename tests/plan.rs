@@ -23,7 +23,8 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-/// Plans the scene, bakes it with the defaults that the plan is for, and compares what was predicted with what came.
+/// Plans the scene, bakes it with the defaults that the plan is for, and compares what was predicted with
+/// what came.
 fn check_predictions(scene: &str, method: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = write_scene(folder.path(), scene);
@@ -40,11 +41,15 @@ fn check_predictions(scene: &str, method: &str) {
     let rays = ratio(&predicted["rays"], &report["methods"][method]["rays"]);
     let bytes = ratio(&predicted["bytes_on_disk"], &info["totals"]["bytes_on_disk"]);
     println!("{method}: predicted over actual: rays {rays:.3}, bytes {bytes:.3}");
-    // Rays are those of a hundred and more receivers or pixels, each within a factor of two of the mean: a few per cent of chance.
+    // Rays are those of a hundred and more receivers or pixels, each within a factor of two of the mean: a
+    // few per cent of chance.
     assert!((rays - 1.0).abs() < 0.25, "rays {rays}");
-    // Bytes are halves and steps counted in a sample, times what such take in the library's bundles; how many terms or bases there are is found on the sample.
+    // Bytes are halves and steps counted in a sample, times what such take in the library's bundles; how many
+    // terms or bases there are is found on the sample.
     assert!((1.0 / 1.5..1.5).contains(&bytes), "bytes {bytes}");
-    assert!(predicted["seconds"].as_f64().unwrap() > 0.0 && predicted["bytes_of_memory"].as_f64().unwrap() > 1e6);
+    assert!(
+        predicted["seconds"].as_f64().unwrap() > 0.0 && predicted["bytes_of_memory"].as_f64().unwrap() > 1e6
+    );
 }
 
 #[test]
@@ -80,7 +85,8 @@ fn plans_tell_what_is_stored_and_never_fail_for_want_of_it() {
     let after = json(&bake_in(folder.path(), &["plan", path, "--json"]));
     let stored = &after["methods"][0]["stored"];
     assert_eq!((&stored["settings"]["bases"], &stored["settings"]["samples"]), (&4.into(), &4.into()));
-    let manifest = json(&std::fs::read_to_string(folder.path().join("baked").join(name).join("manifest.json")).unwrap());
+    let manifest =
+        json(&std::fs::read_to_string(folder.path().join("baked").join(name).join("manifest.json")).unwrap());
     assert_eq!(stored["errors"], manifest["methods"][0]["errors"]);
     // Colours of materials that vary change no hash; a fixed shape does.
     write_scene(folder.path(), &room().replace("scale = 0.5", "scale = 0.4"));

@@ -10,8 +10,8 @@ use relume_formats::kinds::{Manifest, SparseTransfer, StoredScene};
 use relume_scenes::Scene;
 use std::path::Path;
 
-/// A ball that lies wholly above the horizon of a point hides sin²α · cos θ of the light that would reach it evenly from the upper half: the form factor
-/// of a sphere.
+/// A ball that lies wholly above the horizon of a point hides sin²α · cos θ of the light that would reach it
+/// evenly from the upper half: the form factor of a sphere.
 #[test]
 fn a_ball_hides_its_form_factor() {
     let scene = scene(BALL);
@@ -25,8 +25,9 @@ fn a_ball_hides_its_form_factor() {
             let hidden = 0.16 / squared / squared.sqrt();
             worst = worst.max((f64::from(shown[vertex][1]) - (1.0 - hidden)).abs());
         }
-        // At the edge of the ball's disc, of 2π·23° in texels of 1.4°, each texel is off by half of itself with one ray and by an eighth with 4 × 4: as
-        // random numbers that is 70 texels of 1.9e-4, 8e-4 and 2e-4, three times as much at worst; flat triangles take 6e-4 off the ball.
+        // At the edge of the ball's disc, of 2π·23° in texels of 1.4°, each texel is off by half of itself
+        // with one ray and by an eighth with 4 × 4: as random numbers that is 70 texels of 1.9e-4, 8e-4 and
+        // 2e-4, three times as much at worst; flat triangles take 6e-4 off the ball.
         assert!(worst < bound, "{rays} rays: {worst}");
     }
 }
@@ -40,26 +41,39 @@ fn vertices_show_what_the_path_tracer_sees() {
         let baked = bake(&scene, wanted(16, 1024));
         assert_eq!(baked.transfer.meta.rgb, reflections > 1);
         let shown = baked.under(&baked.maps[0].map, 25.0);
-        let albedo =
-            scene.materials.iter().map(|m| (m.name.as_str(), m.brdf.diffuse_albedo())).collect::<std::collections::BTreeMap<_, _>>();
+        let albedo = scene
+            .materials
+            .iter()
+            .map(|m| (m.name.as_str(), m.brdf.diffuse_albedo()))
+            .collect::<std::collections::BTreeMap<_, _>>();
         let (mut difference, mut norm) = (0.0, 0.0);
-        for vertex in [6 * 13 + 6, 3 * 13 + 4, 2 * 13 + 10, 11 * 13 + 6, 13 * 13 + 100, 13 * 13 + 333, 13 * 13 + 500] {
-            let [position, normal] = [baked.stored.positions[vertex], baked.stored.normals[vertex]].map(Vec3A::from);
+        for vertex in
+            [6 * 13 + 6, 3 * 13 + 4, 2 * 13 + 10, 11 * 13 + 6, 13 * 13 + 100, 13 * 13 + 333, 13 * 13 + 500]
+        {
+            let [position, normal] =
+                [baked.stored.positions[vertex], baked.stored.normals[vertex]].map(Vec3A::from);
             let name = if vertex < 13 * 13 { "plane" } else { "ball" };
-            // From just above the vertex, at a point of its own triangles; the tracer's surface is flat there, ours smooth.
-            let (mean, error) =
-                mean_radiance(&scene, reflections, 1 << 14, |_| (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal));
+            // From just above the vertex, at a point of its own triangles; the tracer's surface is flat
+            // there, ours smooth.
+            let (mean, error) = mean_radiance(&scene, reflections, 1 << 14, |_| {
+                (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal)
+            });
             let ours = f64::from(shown[vertex][1] * albedo[name][1]);
             difference += (ours - mean).powi(2) - error * error;
             norm += mean * mean;
         }
-        // The light of 6 × 16 × 16 that bounces are baked for blurs the lamps' shadows, the finer one of direct light hardly does.
+        // The light of 6 × 16 × 16 that bounces are baked for blurs the lamps' shadows, the finer one of
+        // direct light hardly does.
         let bound = if reflections == 1 { 0.02 } else { 0.05 };
         let error = (difference.max(0.0) / norm).sqrt();
         assert!(error < bound, "{reflections} reflections: {error}");
         if reflections > 1 {
-            let direct = bake(&Scene { reflections: 1, ..scene.clone() }, wanted(16, 1024)).under(&baked.maps[0].map, 25.0);
-            assert!(relative_l2(&direct, &shown) > 2.0 * bound, "bounces must matter here, or nothing is tested");
+            let direct = bake(&Scene { reflections: 1, ..scene.clone() }, wanted(16, 1024))
+                .under(&baked.maps[0].map, 25.0);
+            assert!(
+                relative_l2(&direct, &shown) > 2.0 * bound,
+                "bounces must matter here, or nothing is tested"
+            );
         }
     }
 }
@@ -98,7 +112,12 @@ fn any_prefix_of_blocks_is_a_coarser_bake() {
         let mut prefix = baked.transfer.clone();
         prefix.blocks.truncate(blocks);
         prefix.meta.blocks.truncate(blocks);
-        let coarser = Baked { transfer: prefix, stored: baked.stored.clone(), maps: Vec::new(), manifest: baked.manifest.clone() };
+        let coarser = Baked {
+            transfer: prefix,
+            stored: baked.stored.clone(),
+            maps: Vec::new(),
+            manifest: baked.manifest.clone(),
+        };
         let error = relative_l2(&coarser.under(&baked.maps[0].map, 0.0), &whole);
         assert!(error < last || error == 0.0, "{blocks} blocks: {error} after {last}");
         last = error;
@@ -108,7 +127,9 @@ fn any_prefix_of_blocks_is_a_coarser_bake() {
 
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap());
-    let file = |e: std::fs::DirEntry| (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default());
+    let file = |e: std::fs::DirEntry| {
+        (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default())
+    };
     let mut files: Vec<_> = entries.filter(|e| e.file_name() != "report.json").map(file).collect();
     files.sort();
     files
@@ -117,12 +138,30 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
 #[test]
 fn bytes_repeat_at_any_thread_count_and_after_a_kill() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write_scene(folder.path(), &format!("{BALL} file = 'clear-sky'\n").replace("reflections = 1", "reflections = 2"));
+    let path = write_scene(
+        folder.path(),
+        &format!("{BALL} file = 'clear-sky'\n").replace("reflections = 1", "reflections = 2"),
+    );
     let scene = path.to_str().unwrap();
     let bundle = |name: &str| folder.path().join(name);
     let arguments = |name: &str, more: &[&str]| -> Vec<String> {
         let bundle = bundle(name);
-        let all = [&["run", scene, "-o", bundle.to_str().unwrap(), "--terms", "40", "--spp", "16", "--progress", "none"], more].concat();
+        let all = [
+            &[
+                "run",
+                scene,
+                "-o",
+                bundle.to_str().unwrap(),
+                "--terms",
+                "40",
+                "--spp",
+                "16",
+                "--progress",
+                "none",
+            ],
+            more,
+        ]
+        .concat();
         all.into_iter().map(str::to_owned).collect()
     };
     let bake = |name: &str, more: &[&str]| {
@@ -137,16 +176,24 @@ fn bytes_repeat_at_any_thread_count_and_after_a_kill() {
     // On one thread, which is far from done when the first rows are.
     let mut child = command("bake").args(arguments("killed", &["--threads", "1"])).spawn().unwrap();
     let log = bundle("killed").join("unfinished/sparse-transfer.log");
-    wait_for(&mut child, "rows in the log", || std::fs::metadata(&log).ok().filter(|file| file.len() >= 100_000));
+    wait_for(&mut child, "rows in the log", || {
+        std::fs::metadata(&log).ok().filter(|file| file.len() >= 100_000)
+    });
     child.kill().unwrap();
     child.wait().unwrap();
     // Another method leaves the unfinished work of this one alone.
     let other = arguments("killed", &["--method", "transfer-images"]);
-    let other: Vec<&str> = other.iter().map(String::as_str).filter(|a| !["--terms", "40"].contains(a)).collect();
-    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("view = true", "view = true\n materials = ['ball']")).unwrap();
+    let other: Vec<&str> =
+        other.iter().map(String::as_str).filter(|a| !["--terms", "40"].contains(a)).collect();
+    std::fs::write(
+        &path,
+        std::fs::read_to_string(&path).unwrap().replace("view = true", "view = true\n materials = ['ball']"),
+    )
+    .unwrap();
     expect_exit("bake", &other, 0);
     assert!(log.exists());
-    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("\n materials = ['ball']", "")).unwrap();
+    std::fs::write(&path, std::fs::read_to_string(&path).unwrap().replace("\n materials = ['ball']", ""))
+        .unwrap();
     let refused = arguments("killed", &[]);
     let stderr = expect_exit("bake", &refused.iter().map(String::as_str).collect::<Vec<_>>(), 2);
     assert!(stderr.contains("--resume") && stderr.contains("--force"), "{stderr}");
@@ -165,18 +212,33 @@ fn two_methods_share_a_bundle_in_the_order_given() {
     let path = write_scene(folder.path(), &text);
     let bundle = folder.path().join("bundle");
     let run = |methods: &[&str], code: i32| {
-        let mut arguments = vec!["run", path.to_str().unwrap(), "-o", bundle.to_str().unwrap(), "--spp", "4", "--progress", "none"];
+        let mut arguments = vec![
+            "run",
+            path.to_str().unwrap(),
+            "-o",
+            bundle.to_str().unwrap(),
+            "--spp",
+            "4",
+            "--progress",
+            "none",
+        ];
         methods.iter().for_each(|method| arguments.extend(["--method", method]));
         expect_exit("bake", &arguments, code)
     };
     let stderr = run(&["transfer-images", "sparse-transfer"], 0);
-    assert!(stderr.contains("keeps the light as the scene has it") && stderr.contains("keeps materials as the scene has them"), "{stderr}");
+    assert!(
+        stderr.contains("keeps the light as the scene has it")
+            && stderr.contains("keeps materials as the scene has them"),
+        "{stderr}"
+    );
     let names = || Manifest::read(&bundle).unwrap().methods.into_iter().map(|m| m.name).collect::<Vec<_>>();
     assert_eq!(names(), ["transfer-images", "sparse-transfer"]);
     let before = contents(&bundle);
     run(&["sparse-transfer", "transfer-images"], 0);
     assert_eq!(names(), ["sparse-transfer", "transfer-images"]);
-    let files = |all: Vec<(String, Vec<u8>)>| all.into_iter().filter(|(name, _)| name.ends_with(".relume")).collect::<Vec<_>>();
+    let files = |all: Vec<(String, Vec<u8>)>| {
+        all.into_iter().filter(|(name, _)| name.ends_with(".relume")).collect::<Vec<_>>()
+    };
     assert_eq!(files(contents(&bundle)), files(before), "both were finished, so nothing is baked again");
     let output = crate::support::run("bake", &["verify", bundle.to_str().unwrap()]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -192,9 +254,17 @@ fn scenes_that_do_not_fit_get_one_clear_line() {
         (format!("{BALL} {lamp}"), vec![], "light `bulb`: sparse-transfer lights by the environment alone"),
         (BALL.replace("[environment]", ""), vec![], "has no [environment]"),
         (BALL.replace("reflections = 1", "reflections = 4"), vec![], "models at most 3"),
-        (BALL.replace("view = true", "shape = true"), vec!["--method", "sparse-transfer"], "keeps shapes fixed"),
+        (
+            BALL.replace("view = true", "shape = true"),
+            vec!["--method", "sparse-transfer"],
+            "keeps shapes fixed",
+        ),
         (format!("{BALL} file = 'lampss'\n"), vec![], "did you mean `lamps`"),
-        (format!("{BALL} file = 'lamps'\n others = ['clear-sky', 'lamps']\n"), vec![], "two environment maps are called `lamps`"),
+        (
+            format!("{BALL} file = 'lamps'\n others = ['clear-sky', 'lamps']\n"),
+            vec![],
+            "two environment maps are called `lamps`",
+        ),
         (format!("{BALL} gain = [-1.0, 1.0, 1.0]\n"), vec![], "gain"),
         (BALL.to_owned(), vec!["--bases", "5"], "--bases"),
         (BALL.to_owned(), vec!["--terms", "1025"], "1..=1024"),
@@ -204,8 +274,15 @@ fn scenes_that_do_not_fit_get_one_clear_line() {
     for (text, more, expected) in cases {
         let path = write_scene(folder.path(), &text);
         let bundle = folder.path().join("bundle");
-        let stderr = expect_exit("bake", &[&["run", path.to_str().unwrap(), "-o", bundle.to_str().unwrap()], &more[..]].concat(), 2);
-        assert!(stderr.contains(expected) && stderr.lines().filter(|l| l.starts_with("error")).count() == 1, "{stderr} for {expected}");
+        let stderr = expect_exit(
+            "bake",
+            &[&["run", path.to_str().unwrap(), "-o", bundle.to_str().unwrap()], &more[..]].concat(),
+            2,
+        );
+        assert!(
+            stderr.contains(expected) && stderr.lines().filter(|l| l.starts_with("error")).count() == 1,
+            "{stderr} for {expected}"
+        );
         assert!(!bundle.join("manifest.json").exists());
     }
 }
@@ -213,10 +290,28 @@ fn scenes_that_do_not_fit_get_one_clear_line() {
 #[test]
 fn exports_and_verdicts() {
     let folder = tempfile::tempdir().unwrap();
-    let path = write_scene(folder.path(), &format!("{BALL} file = 'lamps'\n").replace("segments = 12", "segments = 3"));
+    let path = write_scene(
+        folder.path(),
+        &format!("{BALL} file = 'lamps'\n").replace("segments = 12", "segments = 3"),
+    );
     let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let bundle = text("bundle");
-    expect_exit("bake", &["run", path.to_str().unwrap(), "-o", &bundle, "--terms", "24", "--quality", "draft", "--progress", "none"], 0);
+    expect_exit(
+        "bake",
+        &[
+            "run",
+            path.to_str().unwrap(),
+            "-o",
+            &bundle,
+            "--terms",
+            "24",
+            "--quality",
+            "draft",
+            "--progress",
+            "none",
+        ],
+        0,
+    );
     let (rows, stored) = (
         SparseTransfer::read_file(Path::new(&text("bundle/sparse-transfer.relume"))).unwrap(),
         StoredScene::read_file(Path::new(&text("bundle/scene.relume"))).unwrap(),
@@ -238,21 +333,28 @@ fn exports_and_verdicts() {
     // The third block of 8 columns begins with column 8: its second column is the ninth.
     for vertex in [0, vertices / 2, vertices - 1] {
         let at = 9 * vertices + vertex;
-        assert_eq!(u16::from_le_bytes([index[2 * at], index[2 * at + 1]]), rows.blocks[2].indices[vertices + vertex]);
+        assert_eq!(
+            u16::from_le_bytes([index[2 * at], index[2 * at + 1]]),
+            rows.blocks[2].indices[vertices + vertex]
+        );
         let exported = f32::from_le_bytes(value[4 * at..4 * at + 4].try_into().unwrap());
         assert_eq!(exported, rows.blocks[2].value(&rows.meta, 1, vertex)[0]);
     }
     let info = run("bake", &["info", &bundle, "--json"]);
     let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     let of_rows = info["files"].as_array().unwrap().iter().find(|f| f["kind"] == "sparse-transfer").unwrap();
-    assert_eq!((of_rows["details"]["terms"].as_u64(), of_rows["details"]["rows"].as_u64()), (Some(24), Some(vertices as u64)));
+    assert_eq!(
+        (of_rows["details"]["terms"].as_u64(), of_rows["details"]["rows"].as_u64()),
+        (Some(24), Some(vertices as u64))
+    );
 
     let sound = Manifest::read(Path::new(&bundle)).unwrap();
     let verdict = |change: &dyn Fn(&mut Manifest)| {
         let mut broken = sound.clone();
         change(&mut broken);
         // As other programs could write it.
-        std::fs::write(Path::new(&bundle).join("manifest.json"), serde_json::to_string(&broken).unwrap()).unwrap();
+        std::fs::write(Path::new(&bundle).join("manifest.json"), serde_json::to_string(&broken).unwrap())
+            .unwrap();
         expect_exit("bake", &["verify", &bundle], 2)
     };
     let no_map = verdict(&|m| drop(m.methods[0].files.remove(0)));

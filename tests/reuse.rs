@@ -55,7 +55,11 @@ const CHANGES: [(&str, &str, &str); 14] = [
     ("the camera moves", "position = [0.0, 1.0, 4.0]", "position = [0.5, 1.0, 4.0]"),
     ("another film size", "size = [16, 16]", "size = [24, 16]"),
     ("another exposure", "fov_deg = 45.0", "fov_deg = 45.0\n    exposure_ev = 1.0"),
-    ("another curve of the display", "    [environment]", "    [view]\n    tonemap = 'agx'\n    [environment]"),
+    (
+        "another curve of the display",
+        "    [environment]",
+        "    [view]\n    tonemap = 'agx'\n    [environment]",
+    ),
     ("an animation more", "", ""),
     ("gain of the environment", "gain = [1.0, 1.0, 1.0]", "gain = [2.0, 1.0, 1.0]"),
     ("rotation of the environment", "rotation_deg = 0.0", "rotation_deg = 30.0"),
@@ -77,23 +81,40 @@ struct Column {
 }
 
 const COLUMNS: [Column; 4] = [
-    Column { title: "transfer-images", method: "transfer-images", vary: "materials = ['clay']", reflections: 2 },
-    Column { title: "sparse-transfer", method: "sparse-transfer", vary: "light = true\nview = true\nmaterials = ['clay']", reflections: 1 },
+    Column {
+        title: "transfer-images",
+        method: "transfer-images",
+        vary: "materials = ['clay']",
+        reflections: 2,
+    },
+    Column {
+        title: "sparse-transfer",
+        method: "sparse-transfer",
+        vary: "light = true\nview = true\nmaterials = ['clay']",
+        reflections: 1,
+    },
     Column {
         title: "sparse-transfer, light bounces",
         method: "sparse-transfer",
         vary: "light = true\nview = true\nmaterials = ['clay']",
         reflections: 2,
     },
-    Column { title: "sphere-shadows", method: "sphere-shadows", vary: "light = true\nview = true\nmaterials = ['clay']", reflections: 1 },
+    Column {
+        title: "sphere-shadows",
+        method: "sphere-shadows",
+        vary: "light = true\nview = true\nmaterials = ['clay']",
+        reflections: 1,
+    },
 ];
 
-/// Rays that the method traces for the bundle in `folder` of the scene that stands there; `None` if it reuses what it has.
+/// Rays that the method traces for the bundle in `folder` of the scene that stands there; `None` if it reuses
+/// what it has.
 fn rays(folder: &Path, method: &str) -> Option<u64> {
     let scene = relume_scenes::load(&folder.join("scene.toml")).unwrap();
     let asked = Asked { samples: Some(4), bases: Some(3), terms: Some(8), ..Asked::of_scene(&scene) };
     let methods = [(Registered::find(method).unwrap().new)(&asked, &scene)];
-    let (summary, _) = bundle::run(&scene, &methods, scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()).unwrap();
+    let (summary, _) =
+        bundle::run(&scene, &methods, scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()).unwrap();
     summary.methods[0].traced.map(|traced| traced.rays)
 }
 
@@ -113,7 +134,8 @@ struct Baked {
 
 impl Baked {
     fn new(column: &Column) -> Self {
-        let (light, spheres) = if column.method == "transfer-images" { (LAMP, "") } else { ("", "spheres = 2") };
+        let (light, spheres) =
+            if column.method == "transfer-images" { (LAMP, "") } else { ("", "spheres = 2") };
         let text = SCENE
             .replace("VARY", column.vary)
             .replace("REFLECTIONS", &column.reflections.to_string())

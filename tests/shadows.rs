@@ -1,4 +1,5 @@
-//! sphere-shadows from bake to radiance: closed forms, the path tracer, poses, files that repeat, and what is refused.
+//! sphere-shadows from bake to radiance: closed forms, the path tracer, poses, files that repeat, and what is
+//! refused.
 
 use crate::support::{expect_exit, mean_radiance, run, scene, write_scene};
 use glam::Vec3A;
@@ -73,7 +74,11 @@ impl Bundle {
         let folder = tempfile::tempdir().unwrap();
         let path = write_scene(folder.path(), text);
         let out = folder.path().join("bundle");
-        let stderr = expect_exit("bake", &["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--progress", "none"], 0);
+        let stderr = expect_exit(
+            "bake",
+            &["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--progress", "none"],
+            0,
+        );
         let file = |name: &str| out.join(name);
         Self {
             manifest: Manifest::read(&out).unwrap(),
@@ -98,7 +103,8 @@ impl Bundle {
             let shape = DeformingMesh::read_file(&self.file("shape-blocker.relume")).unwrap();
             let own = &self.shadows.meta.objects[1];
             let range = own.first_vertex as usize..(own.first_vertex + own.vertices) as usize;
-            let triangles: Vec<[u32; 3]> = self.stored.triangles.iter().map(|t| t.map(|v| v.wrapping_sub(own.first_vertex))).collect();
+            let triangles: Vec<[u32; 3]> =
+                self.stored.triangles.iter().map(|t| t.map(|v| v.wrapping_sub(own.first_vertex))).collect();
             let resting = ShadingNormals::new(&positions[range.clone()], &normals[range.clone()], &triangles);
             let (mut moved, mut turned) = (Vec::new(), Vec::new());
             shape.positions(&shape.pose_of(Some(pose)), &mut moved);
@@ -115,9 +121,16 @@ impl Bundle {
         self.shaded(&self.stored.positions, &self.stored.normals, rotation_deg, &[])
     }
 
-    fn shaded(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], rotation_deg: f32, spheres: &[Spheres]) -> Vec<[f32; 3]> {
+    fn shaded(
+        &self,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        rotation_deg: f32,
+        spheres: &[Spheres],
+    ) -> Vec<[f32; 3]> {
         let receivers = receivers(&self.shadows, std::slice::from_ref(&self.set), positions, normals);
-        let lobes: Vec<_> = (0..self.shadows.normals.len()).map(|row| lobe(self.shadows.lobe(row).to_vec(), None)).collect();
+        let lobes: Vec<_> =
+            (0..self.shadows.normals.len()).map(|row| lobe(self.shadows.lobe(row).to_vec(), None)).collect();
         let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
         let light = light(coefficients_of(&self.map.map, &look, 32), None);
         radiance(&receivers, spheres, &lobes, &light, Levels::All, &HaarTable::bake())
@@ -129,25 +142,35 @@ impl Bundle {
 fn a_ball_hides_its_form_factor() {
     let bundle = Bundle::bake(BALL);
     let [x, y, z, radius] = bundle.set.spheres[0].map(f64::from);
-    assert!((radius - 0.4).abs() < 0.004 && (y - 1.0).abs() < 0.004, "one sphere is the ball: {:?}", bundle.set.spheres);
+    assert!(
+        (radius - 0.4).abs() < 0.004 && (y - 1.0).abs() < 0.004,
+        "one sphere is the ball: {:?}",
+        bundle.set.spheres
+    );
     let mut off = 0.0;
-    for (position, shown) in bundle.stored.positions.iter().zip(bundle.radiance(0.0, None)).take(SIDE * SIDE) {
+    for (position, shown) in bundle.stored.positions.iter().zip(bundle.radiance(0.0, None)).take(SIDE * SIDE)
+    {
         let [px, py, pz] = position.map(f64::from);
         let squared = (x - px).powi(2) + (y - py).powi(2) + (z - pz).powi(2);
         let error = f64::from(shown[0]) - (1.0 - radius * radius / squared * (y - py) / squared.sqrt());
-        // Each texel at the rim, 2π·sin α of the sky long, is wrong by up to half of itself, 1/16 wide, with either sign; near the ball at most a fifth of
-        // that remains.
+        // Each texel at the rim, 2π·sin α of the sky long, is wrong by up to half of itself, 1/16 wide, with
+        // either sign; near the ball at most a fifth of that remains.
         let rim = 2.0 * radius / squared.sqrt() / 16.0;
         assert!(error.abs() < 0.2 * rim, "{position:?}: {error}, rim {rim}");
         off += error;
     }
     assert!((off / (SIDE * SIDE) as f64).abs() < 5e-4, "rims cancel: {off}");
-    // What the manifest says is what the path tracer finds: the plane casts no shadow on the underside of the ball. The sky is even, so terms and levels lose nothing.
-    let [told, all_terms] = ["relative_l2_median", "relative_l2_median_all_terms"].map(|name| bundle.manifest.methods[0].errors[name]);
+    // What the manifest says is what the path tracer finds: the plane casts no shadow on the underside of the
+    // ball. The sky is even, so terms and levels lose nothing.
+    let [told, all_terms] = ["relative_l2_median", "relative_l2_median_all_terms"]
+        .map(|name| bundle.manifest.methods[0].errors[name]);
     let some: Vec<usize> = (0..bundle.stored.positions.len()).step_by(7).collect();
     let found = against_tracer(&scene(BALL), &bundle.radiance(0.0, None), &some);
     // One vertex in seven: a few per cent of chance.
-    assert!((told / found - 1.0).abs() < 0.1 && (told - all_terms).abs() < 1e-4, "{told} {all_terms}, found {found}");
+    assert!(
+        (told / found - 1.0).abs() < 0.1 && (told - all_terms).abs() < 1e-4,
+        "{told} {all_terms}, found {found}"
+    );
 }
 
 /// What the path tracer sees of a white vertex, with its standard error.
@@ -159,7 +182,8 @@ pub fn true_radiance(scene: &Scene, vertex: usize) -> (f64, f64) {
     mean_radiance(scene, 1, 1 << 14, |_| (position + normal * 1e-3 + Vec3A::new(1e-5, 0.0, 2e-5), -normal))
 }
 
-/// Where the path tracer has other radiance than the bundle, relative L2 over some vertices; the tracer knows nothing of cubes, bases or spheres.
+/// Where the path tracer has other radiance than the bundle, relative L2 over some vertices; the tracer knows
+/// nothing of cubes, bases or spheres.
 pub fn against_tracer(scene: &Scene, shown: &[[f32; 3]], vertices: &[usize]) -> f64 {
     let (mut off, mut norm) = (0.0, 0.0);
     for vertex in vertices {
@@ -177,7 +201,8 @@ fn vertices_show_what_the_path_tracer_sees() {
     let plane = [6 * SIDE + 6, 3 * SIDE + 4, 2 * SIDE + 10, 11 * SIDE + 6, 7 * SIDE + 5, 5 * SIDE + 6];
     let ball = [SIDE * SIDE + 100, SIDE * SIDE + 333, SIDE * SIDE + 500];
     let shown = bundle.radiance(25.0, None);
-    // Lamps are some texels of 2.8° wide, so an edge of a lamp's shadow is off by up to half a texel of it; on the ball the normals' grid adds 2 %.
+    // Lamps are some texels of 2.8° wide, so an edge of a lamp's shadow is off by up to half a texel of it;
+    // on the ball the normals' grid adds 2 %.
     let error = against_tracer(&scene, &shown, &plane);
     assert!(error < 0.03, "plane: {error}");
     let error = against_tracer(&scene, &shown, &ball);
@@ -197,7 +222,8 @@ fn poses_of_a_bundle_throw_the_shadows_of_the_posed_mesh() {
         let shown = bundle.radiance(0.0, Some(&Posed { clip, time_s }));
         let error = against_tracer(&posed, &shown, &vertices);
         println!("{time_s} s: {error}");
-        // Twelve spheres are about twice the knot's volume; they may darken an even sky, of which the knot takes a tenth, by that much again.
+        // Twelve spheres are about twice the knot's volume; they may darken an even sky, of which the knot
+        // takes a tenth, by that much again.
         assert!(error < 0.1, "{time_s} s: {error}");
         let open = vertices.iter().map(|v| f64::from(shown[*v][0])).sum::<f64>() / vertices.len() as f64;
         assert!((0.5..0.97).contains(&open), "there is a shadow: {open}");
@@ -205,9 +231,14 @@ fn poses_of_a_bundle_throw_the_shadows_of_the_posed_mesh() {
 }
 
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let file = |e: std::fs::DirEntry| (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default());
-    let mut files: Vec<_> =
-        std::fs::read_dir(folder).unwrap().map(|e| file(e.unwrap())).filter(|(name, _)| name != "report.json").collect();
+    let file = |e: std::fs::DirEntry| {
+        (e.file_name().into_string().unwrap(), std::fs::read(e.path()).unwrap_or_default())
+    };
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| file(e.unwrap()))
+        .filter(|(name, _)| name != "report.json")
+        .collect();
     files.sort();
     files
 }
@@ -219,7 +250,11 @@ fn bundles_repeat_are_reused_and_verified() {
     assert_eq!(method.name, "sphere-shadows", "chosen because shapes vary");
     let kinds: Vec<&str> = method.files.iter().map(|(kind, _)| kind.as_str()).collect();
     assert_eq!(kinds, ["environment", "shape", "sphere-shadows"]);
-    assert!(bundle.stderr.contains("without spheres, `plane` receives shadows and casts none"), "{}", bundle.stderr);
+    assert!(
+        bundle.stderr.contains("without spheres, `plane` receives shadows and casts none"),
+        "{}",
+        bundle.stderr
+    );
     let text = |name: &str| bundle.folder.path().join(name).to_str().unwrap().to_owned();
     let bake = |name: &str, more: &[&str]| {
         let (scene, out) = (text("scene.toml"), text(name));
@@ -228,9 +263,16 @@ fn bundles_repeat_are_reused_and_verified() {
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     bake("one", &["--threads", "1"]);
-    assert_eq!(contents(Path::new(&text("one"))), contents(Path::new(&text("bundle"))), "any number of threads gives the same bytes");
+    assert_eq!(
+        contents(Path::new(&text("one"))),
+        contents(Path::new(&text("bundle"))),
+        "any number of threads gives the same bytes"
+    );
     let again = bake("one", &[]);
-    assert!(again.contains("spheres up to date, reused") && again.contains("sphere-shadows up to date, reused"), "{again}");
+    assert!(
+        again.contains("spheres up to date, reused") && again.contains("sphere-shadows up to date, reused"),
+        "{again}"
+    );
     let scene = std::fs::read_to_string(text("scene.toml")).unwrap();
     std::fs::write(text("scene.toml"), scene.replace("spheres = 12", "spheres = 13")).unwrap();
     assert!(bake("one", &[]).contains("sphere-shadows baked"), "errors are those of the spheres");
@@ -258,11 +300,20 @@ fn bundles_repeat_are_reused_and_verified() {
     let stderr = verdict(&|m| m.methods[0].files.swap(0, 1));
     assert!(stderr.contains("in this order"), "{stderr}");
     let stderr = verdict(&|m| m.sphere_sets.clear());
-    assert!(stderr.contains("object `blocker` has a sphere set here or in the manifest, but not in both"), "{stderr}");
+    assert!(
+        stderr.contains("object `blocker` has a sphere set here or in the manifest, but not in both"),
+        "{stderr}"
+    );
 
     let rewritten = |file: &str, bytes: Vec<u8>| {
         let entry = relume_formats::kinds::manifest::FileEntry::of(file, &bytes);
-        verdict(&|m| m.methods[0].files.iter_mut().filter(|(_, e)| e.file == file).for_each(|(_, e)| *e = entry.clone()))
+        verdict(&|m| {
+            m.methods[0]
+                .files
+                .iter_mut()
+                .filter(|(_, e)| e.file == file)
+                .for_each(|(_, e)| *e = entry.clone())
+        })
     };
     let path = bundle.file("shape-blocker.relume");
     let shape = DeformingMesh::read_file(&path).unwrap();
@@ -273,7 +324,10 @@ fn bundles_repeat_are_reused_and_verified() {
     assert!(stderr.contains("vertex 5 does not rest where object `blocker` has it"), "{stderr}");
     let mut shadows = bundle.shadows.clone();
     shadows.meta.objects[0].name = "flat".to_owned();
-    let stderr = rewritten("sphere-shadows.relume", shadows.write_file(&bundle.file("sphere-shadows.relume")).unwrap());
+    let stderr = rewritten(
+        "sphere-shadows.relume",
+        shadows.write_file(&bundle.file("sphere-shadows.relume")).unwrap(),
+    );
     assert!(stderr.contains("its objects are not those of the scene"), "{stderr}");
 }
 

@@ -8,15 +8,17 @@ use relume_bake::spheres::relative_outside;
 use relume_formats::Place;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::SphereSet;
-use relume_formats::shape::{Clip, DeformingMesh, Influences, Interpolation, Joint, Node, Property, Track, Transform};
+use relume_formats::shape::{
+    Clip, DeformingMesh, Influences, Interpolation, Joint, Node, Property, Track, Transform,
+};
 use relume_scenes::{Deforming, Mesh};
 use std::path::Path;
 
 /// Poses looked at in each clip.
 const FRAMES: u32 = 12;
 
-/// Fits `n` spheres at rest and follows every clip. Every vertex stays in its own sphere, so in the union, and E/V(T) of each pose, against the mesh of
-/// that pose, stays below twice that at rest.
+/// Fits `n` spheres at rest and follows every clip. Every vertex stays in its own sphere, so in the union,
+/// and E/V(T) of each pose, against the mesh of that pose, stays below twice that at rest.
 fn expect_covered(shape: &Deforming, n: usize) {
     let place = Place::file("a mesh that deforms");
     let settings = Settings { spheres: n, seed: 0, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
@@ -51,7 +53,10 @@ fn expect_vertices_inside(set: &SphereSet, positions: &[[f32; 3]], spheres: &[[f
     for (vertex, (position, cluster)) in positions.iter().zip(&set.clusters).enumerate() {
         let [x, y, z, radius] = spheres[*cluster as usize];
         let distance = Vec3::from(*position).as_dvec3().distance(Vec3::new(x, y, z).as_dvec3());
-        assert!(distance <= f64::from(radius), "{at}: vertex {vertex} is {distance} from its sphere, whose radius is {radius}");
+        assert!(
+            distance <= f64::from(radius),
+            "{at}: vertex {vertex} is {distance} from its sphere, whose radius is {radius}"
+        );
     }
 }
 
@@ -59,11 +64,13 @@ fn expect_vertices_inside(set: &SphereSet, positions: &[[f32; 3]], spheres: &[[f
 const RINGS: u32 = 25;
 const LENGTH: f32 = 6.0;
 
-/// A square bar along Y whose upper half follows a second joint, which bends by 60° and twists by as much; between the joints weights blend.
+/// A square bar along Y whose upper half follows a second joint, which bends by 60° and twists by as much;
+/// between the joints weights blend.
 fn bar() -> Deforming {
     let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
     let height = |ring: u32| LENGTH * ring as f32 / (RINGS - 1) as f32;
-    let positions: Vec<[f32; 3]> = (0..RINGS).flat_map(|ring| corners.map(|[x, z]| [x, height(ring), z])).collect();
+    let positions: Vec<[f32; 3]> =
+        (0..RINGS).flat_map(|ring| corners.map(|[x, z]| [x, height(ring), z])).collect();
     let mut triangles = vec![[0, 1, 2], [0, 2, 3]];
     for ring in 0..RINGS - 1 {
         for side in 0..4 {
@@ -78,7 +85,8 @@ fn bar() -> Deforming {
 
     let middle = Vec3::new(0.0, LENGTH / 2.0, 0.0);
     let still = Transform::Parts { translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
-    let bent = Transform::Parts { translation: middle.to_array(), rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
+    let bent =
+        Transform::Parts { translation: middle.to_array(), rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
     let influences = |[_, y, _]: &[f32; 3]| {
         let upper = ((y - 0.35 * LENGTH) / (0.3 * LENGTH)).clamp(0.0, 1.0);
         Influences { joints: [0, 1, 0, 0], weights: [1.0 - upper, upper, 0.0, 0.0] }

@@ -38,12 +38,19 @@ impl Workshop {
     /// Fits `n` spheres to the box into the file `output`; returns its bytes.
     fn fit(&self, n: &str, output: &str, more: &[&str]) -> Vec<u8> {
         let (mesh, output) = (self.path("box.obj"), self.path(output));
-        expect_exit("bake", &[&["spheres", &mesh, "-n", n, "-o", &output, "--progress", "none"], more].concat(), 0);
+        expect_exit(
+            "bake",
+            &[&["spheres", &mesh, "-n", n, "-o", &output, "--progress", "none"], more].concat(),
+            0,
+        );
         std::fs::read(output).unwrap()
     }
 
     fn files(&self) -> Vec<String> {
-        let mut files: Vec<_> = std::fs::read_dir(&self.folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut files: Vec<_> = std::fs::read_dir(&self.folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
         files.sort();
         files
     }
@@ -67,7 +74,8 @@ fn a_set_of_a_mesh_file_and_what_other_commands_make_of_it() {
     for file in ["spheres.npy", "points.npy", "cluster.npy", "history.npy", "spheres.ply", "metrics.json"] {
         assert!(Path::new(&export).join(file).exists(), "{file}");
     }
-    let report: Value = serde_json::from_slice(&std::fs::read(w.path("deep/er/report.json")).unwrap()).unwrap();
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(w.path("deep/er/report.json")).unwrap()).unwrap();
     assert!(report["spheres"]["set.relume"]["seconds"].is_number(), "{report}");
     assert!(report["spheres"]["set.relume"]["threads"].is_number(), "{report}");
 }
@@ -76,12 +84,14 @@ fn a_set_of_a_mesh_file_and_what_other_commands_make_of_it() {
 fn moving(w: &Workshop, names: &[&str]) -> String {
     let floats: [f32; 20] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 0., 0., 0., 3., 0., 0.];
     let indices: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
-    let bytes = floats.iter().flat_map(|x| x.to_le_bytes()).chain(indices.iter().flat_map(|i| i.to_le_bytes()));
+    let bytes =
+        floats.iter().flat_map(|x| x.to_le_bytes()).chain(indices.iter().flat_map(|i| i.to_le_bytes()));
     std::fs::write(w.path("clips.bin"), bytes.collect::<Vec<u8>>()).unwrap();
     let view = |offset: u32, length: u32| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
     let accessor = |view: u32, component: u32, count: u32, kind: &str| json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
     let (mut positions, mut times) = (accessor(0, 5126, 4, "VEC3"), accessor(1, 5126, 2, "SCALAR"));
-    (positions["min"], positions["max"], times["min"], times["max"]) = (json!([0, 0, 0]), json!([1, 1, 1]), json!([0]), json!([1]));
+    (positions["min"], positions["max"], times["min"], times["max"]) =
+        (json!([0, 0, 0]), json!([1, 1, 1]), json!([0]), json!([1]));
     let clip = |name: &&str| json!({ "name": name, "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }], "samplers": [{ "input": 1, "output": 2 }] });
     let gltf = json!({
         "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
@@ -97,16 +107,21 @@ fn moving(w: &Workshop, names: &[&str]) -> String {
 #[test]
 fn the_poses_of_clips_are_looked_at_and_broken_clips_keep_no_mesh_from_its_spheres() {
     let w = Workshop::new();
-    for (names, broken, poses, warning) in
-        [(&["Up"][..], false, 5, None), (&["Up"], true, 0, Some("fitted at rest, without a look at its clips")), (&[], false, 0, None)]
-    {
+    for (names, broken, poses, warning) in [
+        (&["Up"][..], false, 5, None),
+        (&["Up"], true, 0, Some("fitted at rest, without a look at its clips")),
+        (&[], false, 0, None),
+    ] {
         let (mesh, output) = (moving(&w, names), w.path("set.relume"));
         if broken {
             // Places that are single numbers.
             let text = std::fs::read_to_string(&mesh).unwrap();
             w.write("clips.gltf", &text.replace("\"output\":2", "\"output\":1"));
         }
-        let result = run("bake", &["spheres", &mesh, "-n", "3", "--iterations", "8", "-o", &output, "--progress", "none"]);
+        let result = run(
+            "bake",
+            &["spheres", &mesh, "-n", "3", "--iterations", "8", "-o", &output, "--progress", "none"],
+        );
         let errors = String::from_utf8(result.stderr).unwrap();
         assert!(result.status.success(), "{errors}");
         assert_eq!(SphereSet::read_file(Path::new(&output)).unwrap().meta.poses, poses, "{names:?}");
@@ -119,7 +134,11 @@ fn the_poses_of_clips_are_looked_at_and_broken_clips_keep_no_mesh_from_its_spher
 #[test]
 fn without_an_output_the_file_is_called_as_the_mesh() {
     let w = Workshop::new();
-    let output = command("bake").args(["spheres", "box.obj", "-n", "2"]).current_dir(w.folder.path()).output().unwrap();
+    let output = command("bake")
+        .args(["spheres", "box.obj", "-n", "2"])
+        .current_dir(w.folder.path())
+        .output()
+        .unwrap();
     assert!(output.status.success());
     assert_eq!(w.files(), ["box-spheres-2.relume", "box.obj", "report.json"]);
     let text = String::from_utf8(output.stdout).unwrap();
@@ -134,7 +153,11 @@ fn the_seed_decides_the_bytes_and_threads_do_not() {
     let one = w.fit("5", "one.relume", &["--threads", "1"]);
     assert_eq!(w.fit("5", "two.relume", &["--threads", "2"]), one);
     assert_eq!(w.fit("5", "again.relume", &["--threads", "1"]), one);
-    assert_ne!(w.fit("5", "other.relume", &["--seed", "1"]), one, "the seed is on record, whatever the spheres");
+    assert_ne!(
+        w.fit("5", "other.relume", &["--seed", "1"]),
+        one,
+        "the seed is on record, whatever the spheres"
+    );
 }
 
 #[test]
@@ -166,12 +189,17 @@ fn bad_input_gets_one_line_and_leaves_nothing() {
     ];
     for (mesh, options, parts) in cases {
         let (mesh, output) = (w.path(mesh), w.path("bad.relume"));
-        let stderr = expect_exit("bake", &[&["spheres", &mesh, "-o", &output, "--progress", "none"], options].concat(), 2);
+        let stderr = expect_exit(
+            "bake",
+            &[&["spheres", &mesh, "-o", &output, "--progress", "none"], options].concat(),
+            2,
+        );
         let line = stderr.lines().find(|line| line.starts_with("error: ")).unwrap();
         parts.iter().for_each(|part| assert!(line.contains(part), "`{part}` is not in `{line}`"));
         assert_eq!(w.files(), before, "{line}");
     }
-    let stderr = expect_exit("bake", &["spheres", &w.path("box.obj"), "-n", "8", "-o", &w.path("set.bin")], 2);
+    let stderr =
+        expect_exit("bake", &["spheres", &w.path("box.obj"), "-n", "8", "-o", &w.path("set.bin")], 2);
     assert!(stderr.contains("set.bin") && stderr.contains(".relume"), "{stderr}");
     assert_eq!(w.files(), before);
 }
@@ -190,7 +218,15 @@ fn torus_obj(around: usize, along: usize) -> String {
     for i in 0..around {
         for j in 0..along {
             let vertex = |i: usize, j: usize| (i % around) * along + j % along + 1;
-            writeln!(text, "f {} {} {} {}", vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)).unwrap();
+            writeln!(
+                text,
+                "f {} {} {} {}",
+                vertex(i, j),
+                vertex(i + 1, j),
+                vertex(i + 1, j + 1),
+                vertex(i, j + 1)
+            )
+            .unwrap();
         }
     }
     text
@@ -202,12 +238,23 @@ fn an_interrupted_fit_leaves_no_file() {
     let mesh = w.write("torus.obj", &torus_obj(128, 64));
     let before = w.files();
     let output = w.path("set.relume");
-    let arguments = ["spheres", &mesh, "-n", "1024", "--iterations", "1000000", "-o", &output, "--progress", "json"];
-    let mut child = command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let arguments =
+        ["spheres", &mesh, "-n", "1024", "--iterations", "1000000", "-o", &output, "--progress", "json"];
+    let mut child =
+        command("bake").args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     // What the loader mended comes first.
-    assert!(lines.any(|line| line.unwrap().contains("\"stage\"")), "the fit ended before it told of its progress");
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(
+        lines.any(|line| line.unwrap().contains("\"stage\"")),
+        "the fit ended before it told of its progress"
+    );
+    assert!(
+        std::process::Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
     let rest: Vec<String> = lines.map(Result::unwrap).collect();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
     assert!(rest.iter().any(|line| line.starts_with("error: ")), "{rest:?}");
@@ -254,7 +301,8 @@ fn an_object_of_a_scene_gets_its_spheres_once() {
     let bundle = w.path("bundle");
     let bake = |text: &str, more: &[&str]| {
         let scene = write_scene(w.folder.path(), text);
-        let output = run("bake", &[&["run", scene.to_str().unwrap(), "-o", &bundle], &RUN[..], more].concat());
+        let output =
+            run("bake", &[&["run", scene.to_str().unwrap(), "-o", &bundle], &RUN[..], more].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
@@ -268,7 +316,8 @@ fn an_object_of_a_scene_gets_its_spheres_once() {
     let set = SphereSet::read_file(&path).unwrap();
     assert_eq!((set.spheres.len(), set.meta.mesh.as_str()), (8, "ball"));
     // In world space: the points lie about the place that the scene gives the ball.
-    let centre: [f32; 3] = std::array::from_fn(|k| set.points.iter().map(|p| p[k]).sum::<f32>() / set.points.len() as f32);
+    let centre: [f32; 3] =
+        std::array::from_fn(|k| set.points.iter().map(|p| p[k]).sum::<f32>() / set.points.len() as f32);
     assert!(centre.iter().zip([0.5, 1.0, 0.0]).all(|(is, wanted)| (is - wanted).abs() < 0.05), "{centre:?}");
 
     expect_exit("bake", &["verify", &bundle], 0);
@@ -280,7 +329,10 @@ fn an_object_of_a_scene_gets_its_spheres_once() {
     let written = || std::fs::metadata(&path).unwrap().modified().unwrap();
     let (before, bytes) = (written(), std::fs::read(&path).unwrap());
     assert!(bake(SCENE, &[]).contains("spheres up to date, reused"));
-    assert!(bake(&SCENE.replace("[10.0, 10.0, 10.0]", "[9.0, 9.0, 9.0]"), &[]).contains("spheres up to date, reused"));
+    assert!(
+        bake(&SCENE.replace("[10.0, 10.0, 10.0]", "[9.0, 9.0, 9.0]"), &[])
+            .contains("spheres up to date, reused")
+    );
     assert_eq!(written(), before);
     // The number of spheres, the seed, the mesh and --force do.
     bake(&SCENE.replace("spheres = 8", "spheres = 9"), &[]);
@@ -309,10 +361,25 @@ fn an_interrupted_bake_keeps_its_spheres() {
     let w = Workshop::new();
     let scene = write_scene(w.folder.path(), SCENE);
     let arguments = |samples: &'static str, bundle: String, more: &[&'static str]| -> Vec<String> {
-        let fixed = ["run", scene.to_str().unwrap(), "-o", &bundle, "--spp", samples, "--bases", "4", "--progress", "none"];
+        let fixed = [
+            "run",
+            scene.to_str().unwrap(),
+            "-o",
+            &bundle,
+            "--spp",
+            samples,
+            "--bases",
+            "4",
+            "--progress",
+            "none",
+        ];
         fixed.iter().chain(more).map(|a| (*a).to_owned()).collect()
     };
-    let mut child = command("bake").args(arguments("65536", w.path("bundle"), &[])).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = command("bake")
+        .args(arguments("65536", w.path("bundle"), &[]))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     let log = w.folder.path().join("bundle/unfinished/transfer-images.log");
     wait_for(&mut child, "the log of tiles", || log.exists().then_some(()));
     interrupt(&child);
@@ -321,7 +388,8 @@ fn an_interrupted_bake_keeps_its_spheres() {
     let again = arguments("65536", w.path("bundle"), &[]);
     let again: Vec<&str> = again.iter().map(String::as_str).collect();
     assert!(expect_exit("bake", &again, 2).contains("--resume"));
-    // Tracing goes on with other samples only after --force; the spheres' own log is what is asked about here.
+    // Tracing goes on with other samples only after --force; the spheres' own log is what is asked about
+    // here.
     std::fs::remove_file(&log).unwrap();
     let resumed = arguments("4", w.path("bundle"), &["--resume"]);
     let output = run("bake", &resumed.iter().map(String::as_str).collect::<Vec<_>>());
@@ -338,19 +406,27 @@ fn an_interrupted_bake_keeps_its_spheres() {
 #[test]
 fn objects_that_cannot_have_spheres_are_refused() {
     let w = Workshop::new();
-    let flat = SCENE.replace("    spheres = 8\n", "").replace("shape = 'quad'", "shape = 'quad'\n    spheres = 8");
+    let flat =
+        SCENE.replace("    spheres = 8\n", "").replace("shape = 'quad'", "shape = 'quad'\n    spheres = 8");
     let cases = [
         (SCENE.replace("spheres = 8", "spheres = 0"), "spheres 0 is outside 1..4096"),
         (SCENE.replace("spheres = 8", "spheres = 4097"), "spheres 4097 is outside 1..4096"),
         (SCENE.replace("spheres = 8", "spheres = -1"), "-1"),
         (SCENE.replace("spheres = 8", "sphere = 8"), "did you mean `spheres`"),
         (SCENE.replace("name = 'ball'", "name = '../ball'"), "the name of an object with `spheres`"),
-        (SCENE.replace("shape = 'sphere'\n    subdivisions = 2\n    material = 'clay'", "file = 'x.glb'"), "no such file: `x.glb`"),
+        (
+            SCENE.replace("shape = 'sphere'\n    subdivisions = 2\n    material = 'clay'", "file = 'x.glb'"),
+            "no such file: `x.glb`",
+        ),
         (flat, "object `floor`"),
     ];
     for (text, part) in cases {
         let scene = write_scene(w.folder.path(), &text);
-        let stderr = expect_exit("bake", &[&["run", scene.to_str().unwrap(), "-o", &w.path("bad")], &RUN[..]].concat(), 2);
+        let stderr = expect_exit(
+            "bake",
+            &[&["run", scene.to_str().unwrap(), "-o", &w.path("bad")], &RUN[..]].concat(),
+            2,
+        );
         assert!(stderr.contains(part), "`{part}` is not in `{stderr}`");
         assert!(!Path::new(&w.path("bad")).join("manifest.json").exists());
     }

@@ -25,13 +25,18 @@ fn under_white_sky(shape: &str, kd: f32, ks: f32, shininess: f32) -> String {
 /// Everything white in a white sky looks as if it was not there.
 #[test]
 fn white_furnace() {
-    // A box has its shading normals where its faces are; smooth ones lose or gain at the silhouette, which is a known fault of all shading normals.
+    // A box has its shading normals where its faces are; smooth ones lose or gain at the silhouette, which is
+    // a known fault of all shading normals.
     let text = under_white_sky("box", 1.0, 0.0, 1.0);
     for paths in [Paths::Best, Paths::Gather] {
         let reflections = if paths == Paths::Best { 50 } else { 2 };
         let image = render(&scene(&text), [24, 24], 64, reflections, paths, 1);
         for (radiance, variance) in image.radiance.iter().flatten().zip(image.variance.iter().flatten()) {
-            assert!((radiance - 1.0).abs() < 6.0 * variance.sqrt() + 1e-4, "{paths:?}: {radiance} ± {}", variance.sqrt());
+            assert!(
+                (radiance - 1.0).abs() < 6.0 * variance.sqrt() + 1e-4,
+                "{paths:?}: {radiance} ± {}",
+                variance.sqrt()
+            );
         }
         let n = image.radiance.as_flattened().len() as f32;
         let mean = image.radiance.iter().flatten().sum::<f32>() / n;
@@ -42,8 +47,9 @@ fn white_furnace() {
     // Concave: two boxes that face each other across a slit, light going back and forth many times.
     let two = text.clone()
         + "transform = { translation = [-0.55, 0, 0] }\n[[object]]\nname = 'p'\nmaterial = 'm'\nshape = 'box'\ntransform = { translation = [0.55, 0, 0] }\n";
-    let (mean, error) =
-        mean_radiance(&scene(&two), 10_000, 20_000, |[x, y]| (v(0.0, 0.0, 2.0), v(0.2 * (x - 0.5), 0.3 * (y - 0.5), -1.0).normalize()));
+    let (mean, error) = mean_radiance(&scene(&two), 10_000, 20_000, |[x, y]| {
+        (v(0.0, 0.0, 2.0), v(0.2 * (x - 0.5), 0.3 * (y - 0.5), -1.0).normalize())
+    });
     assert!((mean - 1.0).abs() < 4.0 * error + 1e-3, "{mean} ± {error}");
 }
 
@@ -52,9 +58,13 @@ fn white_furnace() {
 fn glossy_albedo_from_above() {
     for shininess in [1.0, 5.0, 50.0, 200.0] {
         let scene = scene(&under_white_sky("quad", 0.0, 0.5, shininess));
-        let (mean, error) = mean_radiance(&scene, 1, 1 << 16, |[x, y]| (v(0.1 * x, 1.0, 0.1 * y), Vec3A::NEG_Y));
+        let (mean, error) =
+            mean_radiance(&scene, 1, 1 << 16, |[x, y]| (v(0.1 * x, 1.0, 0.1 * y), Vec3A::NEG_Y));
         let expected = 0.5 * f64::from(glossy_albedo(shininess));
-        assert!((mean - expected).abs() < 4.0 * error + 1e-4 * expected, "s = {shininess}: {mean} ± {error}, expected {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 1e-4 * expected,
+            "s = {shininess}: {mean} ± {error}, expected {expected}"
+        );
     }
 }
 
@@ -80,7 +90,8 @@ const LIT_FLOOR: &str = "
     transform = { translation = [0.0, 1.0, 0.0], rotation_deg = [-90.0, 0.0, 0.0] }
 ";
 
-/// Irradiance from a polygon of radiance 1 by Lambert's formula: ½ Σ angle of each edge × normal component of its plane.
+/// Irradiance from a polygon of radiance 1 by Lambert's formula: ½ Σ angle of each edge × normal component of
+/// its plane.
 fn polygon_irradiance(point: [f64; 3], corners: &[[f64; 3]]) -> f64 {
     let unit = |c: &[f64; 3]| {
         let d = [c[0] - point[0], c[1] - point[1], c[2] - point[2]];
@@ -105,7 +116,8 @@ fn area_light_irradiance() {
     for paths in [Paths::Best, Paths::Gather] {
         let image = render(&scene(LIT_FLOOR), [1, 1], 1 << 16, 1, paths, 3);
         let radiance = f64::from(image.radiance[0][0]);
-        // The variance is an upper bound; stratification makes the true error smaller still. 1e-4 is the spread of the footprint.
+        // The variance is an upper bound; stratification makes the true error smaller still. 1e-4 is the
+        // spread of the footprint.
         let sigma = f64::from(image.variance[0][0]).sqrt();
         assert!(
             (radiance - expected).abs() < 4.0 * sigma + 1e-4 * expected && sigma < 0.01 * expected,
@@ -119,32 +131,43 @@ fn area_light_irradiance() {
 fn point_and_directional_irradiance() {
     let without_lamp = LIT_FLOOR.split("[[light]]").next().unwrap();
     let point = "[[light]]\nname = 'p'\nkind = 'point'\nintensity = [3.0, 3.0, 3.0]\ntransform = { translation = [0.3, 2.0, 1.7] }\n";
-    let sun =
-        "[[light]]\nname = 's'\nkind = 'directional'\nirradiance = [5.0, 5.0, 5.0]\ntransform = { rotation_deg = [-30.0, 0.0, 0.0] }\n";
+    let sun = "[[light]]\nname = 's'\nkind = 'directional'\nirradiance = [5.0, 5.0, 5.0]\ntransform = { rotation_deg = [-30.0, 0.0, 0.0] }\n";
     // Light at height 2, 1.5 aside; the sun 30° above the horizon.
     let by_point = 3.0 * 2.0 / (2.0f64.powi(2) + 1.5f64.powi(2)).powf(1.5);
     let by_sun = 5.0 * 0.5;
-    for (light, irradiance) in [(point.to_owned(), by_point), (sun.to_owned(), by_sun), (format!("{point}{sun}"), by_point + by_sun)] {
+    for (light, irradiance) in
+        [(point.to_owned(), by_point), (sun.to_owned(), by_sun), (format!("{point}{sun}"), by_point + by_sun)]
+    {
         let image = render(&scene(&format!("{without_lamp}{light}")), [1, 1], 1 << 14, 1, Paths::Gather, 3);
         let (radiance, expected) = (f64::from(image.radiance[0][0]), 0.8 / PI * irradiance);
         let sigma = f64::from(image.variance[0][0]).sqrt();
-        assert!((radiance - expected).abs() < 4.0 * sigma + 2e-4 * expected, "{radiance}, expected {expected} ± {sigma}");
+        assert!(
+            (radiance - expected).abs() < 4.0 * sigma + 2e-4 * expected,
+            "{radiance}, expected {expected} ± {sigma}"
+        );
     }
 }
 
-/// A spot light has its full intensity within the inner cone, a ramp squared between the cones, and nothing outside.
+/// A spot light has its full intensity within the inner cone, a ramp squared between the cones, and nothing
+/// outside.
 #[test]
 fn spot_light_irradiance() {
     let mut scene = scene(LIT_FLOOR);
     for (cos_inner, cos_outer, share) in [(0.7, 0.5, 1.0), (1.0, 0.6, 0.25), (0.95, 0.9, 0.0)] {
-        // 2 m above and 1.5 m aside of the point seen, pointing straight down: the cosine with the axis is 0.8.
+        // 2 m above and 1.5 m aside of the point seen, pointing straight down: the cosine with the axis is
+        // 0.8.
         let cone = Cone { direction: [0.0, -1.0, 0.0], cos_inner, cos_outer };
-        scene.lights[0].emitter = Emitter::Point { position: [0.3, 2.0, 1.7], intensity: [3.0; 3], cone: Some(cone) };
+        scene.lights[0].emitter =
+            Emitter::Point { position: [0.3, 2.0, 1.7], intensity: [3.0; 3], cone: Some(cone) };
         let expected = share * 0.8 / PI * 3.0 * 2.0 / (2.0f64.powi(2) + 1.5f64.powi(2)).powf(1.5);
         let image = render(&scene, [1, 1], 1 << 10, 1, Paths::Gather, 3);
         let radiance = f64::from(image.radiance[0][0]);
-        // One light and a footprint of 0.9 mm: nothing is left to chance but the film sample. The ramp is steep: 0.4 in the cosine.
-        assert!((radiance - expected).abs() < 2e-3 * expected + 1e-9, "cone {cos_inner} {cos_outer}: {radiance}, expected {expected}");
+        // One light and a footprint of 0.9 mm: nothing is left to chance but the film sample. The ramp is
+        // steep: 0.4 in the cosine.
+        assert!(
+            (radiance - expected).abs() < 2e-3 * expected + 1e-9,
+            "cone {cos_inner} {cos_outer}: {radiance}, expected {expected}"
+        );
     }
 }
 
@@ -153,11 +176,17 @@ fn lit_by(scene: &mut Scene, mesh: Mesh, glow: Option<Glow>) {
     let black = Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 });
     scene.materials.push(Material { name: "black".to_owned(), brdf: black, ..scene.materials[0].clone() });
     let material = scene.materials.len() - 1;
-    scene.objects.push(Object { name: "lamp".to_owned(), material, mesh: mesh.into(), ..scene.objects[0].clone() });
+    scene.objects.push(Object {
+        name: "lamp".to_owned(),
+        material,
+        mesh: mesh.into(),
+        ..scene.objects[0].clone()
+    });
     scene.lights[0].emitter = Emitter::Mesh { object: scene.objects.len() - 1, radiance: [2.0; 3], glow };
 }
 
-/// A mesh that emits is the area light of its shape, however many triangles it has; with a texture only where that glows.
+/// A mesh that emits is the area light of its shape, however many triangles it has; with a texture only where
+/// that glows.
 #[test]
 fn mesh_light_irradiance() {
     let lamp = [[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]];
@@ -187,16 +216,21 @@ fn mesh_light_irradiance() {
     }
 }
 
-/// Inside a closed surface that reflects the share a and emits L, the radiance is L / (1 − a) everywhere; after n reflections L (1 + a + … + aⁿ).
+/// Inside a closed surface that reflects the share a and emits L, the radiance is L / (1 − a) everywhere;
+/// after n reflections L (1 + a + … + aⁿ).
 #[test]
 fn a_surface_emits_and_reflects() {
-    let text =
-        under_white_sky("box", 0.6, 0.0, 1.0).replace("[environment]\ngain = [1, 1, 1]\n", "").replace("[0, 0.3, 4]", "[0.1, 0.2, 0.3]");
+    let text = under_white_sky("box", 0.6, 0.0, 1.0)
+        .replace("[environment]\ngain = [1, 1, 1]\n", "")
+        .replace("[0, 0.3, 4]", "[0.1, 0.2, 0.3]");
     let mut scene = scene(&text);
     let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
     mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     mesh.normals.iter_mut().flatten().for_each(|x| *x = -*x);
-    scene.lights.push(Light { name: "walls".to_owned(), emitter: Emitter::Mesh { object: 0, radiance: [2.0; 3], glow: None } });
+    scene.lights.push(Light {
+        name: "walls".to_owned(),
+        emitter: Emitter::Mesh { object: 0, radiance: [2.0; 3], glow: None },
+    });
     for (paths, reflections, expected) in [
         (Paths::Best, 0, 2.0),
         (Paths::Best, 1, 2.0 * 1.6),
@@ -218,22 +252,30 @@ fn a_surface_emits_and_reflects() {
     assert_eq!(outside, 0.0);
 }
 
-/// Light through a sheet with holes: what arrives below is the share of holes, and shadow rays and paths agree on them.
+/// Light through a sheet with holes: what arrives below is the share of holes, and shadow rays and paths
+/// agree on them.
 #[test]
 fn holes_let_through_their_share_of_light() {
     let text = LIT_FLOOR.replace("[[light]]", "[materials.sheet]\nbrdf = 'blinn-phong'\nkd = [0, 0, 0]\n[[object]]\nname = 'sheet'\nmaterial = 'sheet'\nshape = 'quad'\ntransform = { translation = [0, 0.7, 0], scale = 3.0 }\n[[light]]");
     let mut scene = scene(&text);
-    let expected =
-        0.8 / PI * 2.0 * polygon_irradiance([0.3, 0.0, 0.2], &[[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]]);
+    let expected = 0.8 / PI
+        * 2.0
+        * polygon_irradiance(
+            [0.3, 0.0, 0.2],
+            &[[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]],
+        );
     let sheet = scene.materials.iter().position(|m| m.name == "sheet").unwrap();
-    // Fine stripes: one texel column in four is a hole. Interpolated alpha crosses one half midway between texel centres.
+    // Fine stripes: one texel column in four is a hole. Interpolated alpha crosses one half midway between
+    // texel centres.
     let texels = (0..4096).map(|i| [255, 255, 255, if i % 4 == 0 { 0 } else { 255 }]).collect();
-    scene.materials[sheet].texture = Some(Texture { size: [4096, 1], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels }.into());
+    scene.materials[sheet].texture =
+        Some(Texture { size: [4096, 1], wrap: [Wrap::Repeat; 2], filter: Filter::Linear, texels }.into());
     scene.materials[sheet].alpha_cutoff = Some(0.5);
     for paths in [Paths::Best, Paths::Gather] {
         let image = render(&scene, [1, 1], 1 << 16, 1, paths, 3);
         let (radiance, sigma) = (f64::from(image.radiance[0][0]), f64::from(image.variance[0][0]).sqrt());
-        // The lamp spans some 400 stripes as seen from the floor; cutting the outer ones adds less than 1 in 400.
+        // The lamp spans some 400 stripes as seen from the floor; cutting the outer ones adds less than 1 in
+        // 400.
         assert!(
             (radiance - 0.25 * expected).abs() < 4.0 * sigma + 0.25 * expected / 400.0,
             "{paths:?}: {radiance}, expected {}",
@@ -247,32 +289,51 @@ fn holes_let_through_their_share_of_light() {
 fn textures_multiply_the_diffuse_colour() {
     let mut scene = scene(&under_white_sky("quad", 0.8, 0.0, 1.0));
     scene.materials[0].texture = Some(
-        Texture { size: [2, 1], wrap: [Wrap::Clamp; 2], filter: Filter::Linear, texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]] }.into(),
+        Texture {
+            size: [2, 1],
+            wrap: [Wrap::Clamp; 2],
+            filter: Filter::Linear,
+            texels: vec![[0, 0, 0, 255], [255, 188, 0, 255]],
+        }
+        .into(),
     );
     for (x, share) in [(-0.4, 0.0), (0.0, 0.5), (0.125, 0.75), (0.4, 1.0)] {
         let (mean, error) = mean_radiance(&scene, 1, 1 << 10, |_| (v(x, 1.0, 0.1), Vec3A::NEG_Y));
         // sRGB 188/255 is 0.50289 linear; `mean_radiance` looks at green.
         let expected = 0.8 * share * 0.502_886;
-        assert!((mean - expected).abs() < 4.0 * error + 1e-5, "at {x}: {mean} ± {error}, expected {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 1e-5,
+            "at {x}: {mean} ± {error}, expected {expected}"
+        );
     }
 }
 
-/// GGX under a white sky reflects its directional albedo, here by quadrature in double precision: glTF 2.0, appendix B, with Smith's height-correlated visibility.
+/// GGX under a white sky reflects its directional albedo, here by quadrature in double precision: glTF 2.0,
+/// appendix B, with Smith's height-correlated visibility.
 #[test]
 fn ggx_albedo_by_quadrature() {
-    for (metallic, roughness, tilt) in
-        [(1.0, 0.32, 0.0), (1.0, 0.5, 1.0), (1.0, 1.0, 0.5), (0.0, 0.32, 1.3), (0.0, 0.7, 0.0), (0.5, 0.4, 0.8)]
-    {
+    for (metallic, roughness, tilt) in [
+        (1.0, 0.32, 0.0),
+        (1.0, 0.5, 1.0),
+        (1.0, 1.0, 0.5),
+        (0.0, 0.32, 1.3),
+        (0.0, 0.7, 0.0),
+        (0.5, 0.4, 0.8),
+    ] {
         let text = under_white_sky("quad", 0.5, 0.0, 1.0);
         let mut scene = scene(&text);
-        scene.materials[0].brdf = Brdf::Ggx(Ggx { base_color: [0.6; 3], metallic: metallic as f32, roughness: roughness as f32 });
+        scene.materials[0].brdf =
+            Brdf::Ggx(Ggx { base_color: [0.6; 3], metallic: metallic as f32, roughness: roughness as f32 });
         let (sine, cosine) = (f64::sin(tilt) as f32, f64::cos(tilt) as f32);
         let (mean, error) = mean_radiance(&scene, 1, 1 << 17, |[x, y]| {
             let target = v(0.1 * x, 0.0, 0.1 * y);
             (target + 2.0 * v(sine, cosine, 0.0), -v(sine, cosine, 0.0))
         });
         let expected = ggx_albedo(0.6, metallic, roughness, tilt);
-        assert!((mean - expected).abs() < 4.0 * error + 2e-4, "{metallic} {roughness} {tilt}: {mean} ± {error}, expected {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 2e-4,
+            "{metallic} {roughness} {tilt}: {mean} ± {error}, expected {expected}"
+        );
         assert!(error < 0.01 * expected && expected < 1.0);
     }
 }
@@ -312,13 +373,15 @@ fn form_factor_of_parallel_squares() {
         .replace("scale = 10.0", "scale = 1.0")
         .replace("radiance = [2.0, 2.0, 2.0]", "radiance = [1, 1, 1]")
         .replace("0.8, 0.8, 0.8", "1, 1, 1");
-    let (mean, error) = mean_radiance(&scene(&text), 1, 1 << 17, |[x, y]| (v(x - 0.5, 0.5, y - 0.5), Vec3A::NEG_Y));
+    let (mean, error) =
+        mean_radiance(&scene(&text), 1, 1 << 17, |[x, y]| (v(x - 0.5, 0.5, y - 0.5), Vec3A::NEG_Y));
     // The mean over the square of E/π with unit radiance is the form factor itself.
     assert!((mean - 0.199_82).abs() < 4.0 * error + 2e-5, "{mean} ± {error}");
     assert!(error < 1e-3);
 }
 
-/// No light comes from nowhere: materials that reflect at most what they receive stay below the sky's radiance, whatever the geometry.
+/// No light comes from nowhere: materials that reflect at most what they receive stay below the sky's
+/// radiance, whatever the geometry.
 #[test]
 fn energy_is_never_gained() {
     for (kd, shininess) in [(0.3, 1.0), (0.2, 20.0), (0.0, 200.0)] {
@@ -327,7 +390,11 @@ fn energy_is_never_gained() {
             + "transform = { translation = [-0.6, 0, 0] }\n[[object]]\nname = 'p'\nmaterial = 'm'\nshape = 'box'\ntransform = { translation = [0.6, 0.2, 0.1] }\n";
         let image = render(&scene(&text), [24, 24], 256, 40, Paths::Best, 5);
         for (radiance, variance) in image.radiance.iter().flatten().zip(image.variance.iter().flatten()) {
-            assert!(*radiance <= 1.0 + 5.0 * variance.sqrt() + 1e-3, "kd {kd}, s {shininess}: {radiance} ± {}", variance.sqrt());
+            assert!(
+                *radiance <= 1.0 + 5.0 * variance.sqrt() + 1e-3,
+                "kd {kd}, s {shininess}: {radiance} ± {}",
+                variance.sqrt()
+            );
         }
     }
 }
@@ -339,7 +406,9 @@ fn best_and_gather_paths_agree() {
     let best = render(&scene, [32, 32], 1024, 2, Paths::Best, 1);
     let gather = render(&scene, [32, 32], 1024, 2, Paths::Gather, 2);
     let (mut statistic, mut count) = (0.0, 0);
-    for (((a, va), b), vb) in best.radiance.iter().zip(&best.variance).zip(&gather.radiance).zip(&gather.variance) {
+    for (((a, va), b), vb) in
+        best.radiance.iter().zip(&best.variance).zip(&gather.radiance).zip(&gather.variance)
+    {
         for channel in 0..3 {
             let variance = f64::from(va[channel] + vb[channel]);
             if variance > 1e-12 {
@@ -348,7 +417,11 @@ fn best_and_gather_paths_agree() {
             }
         }
     }
-    // Variances are upper bounds, so the mean of z² is at most 1 plus its own noise (channels share paths: a third as many are independent).
+    // Variances are upper bounds, so the mean of z² is at most 1 plus its own noise (channels share paths: a
+    // third as many are independent).
     let mean = statistic / f64::from(count);
-    assert!(mean < 1.0 + 5.0 * (2.0 / (f64::from(count) / 3.0)).sqrt(), "mean z² = {mean} over {count} channels");
+    assert!(
+        mean < 1.0 + 5.0 * (2.0 / (f64::from(count) / 3.0)).sqrt(),
+        "mean z² = {mean} over {count} channels"
+    );
 }

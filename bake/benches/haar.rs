@@ -1,6 +1,8 @@
-//! Haar transforms, triple products and the choice of terms, each beside a straightforward version of the same work.
+//! Haar transforms, triple products and the choice of terms, each beside a straightforward version of the
+//! same work.
 //!
-//! `bake/benches/pywavelets.py` times PyWavelets on the work of the first group; run both on one machine to compare.
+//! `bake/benches/pywavelets.py` times PyWavelets on the work of the first group; run both on one machine to
+//! compare.
 
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
@@ -29,7 +31,8 @@ fn noise(count: usize, seed: u64) -> Vec<f32> {
     (0..count).map(|_| next()).collect()
 }
 
-/// The transform as textbooks have it: level by level, rows and then columns of what is left at the upper left.
+/// The transform as textbooks have it: level by level, rows and then columns of what is left at the upper
+/// left.
 fn textbook(face: &mut [f32], n: usize) {
     let mut line = vec![0.0; n];
     let mut side = n;
@@ -56,16 +59,26 @@ fn transforms(c: &mut Criterion) {
     let mut group = c.benchmark_group("rows of 6x64x64");
     group.sample_size(20).throughput(Throughput::Bytes((rows.len() * size_of::<f32>()) as u64));
     // Orthonormal: values stay of one size however often they are transformed.
-    group.bench_function("forward, textbook", |b| b.iter(|| rows.chunks_exact_mut(n * n).for_each(|face| textbook(face, n))));
-    group.bench_function("forward", |b| b.iter(|| rows.chunks_exact_mut(cube).for_each(|row| forward_cube(row, n))));
-    group.bench_function("forward, on all cores", |b| b.iter(|| rows.par_chunks_exact_mut(cube).for_each(|row| forward_cube(row, n))));
-    group.bench_function("inverse", |b| b.iter(|| rows.chunks_exact_mut(cube).for_each(|row| inverse_cube(row, n))));
+    group.bench_function("forward, textbook", |b| {
+        b.iter(|| rows.chunks_exact_mut(n * n).for_each(|face| textbook(face, n)))
+    });
+    group.bench_function("forward", |b| {
+        b.iter(|| rows.chunks_exact_mut(cube).for_each(|row| forward_cube(row, n)))
+    });
+    group.bench_function("forward, on all cores", |b| {
+        b.iter(|| rows.par_chunks_exact_mut(cube).for_each(|row| forward_cube(row, n)))
+    });
+    group.bench_function("inverse", |b| {
+        b.iter(|| rows.chunks_exact_mut(cube).for_each(|row| inverse_cube(row, n)))
+    });
     group.finish();
 
     let mut one = noise(cube, 2);
     let mut group = c.benchmark_group("one 6x64x64");
     group.throughput(Throughput::Bytes((one.len() * size_of::<f32>()) as u64));
-    group.bench_function("forward, textbook", |b| b.iter(|| one.chunks_exact_mut(n * n).for_each(|face| textbook(face, n))));
+    group.bench_function("forward, textbook", |b| {
+        b.iter(|| one.chunks_exact_mut(n * n).for_each(|face| textbook(face, n)))
+    });
     group.bench_function("forward", |b| b.iter(|| forward_cube(&mut one, n)));
     group.bench_function("inverse", |b| b.iter(|| inverse_cube(&mut one, n)));
     group.finish();
@@ -76,7 +89,8 @@ fn bitmaps(c: &mut Criterion) {
     // Caps, as spheres cast them.
     let caps: [u8; BYTES] = std::array::from_fn(|byte| {
         let (x, y) = (byte % 4 * 8, byte / 4 % SIDE);
-        (0..8).fold(0, |bits, k| bits | u8::from((x + k).abs_diff(13).pow(2) + y.abs_diff(17).pow(2) < 90) << k)
+        (0..8)
+            .fold(0, |bits, k| bits | u8::from((x + k).abs_diff(13).pow(2) + y.abs_diff(17).pow(2) < 90) << k)
     });
     let unpack = |bitmap: &[u8; BYTES], image: &mut [f32]| {
         for (texels, byte) in image.as_chunks_mut::<8>().0.iter_mut().zip(bitmap) {
@@ -100,7 +114,9 @@ fn bitmaps(c: &mut Criterion) {
     group.bench_function("two levels", |b| b.iter(|| two_level(black_box(&caps), &table, &mut image)));
     // The sums and products alone, without unpacking or look-ups: this is what is 1/16.
     let mut scratch = Vec::new();
-    let mut only = |side: usize| image.chunks_exact_mut(side * side).take(6).for_each(|face| forward(face, side, &mut scratch));
+    let mut only = |side: usize| {
+        image.chunks_exact_mut(side * side).take(6).for_each(|face| forward(face, side, &mut scratch))
+    };
     group.bench_function("arithmetic of plain", |b| b.iter(|| only(SIDE)));
     group.bench_function("arithmetic of two levels", |b| b.iter(|| only(SIDE / 4)));
     group.finish();
@@ -164,18 +180,26 @@ fn mean(x: &[f32], n: usize, level: u32, i: usize, j: usize) -> f32 {
     let sign = |positive: bool| if positive { 1.0 } else { -1.0 };
     let (left, upper) = (sign(i.is_multiple_of(2)), sign(j.is_multiple_of(2)));
     let detail = |m: usize| x[index(parent, m, i / 2, j / 2)];
-    mean(x, n, parent, i / 2, j / 2) + (1 << parent) as f32 / n as f32 * (detail(1) * left + detail(2) * upper + detail(3) * left * upper)
+    mean(x, n, parent, i / 2, j / 2)
+        + (1 << parent) as f32 / n as f32 * (detail(1) * left + detail(2) * upper + detail(3) * left * upper)
 }
 
 fn products(c: &mut Criterion) {
     let n = SIDE;
-    let [light, brdf, visibility] =
-        [3, 4, 5].map(|seed| Factor::of_texels(noise(6 * n * n, seed).into_iter().map(|v| v.powi(8)).collect(), n));
+    let [light, brdf, visibility] = [3, 4, 5]
+        .map(|seed| Factor::of_texels(noise(6 * n * n, seed).into_iter().map(|v| v.powi(8)).collect(), n));
     let all = [&light, &brdf, &visibility];
     let mut group = c.benchmark_group("triple product of 6x32x32");
     group.bench_function("as the source prints it", |b| {
         b.iter(|| {
-            (0..6).map(|face| by_the_source(black_box(all).map(|f| &f.coefficients[face * n * n..(face + 1) * n * n]), n)).sum::<f32>()
+            (0..6)
+                .map(|face| {
+                    by_the_source(
+                        black_box(all).map(|f| &f.coefficients[face * n * n..(face + 1) * n * n]),
+                        n,
+                    )
+                })
+                .sum::<f32>()
         });
     });
     group.bench_function("back to texels", |b| {
@@ -199,7 +223,8 @@ fn products(c: &mut Criterion) {
     group.bench_function("means of one factor", |b| b.iter(|| psum(black_box(&visibility.coefficients), n)));
     for k in [50, 100, 200] {
         let [(few, brdf), (more, light)] = [brdf.kept(k, n), light.kept(k, n)];
-        let [first, second] = [(&few, &brdf), (&more, &light)].map(|(terms, factor)| Sparse { terms, dense: factor.operand() });
+        let [first, second] =
+            [(&few, &brdf), (&more, &light)].map(|(terms, factor)| Sparse { terms, dense: factor.operand() });
         group.bench_function(BenchmarkId::new("sparse", k), |b| {
             b.iter(|| triple::sparse(black_box(&first), black_box(&second), &visibility.operand(), n));
         });

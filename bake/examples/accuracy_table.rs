@@ -33,7 +33,8 @@ struct Table {
 impl Table {
     fn new(scene: &Scene, receivers: &[Receiver], weights: &[f32], rays_per_side: usize) -> Self {
         let maps: Vec<Environment> = environments(scene);
-        let state = |state: usize| (&maps[state % maps.len()].map, TURNS_DEG[state / maps.len() % TURNS_DEG.len()]);
+        let state =
+            |state: usize| (&maps[state % maps.len()].map, TURNS_DEG[state / maps.len() % TURNS_DEG.len()]);
         let lights = HeldOutLights::of(std::array::from_fn(state), FACE_SIZE);
         let (world, texels) = (World::new(scene), Texels::new(rays_per_side));
         let piece = |receivers: &[Receiver]| {
@@ -46,12 +47,25 @@ impl Table {
             rows
         };
         let mut rows = Rows::new(MAX_TERMS, 1);
-        receivers.par_chunks(16).map(piece).collect::<Vec<_>>().into_iter().for_each(|more| rows.append(more));
+        receivers
+            .par_chunks(16)
+            .map(piece)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .for_each(|more| rows.append(more));
         let unrounded = by_terms(&rows, &lights);
         let stored = |terms: usize| {
             let (unit, blocks) = (unit_for(&rows.values), quantise::shapes(terms));
             let stored = quantise::blocks(&rows, &blocks, unit);
-            let meta = Meta { vertices: rows.count() as u32, face_size: 64, bounces: 0, rgb: false, unit, blocks, rays_per_texel: 1 };
+            let meta = Meta {
+                vertices: rows.count() as u32,
+                face_size: 64,
+                bounces: 0,
+                rgb: false,
+                unit,
+                blocks,
+                rays_per_texel: 1,
+            };
             of_stored(&SparseTransfer { meta, blocks: stored }, &rows, &lights)
         };
         let errors = TERMS.iter().map(|terms| [unrounded[terms - 1], stored(*terms)]).collect();
@@ -66,12 +80,17 @@ impl Table {
     /// Root mean square over all turns of a map, in per cent.
     fn turned(&self, terms: usize, map: usize) -> [f64; 2] {
         let count = (STATES / self.maps.len()).min(TURNS_DEG.len());
-        let mean = |errors: Errors| (0..count).map(|turn| errors[turn * self.maps.len() + map].powi(2)).sum::<f64>() / count as f64;
+        let mean = |errors: Errors| {
+            (0..count).map(|turn| errors[turn * self.maps.len() + map].powi(2)).sum::<f64>() / count as f64
+        };
         self.errors[terms].map(|errors| 100.0 * mean(errors).sqrt())
     }
 
     fn print(&self, title: &str) {
-        println!("\n{title}: unturned, and over {} turns; before rounding / after, %", (STATES / self.maps.len()).min(TURNS_DEG.len()));
+        println!(
+            "\n{title}: unturned, and over {} turns; before rounding / after, %",
+            (STATES / self.maps.len()).min(TURNS_DEG.len())
+        );
         println!("| terms | {} |", self.maps.join(" | "));
         for (row, terms) in TERMS.iter().enumerate() {
             let cell = |map: usize| {
@@ -80,13 +99,15 @@ impl Table {
             };
             println!("| {terms} | {} |", (0..self.maps.len()).map(cell).collect::<Vec<_>>().join(" | "));
         }
-        let of_rounding = self.errors.iter().flat_map(|[before, after]| before.iter().zip(after).map(|(b, a)| a / b));
+        let of_rounding =
+            self.errors.iter().flat_map(|[before, after]| before.iter().zip(after).map(|(b, a)| a / b));
         println!("rounding multiplies errors by at most {:.3}", of_rounding.fold(0.0, f64::max));
         let at = [2, 4].into_iter().flat_map(|row| (0..self.maps.len()).map(move |map| (row, map)));
         let mean = |of: &dyn Fn(usize, usize) -> f64| {
             (at.clone().map(|(row, map)| of(row, map).ln()).sum::<f64>() / (2 * self.maps.len()) as f64).exp()
         };
-        let (unturned, turned) = (mean(&|row, map| self.unturned(row, map)[0]), mean(&|row, map| self.turned(row, map)[0]));
+        let (unturned, turned) =
+            (mean(&|row, map| self.unturned(row, map)[0]), mean(&|row, map| self.turned(row, map)[0]));
         println!("geometric mean at 100 and 400 terms: {unturned:.3} unturned, {turned:.3} turned");
     }
 }
@@ -107,11 +128,17 @@ fn load(name: &str) -> relume_formats::Result<Scene> {
 fn print() -> relume_formats::Result<()> {
     let scene = load("spheres-24")?;
     let on_grid = |i: &usize| (i % 115).is_multiple_of(6) && (i / 115).is_multiple_of(6);
-    let ground: Vec<Receiver> =
-        receivers(&scene).into_iter().take(115 * 115).enumerate().filter(|(i, _)| on_grid(i)).map(|(_, r)| r).collect();
+    let ground: Vec<Receiver> = receivers(&scene)
+        .into_iter()
+        .take(115 * 115)
+        .enumerate()
+        .filter(|(i, _)| on_grid(i))
+        .map(|(_, r)| r)
+        .collect();
     assert_eq!(ground.len(), 400);
     for (name, weights) in weightings() {
-        Table::new(&scene, &ground, &weights, 1).print(&format!("spheres-24, ground of 20 × 20, texel centres, weights {name}"));
+        Table::new(&scene, &ground, &weights, 1)
+            .print(&format!("spheres-24, ground of 20 × 20, texel centres, weights {name}"));
     }
     for name in ["spheres-24", "bunny-plane", "armadillo-plane"] {
         let scene = load(name)?;

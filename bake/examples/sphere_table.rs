@@ -1,4 +1,5 @@
-//! The table of docs/notes/SPHERE-SETS.md. It takes minutes and needs the assets (`make assets`); NAME leaves only the meshes with it in their names:
+//! The table of docs/notes/SPHERE-SETS.md. It takes minutes and needs the assets (`make assets`); NAME leaves
+//! only the meshes with it in their names:
 //!
 //! `cargo run --release --example sphere_table -- [NAME]`
 
@@ -23,7 +24,10 @@ const SPHERES: [usize; 4] = [16, 32, 64, 128];
 
 /// A mesh of the pinned assets.
 fn asset(file: &str) -> Result<Mesh> {
-    Ok(relume_scenes::load_mesh(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(file), &mut Vec::new())?)
+    Ok(relume_scenes::load_mesh(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(file),
+        &mut Vec::new(),
+    )?)
 }
 
 fn knot() -> Result<Mesh> {

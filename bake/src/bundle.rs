@@ -1,4 +1,5 @@
-//! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the manifest last.
+//! From a scene to a bundle on disk: reuses what is there, resumes what was interrupted, and writes the
+//! manifest last.
 
 mod prediction;
 mod publish;
@@ -53,7 +54,8 @@ pub struct Summary {
 impl Summary {
     /// Whether anything was baked that was not there before.
     pub fn has_news(&self) -> bool {
-        self.methods.iter().any(|method| method.traced.is_some()) || self.sphere_sets.iter().any(|set| set.fitted.is_some())
+        self.methods.iter().any(|method| method.traced.is_some())
+            || self.sphere_sets.iter().any(|set| set.fitted.is_some())
     }
 }
 
@@ -66,14 +68,15 @@ pub struct MethodSummary {
     pub traced: Option<Traced>,
 }
 
-/// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`. `seed` is that of the sphere sets: methods have
-/// their own. Nobody else bakes there before the lock is dropped.
+/// Bakes `scene` by `methods`, the preferred one first, into `folder`; the player's film is of `size`. `seed`
+/// is that of the sphere sets: methods have their own. Nobody else bakes there before the lock is dropped.
 ///
-/// New files are made in a folder of their own and moved when all are whole, so an older bundle stays playable until then. What other methods left
-/// unfinished there stays.
+/// New files are made in a folder of their own and moved when all are whole, so an older bundle stays
+/// playable until then. What other methods left unfinished there stays.
 ///
 /// # Errors
-/// See [`BakeError`]; whatever happens, no file under its final name is half-written, and finished pieces stay in the folder.
+/// See [`BakeError`]; whatever happens, no file under its final name is half-written, and finished pieces
+/// stay in the folder.
 pub fn run(
     scene: &Scene,
     methods: &[Box<dyn Method>],
@@ -86,12 +89,14 @@ pub fn run(
     let order = Order { folder, size, leftover, seed, shard: None };
     match make(scene, methods, &order, job)? {
         (Outcome::Bundle(summary), lock) => Ok((summary, lock)),
-        (Outcome::Pieces(_), _) => Err(BakeError::invalid(&Place::file(folder), "some pieces are missing; bake again with --force")),
+        (Outcome::Pieces(_), _) => {
+            Err(BakeError::invalid(&Place::file(folder), "some pieces are missing; bake again with --force"))
+        }
     }
 }
 
-/// Makes the pieces of `shard`, of stages that wait for no other shard, and leaves them unfinished in `folder`. Everything else as [`run`], which a merge of
-/// all shards calls.
+/// Makes the pieces of `shard`, of stages that wait for no other shard, and leaves them unfinished in
+/// `folder`. Everything else as [`run`], which a merge of all shards calls.
 ///
 /// # Errors
 /// As [`run`].
@@ -104,7 +109,8 @@ pub fn run_shard(
     job: &Job,
 ) -> Result<Traced> {
     let Asked { size, seed, .. } = shard.asked;
-    let (outcome, _lock) = make(scene, methods, &Order { folder, size, leftover, seed, shard: Some(shard) }, job)?;
+    let (outcome, _lock) =
+        make(scene, methods, &Order { folder, size, leftover, seed, shard: Some(shard) }, job)?;
     Shard { done: true, ..shard.clone() }.write(folder)?;
     Ok(if let Outcome::Pieces(traced) = outcome { traced } else { Traced::default() })
 }
@@ -133,7 +139,12 @@ enum Outcome {
     Pieces(Traced),
 }
 
-fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job) -> Result<(Outcome, FolderLock)> {
+fn make(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    order: &Order<'_>,
+    job: &Job,
+) -> Result<(Outcome, FolderLock)> {
     let Order { folder, size, leftover, shard, .. } = *order;
     methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
     expect_sizes(scene, size)?;
@@ -154,13 +165,15 @@ fn make(scene: &Scene, methods: &[Box<dyn Method>], order: &Order<'_>, job: &Job
         shard.write(folder)?;
     }
     let (traced, share) = (Mutex::new(Traced::default()), shard.map_or(Share::WHOLE, |shard| shard.share));
-    let work = Work { folder, unfinished: &unfinished, leftover, share, sphere_sets: None, traced: &traced, job };
+    let work =
+        Work { folder, unfinished: &unfinished, leftover, share, sphere_sets: None, traced: &traced, job };
     let old = publish::old_manifest(folder, &unfinished, scene, leftover)?;
     match bake_into(scene, methods, &stored, old.as_ref(), order.seed, work) {
         Ok(Outcome::Bundle(summary)) => work::tidy(folder, &names).map(|()| (Outcome::Bundle(summary), lock)),
         Ok(pieces) => Ok((pieces, lock)),
         Err(error) => {
-            // Without a log nothing could go on with what is there. Whatever else goes wrong, the first error is the one worth telling.
+            // Without a log nothing could go on with what is there. Whatever else goes wrong, the first error
+            // is the one worth telling.
             if !holds_work(folder, &names) {
                 let _ = work::tidy(folder, &names);
             }
@@ -184,7 +197,9 @@ fn bake_into(
     let (playable, left_out) = playable::split(scene, &stored.meta, &names);
     left_out.iter().for_each(|sentence| say(&format!("warning: {sentence}")));
     sweep_partial(folder, |_| true);
-    old.and_then(|old| replaced::notice(old, folder, hash, methods, size)).iter().for_each(|notice| note(notice));
+    old.and_then(|old| replaced::notice(old, folder, hash, methods, size))
+        .iter()
+        .for_each(|notice| note(notice));
     // What needs no tracing comes first: what its readers would refuse is then known before hours of work.
     let scene_file = write_entry(stored, unfinished, "scene.relume")?;
     let mut animations = BTreeMap::new();
@@ -194,7 +209,8 @@ fn bake_into(
     }
     let is_black = darkness::is_black(scene, size)?;
     let sphere_sets = sphere_sets::fit_all(scene, seed, old, folder, &work)?;
-    let entries: Option<Vec<SphereSetEntry>> = sphere_sets.as_ref().map(|sets| sets.iter().map(|set| set.entry.clone()).collect());
+    let entries: Option<Vec<SphereSetEntry>> =
+        sphere_sets.as_ref().map(|sets| sets.iter().map(|set| set.entry.clone()).collect());
     let work = Work { sphere_sets: entries.as_deref(), ..work };
     let mut done = work.take_traced();
     let mut summaries = Vec::new();
@@ -206,7 +222,9 @@ fn bake_into(
     }
     let is_shard = work.share.is_part();
     let whole = summaries.into_iter().collect::<Option<Vec<MethodSummary>>>();
-    let (Some(sphere_sets), Some(methods), false) = (sphere_sets, whole, is_shard) else { return Ok(Outcome::Pieces(done)) };
+    let (Some(sphere_sets), Some(methods), false) = (sphere_sets, whole, is_shard) else {
+        return Ok(Outcome::Pieces(done));
+    };
     let manifest = Manifest {
         version: manifest::VERSION,
         scene: scene.name.clone(),
@@ -217,7 +235,8 @@ fn bake_into(
         methods: methods.iter().map(|summary| summary.entry.clone()).collect(),
     };
     publish(&manifest, old, unfinished, folder)?;
-    let summary = Summary { sphere_sets, methods, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
+    let summary =
+        Summary { sphere_sets, methods, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
     if summary.has_news() {
         write_report(folder, &summary, start)?;
     }
@@ -225,43 +244,60 @@ fn bake_into(
 }
 
 /// What a method comes to, from `old` if that serves; `None` if pieces are missing that others make.
-fn bake_by(method: &dyn Method, scene: &Scene, old: Option<&Manifest>, work: &Work<'_>) -> Result<Option<MethodSummary>> {
+fn bake_by(
+    method: &dyn Method,
+    scene: &Scene,
+    old: Option<&Manifest>,
+    work: &Work<'_>,
+) -> Result<Option<MethodSummary>> {
     let reads = format!("{:032x}", method.reads(scene));
     let may_reuse = work.leftover != Leftover::Discard && !has_logs(work.unfinished, method.name());
     let old = old.filter(|_| may_reuse && !work.share.is_part());
     if let Some(entry) = old.and_then(|old| publish::reusable_entry(old, work.folder, &reads, method)) {
         return Ok(Some(MethodSummary { entry, traced: None }));
     }
-    let Some(Product { files, settings, errors, measured_on }) = method.bake(scene, work)? else { return Ok(None) };
+    let Some(Product { files, settings, errors, measured_on }) = method.bake(scene, work)? else {
+        return Ok(None);
+    };
     let entry = MethodEntry { name: method.name().to_owned(), reads, files, settings, errors, measured_on };
     Ok(Some(MethodSummary { entry, traced: Some(work.take_traced()) }))
 }
 
 /// Fails if a folder, pipe or device stands in `folder` where only files go that a bake replaces.
 fn expect_files(folder: &Path) -> Result<()> {
-    let is_ours =
-        |name: &str| [manifest::FILE_NAME, report::FILE_NAME].contains(&name) || name.ends_with(".relume") || name.ends_with(".log");
+    let is_ours = |name: &str| {
+        [manifest::FILE_NAME, report::FILE_NAME].contains(&name)
+            || name.ends_with(".relume")
+            || name.ends_with(".log")
+    };
     match files(folder).into_iter().find(|(name, path)| is_ours(name) && !path.is_file()) {
         Some((_, path)) => {
             let what = if path.is_dir() { "a folder" } else { "no regular file" };
-            let reason = format!("is {what} where a bake keeps a file; move it away, or bake elsewhere with -o");
+            let reason =
+                format!("is {what} where a bake keeps a file; move it away, or bake elsewhere with -o");
             Err(BakeError::invalid(&Place::file(&path), reason))
         }
         None => Ok(()),
     }
 }
 
-/// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours of tracing.
+/// Fails if the file of the scene could not hold a film of `size` or the meshes; better now than after hours
+/// of tracing.
 fn expect_sizes(scene: &Scene, size: [u32; 2]) -> Result<()> {
     let refuse = |reason: String| Err(BakeError::invalid(&Place::file(&scene.file), reason));
     if !is_legal_size(size) {
-        return refuse(format!("{}x{} pixels, an image holds at most {MAX_PIXELS}; lower --size", size[0], size[1]));
+        return refuse(format!(
+            "{}x{} pixels, an image holds at most {MAX_PIXELS}; lower --size",
+            size[0], size[1]
+        ));
     }
     let vertices: u64 = scene.objects.iter().map(|o| o.mesh.positions.len() as u64).sum();
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let most = MAX_SECTION_BYTES / 12;
     match vertices.max(triangles) > most {
-        true => refuse(format!("{vertices} vertices and {triangles} triangles, at most {most} of each fit; simplify the meshes")),
+        true => refuse(format!(
+            "{vertices} vertices and {triangles} triangles, at most {most} of each fit; simplify the meshes"
+        )),
         false => Ok(()),
     }
 }
@@ -278,7 +314,9 @@ fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> 
     };
     let mut report = report::facts(start.elapsed().as_secs_f64());
     report.insert("methods".to_owned(), summary.methods.iter().filter_map(of_method).collect());
-    let of_set = |set: &SphereSetSummary| Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })));
+    let of_set = |set: &SphereSetSummary| {
+        Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })))
+    };
     report.insert(report::SPHERES.to_owned(), summary.sphere_sets.iter().filter_map(of_set).collect());
     Ok(report::merge(folder, report)?)
 }
@@ -296,7 +334,9 @@ mod tests {
         for name in ["transfer-images.relume", "manifest.json", "report.json", "sparse-transfer.log"] {
             std::fs::create_dir(folder.path().join(name)).unwrap();
             let error = expect_files(folder.path()).unwrap_err();
-            let expected = format!("{name}: is a folder where a bake keeps a file; move it away, or bake elsewhere with -o");
+            let expected = format!(
+                "{name}: is a folder where a bake keeps a file; move it away, or bake elsewhere with -o"
+            );
             assert!(error.exit_code() == 2 && error.to_string().ends_with(&expected), "{error}");
             std::fs::remove_dir(folder.path().join(name)).unwrap();
         }

@@ -15,16 +15,19 @@ const PIXELS: f64 = 1024.0;
 /// Paths of each.
 const SAMPLES: u32 = 16;
 
-/// Whether all paths of a small picture of `scene`, of the proportions of a film of `size`, carry nothing, whatever its materials are.
+/// Whether all paths of a small picture of `scene`, of the proportions of a film of `size`, carry nothing,
+/// whatever its materials are.
 ///
 /// # Errors
 /// If the user asks to stop.
 pub fn is_black(scene: &Scene, [width, height]: [u32; 2]) -> Result<bool> {
     let smaller = (PIXELS / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
     let size = [width, height].map(|side| ((f64::from(side) * smaller).round() as u32).max(1));
-    let settings = Settings { size, samples: SAMPLES, seed: 0, reflections: scene.reflections, paths: Paths::Best };
+    let settings =
+        Settings { size, samples: SAMPLES, seed: 0, reflections: scene.reflections, paths: Paths::Best };
     let scene = in_grey(scene);
-    let images = reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
+    let images =
+        reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
     Ok(images.iter().flat_map(|image| &image.radiance).flatten().all(|radiance| *radiance == 0.0))
 }
 

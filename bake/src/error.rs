@@ -21,7 +21,9 @@ pub enum BakeError {
     #[error("the BRDF basis could not be computed: {0}; choose another number of bases")]
     Algebra(#[from] ndarray_linalg::error::LinalgError),
     /// The work does not fit the machine.
-    #[error("this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are {of_what}; {remedy}")]
+    #[error(
+        "this bake needs about {needed_mib} MiB of memory and {available_mib} MiB are {of_what}; {remedy}"
+    )]
     Memory {
         /// Predicted need.
         needed_mib: u64,

@@ -1,6 +1,7 @@
 //! OpenEXR files as named planes of 32-bit floats.
 //!
-//! One flat part; layers are channel names with a dot, such as `variance.R`. Lossless, and the same planes always make the same bytes.
+//! One flat part; layers are channel names with a dot, such as `variance.R`. Lossless, and the same planes
+//! always make the same bytes.
 
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image};
 use exr::meta::attribute::{LineOrder, Text};
@@ -28,15 +29,25 @@ impl Planes {
     }
 }
 
-/// Writes `channels`, each a name and row-major values from the top down, to `path`: the whole file or nothing.
+/// Writes `channels`, each a name and row-major values from the top down, to `path`: the whole file or
+/// nothing.
 ///
 /// # Errors
-/// If a plane is not `width` × `height` long, a name cannot stand in an EXR file, or the file cannot be written.
+/// If a plane is not `width` × `height` long, a name cannot stand in an EXR file, or the file cannot be
+/// written.
 pub fn write_exr(path: &Path, width: usize, height: usize, channels: &[(&str, &[f32])]) -> Result<()> {
     let place = Place::file(path);
-    let list = channels.iter().map(|(name, values)| channel(name, values, width * height, &place)).collect::<Result<_>>()?;
-    // Scan lines in increasing order: otherwise the order of blocks would depend on which thread is done first.
-    let encoding = Encoding { compression: Compression::ZIP16, line_order: LineOrder::Increasing, ..Encoding::SMALL_LOSSLESS };
+    let list = channels
+        .iter()
+        .map(|(name, values)| channel(name, values, width * height, &place))
+        .collect::<Result<_>>()?;
+    // Scan lines in increasing order: otherwise the order of blocks would depend on which thread is done
+    // first.
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        line_order: LineOrder::Increasing,
+        ..Encoding::SMALL_LOSSLESS
+    };
     let encoding = Encoding { blocks: exr::image::Blocks::ScanLines, ..encoding };
     let image = Image::from_encoded_channels((width, height), encoding, AnyChannels::sort(list));
     let mut bytes = Cursor::new(Vec::new());
@@ -49,7 +60,8 @@ fn channel(name: &str, values: &[f32], pixels: usize, place: &Place) -> Result<A
     if values.len() != pixels {
         return Err(Error::invalid(&place, format!("{} values for {pixels} pixels", values.len())));
     }
-    let text = Text::new_or_none(name).ok_or_else(|| Error::invalid(&place, "the name has characters that EXR does not allow"))?;
+    let text = Text::new_or_none(name)
+        .ok_or_else(|| Error::invalid(&place, "the name has characters that EXR does not allow"))?;
     Ok(AnyChannel::new(text, FlatSamples::F32(values.to_vec())))
 }
 
@@ -60,10 +72,19 @@ fn channel(name: &str, values: &[f32], pixels: usize, place: &Place) -> Result<A
 pub fn read_exr(path: &Path) -> Result<Planes> {
     let place = Place::file(path);
     let file = open_regular(path)?;
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let reader = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes();
     let image = reader.from_buffered(BufReader::new(file)).map_err(|e| error(e, &place))?;
     let layer = image.layer_data;
-    let channels = layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
+    let channels = layer
+        .channel_data
+        .list
+        .into_iter()
+        .map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
     Ok(Planes { width: layer.size.width(), height: layer.size.height(), channels: channels.collect() })
 }
 
@@ -85,7 +106,9 @@ mod tests {
     fn named_planes_come_back_bit_for_bit_and_bytes_repeat() {
         let folder = tempfile::tempdir().unwrap();
         let (width, height) = (37, 41); // more than two blocks of 16 lines, no multiple of anything
-        let plane = |k: usize| -> Vec<f32> { (0..width * height).map(|i| ((i * 7919 + k * 31) % 1009) as f32 * 1.7e3 - 0.1).collect() };
+        let plane = |k: usize| -> Vec<f32> {
+            (0..width * height).map(|i| ((i * 7919 + k * 31) % 1009) as f32 * 1.7e3 - 0.1).collect()
+        };
         let mut red = plane(0);
         red[..4].copy_from_slice(&[f32::MAX, f32::MIN_POSITIVE, -0.0, 1e-40]);
         let (green, variance) = (plane(1), plane(2));

@@ -78,7 +78,8 @@ pub fn watch_signals() -> Result<(), ctrlc::Error> {
     })
 }
 
-/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk, instead of ending the program without a word.
+/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk,
+/// instead of ending the program without a word.
 ///
 /// # Errors
 /// If the signal cannot be watched.
@@ -120,15 +121,27 @@ impl Job {
     /// Starts to count `total` steps of what is called `name`.
     pub fn progress(&self, name: &'static str, total: u64) -> Progress {
         let bar = match self.mode {
-            ProgressMode::Auto => ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8)),
+            ProgressMode::Auto => {
+                ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(8))
+            }
             _ => ProgressBar::hidden(),
         };
-        if let Ok(style) = ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg:<12} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left")
+        {
             bar.set_style(style);
         }
         bar.set_message(name);
         let now = Instant::now();
-        Progress { mode: self.mode, name, total, done: AtomicU64::new(0), bar, start: now, last_told: Mutex::new(now) }
+        Progress {
+            mode: self.mode,
+            name,
+            total,
+            done: AtomicU64::new(0),
+            bar,
+            start: now,
+            last_told: Mutex::new(now),
+        }
     }
 }
 
@@ -170,11 +183,14 @@ impl Progress {
         let seconds = self.start.elapsed().as_secs_f64();
         let left = seconds / done.max(1) as f64 * self.total.saturating_sub(done) as f64;
         if self.mode == ProgressMode::Json {
-            let line =
-                serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
+            let line = serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
             say(&line.to_string());
         } else {
-            say(&format!("{}: {} %, {seconds:.0} s gone, {left:.0} s left", self.name, 100 * done / self.total.max(1)));
+            say(&format!(
+                "{}: {} %, {seconds:.0} s gone, {left:.0} s left",
+                self.name,
+                100 * done / self.total.max(1)
+            ));
         }
     }
 

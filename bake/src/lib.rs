@@ -1,4 +1,5 @@
-//! The offline pipeline: traces how light moves through a scene, projects it on bases, compresses and writes it.
+//! The offline pipeline: traces how light moves through a scene, projects it on bases, compresses and writes
+//! it.
 //!
 //! * [`trace`]: rays, samples, lights, the path tracer that is our truth, and every gather;
 //! * [`brdf`]: BRDF models, their bases, and sampling of their lobes;

@@ -33,15 +33,19 @@ impl MemoryLimit {
         // Something has to stay for everybody else.
         let usable = most.map(|bytes| if self == Self::Free { bytes / 10 * 9 } else { bytes });
         match (most, usable) {
-            (Some(most), Some(usable)) if need.bytes > usable => {
-                Err(BakeError::Memory { needed_mib: need.bytes >> 20, available_mib: most >> 20, of_what, remedy: need.remedy })
-            }
+            (Some(most), Some(usable)) if need.bytes > usable => Err(BakeError::Memory {
+                needed_mib: need.bytes >> 20,
+                available_mib: most >> 20,
+                of_what,
+                remedy: need.remedy,
+            }),
             _ => Ok(()),
         }
     }
 }
 
-/// Memory that the system, the container that this runs in, or the user's limits would give out now; `None` where nobody says.
+/// Memory that the system, the container that this runs in, or the user's limits would give out now; `None`
+/// where nobody says.
 fn available_bytes() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").as_deref().and_then(free_of_meminfo);
@@ -69,10 +73,15 @@ mod tests {
     fn what_the_system_says_is_understood() {
         assert_eq!(free_of_meminfo("MemTotal:       100 kB\nMemAvailable:   24563 kB\n"), Some(24563 << 10));
         assert_eq!(
-            address_space("Limit  Soft  Hard\nMax address space         6144000000           unlimited            bytes\n"),
+            address_space(
+                "Limit  Soft  Hard\nMax address space         6144000000           unlimited            bytes\n"
+            ),
             Some(6_144_000_000)
         );
-        assert_eq!(address_space("Max address space         unlimited            unlimited            bytes\n"), None);
+        assert_eq!(
+            address_space("Max address space         unlimited            unlimited            bytes\n"),
+            None
+        );
     }
 
     #[test]
@@ -80,7 +89,10 @@ mod tests {
         let need = |bytes| MemoryNeed { bytes, remedy: "lower --size" };
         MemoryLimit::Bytes(1 << 30).expect(need(1 << 30)).unwrap();
         let message = MemoryLimit::Bytes(1 << 30).expect(need((3 << 30) + 1)).unwrap_err().to_string();
-        assert_eq!(message, "this bake needs about 3072 MiB of memory and 1024 MiB are allowed by --memory; lower --size");
+        assert_eq!(
+            message,
+            "this bake needs about 3072 MiB of memory and 1024 MiB are allowed by --memory; lower --size"
+        );
         MemoryLimit::Free.expect(need(1)).unwrap();
         if cfg!(target_os = "linux") {
             let message = MemoryLimit::Free.expect(need(u64::MAX)).unwrap_err().to_string();

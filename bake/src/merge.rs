@@ -16,21 +16,32 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// `Invalid` with the first that is missing, unfinished or of another bake.
 pub fn expect_all(folders: &[PathBuf]) -> Result<Shard> {
-    let mut shards = folders.iter().map(|folder| Ok((folder, Shard::read(folder)?))).collect::<Result<Vec<_>>>()?;
+    let mut shards =
+        folders.iter().map(|folder| Ok((folder, Shard::read(folder)?))).collect::<Result<Vec<_>>>()?;
     shards.sort_by_key(|(_, shard)| shard.share.number);
-    let Some((first, one)) = shards.first() else { return Err(BakeError::invalid(&Place::file("DIR"), "is missing; name the folders")) };
+    let Some((first, one)) = shards.first() else {
+        return Err(BakeError::invalid(&Place::file("DIR"), "is missing; name the folders"));
+    };
     for (folder, shard) in &shards {
         let refuse = |reason: String| Err(BakeError::invalid(&Place::file(folder), reason));
         if !shard.is_of(one) {
-            return refuse(format!("is a part of another bake than {}; give parts of one scene with one set of options", first.display()));
+            return refuse(format!(
+                "is a part of another bake than {}; give parts of one scene with one set of options",
+                first.display()
+            ));
         }
         let Share { number, of } = shard.share;
         if !shard.done {
             return refuse(format!("its pieces {number}/{of} are not finished; go on with --resume there"));
         }
         // The very entry, not its path: one folder may be named twice.
-        if let Some((other, _)) = shards.iter().find(|(other, two)| !std::ptr::eq(*other, *folder) && two.share == shard.share) {
-            return refuse(format!("has the pieces {number}/{of}, as has {}; give each part once", other.display()));
+        if let Some((other, _)) =
+            shards.iter().find(|(other, two)| !std::ptr::eq(*other, *folder) && two.share == shard.share)
+        {
+            return refuse(format!(
+                "has the pieces {number}/{of}, as has {}; give each part once",
+                other.display()
+            ));
         }
     }
     let of = one.share.of;
@@ -39,17 +50,23 @@ pub fn expect_all(folders: &[PathBuf]) -> Result<Shard> {
         .find(|(n, got)| Some(*n) != *got)
     {
         Some((missing, _)) => {
-            let reason =
-                format!("the pieces {missing}/{of} are missing; bake them with --pieces {missing}/{of} and name their folder, too");
+            let reason = format!(
+                "the pieces {missing}/{of} are missing; bake them with --pieces {missing}/{of} and name their folder, too"
+            );
             Err(BakeError::invalid(&Place::file(first), reason))
         }
         // Where the scene is on this machine, of all the places where parts were baked from.
-        None => Ok(shards.iter().map(|(_, shard)| shard).find(|shard| Path::new(&shard.scene).exists()).unwrap_or(one).clone()),
+        None => Ok(shards
+            .iter()
+            .map(|(_, shard)| shard)
+            .find(|shard| Path::new(&shard.scene).exists())
+            .unwrap_or(one)
+            .clone()),
     }
 }
 
-/// Brings the pieces of `folders` together as the unfinished work of `output`, for a bake that goes on with them. Nobody else works in any of them
-/// meanwhile.
+/// Brings the pieces of `folders` together as the unfinished work of `output`, for a bake that goes on with
+/// them. Nobody else works in any of them meanwhile.
 ///
 /// # Errors
 /// If a log cannot be read or written, or belongs to another bake.
@@ -58,7 +75,10 @@ pub fn gather(folders: &[PathBuf], output: &Path) -> Result<()> {
     for folder in folders {
         let place = Place::file(folder);
         if std::fs::canonicalize(folder).ok() == std::fs::canonicalize(output).ok() {
-            return Err(BakeError::invalid(&place, "is a part and cannot be the bundle, too; name another folder with -o"));
+            return Err(BakeError::invalid(
+                &place,
+                "is a part and cannot be the bundle, too; name another folder with -o",
+            ));
         }
         let _lock = FolderLock::take(folder)?;
         for (name, path) in files(&folder.join(UNFINISHED)) {

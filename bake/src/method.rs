@@ -20,7 +20,8 @@ pub trait Method {
         self.card().name
     }
 
-    /// Fails, naming what stands in the way, unless the method can show the scene at all and a file can hold it.
+    /// Fails, naming what stands in the way, unless the method can show the scene at all and a file can hold
+    /// it.
     ///
     /// # Errors
     /// `Invalid` with the remedy.
@@ -44,7 +45,8 @@ pub trait Method {
     /// Memory that a bake holds at most, as far as is known before anything is traced.
     fn memory(&self, scene: &Scene) -> MemoryNeed;
 
-    /// A hash of everything of the scene that the files and errors of a bake depend on, and of nothing else: while it and the settings stay, a bake serves.
+    /// A hash of everything of the scene that the files and errors of a bake depend on, and of nothing else:
+    /// while it and the settings stay, a bake serves.
     fn reads(&self, scene: &Scene) -> u128;
 
     /// Bakes the scene and writes the method's files; `None` if pieces are missing that others make.
@@ -72,7 +74,8 @@ pub struct Product {
 pub struct Predicted {
     /// Rays traced, shadow rays included.
     pub rays: f64,
-    /// Wall-clock seconds of all stages of the method on as many threads as rayon has, if the machine goes on as it does now.
+    /// Wall-clock seconds of all stages of the method on as many threads as rayon has, if the machine goes on
+    /// as it does now.
     pub seconds: f64,
     /// Of the method's own files, on disk.
     pub bytes: f64,

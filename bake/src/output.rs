@@ -17,22 +17,29 @@ pub fn create_folder(path: &Path) -> Result<bool> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => return Ok(false),
         Ok(_) => return refuse("is a file where a folder is wanted; name another with -o"),
-        Err(_) if path.is_symlink() => return refuse("is a link that leads nowhere; remove it, or name another folder with -o"),
+        Err(_) if path.is_symlink() => {
+            return refuse("is a link that leads nowhere; remove it, or name another folder with -o");
+        }
         Err(_) => {}
     }
     match std::fs::create_dir_all(path) {
         Ok(()) => Ok(true),
-        Err(e) if [ErrorKind::NotADirectory, ErrorKind::InvalidFilename, ErrorKind::InvalidInput].contains(&e.kind()) => {
+        Err(e)
+            if [ErrorKind::NotADirectory, ErrorKind::InvalidFilename, ErrorKind::InvalidInput]
+                .contains(&e.kind()) =>
+        {
             refuse(&format!("cannot be a folder ({e}); name another with -o"))
         }
         Err(e) => Err(Error::output(&place, e)),
     }
 }
 
-/// Makes the folder of the file at `path`, and fails if the file could not be written there; better now than after hours of work.
+/// Makes the folder of the file at `path`, and fails if the file could not be written there; better now than
+/// after hours of work.
 ///
 /// # Errors
-/// Those of [`create_folder`]; `Invalid` if a folder is in the file's place, `Output` if nothing can be written there.
+/// Those of [`create_folder`]; `Invalid` if a folder is in the file's place, `Output` if nothing can be
+/// written there.
 pub fn expect_writable(path: &Path) -> Result<()> {
     let place = Place::file(path);
     if path.is_dir() {
@@ -43,13 +50,17 @@ pub fn expect_writable(path: &Path) -> Result<()> {
     let name = path.file_name();
     sweep_partial(folder.unwrap_or(Path::new(".")), |whole| name.is_some_and(|name| name == whole));
     if is_pipe(path) {
-        return Err(Error::invalid(&place, "is a pipe or socket, which would be waited for; name a file with -o"));
+        return Err(Error::invalid(
+            &place,
+            "is a pipe or socket, which would be waited for; name a file with -o",
+        ));
     }
     // Where a device stands, it is not for us to try.
     if path.exists() && !path.is_file() {
         return Ok(());
     }
-    let tried = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new("."))).and_then(tempfile::NamedTempFile::close);
+    let tried = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))
+        .and_then(tempfile::NamedTempFile::close);
     tried.map_err(|e| Error::output(&place, e))
 }
 
@@ -78,7 +89,8 @@ pub fn sweep_partial(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     }
 }
 
-/// The name that a file was to have, if it is called as [`relume_formats::container::replace_file`] calls what is not whole yet.
+/// The name that a file was to have, if it is called as [`relume_formats::container::replace_file`] calls
+/// what is not whole yet.
 pub fn whole_name(name: &str) -> Option<&str> {
     let (whole, number) = name.rsplit_once(".partial-")?;
     (!number.is_empty() && number.chars().all(|c| c.is_ascii_digit())).then_some(whole)
@@ -125,13 +137,18 @@ mod tests {
         let new = here.path().join("new");
         expect_writable(&new.join("image.exr")).unwrap();
         assert!(files(&new).is_empty(), "something is left of the trial");
-        for file in ["image.exr.partial-12", "other.exr.partial-12", "image.exr.partial-", "image.exr.partial-1a"] {
+        for file in
+            ["image.exr.partial-12", "other.exr.partial-12", "image.exr.partial-", "image.exr.partial-1a"]
+        {
             std::fs::write(new.join(file), "").unwrap();
         }
         expect_writable(&new.join("image.exr")).unwrap();
         assert_eq!(files(&new).len(), 3, "what a kill left of this file is gone");
         let error = expect_writable(here.path()).unwrap_err();
-        assert!(error.is_bad_input() && error.to_string().contains("is a folder where a file is wanted"), "{error}");
+        assert!(
+            error.is_bad_input() && error.to_string().contains("is a folder where a file is wanted"),
+            "{error}"
+        );
         #[cfg(unix)]
         {
             let socket = here.path().join("socket");

@@ -1,4 +1,5 @@
-//! Which animations the methods of a bundle can play: one rule for what a bake writes and what `bake verify` accepts.
+//! Which animations the methods of a bundle can play: one rule for what a bake writes and what `bake verify`
+//! accepts.
 
 use crate::method::Method;
 use crate::methods::asked::Asked;
@@ -14,11 +15,20 @@ use std::path::Path;
 /// What the method called `name` shows of `scene` once it is baked; `None` for a name that is no method's.
 fn scope(name: &str, scene: &Scene, meta: &Meta) -> Option<Scope> {
     let card = Registered::find(name)?.card;
-    let maps = scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.clone());
-    Some(Scope { scene: meta.clone(), card, maps: if card.lets_vary.light { maps.collect() } else { Vec::new() } })
+    let maps = scene
+        .environment
+        .iter()
+        .flat_map(|e| [&e.map].into_iter().chain(&e.others))
+        .map(|map| map.name.clone());
+    Some(Scope {
+        scene: meta.clone(),
+        card,
+        maps: if card.lets_vary.light { maps.collect() } else { Vec::new() },
+    })
 }
 
-/// The animations of `scene`, which a bundle holds as `meta`, that one of `methods` plays, and a sentence for each that none does.
+/// The animations of `scene`, which a bundle holds as `meta`, that one of `methods` plays, and a sentence for
+/// each that none does.
 pub fn split<'a>(scene: &'a Scene, meta: &Meta, methods: &[&str]) -> (Vec<&'a Animation>, Vec<String>) {
     let scopes: Vec<Scope> = methods.iter().filter_map(|name| scope(name, scene, meta)).collect();
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
@@ -40,12 +50,17 @@ fn place_of(animation: &Animation, scene: &Scene) -> Place {
 
 fn sentence(animation: &Animation, error: &Error, scene: &Scene, meta: &Meta, methods: &[&str]) -> String {
     let plays = |name: &&str| {
-        scope(name, scene, meta).is_some_and(|scope| expect_some_plays(animation, &[scope], &place_of(animation, scene)).is_ok())
+        scope(name, scene, meta)
+            .is_some_and(|scope| expect_some_plays(animation, &[scope], &place_of(animation, scene)).is_ok())
     };
     let asked = Asked::of_scene(scene);
     let all: Vec<Box<dyn Method>> = METHODS.into_iter().map(|method| (method.new)(&asked, scene)).collect();
-    let others: Vec<&str> =
-        all.iter().filter(|method| method.expect_fit(scene).is_ok()).map(|method| method.name()).filter(plays).collect();
+    let others: Vec<&str> = all
+        .iter()
+        .filter(|method| method.expect_fit(scene).is_ok())
+        .map(|method| method.name())
+        .filter(plays)
+        .collect();
     match others.first() {
         Some(other) => format!(
             "{}: {} does not play this animation, {other} does; it is left out, add --method {other} to keep it",
@@ -76,20 +91,28 @@ mod tests {
         let (kept, left_out) = split(&scene, &crate::bundle::stored_scene(&scene, [8, 8]).meta, methods);
         let folder = format!("{}/", folder.path().display());
         let plain = |sentence: String| sentence.replace(&folder, "");
-        (kept.iter().map(|animation| animation.name.clone()).collect(), left_out.into_iter().map(plain).collect())
+        (
+            kept.iter().map(|animation| animation.name.clone()).collect(),
+            left_out.into_iter().map(plain).collect(),
+        )
     }
 
     #[test]
     fn animations_are_kept_if_a_method_plays_them() {
         let turn = "environment.rotation_deg = 5";
-        assert_eq!(after(turn, &["transfer-images", "sparse-transfer"]), (vec!["other".to_owned(), "paint".to_owned()], Vec::new()));
+        assert_eq!(
+            after(turn, &["transfer-images", "sparse-transfer"]),
+            (vec!["other".to_owned(), "paint".to_owned()], Vec::new())
+        );
         let (kept, left_out) = after(turn, &["transfer-images"]);
         assert_eq!(kept, ["paint"]);
         // A point light does not suit the other method.
         assert_eq!(
             left_out,
-            ["animations/other.toml: line 4: at 0.5 s: sets [environment], which this bundle does not vary (only material `a` varies); \
-              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"]
+            [
+                "animations/other.toml: line 4: at 0.5 s: sets [environment], which this bundle does not vary (only material `a` varies); \
+              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"
+            ]
         );
     }
 
@@ -99,8 +122,10 @@ mod tests {
         assert_eq!(kept, ["paint"]);
         assert_eq!(
             left_out,
-            ["animations/other.toml: line 4: at 0.5 s: sets light `lamp`, but no method of this version lets lights vary; \
-              remove it; the animation is left out"]
+            [
+                "animations/other.toml: line 4: at 0.5 s: sets light `lamp`, but no method of this version lets lights vary; \
+              remove it; the animation is left out"
+            ]
         );
     }
 }

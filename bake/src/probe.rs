@@ -1,7 +1,8 @@
-//! A look at a scene before hours of work: a picture of some 64 × 64 pixels, and what is wrong in it, in words.
+//! A look at a scene before hours of work: a picture of some 64 × 64 pixels, and what is wrong in it, in
+//! words.
 //!
-//! The picture is of first hits, and of the light that arrives there if everything is grey, so that it says nothing of materials and all of light and
-//! camera. What it costs is one hierarchy and some 300,000 rays.
+//! The picture is of first hits, and of the light that arrives there if everything is grey, so that it says
+//! nothing of materials and all of light and camera. What it costs is one hierarchy and some 300,000 rays.
 
 mod warnings;
 
@@ -69,14 +70,16 @@ impl<'a> Probe<'a> {
         warnings::of(self)
     }
 
-    /// By how much the display should brighten the picture, so that grey surfaces look grey, in steps of a half; 0 if all is black.
+    /// By how much the display should brighten the picture, so that grey surfaces look grey, in steps of a
+    /// half; 0 if all is black.
     pub fn exposure_ev(&self) -> f32 {
         let ev = (2.0 * self.wanted_ev().unwrap_or(0.0)).round() / 2.0;
         // Not −0, which would be written so.
         ev.clamp(-32.0, 32.0) + 0.0
     }
 
-    /// The exposure at which the middle of the picture is in the middle of the range and little of it at the end; `None` if all is black.
+    /// The exposure at which the middle of the picture is in the middle of the range and little of it at the
+    /// end; `None` if all is black.
     fn wanted_ev(&self) -> Option<f32> {
         let [middle, bright] = [self.brightness(0.5)?, self.brightness(0.9)?];
         Some((MIDDLE / middle).min(BRIGHT / bright).log2())
@@ -98,12 +101,15 @@ impl<'a> Probe<'a> {
         seen
     }
 
-    /// The radiance, as the mean of its channels, that the given part of the lit surfaces stays below, before exposure; `None` if there are none.
+    /// The radiance, as the mean of its channels, that the given part of the lit surfaces stays below, before
+    /// exposure; `None` if there are none.
     fn brightness(&self, part: f64) -> Option<f32> {
-        let is_surface = |met: &Option<Meeting>| met.is_some_and(|met| matches!(met.owner, Owner::Material(_)));
+        let is_surface =
+            |met: &Option<Meeting>| met.is_some_and(|met| matches!(met.owner, Owner::Material(_)));
         let mean = |[r, g, b]: &[f32; 3]| (r + g + b) / 3.0;
         let surfaces = self.grey.iter().zip(&self.meetings).filter(|(_, met)| is_surface(met));
-        let mut lit: Vec<f32> = surfaces.map(|(radiance, _)| mean(radiance)).filter(|radiance| *radiance > 0.0).collect();
+        let mut lit: Vec<f32> =
+            surfaces.map(|(radiance, _)| mean(radiance)).filter(|radiance| *radiance > 0.0).collect();
         lit.sort_by(f32::total_cmp);
         lit.get((part * lit.len() as f64) as usize).copied()
     }

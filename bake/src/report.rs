@@ -1,4 +1,5 @@
-//! `report.json`: how long things took, and on what machine. It stands beside what was made, outside every hash.
+//! `report.json`: how long things took, and on what machine. It stands beside what was made, outside every
+//! hash.
 
 use relume_formats::container::replace_file;
 use relume_formats::{Error, Place, Result, read_regular};
@@ -27,18 +28,24 @@ pub fn facts(seconds: f64) -> Map<String, Value> {
 
 /// The report of `folder`; empty if it has none.
 pub fn read(folder: &Path) -> Map<String, Value> {
-    read_regular(&folder.join(FILE_NAME), MAX_BYTES, "").ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    read_regular(&folder.join(FILE_NAME), MAX_BYTES, "")
+        .ok()
+        .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+        .unwrap_or_default()
 }
 
-/// Puts `new` into the report of `folder`, over what it holds under the same keys; [`SPHERES`] are replaced one by one. What is there but no report
-/// is replaced.
+/// Puts `new` into the report of `folder`, over what it holds under the same keys; [`SPHERES`] are replaced
+/// one by one. What is there but no report is replaced.
 ///
 /// # Errors
 /// If the report cannot be written.
 pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
     let path = folder.join(FILE_NAME);
     if path.exists() && !path.is_file() {
-        return Err(Error::invalid(&Place::file(&path), "not a regular file, which the report is to replace; remove it"));
+        return Err(Error::invalid(
+            &Place::file(&path),
+            "not a regular file, which the report is to replace; remove it",
+        ));
     }
     let mut report = read(folder);
     for (key, value) in new {
@@ -47,7 +54,8 @@ pub fn merge(folder: &Path, new: Map<String, Value>) -> Result<()> {
             (_, value) => drop(report.insert(key, value)),
         }
     }
-    let text = serde_json::to_string_pretty(&report).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
+    let text = serde_json::to_string_pretty(&report)
+        .map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
     replace_file(&path, (text + "\n").as_bytes())
 }
 
@@ -73,8 +81,7 @@ mod tests {
         merge(folder.path(), sets("two", 2.0)).unwrap();
         merge(folder.path(), sets("one", 3.0)).unwrap();
         merge(folder.path(), Map::from_iter([("methods".to_owned(), json!({ "b": 2 }))])).unwrap();
-        let expected =
-            json!({ "seconds": 5.0, "methods": { "b": 2 }, "spheres": { "one": { "seconds": 3.0 }, "two": { "seconds": 2.0 } } });
+        let expected = json!({ "seconds": 5.0, "methods": { "b": 2 }, "spheres": { "one": { "seconds": 3.0 }, "two": { "seconds": 2.0 } } });
         assert_eq!(Value::Object(read(folder.path())), expected);
     }
 
@@ -84,7 +91,11 @@ mod tests {
         for text in ["no JSON {", "[1, 2]", "{ \"spheres\": 3 }"] {
             std::fs::write(folder.path().join(FILE_NAME), text).unwrap();
             merge(folder.path(), sets("one", 1.0)).unwrap();
-            assert_eq!(Value::Object(read(folder.path())), json!({ "spheres": { "one": { "seconds": 1.0 } } }), "{text}");
+            assert_eq!(
+                Value::Object(read(folder.path())),
+                json!({ "spheres": { "one": { "seconds": 1.0 } } }),
+                "{text}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Hashes of the parts of a scene, so that every step of a bake is done again when something changes that it reads, and only then.
+//! Hashes of the parts of a scene, so that every step of a bake is done again when something changes that it
+//! reads, and only then.
 //!
 //! In no part are parameters of materials that vary but those that [`Part::Albedos`] has, animations,
 //! exposure, the curve of the display, and names of objects and lights: changing
@@ -37,8 +38,16 @@ pub enum Part {
 
 impl Part {
     /// Those that are no part of another.
-    const WHOLE: [Self; 8] =
-        [Self::Geometry, Self::Shapes, Self::Surfaces, Self::Lights, Self::Camera, Self::Reflections, Self::Environment, Self::Maps];
+    const WHOLE: [Self; 8] = [
+        Self::Geometry,
+        Self::Shapes,
+        Self::Surfaces,
+        Self::Lights,
+        Self::Camera,
+        Self::Reflections,
+        Self::Environment,
+        Self::Maps,
+    ];
 }
 
 /// xxh3-128 over some parts of `scene`.
@@ -64,14 +73,18 @@ impl Hasher {
         match part {
             Part::Geometry => self.geometry(scene),
             Part::Shapes => {
-                for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.shape.is_some()) {
+                for (index, object) in
+                    scene.objects.iter().enumerate().filter(|(_, object)| object.shape.is_some())
+                {
                     self.number(index as u64);
                     self.shape(object.shape.as_deref());
                 }
             }
             Part::Textures => {
                 self.assignment(scene);
-                for (index, material) in scene.materials.iter().enumerate().filter(|(_, material)| material.texture.is_some()) {
+                for (index, material) in
+                    scene.materials.iter().enumerate().filter(|(_, material)| material.texture.is_some())
+                {
                     self.number(index as u64);
                     self.cutout_and_texture(material);
                 }
@@ -85,7 +98,9 @@ impl Hasher {
                 self.number(scene.lights.len() as u64);
                 scene.lights.iter().for_each(|light| self.emitter(&light.emitter));
             }
-            Part::Camera => self.vectors(&[&scene.camera.position, &scene.camera.target, &[scene.camera.fov_deg]]),
+            Part::Camera => {
+                self.vectors(&[&scene.camera.position, &scene.camera.target, &[scene.camera.fov_deg]])
+            }
             Part::Reflections => self.number(scene.reflections.into()),
             Part::Environment => {
                 if let Some(environment) = &scene.environment {
@@ -197,13 +212,17 @@ impl Hasher {
     fn brdf(&mut self, brdf: &Brdf) {
         match brdf {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => self.vectors(&[kd, ks, &[*shininess]]),
-            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => self.vectors(&[base_color, &[*metallic, *roughness]]),
+            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => {
+                self.vectors(&[base_color, &[*metallic, *roughness]])
+            }
         }
     }
 
     fn emitter(&mut self, emitter: &Emitter) {
         match emitter {
-            Emitter::Area { corner, edge_u, edge_v, radiance } => self.vectors(&[corner, edge_u, edge_v, radiance]),
+            Emitter::Area { corner, edge_u, edge_v, radiance } => {
+                self.vectors(&[corner, edge_u, edge_v, radiance])
+            }
             Emitter::Mesh { object, radiance, glow } => {
                 self.number(*object as u64);
                 self.floats(radiance);

@@ -37,7 +37,8 @@ impl Shard {
     /// What is asked of `scene` here.
     pub fn new(scene: &Scene, methods: &[&str], asked: &Asked, share: Share) -> Self {
         let path = std::path::absolute(&scene.file).unwrap_or_else(|_| scene.file.clone());
-        let (scene_hash, methods) = (hash_text(scene), methods.iter().map(|name| (*name).to_owned()).collect());
+        let (scene_hash, methods) =
+            (hash_text(scene), methods.iter().map(|name| (*name).to_owned()).collect());
         Self { scene: path, scene_hash, methods, asked: *asked, share, done: false }
     }
 
@@ -47,7 +48,8 @@ impl Shard {
     /// If it cannot be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = folder.join(UNFINISHED).join(SHARD);
-        let text = serde_json::to_string_pretty(self).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
         Ok(replace_file(&path, (text + "\n").as_bytes())?)
     }
 
@@ -69,7 +71,10 @@ impl Shard {
     /// `Invalid` with the remedy.
     pub(crate) fn expect_own(&self, folder: &Path) -> Result<()> {
         if folder.join(MANIFEST).exists() {
-            return Err(BakeError::invalid(&Place::file(folder), "holds a bundle; give each part a folder of its own with -o"));
+            return Err(BakeError::invalid(
+                &Place::file(folder),
+                "holds a bundle; give each part a folder of its own with -o",
+            ));
         }
         let Ok(other) = Self::read(folder) else { return Ok(()) };
         if other.share == self.share {
@@ -92,13 +97,15 @@ impl Shard {
             return Err(BakeError::invalid(&Place::file(folder), reason));
         }
         let bytes = read_regular(&path, MAX_BYTES, "; bake that part again")?;
-        serde_json::from_slice(&bytes).map_err(|_| BakeError::invalid(&place, "is damaged or of another version; bake that part again"))
+        serde_json::from_slice(&bytes)
+            .map_err(|_| BakeError::invalid(&place, "is damaged or of another version; bake that part again"))
     }
 
     /// Whether the other is a shard of the same bake, wherever its machine has the scene.
     pub(crate) fn is_of(&self, other: &Self) -> bool {
         let (share, scene) = (|shard: &Self| Share { number: 1, ..shard.share }, &other.scene);
-        let whole = |shard: &Self| Self { share: share(shard), done: true, scene: scene.clone(), ..shard.clone() };
+        let whole =
+            |shard: &Self| Self { share: share(shard), done: true, scene: scene.clone(), ..shard.clone() };
         whole(self) == whole(other)
     }
 }

@@ -1,4 +1,5 @@
-//! A step of a bake, and what runs it: threads, log, progress, interruption, ray counts and shares of a cluster are here and nowhere else.
+//! A step of a bake, and what runs it: threads, log, progress, interruption, ray counts and shares of a
+//! cluster are here and nowhere else.
 
 use crate::error::{BakeError, Result};
 use crate::job::Job;
@@ -10,7 +11,8 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// A step whose work comes in numbered pieces. A piece depends on the key and its number alone, so that it can be made at any time, in any order, anywhere.
+/// A step whose work comes in numbered pieces. A piece depends on the key and its number alone, so that it
+/// can be made at any time, in any order, anywhere.
 pub trait Stage: Sync {
     /// What its log is called: the method's name, or the method's name and what else it does after a `-`.
     fn name(&self) -> String;
@@ -52,7 +54,8 @@ impl Share {
     /// Most shares of one bake.
     const MOST: u32 = 1 << 16;
 
-    /// Whether piece number `piece`, from 0 on, is made here. Neighbours go to different shares, so that all take about as long.
+    /// Whether piece number `piece`, from 0 on, is made here. Neighbours go to different shares, so that all
+    /// take about as long.
     pub fn has(self, piece: u32) -> bool {
         piece % self.of == self.number - 1
     }
@@ -67,9 +70,14 @@ impl FromStr for Share {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let numbers = text.split_once('/').and_then(|(number, of)| Some(Self { number: number.parse().ok()?, of: of.parse().ok()? }));
-        let legal = numbers.filter(|share| (1..=Self::MOST).contains(&share.of) && (1..=share.of).contains(&share.number));
-        legal.ok_or_else(|| format!("expected I/N such as 3/100, with I from 1 to N and N at most {}", Self::MOST))
+        let numbers = text
+            .split_once('/')
+            .and_then(|(number, of)| Some(Self { number: number.parse().ok()?, of: of.parse().ok()? }));
+        let legal = numbers
+            .filter(|share| (1..=Self::MOST).contains(&share.of) && (1..=share.of).contains(&share.number));
+        legal.ok_or_else(|| {
+            format!("expected I/N such as 3/100, with I from 1 to N and N at most {}", Self::MOST)
+        })
     }
 }
 
@@ -99,7 +107,8 @@ impl Traced {
 /// If a piece fails, the log cannot be written, or the job is interrupted; finished pieces stay in the log.
 pub fn fill(stage: &dyn Stage, log: &WorkLog, share: Share, job: &Job) -> Result<Traced> {
     let finished = log.finished();
-    let is_missing = |piece: &u32| finished.binary_search(piece).is_err() && share.has(stage.first_share() + piece);
+    let is_missing =
+        |piece: &u32| finished.binary_search(piece).is_err() && share.has(stage.first_share() + piece);
     let missing: Vec<u32> = (0..stage.pieces()).filter(is_missing).collect();
     let progress = stage.label().map(|label| job.progress(label, missing.len() as u64));
     // What came before may have traced some, too.
@@ -113,7 +122,11 @@ pub fn fill(stage: &dyn Stage, log: &WorkLog, share: Share, job: &Job) -> Result
         progress.iter().for_each(|progress| progress.advance(1));
         Ok::<_, BakeError>(())
     })?;
-    Ok(Traced { rays: rays.into_inner(), seconds: start.elapsed().as_secs_f64(), pieces: missing.len() as u32 })
+    Ok(Traced {
+        rays: rays.into_inner(),
+        seconds: start.elapsed().as_secs_f64(),
+        pieces: missing.len() as u32,
+    })
 }
 
 /// Whether `log` has all pieces of `stage`.

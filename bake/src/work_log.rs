@@ -44,8 +44,13 @@ impl WorkLog {
     /// Starts an empty log at `path`.
     pub fn create(path: &Path, key: u128) -> Result<Self> {
         let place = Place::file(path);
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|e| Error::output(&place, e))?;
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(|e| Error::output(&place, e))?;
         file.set_len(0).map_err(|e| Error::output(&place, e))?;
         file.write_all(&key.to_le_bytes()).map_err(|e| Error::output(&place, e))?;
         Ok(Self { place, inner: Mutex::new(Inner { file, end: KEY_BYTES as u64, pieces: BTreeMap::new() }) })
@@ -54,7 +59,8 @@ impl WorkLog {
     /// Opens the log at `path` again; `None` if it belongs to another bake.
     pub fn reopen(path: &Path, key: u128) -> Result<Option<Self>> {
         let place = Place::file(path);
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::output(&place, e))?;
+        let mut file =
+            OpenOptions::new().read(true).write(true).open(path).map_err(|e| Error::output(&place, e))?;
         let scan = scan(&mut file, key).map_err(|e| Error::output(&place, e))?;
         Ok(scan.map(|(pieces, end)| Self { place, inner: Mutex::new(Inner { file, end, pieces }) }))
     }
@@ -70,13 +76,18 @@ impl WorkLog {
         let key = u128::from_le_bytes(key);
         let other = || Error::invalid(&place, "is of another bake; bake that part again with --force");
         let theirs = Self::reopen(from, key)?.ok_or_else(other)?;
-        let ours = if Self::exists(path) { Self::reopen(path, key)?.ok_or_else(other)? } else { Self::create(path, key)? };
+        let ours = if Self::exists(path) {
+            Self::reopen(path, key)?.ok_or_else(other)?
+        } else {
+            Self::create(path, key)?
+        };
         let known = ours.finished();
         let new = theirs.finished().into_iter().filter(|piece| known.binary_search(piece).is_err());
         new.into_iter().try_for_each(|piece| ours.append(piece, &theirs.read(piece)?))
     }
 
-    /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds nothing.
+    /// Whether a log worth going on with stands at `path`; one that was cut before its key ended holds
+    /// nothing.
     pub fn exists(path: &Path) -> bool {
         std::fs::metadata(path).is_ok_and(|m| m.len() >= KEY_BYTES as u64)
     }
@@ -108,8 +119,14 @@ impl WorkLog {
         record.extend(payload);
         let mut inner = self.lock();
         let end = inner.end;
-        inner.file.seek(SeekFrom::Start(end)).and_then(|_| inner.file.write_all(&record)).map_err(|e| Error::output(&self.place, e))?;
-        inner.pieces.insert(piece, Entry { at: end + RECORD_HEADER as u64, bytes: payload.len() as u32, checksum });
+        inner
+            .file
+            .seek(SeekFrom::Start(end))
+            .and_then(|_| inner.file.write_all(&record))
+            .map_err(|e| Error::output(&self.place, e))?;
+        inner
+            .pieces
+            .insert(piece, Entry { at: end + RECORD_HEADER as u64, bytes: payload.len() as u32, checksum });
         inner.end = end + record.len() as u64;
         Ok(())
     }
@@ -117,7 +134,12 @@ impl WorkLog {
     /// Reads a piece back.
     pub fn read(&self, piece: u32) -> Result<Vec<u8>> {
         let mut inner = self.lock();
-        let damaged = || Error::invalid(&self.place, format!("piece {piece} is missing or damaged; bake again with --force"));
+        let damaged = || {
+            Error::invalid(
+                &self.place,
+                format!("piece {piece} is missing or damaged; bake again with --force"),
+            )
+        };
         let Entry { at, bytes, checksum: expected } = *inner.pieces.get(&piece).ok_or_else(damaged)?;
         let mut payload = vec![0; bytes as usize];
         inner
@@ -136,7 +158,8 @@ impl WorkLog {
         Error::invalid(&self.place, reason)
     }
 
-    /// A poisoned lock means that another thread panicked between two writes of `Inner`, whose record is then simply not listed.
+    /// A poisoned lock means that another thread panicked between two writes of `Inner`, whose record is then
+    /// simply not listed.
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
@@ -174,7 +197,10 @@ fn scan(file: &mut File, key: u128) -> io::Result<Option<Found>> {
         if checksum(piece, &payload) != u64::from_le_bytes(sum) {
             break;
         }
-        pieces.insert(piece, Entry { at: end + RECORD_HEADER as u64, bytes, checksum: u64::from_le_bytes(sum) });
+        pieces.insert(
+            piece,
+            Entry { at: end + RECORD_HEADER as u64, bytes, checksum: u64::from_le_bytes(sum) },
+        );
         end = next;
     }
     Ok(Some((pieces, end)))
@@ -200,7 +226,11 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for length in 0..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert_eq!(WorkLog::holds_pieces(&path), length >= KEY_BYTES + RECORD_HEADER + piece(5).len(), "{length}");
+            assert_eq!(
+                WorkLog::holds_pieces(&path),
+                length >= KEY_BYTES + RECORD_HEADER + piece(5).len(),
+                "{length}"
+            );
             let Some(log) = WorkLog::reopen(&path, 42).unwrap() else {
                 assert!(length < KEY_BYTES);
                 continue;

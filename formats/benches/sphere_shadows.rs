@@ -1,12 +1,15 @@
-//! Frames per second of the fast path of sphere-shadows on the source's scene: a plane of 16,384 receivers under the spheres of a torus knot
-//! (sphere shadows §5, table 2). Prints the best of several rounds, with the part that is not caps and counting, and the time of folding the light.
+//! Frames per second of the fast path of sphere-shadows on the source's scene: a plane of 16,384 receivers
+//! under the spheres of a torus knot (sphere shadows §5, table 2). Prints the best of several rounds, with
+//! the part that is not caps and counting, and the time of folding the light.
 
 #![allow(missing_docs, reason = "a program")]
 
 use glam::Vec3;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::haar::forward_cube;
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Receiver, Spheres, light, lobe, neighbours};
+use relume_formats::evaluate::sphere_shadows::{
+    Function, Levels, Receiver, Spheres, light, lobe, neighbours,
+};
 use relume_formats::fast::sphere_shadows::{Shading, order};
 use relume_formats::kinds::HaarTable;
 use std::f32::consts::TAU;
@@ -28,12 +31,14 @@ fn knot(count: usize) -> Spheres {
     Spheres { neighbours: neighbours(&now), now }
 }
 
-/// A plane of 4 m × 4 m whose receivers use a lobe of their own; or, `blended`, a bowl whose receivers each blend four.
+/// A plane of 4 m × 4 m whose receivers use a lobe of their own; or, `blended`, a bowl whose receivers each
+/// blend four.
 fn receivers(blended: bool) -> Vec<Receiver> {
     let at = |k: usize| 4.0 * k as f32 / (SIDE - 1) as f32 - 2.0;
     let receiver = |i: usize| {
         let position = Vec3::new(at(i % SIDE), 0.0, at(i / SIDE));
-        let normal = if blended { Vec3::new(-0.2 * position.x, 1.0, -0.2 * position.z).normalize() } else { Vec3::Y };
+        let normal =
+            if blended { Vec3::new(-0.2 * position.x, 1.0, -0.2 * position.z).normalize() } else { Vec3::Y };
         let own = [(NODES as u32, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
         Receiver { position, normal, lobes: if blended { blend(normal) } else { own }, own: None }
     };
@@ -45,7 +50,13 @@ fn sky(terms: usize) -> [Function; 3] {
     let mut state = 1u64;
     let texel = |i: usize| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let d = relume_formats::basis::cubemap::direction(i / 1024, 32, (i % 32) as f64 + 0.5, (i / 32 % 32) as f64 + 0.5).as_vec3();
+        let d = relume_formats::basis::cubemap::direction(
+            i / 1024,
+            32,
+            (i % 32) as f64 + 0.5,
+            (i / 32 % 32) as f64 + 0.5,
+        )
+        .as_vec3();
         let sun = if d.dot(Vec3::new(0.36, 0.8, 0.48)) > 0.995 { 200.0 } else { 0.0 };
         let window = if d.dot(Vec3::new(-0.6, 0.64, -0.48)) > 0.95 { 10.0 } else { 0.0 };
         sun + window + 0.5 + 0.4 * d.y + (state >> 40) as f32 / (1 << 24) as f32
@@ -70,9 +81,12 @@ fn print_table(name: &str, receivers: &[Receiver], lobes: &[Vec<f32>], table: &H
     // Without lobes only caps and counts are left.
     let unlit: Vec<Receiver> = receivers.iter().map(|r| Receiver { lobes: [(0, 0.0); 4], ..*r }).collect();
     let mut out = vec![[0.0; 3]; receivers.len()];
-    println!("{name}: milliseconds a frame of 16,384 receivers, of which sums, and frames per second, under 0, 32, 64, 96 and 128 spheres");
+    println!(
+        "{name}: milliseconds a frame of 16,384 receivers, of which sums, and frames per second, under 0, 32, 64, 96 and 128 spheres"
+    );
     for terms in [50, 100, 200] {
-        let lobes: Vec<Function> = lobes.iter().map(|coefficients| lobe(coefficients.clone(), Some(terms))).collect();
+        let lobes: Vec<Function> =
+            lobes.iter().map(|coefficients| lobe(coefficients.clone(), Some(terms))).collect();
         let light = sky(terms);
         for levels in [Levels::One, Levels::Two] {
             let folding = best(|| drop(black_box(Shading::new(&lobes, &light, levels))));
@@ -80,8 +94,8 @@ fn print_table(name: &str, receivers: &[Receiver], lobes: &[Vec<f32>], table: &H
             print!("{terms:4} terms {levels:?}:");
             for count in [0, 32, 64, 96, 128] {
                 let sets = [knot(count)];
-                let [whole, caps] =
-                    [receivers, &unlit].map(|receivers| best(|| shading.radiance(receivers, &sets, table, black_box(&mut out))));
+                let [whole, caps] = [receivers, &unlit]
+                    .map(|receivers| best(|| shading.radiance(receivers, &sets, table, black_box(&mut out))));
                 print!("{:7.2} {:5.2} {:6.1};", 1e3 * whole, 1e3 * (whole - caps), 1.0 / whole);
             }
             println!(" folding {:.2} ms for {} lobes", 1e3 * folding, lobes.len());

@@ -16,8 +16,13 @@ mod tests {
 
     #[test]
     fn only_one_is_singular() {
-        for (count, expected) in [(0, "0 vertices have"), (1, "1 vertex has"), (2, "2 vertices have"), (21, "21 vertices have")] {
-            assert_eq!(format!("{} {}", counted(count, "vertex", "vertices"), one_or(count, "has", "have")), expected);
+        for (count, expected) in
+            [(0, "0 vertices have"), (1, "1 vertex has"), (2, "2 vertices have"), (21, "21 vertices have")]
+        {
+            assert_eq!(
+                format!("{} {}", counted(count, "vertex", "vertices"), one_or(count, "has", "have")),
+                expected
+            );
         }
     }
 }

@@ -32,7 +32,8 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Names in files may hold line breaks and terminal controls; a message is one line and cannot steer a terminal.
+        // Names in files may hold line breaks and terminal controls; a message is one line and cannot steer a
+        // terminal.
         write!(f, "{}", plain(&self.file.display().to_string()))?;
         match &self.part {
             Some(part) => write!(f, ": {}", plain(part)),
@@ -90,13 +91,16 @@ impl Error {
         Self::Unsupported { place: place.clone(), reason: plain(&reason.into()).into_owned() }
     }
 
-    /// An [`Error::Io`]. What the system says in its own terms is said in ours, with the file that was meant if the one named is not there.
+    /// An [`Error::Io`]. What the system says in its own terms is said in ours, with the file that was meant
+    /// if the one named is not there.
     pub fn io(place: &Place, source: io::Error) -> Self {
         let of_kind = |reason: String| io::Error::new(source.kind(), reason);
         let source = match source.kind() {
             _ if source.raw_os_error().is_none() => source,
             io::ErrorKind::NotFound => {
-                let meant = nearest_file(Path::new(""), &place.file).map(|file| format!("; did you mean `{file}`?")).unwrap_or_default();
+                let meant = nearest_file(Path::new(""), &place.file)
+                    .map(|file| format!("; did you mean `{file}`?"))
+                    .unwrap_or_default();
                 of_kind(format!("no such file or folder{meant}"))
             }
             io::ErrorKind::IsADirectory => of_kind("is a folder; name a file".to_owned()),
@@ -122,12 +126,14 @@ impl Error {
     }
 }
 
-/// A usage error in words that say what to write: of numbers that the standard library cannot read, and of what was meant.
+/// A usage error in words that say what to write: of numbers that the standard library cannot read, and of
+/// what was meant.
 pub fn in_plain_words(message: &str) -> String {
-    let (what, meant) = match message.split_once(" tip: ").map(|(what, tip)| (what, tip.split_once(" exists: "))) {
-        Some((what, Some((_, meant)))) => (what, format!("; did you mean {meant}?")),
-        _ => (message, String::new()),
-    };
+    let (what, meant) =
+        match message.split_once(" tip: ").map(|(what, tip)| (what, tip.split_once(" exists: "))) {
+            Some((what, Some((_, meant)))) => (what, format!("; did you mean {meant}?")),
+            _ => (message, String::new()),
+        };
     [
         ("invalid digit found in string", "a whole number is expected"),
         ("invalid float literal", "a number such as 0.01 is expected, with a decimal point"),
@@ -141,8 +147,11 @@ pub fn in_plain_words(message: &str) -> String {
 
 /// Whether a path leads to nothing that can be read, rather than reading having failed.
 fn is_of_the_path(error: &io::Error) -> bool {
-    use io::ErrorKind::{InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
-    let by_kind = [NotFound, IsADirectory, NotADirectory, PermissionDenied, InvalidFilename, InvalidInput].contains(&error.kind());
+    use io::ErrorKind::{
+        InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,
+    };
+    let by_kind = [NotFound, IsADirectory, NotADirectory, PermissionDenied, InvalidFilename, InvalidInput]
+        .contains(&error.kind());
     by_kind || leads_in_circles(error)
 }
 
@@ -185,7 +194,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("Sky.exr"), "").unwrap();
         for (name, expected) in [
-            ("sky.exr", format!("no such file or folder; did you mean `{}`?", folder.path().join("Sky.exr").display())),
+            (
+                "sky.exr",
+                format!(
+                    "no such file or folder; did you mean `{}`?",
+                    folder.path().join("Sky.exr").display()
+                ),
+            ),
             ("", "is a folder; name a file".to_owned()),
         ] {
             let path = folder.path().join(name);
@@ -198,9 +213,10 @@ mod tests {
     #[test]
     fn a_message_is_one_line_whatever_files_and_their_content_are_called() {
         let place = Place::file("a\nb.toml").part("key `c\rd`");
-        for error in
-            [Error::invalid(&place, "material `päper\n\u{1b}[2J` is bad"), Error::unsupported(&place, "material `päper\n\u{1b}[2J` is bad")]
-        {
+        for error in [
+            Error::invalid(&place, "material `päper\n\u{1b}[2J` is bad"),
+            Error::unsupported(&place, "material `päper\n\u{1b}[2J` is bad"),
+        ] {
             assert_eq!(error.to_string(), r"a\nb.toml: key `c\rd`: material `päper\n\u{1b}[2J` is bad");
         }
     }
@@ -212,7 +228,9 @@ mod tests {
             assert!(Error::io(&place, kind.into()).is_bad_input());
             assert!(!Error::output(&place, kind.into()).is_bad_input());
         }
-        for kind in [io::ErrorKind::StorageFull, io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::OutOfMemory] {
+        for kind in
+            [io::ErrorKind::StorageFull, io::ErrorKind::ReadOnlyFilesystem, io::ErrorKind::OutOfMemory]
+        {
             assert!(!Error::io(&place, kind.into()).is_bad_input());
         }
     }

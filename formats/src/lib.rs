@@ -16,7 +16,8 @@
 //! * [`evaluate`]: the CPU meaning of a bundle at a state. The player's shaders must equal it;
 //! * [`fast`]: the same in vector code on all cores, for machines without a GPU.
 //!
-//! This crate knows nothing of rays, windows or GPUs, uses threads only in [`fast`], and never panics on data from outside.
+//! This crate knows nothing of rays, windows or GPUs, uses threads only in [`fast`], and never panics on data
+//! from outside.
 
 pub mod basis;
 pub mod bundle;

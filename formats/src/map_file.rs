@@ -13,7 +13,8 @@ use primaries::convert;
 use std::io::{BufReader, Read as _};
 use std::path::Path;
 
-/// Largest map, in texels: 8192 × 4096. While it is read there are two copies of 12 bytes each, and a file of a few bytes may claim to be so large.
+/// Largest map, in texels: 8192 × 4096. While it is read there are two copies of 12 bytes each, and a file of
+/// a few bytes may claim to be so large.
 const MAX_TEXELS: u64 = 1 << 25;
 
 /// What an infinite texel becomes: the largest half float, whose overflow it was.
@@ -37,17 +38,25 @@ pub fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> 
     } else if has_extension(path, "exr") {
         open_exr::read(path, &place)?
     } else {
-        return Err(Error::unsupported(&place, "not an environment map this version reads; it reads .hdr and .exr, convert it"));
+        return Err(Error::unsupported(
+            &place,
+            "not an environment map this version reads; it reads .hdr and .exr, convert it",
+        ));
     };
     let taken = negative_light(&map);
     let (mended, count) = (mend(&mut map.texels), map.texels.len());
     if mended > 0 {
         let gain = gain_note(taken, light(&map, |x| x));
-        warnings.push(format!("{place}: mended {mended} of {count} texels, which are negative, infinite or NaN{gain}"));
+        warnings.push(format!(
+            "{place}: mended {mended} of {count} texels, which are negative, infinite or NaN{gain}"
+        ));
     }
-    match primaries.filter(|primaries| !primaries.are_rec_709()).map(|primaries| primaries.rec_709_from_rgb()) {
+    match primaries.filter(|primaries| !primaries.are_rec_709()).map(|primaries| primaries.rec_709_from_rgb())
+    {
         None => {}
-        Some(None) => warnings.push(format!("{place}: its chromaticities span no colour space; its colours are taken for Rec. 709")),
+        Some(None) => warnings.push(format!(
+            "{place}: its chromaticities span no colour space; its colours are taken for Rec. 709"
+        )),
         Some(Some(rec_709_from_rgb)) => {
             let clipped = convert(&mut map.texels, &rec_709_from_rgb);
             if clipped > 0 {
@@ -73,7 +82,10 @@ fn expect_kind(path: &Path, place: &Place) -> Result<()> {
     let is_cut = |start: &[u8]| start.len() < 4 && !start.is_empty();
     match is_of_kind(&start) || is_cut(&start) {
         true => Ok(()),
-        false => Err(Error::invalid(place, format!("is no {kind} file, though its name says so, but {}", signatures::seems(&start)))),
+        false => Err(Error::invalid(
+            place,
+            format!("is no {kind} file, though its name says so, but {}", signatures::seems(&start)),
+        )),
     }
 }
 
@@ -90,7 +102,8 @@ fn negative_light(map: &EquirectMap) -> f64 {
     light(map, |x| if x.is_finite() { (-x).max(0.0) } else { 0.0 })
 }
 
-/// What to tell of a map that has the light `after` without the negative values that took `taken` away: nothing up to a thousandth.
+/// What to tell of a map that has the light `after` without the negative values that took `taken` away:
+/// nothing up to a thousandth.
 fn gain_note(taken: f64, after: f64) -> String {
     let before = after - taken;
     if taken <= 1e-3 * before {
@@ -102,7 +115,8 @@ fn gain_note(taken: f64, after: f64) -> String {
     }
 }
 
-/// Sets negative and NaN values to 0 and infinite ones to the largest half float. Returns the number of texels concerned.
+/// Sets negative and NaN values to 0 and infinite ones to the largest half float. Returns the number of
+/// texels concerned.
 fn mend(texels: &mut [Rgb]) -> usize {
     let legal = |x: &f32| x.is_finite() && *x >= 0.0;
     let broken = texels.iter_mut().filter(|texel| !texel.iter().all(legal));
@@ -121,13 +135,20 @@ fn mend(texels: &mut [Rgb]) -> usize {
 /// Caps the sizes before texels are allocated, and refuses pictures that are no map of a whole sphere.
 fn expect_equirect(width: u64, height: u64, place: &Place) -> Result<()> {
     expect_bounded(width, height, place)?;
-    // Programs that scale round to whole texels, so one of them may be missing or too many; in a small map that matters.
+    // Programs that scale round to whole texels, so one of them may be missing or too many; in a small map
+    // that matters.
     let off = width.abs_diff(2 * height);
     if off == 0 || (off <= 2 && width >= 32) {
         return Ok(());
     }
-    let looks_like = SHAPES.iter().find(|([w, h], _)| width * h == height * w).map(|(_, what)| format!(", {what}")).unwrap_or_default();
-    let reason = format!("{width} × {height} texels{looks_like}; an equirectangular map is twice as wide as high, convert it to one");
+    let looks_like = SHAPES
+        .iter()
+        .find(|([w, h], _)| width * h == height * w)
+        .map(|(_, what)| format!(", {what}"))
+        .unwrap_or_default();
+    let reason = format!(
+        "{width} × {height} texels{looks_like}; an equirectangular map is twice as wide as high, convert it to one"
+    );
     Err(Error::unsupported(place, reason))
 }
 
@@ -144,7 +165,10 @@ const SHAPES: [([u64; 2], &str); 7] = [
 
 fn expect_bounded(width: u64, height: u64, place: &Place) -> Result<()> {
     if width == 0 || height == 0 || width.saturating_mul(height) > MAX_TEXELS {
-        return Err(Error::invalid(place, format!("{width} × {height} texels, expected 1 to {MAX_TEXELS} in all; scale it down")));
+        return Err(Error::invalid(
+            place,
+            format!("{width} × {height} texels, expected 1 to {MAX_TEXELS} in all; scale it down"),
+        ));
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
-//! Names of objects, materials, lights, clips, maps and animations come from other people's files and reach file names, terminals and windows. What a name
-//! may be, how any text is printed so that it shows and does nothing, and what files are called after names stands here and nowhere else.
+//! Names of objects, materials, lights, clips, maps and animations come from other people's files and reach
+//! file names, terminals and windows. What a name may be, how any text is printed so that it shows and does
+//! nothing, and what files are called after names stands here and nowhere else.
 
 use crate::error::{Error, Place, Result};
 use crate::kinds::manifest::is_plain_name;
@@ -14,8 +15,9 @@ const MAX_LINE_CHARS: usize = 2000;
 /// How much of a name that is too long messages show, characters.
 const SHOWN_CHARS: usize = 40;
 
-/// Fails unless `name` may be a name: 1 to [`MAX_CHARS`] characters, none of which moves a cursor, breaks a line or turns the direction of text.
-/// `what` says whose name it is: "object", "material"; `place` is where it stands.
+/// Fails unless `name` may be a name: 1 to [`MAX_CHARS`] characters, none of which moves a cursor, breaks a
+/// line or turns the direction of text. `what` says whose name it is: "object", "material"; `place` is where
+/// it stands.
 ///
 /// # Errors
 /// `Invalid`, with no more of the name than fits a line.
@@ -61,7 +63,8 @@ pub fn shortened(name: &str) -> String {
     }
 }
 
-/// `text` as it may be printed: what would steer a terminal, break the line or not be seen stands there as an escape such as `\u{1b}`.
+/// `text` as it may be printed: what would steer a terminal, break the line or not be seen stands there as an
+/// escape such as `\u{1b}`.
 pub fn plain(text: &str) -> Cow<'_, str> {
     if !text.chars().any(|c| steers(c) || is_invisible(c)) {
         return Cow::Borrowed(text);
@@ -77,7 +80,8 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// A message of whatever length as one [`plain`] line; of one that nobody would read whole, the beginning and the remedy at its end.
+/// A message of whatever length as one [`plain`] line; of one that nobody would read whole, the beginning and
+/// the remedy at its end.
 pub fn one_line(message: &str) -> String {
     let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
     let line = plain(&line);
@@ -90,7 +94,8 @@ pub fn one_line(message: &str) -> String {
     beginning.chain(" … ".chars()).chain(end).collect()
 }
 
-/// As [`plain`], for text of many lines that may hold JSON: breaks between lines stay, and escapes are those of JSON, `\u001b`.
+/// As [`plain`], for text of many lines that may hold JSON: breaks between lines stay, and escapes are those
+/// of JSON, `\u001b`.
 pub fn plain_lines(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c == '\n' || !(steers(c) || is_invisible(c));
     if text.chars().all(is_plain) {
@@ -107,8 +112,9 @@ pub fn plain_lines(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// What the file of the `kind` of thing that belongs to `owner` is called: `shape-knot.relume`. Whatever the owner is called, it is a plain file name: where the
-/// owner's is none, other characters become `_` and a hash of all of them keeps two files apart.
+/// What the file of the `kind` of thing that belongs to `owner` is called: `shape-knot.relume`. Whatever the
+/// owner is called, it is a plain file name: where the owner's is none, other characters become `_` and a
+/// hash of all of them keeps two files apart.
 pub fn file_of(kind: &str, owner: &str, extension: &str) -> String {
     let file = format!("{kind}-{owner}.{extension}");
     if is_plain_name(&file) {
@@ -121,10 +127,12 @@ pub fn file_of(kind: &str, owner: &str, extension: &str) -> String {
 
 /// Control characters, breaks of lines, and what turns the direction of text.
 pub(crate) fn steers(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Whether `c` shows where it stands and does nothing else; what does not is escaped by [`plain`], and left out of names that other programs give.
+/// Whether `c` shows where it stands and does nothing else; what does not is escaped by [`plain`], and left
+/// out of names that other programs give.
 pub fn shows(c: char) -> bool {
     !(steers(c) || is_invisible(c))
 }
@@ -141,21 +149,39 @@ fn is_invisible(c: char) -> bool {
 mod tests {
     use super::*;
 
-    const HOSTILE: [&str; 8] = ["a\nb", "\u{1b}[2J", "\u{9b}31m", "a\u{202e}b", "\u{2066}x", "a\u{2028}b", "bell\u{7}", "nul\0"];
+    const HOSTILE: [&str; 8] =
+        ["a\nb", "\u{1b}[2J", "\u{9b}31m", "a\u{202e}b", "\u{2066}x", "a\u{2028}b", "bell\u{7}", "nul\0"];
 
     #[test]
     fn names_that_steer_or_never_end_are_refused() {
         let place = Place::file("scene.toml");
         for name in HOSTILE {
             let message = validate("object", name, &place).unwrap_err().to_string();
-            assert!(message.starts_with("scene.toml: object `") && message.contains("control character \\u{"), "{message}");
+            assert!(
+                message.starts_with("scene.toml: object `") && message.contains("control character \\u{"),
+                "{message}"
+            );
             assert_eq!(plain(&message), message, "the message itself is plain");
         }
-        for name in ["bunny", "Möbel/Stuhl 3", "椅子", "👩\u{200d}🚀", "../x", &"x".repeat(MAX_CHARS), &"椅".repeat(MAX_CHARS)] {
+        for name in [
+            "bunny",
+            "Möbel/Stuhl 3",
+            "椅子",
+            "👩\u{200d}🚀",
+            "../x",
+            &"x".repeat(MAX_CHARS),
+            &"椅".repeat(MAX_CHARS),
+        ] {
             validate("object", name, &place).unwrap();
         }
         let long = validate("light", &"y".repeat(300_000), &place).unwrap_err().to_string();
-        assert_eq!(long, format!("scene.toml: light `{}…`: its name is longer than 128 characters; shorten it", "y".repeat(40)));
+        assert_eq!(
+            long,
+            format!(
+                "scene.toml: light `{}…`: its name is longer than 128 characters; shorten it",
+                "y".repeat(40)
+            )
+        );
         let longer = "x".repeat(MAX_CHARS + 1);
         assert!(fault(&longer).is_some());
         let two = format!("{}/{}-2", &longer[1..], &longer[1..]);
@@ -177,7 +203,11 @@ mod tests {
         assert_eq!(plain("Möbel 椅子"), "Möbel 椅子");
         assert_eq!(one_line("a\n  b\u{1b}c"), r"a b\u{1b}c");
         let long = one_line(&format!("scene.toml: unknown key `{}`; remove it", "k".repeat(1_000_000)));
-        assert!(long.chars().count() <= 2003 && long.starts_with("scene.toml: unknown key `kkk") && long.ends_with("kkk`; remove it"));
+        assert!(
+            long.chars().count() <= 2003
+                && long.starts_with("scene.toml: unknown key `kkk")
+                && long.ends_with("kkk`; remove it")
+        );
         assert_eq!(plain_lines("{\"a\":\n\"\u{9b}\u{e0041}\"}"), "{\"a\":\n\"\\u009b\\udb40\\udc41\"}");
         let json: serde_json::Value = serde_json::from_str(&plain_lines("\"\u{9b}\u{e0041}x\"")).unwrap();
         assert_eq!(json, "\u{9b}\u{e0041}x", "JSON means what it meant");

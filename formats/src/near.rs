@@ -12,7 +12,8 @@ const MAX_COMPARED: usize = 256;
 /// As many names as anybody would read are listed.
 const MOST_LISTED: usize = 20;
 
-/// The one of `known` that is so like `given` that it was meant: but for capitals, a few letters, or the rest of the name.
+/// The one of `known` that is so like `given` that it was meant: but for capitals, a few letters, or the rest
+/// of the name.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let small = given.to_lowercase();
     let distance = |name: &str| {
@@ -22,7 +23,10 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
         (letters <= 1 + given.len() / 3 || part).then_some((letters, part))
     };
     // Comparing takes the product of two lengths, so that what is too long for a name is near to none.
-    let near = known.into_iter().filter(|name| name.len() <= MAX_COMPARED).filter_map(|name| Some((distance(name)?, name)));
+    let near = known
+        .into_iter()
+        .filter(|name| name.len() <= MAX_COMPARED)
+        .filter_map(|name| Some((distance(name)?, name)));
     if given.len() > MAX_COMPARED { None } else { near.min().map(|(_, name)| name) }
 }
 
@@ -33,7 +37,8 @@ pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// The end of a message that `given` is not among `known`: what was meant, and all that there is.
 pub fn what_there_is(given: &str, known: &[&str]) -> String {
-    let list: Vec<String> = known.iter().take(MOST_LISTED).map(|name| format!("`{}`", shortened(name))).collect();
+    let list: Vec<String> =
+        known.iter().take(MOST_LISTED).map(|name| format!("`{}`", shortened(name))).collect();
     let more = known.len().saturating_sub(MOST_LISTED);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     match did_you_mean(given, known.iter().copied()).as_str() {
@@ -42,12 +47,17 @@ pub fn what_there_is(given: &str, known: &[&str]) -> String {
     }
 }
 
-/// The file that was meant by `name`, a path from `folder`, in which some folder or the file is misspelt; `None` if nothing there is like it.
+/// The file that was meant by `name`, a path from `folder`, in which some folder or the file is misspelt;
+/// `None` if nothing there is like it.
 pub fn nearest_file(folder: &Path, name: &Path) -> Option<String> {
     let (mut there, mut meant) = (folder.to_path_buf(), PathBuf::new());
     for component in name.components() {
         let given = Path::new(&component);
-        let found = if there.join(given).exists() { given.to_path_buf() } else { nearest_in(&there, given.to_str()?)? };
+        let found = if there.join(given).exists() {
+            given.to_path_buf()
+        } else {
+            nearest_in(&there, given.to_str()?)?
+        };
         there.push(&found);
         meant.push(&found);
     }
@@ -80,7 +90,10 @@ mod tests {
         ] {
             assert_eq!(nearest(given, known), expected, "{given}");
         }
-        assert_eq!((did_you_mean("traget", known), did_you_mean("x_y_z", known)), ("; did you mean `target`?".to_owned(), String::new()));
+        assert_eq!(
+            (did_you_mean("traget", known), did_you_mean("x_y_z", known)),
+            ("; did you mean `target`?".to_owned(), String::new())
+        );
     }
 
     #[test]
@@ -94,6 +107,9 @@ mod tests {
         }
         assert_eq!((near("Maps/sky.exr"), near("Maps/Studio.exr")), (None, None));
         let absolute = folder.path().join("maps/studio.exr");
-        assert_eq!(nearest_file(Path::new(""), &absolute), Some(folder.path().join("Maps/Studio.exr").to_str().unwrap().to_owned()));
+        assert_eq!(
+            nearest_file(Path::new(""), &absolute),
+            Some(folder.path().join("Maps/Studio.exr").to_str().unwrap().to_owned())
+        );
     }
 }

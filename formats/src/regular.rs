@@ -12,7 +12,8 @@ use std::path::Path;
 pub fn open_regular(path: &Path) -> Result<File> {
     let place = Place::file(path);
     let io = |e| Error::io(&place, e);
-    // To open a device may do something already, so it is looked at first; and once more when it is open, for it may be another thing by now.
+    // To open a device may do something already, so it is looked at first; and once more when it is open, for
+    // it may be another thing by now.
     expect_regular(&std::fs::metadata(path).map_err(io)?, &place)?;
     let mut options = OpenOptions::new();
     options.read(true);
@@ -31,7 +32,10 @@ pub fn read_regular(path: &Path, most: u64, remedy: &str) -> Result<Vec<u8>> {
     let place = Place::file(path);
     let mut bytes = Vec::new();
     // Some files call themselves empty and never end, so the cap is on what is read.
-    open_regular(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| Error::io(&place, e))?;
+    open_regular(path)?
+        .take(most.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(|e| Error::io(&place, e))?;
     if bytes.len() as u64 > most {
         return Err(Error::invalid(&place, format!("longer than {most} bytes; {remedy}")));
     }
@@ -63,7 +67,9 @@ mod tests {
         assert_eq!(read_regular(&file, 4, "").unwrap(), b"1234");
         let message = read_regular(&file, 3, "cut it").unwrap_err().to_string();
         assert!(message.ends_with("longer than 3 bytes; cut it"), "{message}");
-        assert!(open_regular(folder.path()).unwrap_err().to_string().contains("not a regular file but a folder"));
+        assert!(
+            open_regular(folder.path()).unwrap_err().to_string().contains("not a regular file but a folder")
+        );
         assert!(open_regular(&folder.path().join("gone")).unwrap_err().is_bad_input());
     }
 
@@ -71,14 +77,19 @@ mod tests {
     #[test]
     fn pipes_sockets_and_devices_are_refused_at_once() {
         let folder = tempfile::tempdir().unwrap();
-        let [pipe, socket, link, looped] = ["pipe", "socket", "link", "loop"].map(|name| folder.path().join(name));
+        let [pipe, socket, link, looped] =
+            ["pipe", "socket", "link", "loop"].map(|name| folder.path().join(name));
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
         std::os::unix::fs::symlink(&pipe, &link).unwrap();
         std::os::unix::fs::symlink(&looped, &looped).unwrap();
         for path in [&pipe, &socket, &link, Path::new("/dev/zero"), Path::new("/dev/null")] {
             let error = open_regular(path).unwrap_err();
-            assert!(error.is_bad_input() && error.to_string().contains("not a regular file but a pipe, socket or device"), "{error}");
+            assert!(
+                error.is_bad_input()
+                    && error.to_string().contains("not a regular file but a pipe, socket or device"),
+                "{error}"
+            );
         }
         assert!(open_regular(&looped).unwrap_err().is_bad_input());
         assert!(open_regular(Path::new("a\0b")).unwrap_err().is_bad_input());

@@ -5,7 +5,8 @@ use relume_formats::basis::approximate::{by_area, by_size, largest};
 
 /// By sorting everything.
 fn sorted(coefficients: &[f32], k: usize, weight: impl Fn(usize) -> f32) -> Vec<(u32, f32)> {
-    let mut terms: Vec<(usize, f32)> = coefficients.iter().copied().enumerate().filter(|(_, v)| *v != 0.0).collect();
+    let mut terms: Vec<(usize, f32)> =
+        coefficients.iter().copied().enumerate().filter(|(_, v)| *v != 0.0).collect();
     // Stable, so equals stay in the order of their indices.
     terms.sort_by(|a, b| (b.1.abs() * weight(b.0)).total_cmp(&(a.1.abs() * weight(a.0))));
     terms.iter().take(k).map(|(at, value)| (*at as u32, *value)).collect()
@@ -43,7 +44,16 @@ fn nothing_to_choose_from() {
 fn area_is_the_number_of_texels() {
     let weight = by_area(64);
     // Scaling, levels 0 to 5; and the same on the last face.
-    for (at, area) in [(0, 4096.0), (1, 4096.0), (3, 4096.0), (4, 1024.0), (16, 256.0), (64, 64.0), (1024, 4.0), (4095, 4.0)] {
+    for (at, area) in [
+        (0, 4096.0),
+        (1, 4096.0),
+        (3, 4096.0),
+        (4, 1024.0),
+        (16, 256.0),
+        (64, 64.0),
+        (1024, 4.0),
+        (4095, 4.0),
+    ] {
         assert_eq!([weight(at), weight(5 * 4096 + at)], [area; 2], "{at}");
     }
 }

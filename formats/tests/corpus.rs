@@ -1,7 +1,7 @@
 //! The committed invalid files in `corpus/invalid`: each of them stays refused, for its own reason, for ever.
 //!
-//! To add one, add a case here and run `cargo test --release -p relume-formats --test formats corpus -- --ignored`, which writes the files that are
-//! missing and leaves the others alone.
+//! To add one, add a case here and run `cargo test --release -p relume-formats --test formats corpus --
+//! --ignored`, which writes the files that are missing and leaves the others alone.
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::refusal;
@@ -27,9 +27,15 @@ const CASES: [Case; 43] = [
         file.splice(7..8, *b"\r\n");
         file
     }),
-    ("future-container.relume", Kind::Scene, "container version 1000", || RawFile { container_version: 1000, ..triangle() }.bytes()),
-    ("future-kind.relume", Kind::Scene, "kind number 1000 is unknown", || RawFile { kind: 1000, ..triangle() }.bytes()),
-    ("future-kind-version.relume", Kind::Scene, "version 1000", || RawFile { kind_version: 1000, ..triangle() }.bytes()),
+    ("future-container.relume", Kind::Scene, "container version 1000", || {
+        RawFile { container_version: 1000, ..triangle() }.bytes()
+    }),
+    ("future-kind.relume", Kind::Scene, "kind number 1000 is unknown", || {
+        RawFile { kind: 1000, ..triangle() }.bytes()
+    }),
+    ("future-kind-version.relume", Kind::Scene, "version 1000", || {
+        RawFile { kind_version: 1000, ..triangle() }.bytes()
+    }),
     ("cut-short.relume", Kind::Scene, "cut short", || {
         let file = triangle().bytes();
         file[..file.len() - 3].to_vec()
@@ -110,9 +116,12 @@ const CASES: [Case; 43] = [
     ("table-of-one-bitmap.relume", Kind::HaarTable, "has shape [16, 1], expected [16, 65536]", || {
         RawFile::new(5, vec![RawSection::new("coefficients", 3, &[16, 1], 1, &[0; 32])]).bytes()
     }),
-    ("visibility-of-one-direction.relume", Kind::VisibilityTable, "has shape [1, 6144], expected [136, 6144]", || {
-        RawFile::new(10, vec![RawSection::new("rings", 0, &[1, 6144], 0, &[32; 6144])]).bytes()
-    }),
+    (
+        "visibility-of-one-direction.relume",
+        Kind::VisibilityTable,
+        "has shape [1, 6144], expected [136, 6144]",
+        || RawFile::new(10, vec![RawSection::new("rings", 0, &[1, 6144], 0, &[32; 6144])]).bytes(),
+    ),
     ("parameters-fall.relume", Kind::BrdfBasis, "needs 2 to 4096 increasing parameters", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.parameters.reverse();
@@ -140,11 +149,16 @@ const CASES: [Case; 43] = [
         textures.textures[1].material = textures.textures[0].material;
         written(&textures)
     }),
-    ("coefficient-beyond-the-light.relume", Kind::SparseTransfer, "an index is beyond the light's coefficients", || {
-        let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
-        rows.blocks[0].indices[4] = 24;
-        written(&rows)
-    }),
+    (
+        "coefficient-beyond-the-light.relume",
+        Kind::SparseTransfer,
+        "an index is beyond the light's coefficients",
+        || {
+            let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
+            rows.blocks[0].indices[4] = 24;
+            written(&rows)
+        },
+    ),
     ("sphere-of-no-size.relume", Kind::SphereSet, "sphere 1 has a radius that is not above 0", || {
         let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
         set.spheres[1][3] = 0.0;
@@ -160,58 +174,94 @@ const CASES: [Case; 43] = [
         set.history = vec![0.25, 0.5];
         written(&set)
     }),
-    ("shadows-of-vertices-of-nobody.relume", Kind::SphereShadows, "2 vertices from 3 on, which do not follow", || {
-        first_sections(2, |shadows| shadows.meta.objects[1].first_vertex = 3)
-    }),
+    (
+        "shadows-of-vertices-of-nobody.relume",
+        Kind::SphereShadows,
+        "2 vertices from 3 on, which do not follow",
+        || first_sections(2, |shadows| shadows.meta.objects[1].first_vertex = 3),
+    ),
     ("shadows-of-another-cube.relume", Kind::SphereShadows, "faces of 33554432 texels", || {
         first_sections(2, |shadows| shadows.meta.face_size = 1 << 25)
     }),
-    ("shadows-without-grid.relume", Kind::SphereShadows, "section `normals`: has shape [2, 3], expected [384 to 4096, 3]", || {
-        first_sections(3, |shadows| shadows.normals.truncate(2))
-    }),
+    (
+        "shadows-without-grid.relume",
+        Kind::SphereShadows,
+        "section `normals`: has shape [2, 3], expected [384 to 4096, 3]",
+        || first_sections(3, |shadows| shadows.normals.truncate(2)),
+    ),
     ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
         let mut scene: StoredScene = scenes::scene(3);
         let brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 });
-        scene.meta.materials[0] = StoredMaterial { name: "line\nbreak".to_owned(), brdf, varies: true, textured: true };
+        scene.meta.materials[0] =
+            StoredMaterial { name: "line\nbreak".to_owned(), brdf, varies: true, textured: true };
         written(&scene)
     }),
     ("normal-of-no-length.relume", Kind::Scene, "the normal of vertex 1 is of length 0, not 1", || {
         changed(&triangle(), "normals", |values| values[3..6].fill(0.0))
     }),
-    ("vertex-beyond-the-world.relume", Kind::Scene, "element 4 is 1e30, farther from the origin than 1e9 m", || {
-        changed(&triangle(), "positions", |values| values[4] = 1e30)
-    }),
-    ("name-that-steers-a-terminal.relume", Kind::Scene, r"the name `a\u{1b}[2J` of the scene has control characters", || {
-        let mut scene: StoredScene = scenes::scene(3);
-        scene.meta.name = "a\u{1b}[2J".to_owned();
-        written(&scene)
-    }),
-    ("basis-of-one-exponent.relume", Kind::BrdfBasis, "section `parameters`: runs from 1 to 1.1, expected 1 to 200", || {
-        let mut basis = samples::basis(1, 2, true);
-        (basis.parameters, basis.coefficients) = (vec![1.0, 1.1], vec![1.0; 4]);
-        written(&basis)
-    }),
-    ("coefficients-that-overflow.relume", Kind::BrdfBasis, "section `coefficients`: element 0, 3e38, is beyond 10000.0", || {
-        let mut basis = samples::basis(1, 2, true);
-        basis.coefficients[0] = 3e38;
-        written(&basis)
-    }),
-    ("coverage-above-the-pixel.relume", Kind::TransferImages, "the fragments of pixel 0 cover 1.25 of it", || {
-        written(&covered([0.75, 0.5], 1.0))
-    }),
-    ("scale-that-overflows.relume", Kind::TransferImages, "section `scales`: element 0, 3e38, is beyond 1e18", || {
-        written(&covered([0.75, 0.25], 3e38))
-    }),
+    (
+        "vertex-beyond-the-world.relume",
+        Kind::Scene,
+        "element 4 is 1e30, farther from the origin than 1e9 m",
+        || changed(&triangle(), "positions", |values| values[4] = 1e30),
+    ),
+    (
+        "name-that-steers-a-terminal.relume",
+        Kind::Scene,
+        r"the name `a\u{1b}[2J` of the scene has control characters",
+        || {
+            let mut scene: StoredScene = scenes::scene(3);
+            scene.meta.name = "a\u{1b}[2J".to_owned();
+            written(&scene)
+        },
+    ),
+    (
+        "basis-of-one-exponent.relume",
+        Kind::BrdfBasis,
+        "section `parameters`: runs from 1 to 1.1, expected 1 to 200",
+        || {
+            let mut basis = samples::basis(1, 2, true);
+            (basis.parameters, basis.coefficients) = (vec![1.0, 1.1], vec![1.0; 4]);
+            written(&basis)
+        },
+    ),
+    (
+        "coefficients-that-overflow.relume",
+        Kind::BrdfBasis,
+        "section `coefficients`: element 0, 3e38, is beyond 10000.0",
+        || {
+            let mut basis = samples::basis(1, 2, true);
+            basis.coefficients[0] = 3e38;
+            written(&basis)
+        },
+    ),
+    (
+        "coverage-above-the-pixel.relume",
+        Kind::TransferImages,
+        "the fragments of pixel 0 cover 1.25 of it",
+        || written(&covered([0.75, 0.5], 1.0)),
+    ),
+    (
+        "scale-that-overflows.relume",
+        Kind::TransferImages,
+        "section `scales`: element 0, 3e38, is beyond 1e18",
+        || written(&covered([0.75, 0.25], 3e38)),
+    ),
     ("radiance-that-overflows.relume", Kind::Environment, "a radiance is outside 0..1e12", || {
         let mut environment = relighting::environment(1, false);
         environment.map.texels[0] = [1e38, 0.0, 0.0];
         written(&environment)
     }),
-    ("unit-that-overflows.relume", Kind::SparseTransfer, "section `scale/0000`: the values of vertex 0 reach", || {
-        let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
-        rows.meta.unit = 1e38;
-        written(&rows)
-    }),
+    (
+        "unit-that-overflows.relume",
+        Kind::SparseTransfer,
+        "section `scale/0000`: the values of vertex 0 reach",
+        || {
+            let mut rows = relighting::rows(1, 2, 2, false, &[(3, true)]);
+            rows.meta.unit = 1e38;
+            written(&rows)
+        },
+    ),
     ("sphere-as-large-as-the-sky.relume", Kind::SphereSet, "sphere 0 of radius 1e30 about [", || {
         let mut set = spheres::sphere_set(1, 3, 5, 2, 0.5);
         set.spheres[0][3] = 1e30;
@@ -243,7 +293,8 @@ fn written(value: &impl Stored) -> Vec<u8> {
 fn changed(file: &RawFile, section: &str, change: impl FnOnce(&mut [f32])) -> Vec<u8> {
     let mut file = file.clone();
     let section = file.sections.iter_mut().find(|s| s.name == section).unwrap();
-    let mut values: Vec<f32> = section.raw().as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let mut values: Vec<f32> =
+        section.raw().as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
     change(&mut values);
     section.set_raw(&values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
     file.bytes()
@@ -260,7 +311,8 @@ fn covered(coverage: [f32; 2], scale: f32) -> kinds::TransferImages {
     images
 }
 
-/// The first sections of shadows, for all of them are large; what is wrong with these is noticed before the end.
+/// The first sections of shadows, for all of them are large; what is wrong with these is noticed before the
+/// end.
 fn first_sections(count: usize, change: fn(&mut kinds::SphereShadows)) -> Vec<u8> {
     let mut shadows = shadows::sphere_shadows(1, &[2, 2], 0);
     change(&mut shadows);

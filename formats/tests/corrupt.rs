@@ -1,6 +1,8 @@
-//! Damaged, cut, forged and random containers are refused with an error that names the file, and nothing ever panics.
+//! Damaged, cut, forged and random containers are refused with an error that names the file, and nothing ever
+//! panics.
 //!
-//! Forged files have valid checksums, so what refuses them is the check that is meant, not the checksum before it.
+//! Forged files have valid checksums, so what refuses them is the check that is meant, not the checksum
+//! before it.
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::{read_and_use, refusal};
@@ -51,7 +53,11 @@ fn every_flipped_bit_is_noticed() {
                 let checksum = error.to_string().contains("checksum does not match");
                 // Magic, version and table length are looked at before the checksum that covers them.
                 assert!(checksum || at < 12 || (20..24).contains(&at), "{} byte {at}: {error}", kind.name());
-                assert!(at < payload || error.to_string().contains("section `"), "{} byte {at}: {error}", kind.name());
+                assert!(
+                    at < payload || error.to_string().contains("section `"),
+                    "{} byte {at}: {error}",
+                    kind.name()
+                );
             }
         }
     }
@@ -74,14 +80,18 @@ fn every_prefix_and_every_tail_is_refused() {
 #[test]
 fn a_stream_that_ends_early_is_refused_where_it_ends() {
     let file = written(&scenes::scene(3));
-    let mut reader = Reader::new(&file[..file.len() - 1], file.len() as u64, Place::file("stream.relume")).unwrap();
+    let mut reader =
+        Reader::new(&file[..file.len() - 1], file.len() as u64, Place::file("stream.relume")).unwrap();
     let error = loop {
         match reader.next_section() {
             Ok(section) => assert!(section.is_some(), "the end was not noticed"),
             Err(error) => break error,
         }
     };
-    assert_eq!(error.to_string(), "stream.relume: section `triangles`: the file ends early; it is cut short, bake it again");
+    assert_eq!(
+        error.to_string(),
+        "stream.relume: section `triangles`: the file ends early; it is cut short, bake it again"
+    );
 }
 
 #[test]
@@ -103,7 +113,10 @@ fn other_versions_and_kinds_are_unsupported_by_name() {
         }
         let other = if kind == Kind::Scene { Kind::BrdfBasis } else { Kind::Scene };
         let message = refusal(other, &file).to_string();
-        assert!(message.contains(&format!("holds kind `{}`, expected `{}`", kind.name(), other.name())), "{message}");
+        assert!(
+            message.contains(&format!("holds kind `{}`, expected `{}`", kind.name(), other.name())),
+            "{message}"
+        );
     }
 }
 
@@ -111,19 +124,39 @@ fn other_versions_and_kinds_are_unsupported_by_name() {
 #[test]
 fn oversized_claims_are_refused() {
     let cases: Vec<(&str, RawFile, &str)> = vec![
-        ("a section of all addresses", claim(0, &[u64::MAX], u64::MAX), "at most 134217728 are allowed in a section"),
-        ("a section a byte too long", claim(0, &[(128 << 20) + 1], (128 << 20) + 1), "at most 134217728 are allowed in a section"),
+        (
+            "a section of all addresses",
+            claim(0, &[u64::MAX], u64::MAX),
+            "at most 134217728 are allowed in a section",
+        ),
+        (
+            "a section a byte too long",
+            claim(0, &[(128 << 20) + 1], (128 << 20) + 1),
+            "at most 134217728 are allowed in a section",
+        ),
         ("a shape whose product wraps to 0", claim(4, &[1 << 33, 1 << 33], 0), "does not make 0 bytes"),
         ("a shape that says less", claim(2, &[3], 16), "[3] of u32 does not make 16 bytes"),
         ("nine dimensions", claim(0, &[1; 9], 1), "9 dimensions"),
-        ("a stored length of all addresses", with(|f| f.sections[0].stored_bytes = u64::MAX), "stored as 18446744073709551615 bytes"),
+        (
+            "a stored length of all addresses",
+            with(|f| f.sections[0].stored_bytes = u64::MAX),
+            "stored as 18446744073709551615 bytes",
+        ),
         ("a stored length beyond the file", with(|f| f.sections[1].stored_bytes += 50), "but the file has"),
         ("a table beyond the file", with(|f| f.table_bytes_error = 1 << 20), "does not fit"),
         ("a table of 4 GiB", with(|f| f.table_bytes_error = u32::MAX - 4096), "does not fit"),
         ("more sections than the table holds", with(|f| f.section_count = 3), "section table is malformed"),
         ("sections without number", with(|f| f.section_count = u64::MAX), "section table is malformed"),
-        ("too many sections", RawFile::new(1, empty_sections((1 << 16) + 1)), "65537 sections, kind `scene` has at most 4"),
-        ("sections of more than 2 GiB together", RawFile::new(8, claims(17)), "decode to 2281701376, more than 2147483648 are not read"),
+        (
+            "too many sections",
+            RawFile::new(1, empty_sections((1 << 16) + 1)),
+            "65537 sections, kind `scene` has at most 4",
+        ),
+        (
+            "sections of more than 2 GiB together",
+            RawFile::new(8, claims(17)),
+            "decode to 2281701376, more than 2147483648 are not read",
+        ),
         ("a name of all addresses", table_of(&[&u64::MAX.to_le_bytes()]), "section table is malformed"),
         (
             "dimensions without number",
@@ -141,7 +174,11 @@ fn tables_that_contradict_themselves_are_refused() {
     let cases: Vec<(&str, RawFile, &str)> = vec![
         ("a hole", with(|f| f.sections[1].offset_error = 1), "sections must be contiguous"),
         ("an overlap", with(|f| f.sections[1].offset_error = u64::MAX), "sections must be contiguous"),
-        ("a first section in the header", with(|f| f.sections[0].offset_error = 0u64.wrapping_sub(40)), "sections must be contiguous"),
+        (
+            "a first section in the header",
+            with(|f| f.sections[0].offset_error = 0u64.wrapping_sub(40)),
+            "sections must be contiguous",
+        ),
         ("a name twice", with(|f| f.sections[1].name = "a".to_owned()), "the name occurs twice"),
         ("no name", with(|f| f.sections[0].name.clear()), "1 to 64 characters"),
         ("a long name", with(|f| f.sections[0].name = "n".repeat(65)), "1 to 64 characters"),
@@ -175,12 +212,18 @@ fn payloads_that_are_not_what_they_claim_are_refused() {
         let bytes = file.bytes();
         let mut reader = Reader::new(&bytes[..], bytes.len() as u64, Place::file("a.relume")).expect(name);
         let message = reader.next_section().unwrap_err().to_string();
-        assert!(message.starts_with("a.relume: section `a`: ") && message.contains(expected), "{name}: {message}");
+        assert!(
+            message.starts_with("a.relume: section `a`: ") && message.contains(expected),
+            "{name}: {message}"
+        );
     }
 }
 
 fn two_sections() -> RawFile {
-    RawFile::new(1, vec![RawSection::new("a", 0, &[4], 0, &[1, 2, 3, 4]), RawSection::new("b", 1, &[1], 1, &[5, 6])])
+    RawFile::new(
+        1,
+        vec![RawSection::new("a", 0, &[4], 0, &[1, 2, 3, 4]), RawSection::new("b", 1, &[1], 1, &[5, 6])],
+    )
 }
 
 fn with(change: impl FnOnce(&mut RawFile)) -> RawFile {
@@ -190,7 +233,10 @@ fn with(change: impl FnOnce(&mut RawFile)) -> RawFile {
 }
 
 fn claim(element: u32, shape: &[u64], raw_bytes: u64) -> RawFile {
-    with(|f| (f.sections[0].element, f.sections[0].shape, f.sections[0].raw_bytes) = (element, shape.to_vec(), raw_bytes))
+    with(|f| {
+        (f.sections[0].element, f.sections[0].shape, f.sections[0].raw_bytes) =
+            (element, shape.to_vec(), raw_bytes)
+    })
 }
 
 fn empty_sections(count: usize) -> Vec<RawSection> {
@@ -211,7 +257,10 @@ fn table_of(parts: &[&[u8]]) -> RawFile {
 
 fn assert_invalid(name: &str, file: &RawFile, expected: &str) {
     let error = refusal(Kind::Scene, &file.bytes());
-    assert!(matches!(error, Error::Invalid { .. }) && error.to_string().contains(expected), "{name}: {error}");
+    assert!(
+        matches!(error, Error::Invalid { .. }) && error.to_string().contains(expected),
+        "{name}: {error}"
+    );
 }
 
 /// Reads what may be sound or not: an error or a usable value, never a panic.

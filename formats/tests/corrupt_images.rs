@@ -28,11 +28,20 @@ fn broken_bases() {
         (|b| (b.parameters, b.coefficients) = (vec![1.0], vec![0.0; 3]), "needs 2 to 4096"),
         (|b| b.coefficients[2] = f32::NAN, "section `coefficients`: element 2"),
         (|b| lobes(b)[77] = f32::NEG_INFINITY, "section `lobes`: element 77"),
-        (|b| (b.coefficients, *lobes(b)) = (vec![1.0; b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
+        (
+            |b| (b.coefficients, *lobes(b)) = (vec![1.0; b.parameters.len()], Vec::new()),
+            "holds 1 bases, 2 to 32",
+        ),
         (|b| *b = samples::basis(1, 33, true), "holds 33 bases, 2 to 32"),
-        (|b| *b.parameters.last_mut().unwrap() = 199.0, "section `parameters`: runs from 1 to 199, expected 1 to 200"),
+        (
+            |b| *b.parameters.last_mut().unwrap() = 199.0,
+            "section `parameters`: runs from 1 to 199, expected 1 to 200",
+        ),
         (|b| b.parameters[0] = -5.0, "section `parameters`: runs from -5 to 200"),
-        (|b| b.parameters.iter_mut().for_each(|p| *p = 1.0 + *p * 1e-3), "section `parameters`: runs from 1.001 to 1.2"),
+        (
+            |b| b.parameters.iter_mut().for_each(|p| *p = 1.0 + *p * 1e-3),
+            "section `parameters`: runs from 1.001 to 1.2",
+        ),
         (|b| b.coefficients[1] = 3e38, "section `coefficients`: element 1, 3e38, is beyond 10000.0"),
         (|b| lobes(b)[5] = -3e38, "section `lobes`: element 5"),
         (|b| b.meta.error_between.mean = f64::NAN, "section `meta`: errors"),
@@ -42,7 +51,10 @@ fn broken_bases() {
             |b| lobes(b).iter_mut().for_each(|v| *v *= 1000.0),
             "section `coefficients`: coefficients and functions miss the model's lobes by",
         ),
-        (|b| b.coefficients.iter_mut().for_each(|v| *v *= 1000.0), "section `coefficients`: coefficients and functions miss"),
+        (
+            |b| b.coefficients.iter_mut().for_each(|v| *v *= 1000.0),
+            "section `coefficients`: coefficients and functions miss",
+        ),
     ];
     let sound = samples::basis(3, 3, true);
     for (change, expected) in cases {
@@ -54,7 +66,12 @@ fn broken_bases() {
     assert_forged_refused(&sound, "coefficients", transposed, "section `coefficients`: has shape");
     assert_forged_refused(&sound, "lobes", transposed, "section `lobes`: has shape");
     assert_forged_refused(&sound, "lobes", |s| s.element = 2, "section `lobes`: holds u32, expected f32");
-    assert_forged_refused(&sound, "lobes", |s| s.name = "lobe".to_owned(), "expected section `lobes` or `roughness` here");
+    assert_forged_refused(
+        &sound,
+        "lobes",
+        |s| s.name = "lobe".to_owned(),
+        "expected section `lobes` or `roughness` here",
+    );
     assert_forged_refused(&sound, "parameters", |s| s.shape.push(1), "section `parameters`: has shape");
     let many = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[4097], 1, &[0; 4 * 4097]);
     assert_forged_refused(&sound, "parameters", many, "needs 2 to 4096");
@@ -81,10 +98,19 @@ fn broken_ggx_bases() {
         (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
         (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
         (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
-        (|b| samples_of(b).1.iter_mut().for_each(|v| *v *= 1000.0), "section `coefficients`: coefficients and functions miss the model's"),
-        (|b| b.coefficients.iter_mut().for_each(|v| *v *= 1000.0), "section `coefficients`: coefficients and functions miss"),
+        (
+            |b| samples_of(b).1.iter_mut().for_each(|v| *v *= 1000.0),
+            "section `coefficients`: coefficients and functions miss the model's",
+        ),
+        (
+            |b| b.coefficients.iter_mut().for_each(|v| *v *= 1000.0),
+            "section `coefficients`: coefficients and functions miss",
+        ),
         (|b| *b = samples::ggx_basis(1, 2, 65), "section `roughness`: needs 1 to 64"),
-        (|b| (b.coefficients, *samples_of(b).1) = (vec![1.0; 2 * b.parameters.len()], Vec::new()), "holds 1 bases, 2 to 32"),
+        (
+            |b| (b.coefficients, *samples_of(b).1) = (vec![1.0; 2 * b.parameters.len()], Vec::new()),
+            "holds 1 bases, 2 to 32",
+        ),
         (|b| *b = samples::ggx_basis(1, 33, 2), "holds 33 bases, 2 to 32"),
     ];
     let sound = samples::ggx_basis(3, 3, 2);
@@ -97,10 +123,22 @@ fn broken_ggx_bases() {
     assert_forged_refused(&sound, "roughness", none, "section `roughness`: needs 1 to 64");
     assert_forged_refused(&sound, "roughness", |s| s.shape.push(1), "section `roughness`: has shape [2, 1]");
     let transposed = |s: &mut RawSection| s.shape.reverse();
-    assert_forged_refused(&sound, "weights", transposed, "section `weights`: has shape [5, 2], expected [2, 5]");
-    assert_forged_refused(&sound, "coefficients", |s| s.shape.swap(1, 2), "section `coefficients`: has shape");
+    assert_forged_refused(
+        &sound,
+        "weights",
+        transposed,
+        "section `weights`: has shape [5, 2], expected [2, 5]",
+    );
+    assert_forged_refused(
+        &sound,
+        "coefficients",
+        |s| s.shape.swap(1, 2),
+        "section `coefficients`: has shape",
+    );
     // Of one part only, as a basis of the other model has.
-    let one_part = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[s.shape[0], 1, 3], 1, &s.raw()[..s.raw_bytes as usize / 2]);
+    let one_part = |s: &mut RawSection| {
+        *s = RawSection::new(&s.name, 4, &[s.shape[0], 1, 3], 1, &s.raw()[..s.raw_bytes as usize / 2])
+    };
     assert_forged_refused(&sound, "coefficients", one_part, "section `coefficients`: has shape");
 }
 
@@ -153,7 +191,8 @@ fn broken_counts_of_transfer_images() {
     assert_refused(&with_head(&|_| ()), "0 images, expected 24");
     assert_refused(&with_head(&|h| h.meta.bases = 1), "2 materials and 1 bases are out of range");
     assert_refused(&with_head(&|h| h.meta.bases = 33), "2 materials and 33 bases are out of range");
-    // In the record: two numbers of 4 bytes, then a list of two names of 2 characters, then the number of bases.
+    // In the record: two numbers of 4 bytes, then a list of two names of 2 characters, then the number of
+    // bases.
     let endless = |s: &mut RawSection| {
         let mut raw = s.raw();
         let at = 8 + 8 + 2 * (8 + 2);
@@ -162,7 +201,10 @@ fn broken_counts_of_transfer_images() {
         s.set_raw(&raw);
     };
     assert_forged_refused(&sound, "meta", endless, "2 materials and 4294967295 bases are out of range");
-    assert_refused(&with_head(&|h| h.meta.materials = (0..65).map(|i| i.to_string()).collect()), "65 materials and 3 bases");
+    assert_refused(
+        &with_head(&|h| h.meta.materials = (0..65).map(|i| i.to_string()).collect()),
+        "65 materials and 3 bases",
+    );
     assert_refused(&with_head(&|h| h.meta.materials.clear()), "0 materials and 3 bases");
     assert_refused(&with_head(&|h| h.scales.truncate(3)), "section `scales`: has shape [3]");
     let three = |s: &mut RawSection| *s = RawSection::new(&s.name, s.element, &[3], 1, &s.raw()[..6]);
@@ -181,13 +223,19 @@ fn broken_images() {
     short.images.truncate(rgb);
     assert_refused(&short, &format!("{rgb} images, expected"));
     for name in ["image/9999", "image/0", "image/00001", "picture/0001", "image/"] {
-        assert_forged_refused(&sound, "image/0001", |s| s.name = name.to_owned(), "is no image of this layout");
+        assert_forged_refused(
+            &sound,
+            "image/0001",
+            |s| s.name = name.to_owned(),
+            "is no image of this layout",
+        );
     }
     let grey = |s: &mut RawSection| s.shape = vec![1, s.shape.iter().product()];
     assert_forged_refused(&sound, "image/0000", grey, "section `image/0000`: has shape [1, ");
 }
 
-/// Of one image: all values 0, beyond the range of scales, below half of it, with a scale of 0, and of another sign.
+/// Of one image: all values 0, beyond the range of scales, below half of it, with a scale of 0, and of
+/// another sign.
 #[test]
 fn images_that_do_not_fit_their_scales() {
     let sound = samples::images(3, 2, 3, true, [4, 3]);

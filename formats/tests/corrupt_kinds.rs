@@ -1,4 +1,5 @@
-//! Sound containers whose content breaks the rules of its kind: scenes, animations, and the order of sections in all kinds.
+//! Sound containers whose content breaks the rules of its kind: scenes, animations, and the order of sections
+//! in all kinds.
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::refusal;
@@ -74,40 +75,87 @@ fn broken_scenes() {
         (|s| wear(s, true, ggx(0.1, 0.5)), "metallic 0.1 with a textured base colour"),
         (|s| s.meta.materials.push(s.meta.materials[0].clone()), "are called `"),
         (|s| s.meta.objects.push(s.meta.objects[0].clone()), "are called `"),
-        (|s| s.meta.objects[0].material = s.meta.materials.len() as u32, "names a material that is not there"),
+        (
+            |s| s.meta.objects[0].material = s.meta.materials.len() as u32,
+            "names a material that is not there",
+        ),
         (|s| s.meta.objects[0].triangles += 1, "do not cover the triangles"),
         (|s| s.positions[0][2] = f32::INFINITY, "section `positions`: element 2 is not a finite number"),
         (|s| s.normals[0][0] = f32::NAN, "section `normals`: element 0 is not a finite number"),
         (|s| s.triangles[0][1] = s.positions.len() as u32, "names a vertex that is not there"),
         (|s| s.triangles[0] = [0; 3], "section `triangles`: triangle 0 has two corners in one place"),
-        (|s| s.positions[s.triangles[0][1] as usize] = s.positions[s.triangles[0][2] as usize], "has two corners in one place"),
+        (
+            |s| s.positions[s.triangles[0][1] as usize] = s.positions[s.triangles[0][2] as usize],
+            "has two corners in one place",
+        ),
         (|s| s.normals[0] = [0.0; 3], "section `normals`: the normal of vertex 0 is of length 0, not 1"),
-        (|s| s.normals[0][0] *= 1.0001, "section `normals`: the normal of vertex 0 is of length 1.0001, not 1"),
-        (|s| s.positions[0][1] = -1.001e9, "section `positions`: element 1 is -1001000000.0, farther from the origin than 1e9 m"),
+        (
+            |s| s.normals[0][0] *= 1.0001,
+            "section `normals`: the normal of vertex 0 is of length 1.0001, not 1",
+        ),
+        (
+            |s| s.positions[0][1] = -1.001e9,
+            "section `positions`: element 1 is -1001000000.0, farther from the origin than 1e9 m",
+        ),
         (|s| s.meta.camera.target[0] = 3e38, "section `meta`: camera: 3e38 m is farther from the origin"),
-        (|s| s.meta.camera.target = s.meta.camera.position.map(|x| x + 1e-30), "position and target coincide"),
+        (
+            |s| s.meta.camera.target = s.meta.camera.position.map(|x| x + 1e-30),
+            "position and target coincide",
+        ),
         (|s| s.meta.camera.fov_deg = 180.0, "fov_deg 180 is outside"),
-        (|s| s.meta.name = "a\u{1b}[2J".to_owned(), "the name `a\\u{1b}[2J` of the scene has control characters"),
-        (|s| s.meta.objects[0].name = "\n".to_owned(), "the name `\\n` of one of the objects has control characters"),
-        (|s| s.meta.materials[0].name = "m".repeat(273), "the name of one of the materials has more than 272 characters"),
+        (
+            |s| s.meta.name = "a\u{1b}[2J".to_owned(),
+            "the name `a\\u{1b}[2J` of the scene has control characters",
+        ),
+        (
+            |s| s.meta.objects[0].name = "\n".to_owned(),
+            "the name `\\n` of one of the objects has control characters",
+        ),
+        (
+            |s| s.meta.materials[0].name = "m".repeat(273),
+            "the name of one of the materials has more than 272 characters",
+        ),
         (|s| s.meta.materials = vec![s.meta.materials[0].clone(); 4097], "4097 materials and"),
-        (|s| s.meta.environment.as_mut().unwrap().gain[1] = f32::NAN, "gain [1.0, NaN, 1000000000.0] is outside"),
-        (|s| s.meta.environment.as_mut().unwrap().rotation_deg = f32::INFINITY, "rotation_deg must be a finite number"),
-        (|s| s.meta.environment.as_mut().unwrap().map = "\r".to_owned(), "of the environment map has control characters"),
+        (
+            |s| s.meta.environment.as_mut().unwrap().gain[1] = f32::NAN,
+            "gain [1.0, NaN, 1000000000.0] is outside",
+        ),
+        (
+            |s| s.meta.environment.as_mut().unwrap().rotation_deg = f32::INFINITY,
+            "rotation_deg must be a finite number",
+        ),
+        (
+            |s| s.meta.environment.as_mut().unwrap().map = "\r".to_owned(),
+            "of the environment map has control characters",
+        ),
     ];
-    let sound =
-        (0..).map(scenes::scene).find(|s| !s.meta.objects.is_empty() && !s.triangles.is_empty() && s.meta.environment.is_some()).unwrap();
+    let sound = (0..)
+        .map(scenes::scene)
+        .find(|s| !s.meta.objects.is_empty() && !s.triangles.is_empty() && s.meta.environment.is_some())
+        .unwrap();
     for (change, expected) in cases {
         let mut scene = sound.clone();
         change(&mut scene);
         assert_refused(&scene, expected);
     }
-    let one_more = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[s.shape[0] + 1, 3], 1, &[s.raw(), vec![0; 12]].concat());
+    let one_more = |s: &mut RawSection| {
+        *s = RawSection::new(&s.name, 4, &[s.shape[0] + 1, 3], 1, &[s.raw(), vec![0; 12]].concat())
+    };
     assert_forged_refused(&sound, "normals", one_more, "section `normals`: has shape");
     let flat = |s: &mut RawSection| s.shape = vec![s.shape.iter().product()];
     assert_forged_refused(&sound, "positions", flat, "section `positions`: has shape");
-    assert_forged_refused(&sound, "triangles", |s| s.element = 4, "section `triangles`: holds f32, expected u32");
-    assert_forged_refused(&sound, "meta", |s| *s = RawSection::new("meta", 0, &[3], 0, &[1, 2, 3]), "section `meta`: is malformed");
+    assert_forged_refused(
+        &sound,
+        "triangles",
+        |s| s.element = 4,
+        "section `triangles`: holds f32, expected u32",
+    );
+    assert_forged_refused(
+        &sound,
+        "meta",
+        |s| *s = RawSection::new("meta", 0, &[3], 0, &[1, 2, 3]),
+        "section `meta`: is malformed",
+    );
     let longer = |s: &mut RawSection| {
         let raw = [s.raw(), vec![0]].concat();
         *s = RawSection::new("meta", 0, &[raw.len() as u64], 0, &raw);
@@ -119,7 +167,8 @@ fn broken_scenes() {
 fn broken_animations() {
     let leaf = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
     type Change<'a> = Box<dyn Fn(&mut Animation) + 'a>;
-    let track = |leaf: Vec<String>| Track { leaf, times_s: vec![0.0], values: TrackValues::Scalar(vec![1.0]) };
+    let track =
+        |leaf: Vec<String>| Track { leaf, times_s: vec![0.0], values: TrackValues::Scalar(vec![1.0]) };
     let cases: Vec<(Change<'_>, &str)> = vec![
         (Box::new(|a| a.duration_s = 0.0), "must be above 0"),
         (Box::new(|a| a.duration_s = f32::NAN), "must be above 0"),
@@ -128,9 +177,17 @@ fn broken_animations() {
         (Box::new(|a| a.tracks[0].times_s.swap(0, 1)), "must increase"),
         (Box::new(|a| a.tracks[0].times_s.clear()), "needs keys"),
         (Box::new(|a| a.tracks[0].times_s.push(90.0)), "one value of the same length"),
-        (Box::new(|a| a.tracks[0].values = TrackValues::Vector(vec![vec![1.0; 3], vec![1.0; 2], vec![1.0; 3]])), "same length"),
+        (
+            Box::new(|a| {
+                a.tracks[0].values = TrackValues::Vector(vec![vec![1.0; 3], vec![1.0; 2], vec![1.0; 3]])
+            }),
+            "same length",
+        ),
         (Box::new(|a| a.tracks[0].values = TrackValues::Vector(vec![Vec::new(); 3])), "same length"),
-        (Box::new(|a| a.tracks[1].values = TrackValues::Scalar(vec![1.0, f32::NAN])), "is not finite; write numbers"),
+        (
+            Box::new(|a| a.tracks[1].values = TrackValues::Scalar(vec![1.0, f32::NAN])),
+            "is not finite; write numbers",
+        ),
         (Box::new(|a| a.tracks[0].leaf = leaf(&["materials", "m0", "kdd"])), "kdd"),
         (Box::new(|a| a.tracks[0].values = TrackValues::Scalar(vec![1.0; 3])), "invalid type"),
         (Box::new(|a| a.tracks[2].leaf[2] = "base_colour".to_owned()), "unknown field `base_colour`"),
@@ -140,7 +197,10 @@ fn broken_animations() {
         (Box::new(|a| a.tracks.insert(0, track(leaf(&["materials", "m0"])))), "both a leaf and a table"),
         (Box::new(|a| a.tracks.insert(0, track(Vec::new()))), "a track's leaf has 0 names"),
         // A state built from this would nest so deeply that it overflows the stack.
-        (Box::new(|a| a.tracks.insert(0, track(vec![String::new(); 1_000_000]))), "a track's leaf has 1000000 names"),
+        (
+            Box::new(|a| a.tracks.insert(0, track(vec![String::new(); 1_000_000]))),
+            "a track's leaf has 1000000 names",
+        ),
         (Box::new(|a| a.tracks[4] = many_keys()), "more than 100000 keys"),
     ];
     for (change, expected) in cases {

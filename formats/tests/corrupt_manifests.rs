@@ -27,9 +27,21 @@ fn broken_manifests() {
         ("\"version\": 0", "\"version\": \"0\"", "has no version"),
         ("\"scene\": \"box\",", "", "the manifest: key `scene` is missing"),
         ("\"scene\": \"box\"", "\"scene\": 3", "scene: 3 where a text is expected"),
-        ("\"scene\": \"box\"", "\"scene\": \"a\\u001b[2J\"", "the name `a\\u{1b}[2J` of the scene has control characters"),
-        ("\"scene\": \"box\"", "\"scene\": \"box\", \"scene\": \"box\"", "line 2, column 48: key `scene` is there twice"),
-        ("\"bytes\": 1", "\"bytes\": -1", "scene_file.bytes: -1 where a whole number of at least 0 is expected"),
+        (
+            "\"scene\": \"box\"",
+            "\"scene\": \"a\\u001b[2J\"",
+            "the name `a\\u{1b}[2J` of the scene has control characters",
+        ),
+        (
+            "\"scene\": \"box\"",
+            "\"scene\": \"box\", \"scene\": \"box\"",
+            "line 2, column 48: key `scene` is there twice",
+        ),
+        (
+            "\"bytes\": 1",
+            "\"bytes\": -1",
+            "scene_file.bytes: -1 where a whole number of at least 0 is expected",
+        ),
         ("\"bytes\": 1", "\"bytes\": \"x\"", "scene_file.bytes: \"x\" where a whole number"),
         ("\"bytes\": 1", "\"bytes\": 1, \"more\": 2", "scene_file: key `more` is unknown"),
         ("\"bytes\": 1", "\"bytes\": 1, \"\\u001b\": 2", "scene_file: key `\\u{1b}` is unknown"),
@@ -52,13 +64,25 @@ fn broken_manifests() {
             "`relative_l2_median` is 2e0, above the worst, 1e0",
         ),
         ("\"relative_l2\"", "\"relative l2\"", "`relative l2` is no name of a setting or error"),
-        ("\"bases\": 6", "\"bases\": \"x\"", "method `transfer-images`: setting `bases` is \"x\", expected a whole number of at least 0"),
+        (
+            "\"bases\": 6",
+            "\"bases\": \"x\"",
+            "method `transfer-images`: setting `bases` is \"x\", expected a whole number of at least 0",
+        ),
         ("\"bases\": 6", "\"size\": [9]", "setting `size` is [9], expected [width, height]"),
         ("\"bases\": 6", "\"basis\": 6", "setting `basis` is unknown; did you mean `bases`?"),
         ("\"bases\": 6", "\"max_error\": -0.5", "setting `max_error` is -0.5, expected a number above 0"),
         ("\"bases\": 6", "\"x\": \"\\u0007\"", "control characters"),
-        ("\"errors\": {\"relative_l2\": 0.001}", long.as_str(), "`measured_on` has more than 1000 characters"),
-        ("\"scene_hash\": \"0", "\"scene_hash\": \"z", "the hash `z0000000000000000000000000000000` of `scene_hash` is not 32 digits"),
+        (
+            "\"errors\": {\"relative_l2\": 0.001}",
+            long.as_str(),
+            "`measured_on` has more than 1000 characters",
+        ),
+        (
+            "\"scene_hash\": \"0",
+            "\"scene_hash\": \"z",
+            "the hash `z0000000000000000000000000000000` of `scene_hash` is not 32 digits",
+        ),
         ("\"scene_hash\": \"0", "\"scene_hash\": \"", "is not 32 digits"),
         ("\"hash\": \"0", "\"hash\": \"A", "of `scene.relume` is not 32 digits"),
         ("]\n}", "", "ends early, at line 6; the file is cut short; copy the bundle again, or bake it again"),
@@ -95,5 +119,8 @@ fn manifests_that_are_not_there_or_not_ours() {
     let folder = tempfile::tempdir().unwrap();
     let error = Manifest::read(folder.path()).unwrap_err();
     assert!(matches!(error, Error::Invalid { .. }));
-    assert!(error.to_string().contains("holds no bundle (no manifest.json); make one with `bake run"), "{error}");
+    assert!(
+        error.to_string().contains("holds no bundle (no manifest.json); make one with `bake run"),
+        "{error}"
+    );
 }

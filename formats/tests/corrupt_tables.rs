@@ -16,7 +16,9 @@ fn assert_refused(change: impl Fn(&mut RawSection), expected: &str) {
     let error = refusal(Kind::HaarTable, &RawFile::new(5, vec![section]).bytes());
     let message = error.to_string();
     assert!(
-        matches!(error, Error::Invalid { .. }) && message.contains(expected) && message.contains("section `coefficients`"),
+        matches!(error, Error::Invalid { .. })
+            && message.contains(expected)
+            && message.contains("section `coefficients`"),
         "{message}"
     );
 }
@@ -25,13 +27,18 @@ fn assert_refused(change: impl Fn(&mut RawSection), expected: &str) {
 fn other_shapes_and_types_are_refused() {
     assert_refused(|s| s.shape = vec![65_536, 16], "has shape [65536, 16], expected [16, 65536]");
     assert_refused(|s| s.element = 1, "holds u16, expected f16");
-    assert_refused(|s| (s.shape, s.raw_bytes) = (vec![16, 65_535], 2 * 16 * 65_535), "cannot be decompressed");
+    assert_refused(
+        |s| (s.shape, s.raw_bytes) = (vec![16, 65_535], 2 * 16 * 65_535),
+        "cannot be decompressed",
+    );
 }
 
 #[test]
 fn a_single_other_value_is_refused() {
     // The scaling coefficient of bitmap 1 is 0.25, half 0x3400; of bitmap 0 it is 0, not -0.
-    for (coefficient, bitmap, bits) in [(0, 1, 0x3401u16), (0, 0, 0x8000), (15, 65_535, 0x3C00), (7, 300, 0x7E00)] {
+    for (coefficient, bitmap, bits) in
+        [(0, 1, 0x3401u16), (0, 0, 0x8000), (15, 65_535, 0x3C00), (7, 300, 0x7E00)]
+    {
         let change = |section: &mut RawSection| {
             let (mut raw, at) = (section.raw(), 2 * (coefficient * 65_536 + bitmap));
             raw[at..at + 2].copy_from_slice(&bits.to_le_bytes());
@@ -50,20 +57,30 @@ fn assert_visibility_refused(change: impl Fn(&mut RawSection), expected: &str) {
     change(&mut section);
     let error = refusal(Kind::VisibilityTable, &RawFile::new(10, vec![section]).bytes());
     let message = error.to_string();
-    assert!(matches!(error, Error::Invalid { .. }) && message.contains(expected) && message.contains("section `rings`"), "{message}");
+    assert!(
+        matches!(error, Error::Invalid { .. })
+            && message.contains(expected)
+            && message.contains("section `rings`"),
+        "{message}"
+    );
 }
 
 #[test]
 fn visibility_of_other_shapes_and_types_is_refused() {
     assert_visibility_refused(|s| s.shape = vec![6144, 136], "has shape [6144, 136], expected [136, 6144]");
     assert_visibility_refused(|s| s.element = 5, "holds i8, expected u8");
-    assert_visibility_refused(|s| (s.shape, s.raw_bytes) = (vec![136, 6143], 136 * 6143), "cannot be decompressed");
+    assert_visibility_refused(
+        |s| (s.shape, s.raw_bytes) = (vec![136, 6143], 136 * 6143),
+        "cannot be decompressed",
+    );
 }
 
 #[test]
 fn a_single_other_texel_is_refused() {
-    // The first direction is the corner of +X, which its own texel is in ring 0 of and all of -X beyond the last.
-    for (direction, texel, ring) in [(0, 0, 1), (0, 1024, 31), (0, 1024, 33), (135, 6143, 0), (77, 3000, 255)] {
+    // The first direction is the corner of +X, which its own texel is in ring 0 of and all of -X beyond the
+    // last.
+    for (direction, texel, ring) in [(0, 0, 1), (0, 1024, 31), (0, 1024, 33), (135, 6143, 0), (77, 3000, 255)]
+    {
         let change = |section: &mut RawSection| {
             let mut raw = section.raw();
             assert_ne!(raw[direction * 6144 + texel], ring);

@@ -1,12 +1,16 @@
-//! Directions, solid angles and resampling of cube maps against the specification of the graphics interfaces, closed forms and quadrature.
+//! Directions, solid angles and resampling of cube maps against the specification of the graphics interfaces,
+//! closed forms and quadrature.
 
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use relume_formats::basis::EquirectMap;
-use relume_formats::basis::cubemap::{FACES, direction, from_equirect, solid_angles, subsamples, texel_of, to_equirect};
+use relume_formats::basis::cubemap::{
+    FACES, direction, from_equirect, solid_angles, subsamples, texel_of, to_equirect,
+};
 use std::f64::consts::{PI, TAU};
 
-/// Face and texture coordinates in 0..=1 by the table of the OpenGL 4.6 specification (8.19), which WebGPU shares.
+/// Face and texture coordinates in 0..=1 by the table of the OpenGL 4.6 specification (8.19), which WebGPU
+/// shares.
 fn by_specification(d: DVec3) -> (usize, f64, f64) {
     let DVec3 { x, y, z } = d;
     let major = x.abs().max(y.abs()).max(z.abs());
@@ -29,7 +33,10 @@ fn every_texel_looks_where_the_specification_says() {
             let centre = direction(face, n, x as f64 + 0.5, y as f64 + 0.5);
             let (face_there, u, v) = by_specification(centre);
             assert_eq!(face_there, face);
-            assert!((u * n as f64 - x as f64 - 0.5).abs() < 1e-12 * n as f64 && (v * n as f64 - y as f64 - 0.5).abs() < 1e-12 * n as f64);
+            assert!(
+                (u * n as f64 - x as f64 - 0.5).abs() < 1e-12 * n as f64
+                    && (v * n as f64 - y as f64 - 0.5).abs() < 1e-12 * n as f64
+            );
             assert!((centre.length() - 1.0).abs() < 1e-15);
             assert_eq!(texel_of(centre.as_vec3(), n), i, "texel {i} of n = {n}");
             assert_eq!(texel_of(centre.as_vec3() * 37.5, n), i, "length does not matter");
@@ -81,7 +88,8 @@ fn solid_angles_are_exact() {
         assert!((sum - 4.0 * PI).abs() < 1e-12, "n = {n}: {sum}");
     }
     assert!((solid_angles(1)[0] - TAU / 3.0).abs() < 1e-15);
-    // Against quadrature of (1 + s² + t²)^(-3/2): the midpoint rule on 32 × 32 points of a texel of width h errs by less than (h/32)² of it.
+    // Against quadrature of (1 + s² + t²)^(-3/2): the midpoint rule on 32 × 32 points of a texel of width h
+    // errs by less than (h/32)² of it.
     let n = 8;
     for (i, angle) in solid_angles(n).into_iter().enumerate() {
         let place = |texel: usize, k: usize| 2.0 * (texel as f64 + (k as f64 + 0.5) / 32.0) / n as f64 - 1.0;
@@ -93,7 +101,10 @@ fn solid_angles_are_exact() {
 
 fn map_of(width: u32, height: u32, radiance: impl Fn(DVec3) -> [f32; 3]) -> EquirectMap {
     let texel = |i: u32| {
-        let (u, v) = ((f64::from(i % width) + 0.5) / f64::from(width), (f64::from(i / width) + 0.5) / f64::from(height));
+        let (u, v) = (
+            (f64::from(i % width) + 0.5) / f64::from(width),
+            (f64::from(i / width) + 0.5) / f64::from(height),
+        );
         radiance(in_map(u, v))
     };
     EquirectMap { width, height, texels: (0..width * height).map(texel).collect() }
@@ -107,7 +118,10 @@ fn in_map(u: f64, v: f64) -> DVec3 {
 
 #[test]
 fn look_ups_are_dense_enough() {
-    assert_eq!([subsamples(1, 64), subsamples(512, 64), subsamples(513, 64), subsamples(8192, 16)], [4, 4, 8, 256]);
+    assert_eq!(
+        [subsamples(1, 64), subsamples(512, 64), subsamples(513, 64), subsamples(8192, 16)],
+        [4, 4, 8, 256]
+    );
     // Any single lit texel below 45° of latitude is seen, whichever way the map is turned.
     let (width, height, n) = (64u32, 32u32, 4);
     for i in width * height / 4..3 * width * height / 4 {
@@ -125,7 +139,9 @@ fn an_even_map_gives_an_even_cube_and_back() {
     assert_eq!((cube.len(), back.texels.len()), (FACES * 64, 800));
     for texel in cube.iter().chain(&back.texels) {
         // 16 rounded products and sums of one sign, and a division.
-        texel.iter().zip(radiance).for_each(|(ours, truth)| assert!((ours / truth - 1.0).abs() < 34.0 * f32::EPSILON, "{ours} of {truth}"));
+        texel.iter().zip(radiance).for_each(|(ours, truth)| {
+            assert!((ours / truth - 1.0).abs() < 34.0 * f32::EPSILON, "{ours} of {truth}")
+        });
     }
 }
 
@@ -138,11 +154,14 @@ fn smooth(d: DVec3) -> [f32; 3] {
 fn smooth_light_comes_through_both_ways() {
     let (n, width, height) = (16, 512, 256);
     let cube = from_equirect(&map_of(width, height, smooth), 0.0, n);
-    let means: Vec<[f32; 3]> =
-        (0..FACES * n * n).map(|i| smooth(direction(i / (n * n), n, (i % n) as f64 + 0.5, (i / n % n) as f64 + 0.5))).collect();
-    // A look-up is off by half a texel of the map at most, 0.0062 rad × √2; the mean over a texel differs from its centre by its curvature, (2/16)²/12.
-    let farthest =
-        |a: &[[f32; 3]], b: &[[f32; 3]]| a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f32::max);
+    let means: Vec<[f32; 3]> = (0..FACES * n * n)
+        .map(|i| smooth(direction(i / (n * n), n, (i % n) as f64 + 0.5, (i / n % n) as f64 + 0.5)))
+        .collect();
+    // A look-up is off by half a texel of the map at most, 0.0062 rad × √2; the mean over a texel differs
+    // from its centre by its curvature, (2/16)²/12.
+    let farthest = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f32::max)
+    };
     let error = farthest(&cube, &means);
     assert!(error < 0.0088 + 0.0013, "{error}");
     // And back: half the diagonal of a texel of the cube, 0.125/√2 rad.
@@ -157,7 +176,8 @@ fn flux_is_kept() {
     let cube = from_equirect(&map_of(512, 256, smooth), 77.0, n);
     let solid = solid_angles(n);
     for (channel, constant) in [(0, 1.0), (1, 2.0), (2, 1.5)] {
-        let flux: f64 = cube.iter().enumerate().map(|(i, t)| f64::from(t[channel]) * solid[i % (n * n)]).sum();
+        let flux: f64 =
+            cube.iter().enumerate().map(|(i, t)| f64::from(t[channel]) * solid[i % (n * n)]).sum();
         assert!((flux / (4.0 * PI * constant) - 1.0).abs() < 1e-4, "channel {channel}: {flux}");
     }
 }
@@ -166,17 +186,27 @@ fn flux_is_kept() {
 fn rotation_turns_counter_clockwise_seen_from_above() {
     // The middle of the map looks to -Z; turned by 90° it looks to -X, by 180° to +Z.
     let towards = |d: Vec3| move |e: DVec3| [if e.dot(d.as_dvec3()) > 0.9 { 1.0 } else { 0.0 }; 3];
-    let lit = |degrees: f32, d: Vec3| from_equirect(&map_of(128, 64, towards(Vec3::NEG_Z)), degrees, 8)[texel_of(d, 8)][0];
-    for (degrees, d) in [(0.0, Vec3::NEG_Z), (90.0, Vec3::NEG_X), (180.0, Vec3::Z), (270.0, Vec3::X), (-90.0, Vec3::X)] {
+    let lit = |degrees: f32, d: Vec3| {
+        from_equirect(&map_of(128, 64, towards(Vec3::NEG_Z)), degrees, 8)[texel_of(d, 8)][0]
+    };
+    for (degrees, d) in
+        [(0.0, Vec3::NEG_Z), (90.0, Vec3::NEG_X), (180.0, Vec3::Z), (270.0, Vec3::X), (-90.0, Vec3::X)]
+    {
         assert!(lit(degrees, d) > 0.99, "{degrees}° towards {d}");
         assert!(lit(degrees, -d) < 0.01, "{degrees}° towards {}", -d);
     }
     // Turning by whole columns moves the columns: the map's left shows what stood to the right of it.
-    let map = map_of(128, 64, |d| [(5.0 * d.x).sin().abs() as f32, (7.0 * d.y + d.z).cos().abs() as f32, (9.0 * d.z).sin().abs() as f32]);
+    let map = map_of(128, 64, |d| {
+        [(5.0 * d.x).sin().abs() as f32, (7.0 * d.y + d.z).cos().abs() as f32, (9.0 * d.z).sin().abs() as f32]
+    });
     let mut moved = map.clone();
     moved.texels.chunks_exact_mut(128).for_each(|row| row.rotate_left(10));
     let (turned, expected) = (from_equirect(&map, 360.0 * 10.0 / 128.0, 8), from_equirect(&moved, 0.0, 8));
-    let differing = turned.iter().zip(&expected).filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-6)).count();
+    let differing = turned
+        .iter()
+        .zip(&expected)
+        .filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-6))
+        .count();
     // Directions on the border of two columns, the diagonals of ±Y, may round either way.
     assert!(differing <= 2 * 2 * 8, "{differing} texels differ");
 }

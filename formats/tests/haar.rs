@@ -1,7 +1,9 @@
 //! The Haar transform against its definition, inner products in double precision, and itself.
 
 use proptest::prelude::*;
-use relume_formats::basis::haar::{Wavelet, describe, forward, forward_cube, index, inverse, inverse_cube, support};
+use relume_formats::basis::haar::{
+    Wavelet, describe, forward, forward_cube, index, inverse, inverse_cube, support,
+};
 
 /// The function at `at` by its definition, row-major.
 fn by_definition(at: usize, n: usize) -> Vec<f64> {
@@ -39,7 +41,10 @@ fn every_basis_function_is_as_defined() {
             inverse(&mut face, n, &mut scratch);
             let truth = by_definition(at, n);
             // Powers of two all along, so there is nothing to round.
-            assert!(face.iter().zip(&truth).all(|(ours, truth)| f64::from(*ours) == *truth), "function {at} of n = {n}");
+            assert!(
+                face.iter().zip(&truth).all(|(ours, truth)| f64::from(*ours) == *truth),
+                "function {at} of n = {n}"
+            );
             // The transform of a function is its index and nothing else: orthonormality.
             forward(&mut face, n, &mut scratch);
             assert_eq!(face, unit, "function {at} of n = {n}");
@@ -54,7 +59,9 @@ fn indices_and_descriptions_are_each_others_inverse() {
     assert_eq!(describe(0, n), Wavelet::Scaling);
     let mut expected = 1;
     for level in 0..5 {
-        for (m, j, i) in (1..=3).flat_map(|m| (0..1 << level).flat_map(move |j| (0..1 << level).map(move |i| (m, j, i)))) {
+        for (m, j, i) in
+            (1..=3).flat_map(|m| (0..1 << level).flat_map(move |j| (0..1 << level).map(move |i| (m, j, i))))
+        {
             assert_eq!(index(level, m, i, j), expected);
             assert_eq!(describe(expected, n), Wavelet::Detail { level, m, i, j });
             assert_eq!(describe(4 * n * n + expected, n), describe(expected, n), "on every face alike");
@@ -75,14 +82,18 @@ fn coefficients_are_inner_products() {
     for (at, coefficient) in ours.iter().enumerate() {
         let truth: f64 = by_definition(at, n).iter().zip(&texels).map(|(b, t)| b * f64::from(*t)).sum();
         // Three roundings a level, four levels, each relative to a sum no larger than the norm.
-        assert!((f64::from(*coefficient) - truth).abs() < 12.0 * f64::from(f32::EPSILON) * norm, "{at}: {coefficient} against {truth}");
+        assert!(
+            (f64::from(*coefficient) - truth).abs() < 12.0 * f64::from(f32::EPSILON) * norm,
+            "{at}: {coefficient} against {truth}"
+        );
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
-    /// Whole numbers below 1024 and their sums over 32 × 32 need 20 bits, and 5 more behind the point: nothing is rounded on either way.
+    /// Whole numbers below 1024 and their sums over 32 × 32 need 20 bits, and 5 more behind the point:
+    /// nothing is rounded on either way.
     #[test]
     fn whole_numbers_come_back_bit_for_bit(log in 0u32..6, seed in prop::collection::vec(-512i32..512, 6 * 1024)) {
         let n = 1usize << log;
@@ -104,7 +115,8 @@ proptest! {
         let mut face = texels.clone();
         let mut scratch = vec![f32::NAN; 3];
         forward(&mut face, n, &mut scratch);
-        // Each of six levels rounds three times, with relative error at most 2^-24 of the values at hand, whose norm stays the texels'.
+        // Each of six levels rounds three times, with relative error at most 2^-24 of the values at hand,
+        // whose norm stays the texels'.
         let bound = 6.0 * 3.0 * f64::from(f32::EPSILON);
         prop_assert!((energy(&face) / energy(&texels) - 1.0).abs() < bound);
         inverse(&mut face, n, &mut scratch);

@@ -9,7 +9,8 @@ use relume_formats::display::Tonemap;
 use relume_formats::kinds::scene::Meta;
 use relume_formats::method::SPHERE_SHADOWS;
 use relume_formats::state::{
-    Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State, ViewState, parse_toml,
+    Brdf, CameraState, EnvironmentState, LightState, MaterialState, Model, Pose, ShapeState, State,
+    ViewState, parse_toml,
 };
 use std::collections::BTreeMap;
 
@@ -81,17 +82,22 @@ fn change(random: &mut Random, scene: &Meta) -> State {
         rotation_deg: some(random, |random| 360.0 * number(random)),
         gain: some(random, colour),
     };
-    let materials = scene.materials.iter().filter_map(|m| Some((m.name.clone(), some(random, |random| material(random, m.brdf.model()))?)));
+    let materials = scene
+        .materials
+        .iter()
+        .filter_map(|m| Some((m.name.clone(), some(random, |random| material(random, m.brdf.model()))?)));
     let materials = materials.collect();
     let shapes = scene.shapes.iter().filter_map(|s| Some((s.object.clone(), some(random, shape)?))).collect();
     let environment = scene.environment.is_some().then(|| some(random, environment)).flatten();
-    let view = some(random, |random| ViewState { tonemap: some(random, |random| Tonemap::ALL[random.below(3)]) });
+    let view =
+        some(random, |random| ViewState { tonemap: some(random, |random| Tonemap::ALL[random.below(3)]) });
     State { environment, camera: some(random, camera), view, lights: BTreeMap::new(), materials, shapes }
 }
 
 /// All that a look has, in digits that tell every two numbers apart, 0 and -0 too.
 fn digits(look: &Look, scene: &Meta) -> String {
-    let materials: Vec<&Brdf> = scene.materials.iter().map(|material| &look.materials[&material.name]).collect();
+    let materials: Vec<&Brdf> =
+        scene.materials.iter().map(|material| &look.materials[&material.name]).collect();
     format!("{materials:?} {:?} {:?} {:?} {:?}", look.camera, look.tonemap, look.environment, look.shapes)
 }
 
@@ -110,7 +116,11 @@ fn complete(look: &Look, scene: &Meta) -> toml::Table {
             exposure_ev: Some(look.camera.exposure_ev),
         }),
         view: Some(ViewState { tonemap: Some(look.tonemap) }),
-        materials: scene.materials.iter().map(|m| (m.name.clone(), MaterialState::from(look.materials[&m.name]))).collect(),
+        materials: scene
+            .materials
+            .iter()
+            .map(|m| (m.name.clone(), MaterialState::from(look.materials[&m.name])))
+            .collect(),
         ..State::default()
     };
     toml::Table::try_from(all).unwrap()
@@ -216,12 +226,24 @@ fn what_the_scene_does_not_have_is_refused_and_nothing_changes() {
     let mut look = Look::default_of(&scope.scene);
     let before = look.clone();
     for (text, part) in [
-        ("camera.fov_deg = 20\nmaterials.m9.kd = [0, 0, 0]", "s.toml: no material `m9`; did you mean `m0`? There are: `m0`"),
+        (
+            "camera.fov_deg = 20\nmaterials.m9.kd = [0, 0, 0]",
+            "s.toml: no material `m9`; did you mean `m0`? There are: `m0`",
+        ),
         ("camera.fov_deg = 20\nshapes.hen.clip = 'Läufer'", "s.toml: no shape `hen`; "),
-        (&format!("camera.fov_deg = 20\nshapes.\"{object}\".clip = 'Walk'"), "no clip `Walk`; it has ``, `Läufer`"),
+        (
+            &format!("camera.fov_deg = 20\nshapes.\"{object}\".clip = 'Walk'"),
+            "no clip `Walk`; it has ``, `Läufer`",
+        ),
         ("camera.fov_deg = 200", "camera: fov_deg 200 is outside"),
-        ("camera.fov_deg = 20\nenvironment.map = 'skies.exr'", "environment: no map `skies.exr`; this bundle has: sky.exr, other.exr"),
-        ("camera.fov_deg = 20\nenvironment.gain = [-1, 0, 0]", "environment: gain [-1.0, 0.0, 0.0] is outside"),
+        (
+            "camera.fov_deg = 20\nenvironment.map = 'skies.exr'",
+            "environment: no map `skies.exr`; this bundle has: sky.exr, other.exr",
+        ),
+        (
+            "camera.fov_deg = 20\nenvironment.gain = [-1, 0, 0]",
+            "environment: gain [-1.0, 0.0, 0.0] is outside",
+        ),
     ] {
         let message = look.apply(&state(text), &scope, &place()).unwrap_err().to_string();
         assert!(message.contains(part), "{text}: {message}");
@@ -229,9 +251,13 @@ fn what_the_scene_does_not_have_is_refused_and_nothing_changes() {
     }
     let dark = State { lights: [("lamp".to_owned(), LightState { gain: None })].into(), ..State::default() };
     let message = look.apply(&dark, &scope, &place()).unwrap_err().to_string();
-    assert_eq!(message, "s.toml: sets light `lamp`, but no method of this version lets lights vary; remove it");
+    assert_eq!(
+        message,
+        "s.toml: sets light `lamp`, but no method of this version lets lights vary; remove it"
+    );
     let mut bare = Look { environment: None, ..before };
-    let message = bare.apply(&state("environment.rotation_deg = 1"), &scope, &place()).unwrap_err().to_string();
+    let message =
+        bare.apply(&state("environment.rotation_deg = 1"), &scope, &place()).unwrap_err().to_string();
     assert_eq!(message, "s.toml: sets [environment], but the scene has none; remove it");
 }
 
@@ -240,8 +266,11 @@ fn a_shape_comes_back_to_rest() {
     let scope = scope(2);
     let object = &scope.scene.shapes[0].object;
     let mut look = Look::default_of(&scope.scene);
-    let mut apply =
-        |leaves: &str| look.apply(&state(&format!("[shapes.\"{object}\"]\n{leaves}")), &scope, &place()).unwrap().shapes[object].clone();
+    let mut apply = |leaves: &str| {
+        look.apply(&state(&format!("[shapes.\"{object}\"]\n{leaves}")), &scope, &place()).unwrap().shapes
+            [object]
+            .clone()
+    };
     let rest = ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() };
     let named = |clip: Option<&str>, time_s| ShapeState { clip: clip.map(str::to_owned), time_s, pose: None };
     assert_eq!(apply("clip = 'Läufer'\ntime_s = 0.5"), rest);

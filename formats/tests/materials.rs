@@ -47,14 +47,21 @@ fn a_leaf_of_the_other_model_is_refused_with_the_right_ones() {
         (BLINN_PHONG, "kd = [0.0, 0.0, 0.0]\nroughness = 0.5", format!("{has_blinn_phong} `roughness`")),
     ];
     for (brdf, leaves, expected) in cases {
-        assert_eq!(with(&brdf, leaves).unwrap_err().to_string(), format!("state.toml: material `a`: {expected}"));
+        assert_eq!(
+            with(&brdf, leaves).unwrap_err().to_string(),
+            format!("state.toml: material `a`: {expected}")
+        );
     }
 }
 
 #[test]
 fn values_outside_their_range_are_refused() {
     let cases = [
-        (GGX, "base_color = [0.1, 1.01, 0.1]", "base_color [0.1, 1.01, 0.1] and metallic 0.25 must be numbers of 0 to 1"),
+        (
+            GGX,
+            "base_color = [0.1, 1.01, 0.1]",
+            "base_color [0.1, 1.01, 0.1] and metallic 0.25 must be numbers of 0 to 1",
+        ),
         (GGX, "base_color = [nan, 0.1, 0.1]", "must be numbers of 0 to 1"),
         (GGX, "metallic = -0.01", "metallic -0.01 must be numbers of 0 to 1"),
         (GGX, "metallic = inf", "metallic inf must be numbers of 0 to 1"),
@@ -76,7 +83,9 @@ fn values_outside_their_range_are_refused() {
 fn what_varies_is_kept_within_the_range_of_bases() {
     let fixed_only = [ggx(0.0, 0.12), ggx(1.0, 0.3199), blinn_phong(10_000.0), blinn_phong(200.1)];
     let both = [ggx(0.0, 0.32), ggx(1.0, 1.0), blinn_phong(200.0), blinn_phong(1.0)];
-    for (brdf, may_vary) in fixed_only.into_iter().map(|b| (b, false)).chain(both.into_iter().map(|b| (b, true))) {
+    for (brdf, may_vary) in
+        fixed_only.into_iter().map(|b| (b, false)).chain(both.into_iter().map(|b| (b, true)))
+    {
         let material = |varies| StoredMaterial { name: "a".to_owned(), brdf, varies, textured: false };
         assert!(material(false).validate(&brdf, &place()).is_ok(), "{brdf:?}");
         assert_eq!(material(true).validate(&brdf, &place()).is_ok(), may_vary, "{brdf:?}");
@@ -87,7 +96,10 @@ fn what_varies_is_kept_within_the_range_of_bases() {
 fn a_textured_metal_cannot_vary() {
     let material = |varies, textured| StoredMaterial { name: "a".to_owned(), brdf: GGX, varies, textured };
     let message = material(true, true).validate(&GGX, &place()).unwrap_err().to_string();
-    assert!(message.starts_with("state.toml: material `a`: metallic 0.25 with a textured base colour"), "{message}");
+    assert!(
+        message.starts_with("state.toml: material `a`: metallic 0.25 with a textured base colour"),
+        "{message}"
+    );
     assert!(message.ends_with("set metallic to 0 or remove the texture"), "{message}");
     assert!(material(true, false).validate(&GGX, &place()).is_ok());
     assert!(material(false, true).validate(&GGX, &place()).is_ok());
@@ -115,10 +127,16 @@ fn ggx_leaves_are_animated_each_on_its_own() {
     ";
     let animation = Animation::parse("turn", text, &Place::file("turn.toml")).unwrap();
     // In between the metal stays at 1 and the roughness is still its first.
-    let hand = [(0.5, [0.1, 0.2, 0.3], 0.5, 0.4), (1.5, [0.3, 0.2, 0.1], 1.0, 0.6), (9.0, [0.4, 0.2, 0.0], 1.0, 0.8)];
+    let hand = [
+        (0.5, [0.1, 0.2, 0.3], 0.5, 0.4),
+        (1.5, [0.3, 0.2, 0.1], 1.0, 0.6),
+        (9.0, [0.4, 0.2, 0.0], 1.0, 0.8),
+    ];
     for (time_s, base_color, metallic, roughness) in hand {
         let state = animation.sample(time_s).unwrap();
-        let Ok(Brdf::Ggx(worn)) = GGX.with(&state.materials["a"], "a", &place()) else { panic!("at {time_s} s") };
+        let Ok(Brdf::Ggx(worn)) = GGX.with(&state.materials["a"], "a", &place()) else {
+            panic!("at {time_s} s")
+        };
         let values = worn.base_color.into_iter().chain([worn.metallic, worn.roughness]);
         for (value, expected) in values.zip(base_color.into_iter().chain([metallic, roughness])) {
             assert!((value - expected).abs() < 1e-6, "at {time_s} s: {worn:?}");

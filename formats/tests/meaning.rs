@@ -8,7 +8,8 @@ use relume_formats::kinds::transfer_images::{FirstReflection, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx};
 
-/// Coefficients of part `part` of the unit lobe, which lie on the chord between the two stored parameters around `parameter`.
+/// Coefficients of part `part` of the unit lobe, which lie on the chord between the two stored parameters
+/// around `parameter`.
 fn lobe(basis: &BrdfBasis, parts: usize, part: usize, parameter: f32) -> Vec<f64> {
     let (s, nodes) = (f64::from(parameter), &basis.parameters);
     let bases = basis.coefficients.len() / nodes.len() / parts;
@@ -19,31 +20,42 @@ fn lobe(basis: &BrdfBasis, parts: usize, part: usize, parameter: f32) -> Vec<f64
     (0..bases).map(|b| (1.0 - t) * stored(right - 1, b) + t * stored(right, b)).collect()
 }
 
-/// Coefficients of a material on every basis in one channel. Blinn-Phong (thesis eq. 4-22): kd on the diffuse basis, plus ks times those of the
-/// unit lobe. GGX, from glTF 2.0 (appendix B.3.5) written out in Schlick's weight w: F = f0 + (1 - f0) w, hence
-/// rho = (1 - f0)(1 - metallic) c (1 - w)/pi + f0 D V (1 - w) + D V w: the two parts are those of D V (1 - w) and of D V w.
+/// Coefficients of a material on every basis in one channel. Blinn-Phong (thesis eq. 4-22): kd on the diffuse
+/// basis, plus ks times those of the unit lobe. GGX, from glTF 2.0 (appendix B.3.5) written out in Schlick's
+/// weight w: F = f0 + (1 - f0) w, hence rho = (1 - f0)(1 - metallic) c (1 - w)/pi + f0 D V (1 - w) + D V w:
+/// the two parts are those of D V (1 - w) and of D V w.
 fn coefficients(basis: &BrdfBasis, material: &Brdf, channel: usize) -> Vec<f64> {
     let (diffuse, glossy) = match material {
         Brdf::BlinnPhong(m) => {
             let ks = f64::from(m.ks[channel]);
-            (f64::from(m.kd[channel]), lobe(basis, 1, 0, m.shininess).iter().map(|c| ks * c).collect::<Vec<_>>())
+            (
+                f64::from(m.kd[channel]),
+                lobe(basis, 1, 0, m.shininess).iter().map(|c| ks * c).collect::<Vec<_>>(),
+            )
         }
         Brdf::Ggx(m) => {
             let (base, metallic) = (f64::from(m.base_color[channel]), f64::from(m.metallic));
             let f0 = 0.04 + (base - 0.04) * metallic;
             let [plain, schlick] = [0, 1].map(|part| lobe(basis, 2, part, m.roughness));
-            ((1.0 - f0) * (1.0 - metallic) * base, plain.iter().zip(schlick).map(|(p, s)| f0 * p + s).collect())
+            (
+                (1.0 - f0) * (1.0 - metallic) * base,
+                plain.iter().zip(schlick).map(|(p, s)| f0 * p + s).collect(),
+            )
         }
     };
     glossy.into_iter().enumerate().map(|(b, c)| if b == 0 { c + diffuse } else { c }).collect()
 }
 
-/// Radiance per unit coefficient that the file stores for one fragment under `slot`, whose number is `number`.
+/// Radiance per unit coefficient that the file stores for one fragment under `slot`, whose number is
+/// `number`.
 fn stored(bundle: &TransferImages, slot: &Slot, number: usize, fragment: usize, channel: usize) -> f64 {
     let head = &bundle.head;
-    let fragments = if slot.fixed.is_some() { head.pixel.len() } else { head.meta.editable_fragments as usize };
+    let fragments =
+        if slot.fixed.is_some() { head.pixel.len() } else { head.meta.editable_fragments as usize };
     let image = bundle.images.iter().find(|i| i.slot == number).unwrap();
-    let half = |plane: usize| f64::from(image.values[plane * fragments + fragment].to_f32()) * f64::from(head.scales[number]);
+    let half = |plane: usize| {
+        f64::from(image.values[plane * fragments + fragment].to_f32()) * f64::from(head.scales[number])
+    };
     match (slot.rgb, head.meta.chromaticity) {
         (true, _) => half(channel),
         (false, Some(colour)) => half(0) * f64::from(colour[channel]),
@@ -51,15 +63,18 @@ fn stored(bundle: &TransferImages, slot: &Slot, number: usize, fragment: usize, 
     }
 }
 
-/// Thesis eq. 4-26 and 4-27 for one fragment: direct light, then every way by one first reflection. Returns the sum, and what rounding
-/// errors are to be measured by: the same sum of magnitudes, each coefficient made 1 larger for it may be a small difference of large numbers.
+/// Thesis eq. 4-26 and 4-27 for one fragment: direct light, then every way by one first reflection. Returns
+/// the sum, and what rounding errors are to be measured by: the same sum of magnitudes, each coefficient made
+/// 1 larger for it may be a small difference of large numbers.
 fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, channel: usize) -> (f64, f64) {
     let head = &bundle.head;
     let slots: Vec<_> = head.layout().slots.into_iter().enumerate().collect();
     let bases = head.meta.bases as usize;
     let mut firsts = vec![(FirstReflection::None, 1.0), (FirstReflection::Fixed, 1.0)];
     for (material, coefficients) in on_bases.iter().enumerate() {
-        firsts.extend((0..bases).map(|basis| (FirstReflection::Editable { material, basis }, coefficients[basis])));
+        firsts.extend(
+            (0..bases).map(|basis| (FirstReflection::Editable { material, basis }, coefficients[basis])),
+        );
     }
     let (mut sum, mut magnitude) = (0.0, 0.0);
     let mut add = |eye: f64, first: f64, stored: f64| {
@@ -70,7 +85,8 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
         match on_bases.get(usize::from(head.class[fragment])) {
             // An editable surface: its own coefficient on each basis stands in front.
             Some(eye) => (0..bases).for_each(|eye_basis| {
-                let (number, slot) = slots.iter().find(|(_, s)| s.eye_basis == eye_basis && s.first == first).unwrap();
+                let (number, slot) =
+                    slots.iter().find(|(_, s)| s.eye_basis == eye_basis && s.first == first).unwrap();
                 add(eye[eye_basis], first_coefficient, stored(bundle, slot, *number, fragment, channel));
             }),
             // A fixed surface: its reflectance was baked in.
@@ -87,7 +103,10 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
 fn materials_and_basis(seed: u64, bases: usize, count: usize) -> (BrdfBasis, Vec<Brdf>) {
     let random = &mut Random(seed ^ 1);
     if seed.is_multiple_of(2) {
-        (samples::basis(seed, bases, false), (0..count).map(|_| Brdf::BlinnPhong(random.blinn_phong())).collect())
+        (
+            samples::basis(seed, bases, false),
+            (0..count).map(|_| Brdf::BlinnPhong(random.blinn_phong())).collect(),
+        )
     } else {
         (samples::ggx_basis(seed, bases, 2), (0..count).map(|_| Brdf::Ggx(random.ggx())).collect())
     }
@@ -112,7 +131,8 @@ proptest! {
                 let (sum, magnitude) = fragments
                     .map(|f| radiance(&bundle, &on_bases, f, channel))
                     .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-                // At most 4 fragments of 4·14 terms: 224 roundings of 6e-8 in the sum and less than ten in each term.
+                // At most 4 fragments of 4·14 terms: 224 roundings of 6e-8 in the sum and less than ten in
+                // each term.
                 let tolerance = 1.5e-5 * magnitude;
                 prop_assert!((f64::from(value[channel]) - sum).abs() <= tolerance, "pixel {pixel}: {} is not {sum}", value[channel]);
             }
@@ -131,7 +151,8 @@ proptest! {
         }
     }
 
-    /// f(αa + βb) = αf(a) + βf(b) at equal exponents, which is what lets a player edit colours without a new bake.
+    /// f(αa + βb) = αf(a) + βf(b) at equal exponents, which is what lets a player edit colours without a new
+    /// bake.
     #[test]
     fn coefficients_are_linear_in_kd_and_ks(seed: u64, alpha in 0.0f32..1.0) {
         let basis = samples::basis(seed, 4, true);
@@ -158,11 +179,15 @@ fn coefficients_at_and_beyond_the_nodes_are_the_stored_ones() {
     for (s, node) in [(1.0, 0), (0.5, 0), (200.0, last), (900.0, last), (basis.parameters[1], 1)] {
         let expected = &basis.coefficients[node * 3..node * 3 + 3];
         let computed: Vec<f32> = basis.coefficients_of(&unit(s)).unwrap().iter().map(|c| c[1]).collect();
-        computed.iter().zip(expected).for_each(|(c, e)| assert!((c - e).abs() < 1e-6, "at s = {s}: {computed:?} is not {expected:?}"));
+        computed
+            .iter()
+            .zip(expected)
+            .for_each(|(c, e)| assert!((c - e).abs() < 1e-6, "at s = {s}: {computed:?} is not {expected:?}"));
     }
 }
 
-/// By hand: roughness 0.5 is half way between the nodes, f0 = 0.04·0.75 + 0.5·0.25 = 0.155, diffuse = 0.845·0.75·0.5 = 0.316875.
+/// By hand: roughness 0.5 is half way between the nodes, f0 = 0.04·0.75 + 0.5·0.25 = 0.155, diffuse =
+/// 0.845·0.75·0.5 = 0.316875.
 #[test]
 fn coefficients_of_a_ggx_material_by_hand() {
     let mut basis = samples::ggx_basis(1, 2, 1);

@@ -17,7 +17,8 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
 fn angles(a: Vec3, b: Vec3) -> Angles {
     let sum = [0, 1, 2].map(|k| a[k] + b[k]);
     let length = dot(sum, sum).sqrt();
-    let [cos_half, cos_difference, cos_in, cos_out] = [sum[2] / length, dot(sum, a) / length, a[2], b[2]].map(|c| c as f32);
+    let [cos_half, cos_difference, cos_in, cos_out] =
+        [sum[2] / length, dot(sum, a) / length, a[2], b[2]].map(|c| c as f32);
     Angles { cos_half, cos_difference, cos_in, cos_out }
 }
 
@@ -27,7 +28,8 @@ fn distribution(alpha_squared: f64, cos_half: f64) -> f64 {
     alpha_squared / (PI * f * f)
 }
 
-/// V = G/(4 |N·L| |N·V|) of the same appendix, with the height-correlated masking and shadowing of Heitz (2014), eq. 72 and 99, in his own form.
+/// V = G/(4 |N·L| |N·V|) of the same appendix, with the height-correlated masking and shadowing of Heitz
+/// (2014), eq. 72 and 99, in his own form.
 fn visibility(alpha_squared: f64, cos_in: f64, cos_out: f64) -> f64 {
     let lambda = |c: f64| 0.5 * ((1.0 + alpha_squared * (1.0 - c * c) / (c * c)).sqrt() - 1.0);
     1.0 / ((1.0 + lambda(cos_in) + lambda(cos_out)) * 4.0 * cos_in * cos_out)
@@ -37,21 +39,29 @@ const ROUGHNESSES: [f64; 6] = [0.12, 0.32, 0.4, 0.5, 0.75, 1.0];
 
 #[test]
 fn distribution_and_visibility_are_those_of_the_formulas() {
-    let thetas: Vec<f64> = [0.0, 1.0, 10.0, 25.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9, 89.99, 89.9999].map(f64::to_radians).to_vec();
+    let thetas: Vec<f64> = [0.0, 1.0, 10.0, 25.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9, 89.99, 89.9999]
+        .map(f64::to_radians)
+        .to_vec();
     for roughness in ROUGHNESSES {
         let alpha_squared = roughness.powi(4) as f32;
         for (&theta_in, &theta_out) in thetas.iter().flat_map(|a| thetas.iter().map(move |b| (a, b))) {
             for step in 0..=36 {
-                let angles = angles(direction(theta_in, 0.0), direction(theta_out, PI * f64::from(step) / 36.0));
-                let [a2, h, i, o] = [alpha_squared, angles.cos_half, angles.cos_in, angles.cos_out].map(f64::from);
+                let angles =
+                    angles(direction(theta_in, 0.0), direction(theta_out, PI * f64::from(step) / 36.0));
+                let [a2, h, i, o] =
+                    [alpha_squared, angles.cos_half, angles.cos_in, angles.cos_out].map(f64::from);
                 let expected = distribution(a2, h) * visibility(a2, i, o);
                 let value = f64::from(microfacet::distribution_visibility(alpha_squared, &angles));
-                // With u = 2⁻²⁴: rounding (n·h)² to u moves 1 − (1 − α²)(n·h)² by u, which counts twice for D has its square below;
-                // everything else adds and multiplies positive numbers, some twenty times.
+                // With u = 2⁻²⁴: rounding (n·h)² to u moves 1 − (1 − α²)(n·h)² by u, which counts twice for D
+                // has its square below; everything else adds and multiplies positive numbers, some twenty
+                // times.
                 let spread = 1.0 - (1.0 - a2) * h * h;
                 let bound = (2.0 / spread + 20.0) * 2f64.powi(-24);
                 let error = (value - expected).abs() / expected;
-                assert!(error < bound, "roughness {roughness}, {angles:?}: {value} is not {expected}: {error:e} exceeds {bound:e}");
+                assert!(
+                    error < bound,
+                    "roughness {roughness}, {angles:?}: {value} is not {expected}: {error:e} exceeds {bound:e}"
+                );
             }
         }
     }
@@ -60,7 +70,12 @@ fn distribution_and_visibility_are_those_of_the_formulas() {
 /// At the horizon the formulas are 0/0; the function goes on to their limit, and is 0 where there is none.
 #[test]
 fn the_horizon_is_the_limit_of_what_is_above_it() {
-    let at = |cos_in, cos_out| microfacet::distribution_visibility(0.25, &Angles { cos_half: 0.6, cos_difference: 0.7, cos_in, cos_out });
+    let at = |cos_in, cos_out| {
+        microfacet::distribution_visibility(
+            0.25,
+            &Angles { cos_half: 0.6, cos_difference: 0.7, cos_in, cos_out },
+        )
+    };
     let limit = distribution(0.25, f64::from(0.6f32)) * visibility(0.25, 1e-9, 0.5);
     for value in [at(0.0, 0.5), at(0.5, 0.0)] {
         assert!((f64::from(value) - limit).abs() < 1e-6 * limit, "{value} is not {limit}");
@@ -78,22 +93,27 @@ fn schlick_is_a_fifth_power() {
     }
 }
 
-/// What of the light from one direction a mirror-like surface of f₀ = 1 sends anywhere: ∫ D·V·cos over the hemisphere, by the midpoint rule.
+/// What of the light from one direction a mirror-like surface of f₀ = 1 sends anywhere: ∫ D·V·cos over the
+/// hemisphere, by the midpoint rule.
 fn albedo(roughness: f64, theta_in: f64) -> f64 {
     const STEPS: u32 = 600;
     let (alpha_squared, from) = (roughness.powi(4) as f32, direction(theta_in, 0.0));
     let at = |i: u32, of: f64| (f64::from(i) + 0.5) / f64::from(STEPS) * of;
     let ring = |theta: f64| -> f64 {
-        let values =
-            (0..STEPS).map(|p| f64::from(microfacet::distribution_visibility(alpha_squared, &angles(from, direction(theta, at(p, PI))))));
+        let values = (0..STEPS).map(|p| {
+            f64::from(microfacet::distribution_visibility(
+                alpha_squared,
+                &angles(from, direction(theta, at(p, PI))),
+            ))
+        });
         values.sum::<f64>() * theta.sin() * theta.cos()
     };
     // Twice, for the other half of the azimuths mirrors this one.
     2.0 * (0..STEPS).map(|t| ring(at(t, FRAC_PI_2))).sum::<f64>() * FRAC_PI_2 * PI / f64::from(STEPS * STEPS)
 }
 
-/// A single bounce off microfacets loses what would bounce again, and never gains. The steps resolve the sharpest lobe, about α/2 = 0.05 wide,
-/// twenty times over, so the midpoint rule errs by far less than 1e-3.
+/// A single bounce off microfacets loses what would bounce again, and never gains. The steps resolve the
+/// sharpest lobe, about α/2 = 0.05 wide, twenty times over, so the midpoint rule errs by far less than 1e-3.
 #[test]
 fn no_furnace_is_brighter_than_its_walls() {
     for roughness in [0.32, 0.5, 0.75, 1.0] {
@@ -106,13 +126,14 @@ fn no_furnace_is_brighter_than_its_walls() {
     assert!((0.98..=1.0).contains(&normal), "{normal}");
 }
 
-/// At roughness 1, D = 1/π and V = 1/(2 (i + o)), whose integral over all o is 1 − i·ln(1 + 1/i): 1 − ln 2 at normal incidence. The integrand is
-/// smooth, so the midpoint rule is good to the square of its step, 7e-6.
+/// At roughness 1, D = 1/π and V = 1/(2 (i + o)), whose integral over all o is 1 − i·ln(1 + 1/i): 1 − ln 2 at
+/// normal incidence. The integrand is smooth, so the midpoint rule is good to the square of its step, 7e-6.
 #[test]
 fn the_roughest_furnace_has_a_closed_form() {
     for theta_deg in [0.0f64, 30.0, 60.0, 80.0] {
         let cosine = theta_deg.to_radians().cos();
-        let (value, expected) = (albedo(1.0, theta_deg.to_radians()), 1.0 - cosine * (1.0 + 1.0 / cosine).ln());
+        let (value, expected) =
+            (albedo(1.0, theta_deg.to_radians()), 1.0 - cosine * (1.0 + 1.0 / cosine).ln());
         assert!((value - expected).abs() < 2e-5, "at {theta_deg}°: {value} is not {expected}");
     }
 }

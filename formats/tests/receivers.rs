@@ -1,4 +1,5 @@
-//! The kind `sphere-shadows`: what is written comes back, what is broken is refused, and terms stand in order.
+//! The kind `sphere-shadows`: what is written comes back, what is broken is refused, and terms stand in
+//! order.
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::{read_and_use, refusal};
@@ -39,11 +40,18 @@ proptest! {
 #[test]
 fn the_sections_are_those_documented() {
     let file = RawFile::parse(&written(&sample()));
-    let rows: Vec<(&str, u32, &[u64])> = file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
+    let rows: Vec<(&str, u32, &[u64])> =
+        file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
     let meta = [file.sections[0].raw_bytes];
     assert_eq!(
         rows,
-        [("meta", 0, &meta[..]), ("rows", 2, &[12]), ("normals", 4, &[386, 3]), ("lobes", 4, &[386, 6144]), ("order", 1, &[386, 200])]
+        [
+            ("meta", 0, &meta[..]),
+            ("rows", 2, &[12]),
+            ("normals", 4, &[386, 3]),
+            ("lobes", 4, &[386, 6144]),
+            ("order", 1, &[386, 200])
+        ]
     );
     assert_eq!((file.kind, file.kind_version), (12, 0));
 }
@@ -59,14 +67,20 @@ fn assert_refused(change: impl FnOnce(&mut SphereShadows), expected: &str) {
 fn broken_objects_and_rows_are_refused() {
     type Case = (fn(&mut SphereShadows), &'static str);
     let cases: [Case; 18] = [
-        (|s| s.meta.face_size = 64, "section `meta`: faces of 64 texels and a grid of 8 nodes a side, expected 32 and 8"),
+        (
+            |s| s.meta.face_size = 64,
+            "section `meta`: faces of 64 texels and a grid of 8 nodes a side, expected 32 and 8",
+        ),
         (|s| s.meta.normal_grid = 0, "a grid of 0 nodes"),
         (|s| s.meta.terms = 5, "keeps 5 terms, expected 6 to 200"),
         (|s| s.meta.terms = 201, "keeps 201 terms, expected 6 to 200"),
         (|s| s.meta.objects.clear(), "there are no objects"),
         (|s| s.meta.objects[2].name = "päper 0".to_owned(), "two objects are called `päper 0`"),
         (|s| s.meta.objects[0].first_vertex = 1, "object `päper 0` has 5 vertices from 1 on"),
-        (|s| s.meta.objects[1].first_vertex = 4, "object `päper 1` has 4 vertices from 4 on, which do not follow those before"),
+        (
+            |s| s.meta.objects[1].first_vertex = 4,
+            "object `päper 1` has 4 vertices from 4 on, which do not follow those before",
+        ),
         (|s| s.meta.objects[1].vertices = 0, "object `päper 1` has 0 vertices"),
         (|s| s.meta.objects[1].vertices = u32::MAX, "object `päper 2` has 3 vertices from 9 on"),
         (|s| s.meta.objects.swap(0, 1), "object `päper 1` has 4 vertices from 5 on"),
@@ -85,7 +99,10 @@ fn broken_objects_and_rows_are_refused() {
 fn broken_normals_and_lobes_are_refused() {
     type Case = (fn(&mut SphereShadows), &'static str);
     let cases: [Case; 17] = [
-        (|s| s.normals.truncate(NODES - 1), "section `normals`: has shape [383, 3], expected [384 to 4096, 3]"),
+        (
+            |s| s.normals.truncate(NODES - 1),
+            "section `normals`: has shape [383, 3], expected [384 to 4096, 3]",
+        ),
         (|s| s.normals = vec![[1.0, 0.0, 0.0]; 4097], "has shape [4097, 3]"),
         (|s| s.normals[385] = [0.0; 3], "the normal of row 385 is not of length 1"),
         (|s| s.normals[385][1] = 0.01, "the normal of row 385 is not of length 1"),
@@ -98,7 +115,10 @@ fn broken_normals_and_lobes_are_refused() {
         (|s| s.lobes.iter_mut().for_each(|c| *c = -*c), "which is not that of the lobe of its normal"),
         (|s| s.lobes[384 * 6144 + 77] += 1e-4, "section `lobes`: coefficient 77 of row 384"),
         (|s| s.lobes[5 * 6144..6 * 6144].fill(0.0), "of row 5 is 0"),
-        (|s| s.order[199] = 6144, "section `order`: the terms of row 0 are not the largest of its lobe in order"),
+        (
+            |s| s.order[199] = 6144,
+            "section `order`: the terms of row 0 are not the largest of its lobe in order",
+        ),
         (|s| s.order[385 * 200 + 8] = s.order[385 * 200 + 7], "the terms of row 385"),
         (|s| s.order.swap(3 * 200 + 6, 3 * 200 + 7), "the terms of row 3"),
         (|s| s.order.swap(0, 1), "the terms of row 0"),
@@ -124,7 +144,10 @@ fn sections_of_other_shapes_and_orders_are_refused() {
     };
     for (section, shape) in [(1, vec![12, 1]), (2, vec![3, 386]), (3, vec![6144, 386]), (4, vec![77_200])] {
         let message = refused(&|s| s[section].shape = shape.clone());
-        assert!(message.contains(&format!("section `{}`: has shape", sound.sections[section].name)), "{message}");
+        assert!(
+            message.contains(&format!("section `{}`: has shape", sound.sections[section].name)),
+            "{message}"
+        );
     }
     for at in 0..5 {
         refused(&|s| drop(s.remove(at)));
@@ -162,7 +185,11 @@ fn terms_stand_by_size_after_the_scaling_functions() {
     assert_ordered(&vec![0.0; COEFFICIENTS]);
     assert_ordered(&(0..COEFFICIENTS).map(|_| random.signed()).collect::<Vec<_>>());
     // Many equals, zeros of both signs among them.
-    assert_ordered(&(0..COEFFICIENTS).map(|_| [0.0, -0.0, 0.5, -0.5, 1e-40, f32::MAX][random.below(6)]).collect::<Vec<_>>());
+    assert_ordered(
+        &(0..COEFFICIENTS)
+            .map(|_| [0.0, -0.0, 0.5, -0.5, 1e-40, f32::MAX][random.below(6)])
+            .collect::<Vec<_>>(),
+    );
     for node in [0, 77, 383] {
         assert_ordered(&diffuse::lobe(diffuse::grid_normal(node)));
     }

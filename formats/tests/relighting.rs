@@ -1,4 +1,5 @@
-//! The kinds of methods that relight: what is written comes back, what is broken is refused, and what the numbers mean.
+//! The kinds of methods that relight: what is written comes back, what is broken is refused, and what the
+//! numbers mean.
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::refusal;
@@ -47,7 +48,8 @@ proptest! {
     }
 }
 
-/// A file with one section changed beyond what the types allow, or sections moved, is refused with `expected`.
+/// A file with one section changed beyond what the types allow, or sections moved, is refused with
+/// `expected`.
 fn assert_forged_refused<T: Stored>(value: &T, change: impl Fn(&mut Vec<RawSection>), expected: &str) {
     let file = RawFile::parse(&value.to_bytes_unchecked(Place::file("a.relume")).unwrap());
     let mut sections = file.sections.clone();
@@ -71,7 +73,10 @@ fn environments_that_are_none_are_refused() {
     assert_refused(&with(-1.0), "a radiance is outside 0..1e12");
     assert_refused(&with(f32::NAN), "a radiance is outside 0..1e12");
     assert_refused(&with(2e12), "a radiance is outside 0..1e12");
-    assert_refused(&Environment { name: "a\nb".to_owned(), ..sound.clone() }, "the name `a\\nb` of the map has control characters");
+    assert_refused(
+        &Environment { name: "a\nb".to_owned(), ..sound.clone() },
+        "the name `a\\nb` of the map has control characters",
+    );
     let reshaped = |shape: [u64; 3]| move |sections: &mut Vec<RawSection>| sections[1].shape = shape.to_vec();
     let texels = sound.map.texels.len() as u64;
     assert_forged_refused(&sound, reshaped([1, 1, texels * 3]), "has shape");
@@ -97,8 +102,12 @@ fn textures_that_are_none_are_refused() {
     uvs.uvs[0][1] = f32::INFINITY;
     assert_refused(&uvs, "section `uvs`: element 1 is not a finite number");
     let mut many = sound.clone();
-    many.textures =
-        (0..17).map(|material| relume_formats::kinds::textures::MaterialTexture { material, ..sound.textures[0].clone() }).collect();
+    many.textures = (0..17)
+        .map(|material| relume_formats::kinds::textures::MaterialTexture {
+            material,
+            ..sound.textures[0].clone()
+        })
+        .collect();
     let folder = tempfile::tempdir().unwrap();
     let refused = many.write_file(&folder.path().join("a.relume")).unwrap_err().to_string();
     assert!(refused.contains("has at most"), "{refused}");
@@ -119,14 +128,18 @@ fn rows_that_are_none_are_refused() {
         (&|r| r.meta.bounces = 3, "and 3 bounces are out of range"),
         (&|r| r.meta.unit = 0.0, "unit 0 is not above 0"),
         (&|r| r.meta.face_size = 1, "a row has 1 to 6"),
-        (&|r| r.blocks[1].indices[2] = 96, "section `index/0001`: an index is beyond the light's coefficients"),
+        (
+            &|r| r.blocks[1].indices[2] = 96,
+            "section `index/0001`: an index is beyond the light's coefficients",
+        ),
         (&|r| r.blocks[2].scales[1] = f16::NAN, "section `scale/0002`: element 1 is not a finite number"),
         (&|r| r.blocks[2].scales[1] = -f16::ONE, "section `scale/0002`: the values of vertex 1 reach -0.06"),
         (&|r| r.meta.unit = 1e38, "section `scale/0000`: the values of vertex 0 reach"),
         (&|r| r.blocks[0].scales[2] = f16::MAX, "section `scale/0000`: the values of vertex 2 reach 1048"),
         (&|r| r.meta.blocks[2].wide = true, "section `value/0002`: holds i8, expected i16"),
     ];
-    // With face size 1 there are 6 coefficients, and indices up to 95: the count of terms, 6, is legal, so one more block makes it illegal.
+    // With face size 1 there are 6 coefficients, and indices up to 95: the count of terms, 6, is legal, so
+    // one more block makes it illegal.
     for (number, (change, expected)) in cases.into_iter().enumerate() {
         let mut broken = changed(change);
         if number == 4 {
@@ -142,7 +155,9 @@ fn rows_that_are_none_are_refused() {
     }
     assert_forged_refused(&sound, |sections| sections.swap(1, 2), "expected section `index/0000`");
     assert_forged_refused(&sound, |sections| drop(sections.pop()), "section `value/0002` is missing");
-    let more = |sections: &mut Vec<RawSection>| sections.push(RawSection { name: "index/0003".to_owned(), ..sections[1].clone() });
+    let more = |sections: &mut Vec<RawSection>| {
+        sections.push(RawSection { name: "index/0003".to_owned(), ..sections[1].clone() })
+    };
     assert_forged_refused(&sound, more, "unexpected section");
 }
 
@@ -150,8 +165,8 @@ fn look(gain: [f32; 3], rotation_deg: f32) -> EnvironmentLook {
     EnvironmentLook { map: "a".to_owned(), gain, rotation_deg }
 }
 
-/// One row with every coefficient of a known transfer function gives the integral of light × transfer: cosine over π against a map
-/// that is a polynomial of the direction, whose irradiance is known.
+/// One row with every coefficient of a known transfer function gives the integral of light × transfer: cosine
+/// over π against a map that is a polynomial of the direction, whose irradiance is known.
 #[test]
 fn a_whole_row_gives_the_irradiance() {
     let (n, width, height) = (16, 128u32, 64u32);
@@ -162,7 +177,8 @@ fn a_whole_row_gives_the_irradiance() {
         );
         [polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos()]
     };
-    // 1, 1 + y, and 1 + x: the mean over the hemisphere about +Y, weighted with the cosine, is 1, 1 + 2/3 and 1.
+    // 1, 1 + y, and 1 + x: the mean over the hemisphere about +Y, weighted with the cosine, is 1, 1 + 2/3 and
+    // 1.
     let texel = |i: u32| {
         let [x, y, _] = direction(i % width, i / width);
         [1.0, 1.0 + y as f32, 1.0 + x as f32]
@@ -197,7 +213,12 @@ fn a_whole_row_gives_the_irradiance() {
 #[test]
 fn gains_and_turns_are_those_of_the_state() {
     let place = Place::file("s.toml");
-    let state = |text: &str| relume_formats::state::parse_toml::<relume_formats::state::State>(text, &place).unwrap().environment.unwrap();
+    let state = |text: &str| {
+        relume_formats::state::parse_toml::<relume_formats::state::State>(text, &place)
+            .unwrap()
+            .environment
+            .unwrap()
+    };
     let base = look([1.0; 3], 30.0);
     let changed = base.with(&state("environment = { map = 'b', gain = [2, 0, 0.5] }"), &place).unwrap();
     assert_eq!((changed.map.as_str(), changed.gain, changed.rotation_deg), ("b", [2.0, 0.0, 0.5], 30.0));
@@ -216,14 +237,17 @@ fn gains_and_turns_are_those_of_the_state() {
 #[test]
 fn a_reduced_map_sends_as_much() {
     let (width, height) = (64, 32);
-    let texels = (0..width * height).map(|i| [((i * 7919) % 1009) as f32, if i == 700 { 1e5 } else { 0.0 }, 1.0]).collect();
+    let texels = (0..width * height)
+        .map(|i| [((i * 7919) % 1009) as f32, if i == 700 { 1e5 } else { 0.0 }, 1.0])
+        .collect();
     let map = EquirectMap { width, height, texels };
     let reduced = map.reduced(16);
     assert_eq!((reduced.width, reduced.height, map.reduced(64) == map), (16, 8, true));
     let flux = |map: &EquirectMap, channel: usize| -> f64 {
         let cos = |row: u32| (std::f64::consts::PI * f64::from(row) / f64::from(map.height)).cos();
         let texel = |(i, t): (usize, &[f32; 3])| {
-            f64::from(t[channel]) * (cos(i as u32 / map.width) - cos(i as u32 / map.width + 1)) / f64::from(map.width)
+            f64::from(t[channel]) * (cos(i as u32 / map.width) - cos(i as u32 / map.width + 1))
+                / f64::from(map.width)
         };
         map.texels.iter().enumerate().map(texel).sum()
     };

@@ -1,4 +1,5 @@
-//! What is written comes back equal, twice the same bytes, laid out as documented; a failed write leaves nothing behind.
+//! What is written comes back equal, twice the same bytes, laid out as documented; a failed write leaves
+//! nothing behind.
 
 use crate::support::raw_file::RawFile;
 use crate::support::{samples, scenes};
@@ -28,10 +29,16 @@ fn assert_round_trip<T: Stored + PartialEq + Debug>(value: &T) {
     let mut reader = relume_formats::container::open(&first).unwrap();
     for section in &by_hand.sections {
         // And both decoders find the same in it.
-        let (mut in_rust, in_c) =
-            (vec![0; section.raw_bytes as usize], zstd::bulk::decompress(&section.stored, section.raw_bytes as usize).unwrap());
+        let (mut in_rust, in_c) = (
+            vec![0; section.raw_bytes as usize],
+            zstd::bulk::decompress(&section.stored, section.raw_bytes as usize).unwrap(),
+        );
         let length = FrameDecoder::new().decode_all(&section.stored, &mut in_rust).unwrap();
-        assert!(length == in_c.len() && in_rust == in_c, "libzstd and ruzstd differ in section `{}`", section.name);
+        assert!(
+            length == in_c.len() && in_rust == in_c,
+            "libzstd and ruzstd differ in section `{}`",
+            section.name
+        );
         assert_eq!(section.raw(), reader.next_section().unwrap().unwrap().bytes, "{}", section.name);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "no other file is left");
@@ -108,7 +115,8 @@ proptest! {
         prop_assert!(reader.next_section().unwrap().is_none());
     }
 
-    /// Files written by hand in every combination of element and codec, those included that no kind uses today.
+    /// Files written by hand in every combination of element and codec, those included that no kind uses
+    /// today.
     #[test]
     fn every_codec(raw in prop::collection::vec(any::<u8>(), 0..200)) {
         let elements = [Element::U8, Element::U16, Element::U32, Element::F16, Element::F32];
@@ -140,7 +148,8 @@ fn the_haar_table() {
     assert!(bytes.len() < 16 << 10, "{} bytes", bytes.len());
 }
 
-/// One in 48 of its directions, a byte for each texel instead of 32 bits: less than a thousandth of what it is in memory.
+/// One in 48 of its directions, a byte for each texel instead of 32 bits: less than a thousandth of what it
+/// is in memory.
 #[test]
 fn the_visibility_table() {
     assert_round_trip(&VisibilityTable::bake());
@@ -150,7 +159,8 @@ fn the_visibility_table() {
 }
 
 fn any_manifest() -> impl Strategy<Value = Manifest> {
-    let entry = ("[a-z][a-z0-9_.-]{0,20}", 0..1u64 << 50, "[0-9a-f]{32}").prop_map(|(file, bytes, hash)| FileEntry { file, bytes, hash });
+    let entry = ("[a-z][a-z0-9_.-]{0,20}", 0..1u64 << 50, "[0-9a-f]{32}")
+        .prop_map(|(file, bytes, hash)| FileEntry { file, bytes, hash });
     let value = prop_oneof![
         any::<bool>().prop_map(serde_json::Value::from),
         any::<i64>().prop_map(serde_json::Value::from),
@@ -162,7 +172,10 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
     let settings = prop::collection::btree_map("[a-z][a-z0-9_]{0,11}", value, 0..4);
     let errors = prop::collection::btree_map("[a-z][a-z0-9_]{0,11}", error, 0..4);
     let set = (entry.clone(), prop::collection::btree_map("seed|spheres|iterations", 0..u64::MAX, 0..3))
-        .prop_map(|(file, settings)| SphereSetEntry { file, settings: settings.into_iter().map(|(k, v)| (k, v.into())).collect() });
+        .prop_map(|(file, settings)| SphereSetEntry {
+            file,
+            settings: settings.into_iter().map(|(k, v)| (k, v.into())).collect(),
+        });
     let sphere_sets = prop::collection::btree_map(r"\PC{0,12}", set, 0..3);
     let method = (r"\PC{0,12}", "[0-9a-f]{32}", files, settings, errors, r"\PC{0,12}");
     let method = method.prop_map(|(name, reads, files, settings, errors, measured_on)| MethodEntry {
@@ -184,7 +197,9 @@ fn any_manifest() -> impl Strategy<Value = Manifest> {
             sphere_sets,
             methods,
         })
-        .prop_filter("every file and every method is listed once", |manifest| manifest.validate(&Place::file("manifest.json")).is_ok())
+        .prop_filter("every file and every method is listed once", |manifest| {
+            manifest.validate(&Place::file("manifest.json")).is_ok()
+        })
 }
 
 #[test]
@@ -228,7 +243,8 @@ fn the_header_is_laid_out_as_documented() {
     assert_eq!(file[..8], [0x89, b'R', b'E', b'L', b'U', b'M', b'E', 0x0A]);
     assert_eq!(file[..8], MAGIC);
     assert_eq!((u32_at(8), u32_at(12), u32_at(16)), (CONTAINER_VERSION, 3, 0x0102_0304));
-    // Count; then name, element, shape, codec, four numbers: of two sections with names of 5 and 3 characters and 2 and 1 dimensions.
+    // Count; then name, element, shape, codec, four numbers: of two sections with names of 5 and 3 characters
+    // and 2 and 1 dimensions.
     let row = |name: usize, dimensions: usize| 8 + name + 4 + 8 + 8 * dimensions + 4 + 4 * 8;
     let table_bytes = 8 + row(5, 2) + row(3, 1);
     assert_eq!(u32_at(20) as usize, table_bytes);
@@ -244,11 +260,18 @@ fn the_header_is_laid_out_as_documented() {
     let (offset, stored) = (u64_at(85) as usize, u64_at(93) as usize);
     assert_eq!((offset, u64_at(101)), (32 + table_bytes, 4));
     assert_eq!(u64_at(109), xxh3_64(&file[offset..offset + stored]));
-    assert_eq!(zstd::bulk::decompress(&file[offset..offset + stored], 4).unwrap(), [0x34, 0x78, 0x12, 0x56], "low bytes, then high bytes");
+    assert_eq!(
+        zstd::bulk::decompress(&file[offset..offset + stored], 4).unwrap(),
+        [0x34, 0x78, 0x12, 0x56],
+        "low bytes, then high bytes"
+    );
 
     let second = 117;
     assert_eq!((u64_at(second), &file[second + 8..second + 11]), (3, &b"x/y"[..]));
-    assert_eq!((u32_at(second + 11), u64_at(second + 15), u64_at(second + 23), u32_at(second + 31)), (0, 1, 8, 0));
+    assert_eq!(
+        (u32_at(second + 11), u64_at(second + 15), u64_at(second + 23), u32_at(second + 31)),
+        (0, 1, 8, 0)
+    );
     assert_eq!(u64_at(second + 35) as usize, offset + stored, "contiguous");
     assert_eq!(u64_at(second + 35) + u64_at(second + 43), file.len() as u64, "to the end of the file");
 }
@@ -296,7 +319,10 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let path = folder.path().join("a.relume");
     std::fs::write(&path, b"old").unwrap();
     let output = std::process::Command::new("sh")
-        .args(["-c", r#"trap "" XFSZ; ulimit -f 1; exec "$0" --ignored --exact round_trip::child_of_a_full_disk"#])
+        .args([
+            "-c",
+            r#"trap "" XFSZ; ulimit -f 1; exec "$0" --ignored --exact round_trip::child_of_a_full_disk"#,
+        ])
         .arg(std::env::current_exe().unwrap())
         .env("RELUME_TEST_FOLDER", folder.path())
         .output()

@@ -50,7 +50,9 @@ fn a_state_chooses_a_moment_of_a_clip_that_repeats() {
 #[test]
 fn only_shapes_that_a_scene_varies_may_be_set() {
     let mut meta = scenes::scene(2).meta;
-    meta.objects = ["fox", "plane"].map(|name| StoredObject { name: name.to_owned(), material: 0, triangles: 0 }).to_vec();
+    meta.objects = ["fox", "plane"]
+        .map(|name| StoredObject { name: name.to_owned(), material: 0, triangles: 0 })
+        .to_vec();
     meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: Vec::new() }];
     (meta.varies_shape, meta.varies_view, meta.varies_light) = (true, true, false);
     let refusal = |meta: &Meta, card: &Card, text: &str| {
@@ -60,11 +62,20 @@ fn only_shapes_that_a_scene_varies_may_be_set() {
     };
     assert_eq!(refusal(&meta, &SPHERE_SHADOWS, "shapes.fox.time_s = 1\ncamera.fov_deg = 30"), None);
     let message = refusal(&meta, &SPHERE_SHADOWS, "shapes.plane.time_s = 1").unwrap();
-    assert!(message.contains("sets shape `plane`, which this bundle does not vary (only the camera, shape `fox` vary)"), "{message}");
-    assert!(refusal(&meta, &SPHERE_SHADOWS, "environment.rotation_deg = 1").unwrap().contains("[environment]"));
+    assert!(
+        message.contains(
+            "sets shape `plane`, which this bundle does not vary (only the camera, shape `fox` vary)"
+        ),
+        "{message}"
+    );
+    assert!(
+        refusal(&meta, &SPHERE_SHADOWS, "environment.rotation_deg = 1").unwrap().contains("[environment]")
+    );
     assert!(refusal(&meta, &SPARSE_TRANSFER, "shapes.fox.time_s = 1").unwrap().contains("sets shape `fox`"));
     meta.varies_shape = false;
-    assert!(refusal(&meta, &SPHERE_SHADOWS, "shapes.fox.time_s = 1").unwrap().contains("only the camera varies"));
+    assert!(
+        refusal(&meta, &SPHERE_SHADOWS, "shapes.fox.time_s = 1").unwrap().contains("only the camera varies")
+    );
 }
 
 #[test]
@@ -79,8 +90,13 @@ fn scenes_whose_shapes_are_none_are_refused() {
     ];
     for (change, expected) in cases {
         let mut scene = scenes::scene(2);
-        scene.meta.objects = vec![StoredObject { name: "fox".to_owned(), material: 0, triangles: scene.triangles.len() as u32 }];
-        scene.meta.shapes = vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk", 1.0), clip("Run", 0.0)] }];
+        scene.meta.objects = vec![StoredObject {
+            name: "fox".to_owned(),
+            material: 0,
+            triangles: scene.triangles.len() as u32,
+        }];
+        scene.meta.shapes =
+            vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk", 1.0), clip("Run", 0.0)] }];
         change(&mut scene.meta);
         let bytes = scene.to_bytes_unchecked(Place::file("a.relume")).unwrap();
         let message = refusal(Kind::Scene, &bytes).to_string();
@@ -99,7 +115,8 @@ fn a_shape_of_nothing_comes_back() {
 #[test]
 fn the_sections_are_those_documented() {
     let file = RawFile::parse(&written(&shape(4, 5)));
-    let rows: Vec<(&str, u32, &[u64])> = file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
+    let rows: Vec<(&str, u32, &[u64])> =
+        file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
     let record = |at: usize| [file.sections[at].raw_bytes];
     let [nodes, joints, clips] = [record(0), record(1), record(2)];
     assert_eq!(
@@ -181,7 +198,8 @@ fn sections_that_do_not_fit_each_other_are_refused() {
     assert_forged_refused("target-sizes", sizes, "does not sum to the 7 vertices that are moved");
     let huge = |s: &mut RawSection| s.set_raw(&[u32::MAX, u32::MAX, 9].map(u32::to_le_bytes).concat());
     assert_forged_refused("target-sizes", huge, "does not sum to the 7 vertices that are moved");
-    // The clips' record ends with a track's count of keys, but for a clip without name, duration or tracks: 8 + 4 + 8 bytes.
+    // The clips' record ends with a track's count of keys, but for a clip without name, duration or tracks: 8
+    // + 4 + 8 bytes.
     let keys = |count: u32| {
         move |s: &mut RawSection| {
             let (mut raw, end) = (s.raw(), s.raw().len() - 20);
@@ -205,8 +223,16 @@ fn too_many_of_anything_are_refused() {
     };
     let (joints, morphed) = (MAX_JOINTS as u64 + 1, MAX_MORPHED as u64 + 1);
     assert_forged_refused("target-weights", zeros(4, &[joints]), "has 65537 rows, at most 65536 are allowed");
-    assert_forged_refused("target-vertices", zeros(2, &[morphed]), "has 16777217 rows, at most 16777216 are allowed");
-    assert_forged_refused("key-times", zeros(4, &[MAX_CLIP_KEYS as u64 + 1]), "has 4194305 rows, at most 4194304 are allowed");
+    assert_forged_refused(
+        "target-vertices",
+        zeros(2, &[morphed]),
+        "has 16777217 rows, at most 16777216 are allowed",
+    );
+    assert_forged_refused(
+        "key-times",
+        zeros(4, &[MAX_CLIP_KEYS as u64 + 1]),
+        "has 4194305 rows, at most 4194304 are allowed",
+    );
     // No section of positions can be as long as the limit.
     assert_forged_refused("positions", |s| s.raw_bytes = 12 * (MAX_VERTICES as u64 + 1), "does not make");
 }

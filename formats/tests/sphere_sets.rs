@@ -19,7 +19,8 @@ proptest! {
     #[test]
     fn sphere_sets_come_back(seed: u64, vertices in 2usize..9, more in 0usize..20, spheres in 1usize..12, moved in -1e4f32..1e4) {
         let mut set = sphere_set(seed, vertices, vertices + more, spheres, 0.5);
-        // Radii of these samples are up to a diagonal and 0.93, which is more than a reader takes about vertices that all but coincide.
+        // Radii of these samples are up to a diagonal and 0.93, which is more than a reader takes about
+        // vertices that all but coincide.
         prop_assume!(diagonal(&set) >= 1.0);
         // What is far from the origin is legal too, with the roundings that it has there.
         set.points[..vertices].iter_mut().flatten().for_each(|x| *x += moved);
@@ -43,7 +44,8 @@ proptest! {
 #[test]
 fn the_sections_are_those_documented() {
     let file = RawFile::parse(&written(&sphere_set(4, 5, 9, 3, 0.5)));
-    let rows: Vec<(&str, u32, &[u64])> = file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
+    let rows: Vec<(&str, u32, &[u64])> =
+        file.sections.iter().map(|s| (s.name.as_str(), s.element, s.shape.as_slice())).collect();
     let meta = [file.sections[0].raw_bytes];
     assert_eq!(
         rows,
@@ -118,10 +120,19 @@ fn spheres_and_points_that_are_none_are_refused() {
         (|s| s.meta.outside_volume = 0.6, "section `history`: ends with E/V(T) = 0.25, but the set has 0.3"),
         (|s| (s.meta.volume, s.meta.outside_volume) = (1e-300, 1e300), "have no ratio"),
         (|s| s.points[7][2] = f32::NAN, "section `points`: element 23 is not a finite number"),
-        (|s| s.points[7][2] += 1e-3, "section `point-weights`: point 7 is not where its vertices and weights put it"),
-        (|s| s.point_vertices[8][1] = 5, "section `point-vertices`: point 8 names a vertex that is not there"),
+        (
+            |s| s.points[7][2] += 1e-3,
+            "section `point-weights`: point 7 is not where its vertices and weights put it",
+        ),
+        (
+            |s| s.point_vertices[8][1] = 5,
+            "section `point-vertices`: point 8 names a vertex that is not there",
+        ),
         (|s| s.point_vertices.swap(2, 3), "point 2 is not vertex 2"),
-        (|s| s.point_weights[6] = [1.5, -0.5, 0.0], "section `point-weights`: the weights of point 6 are below 0"),
+        (
+            |s| s.point_weights[6] = [1.5, -0.5, 0.0],
+            "section `point-weights`: the weights of point 6 are below 0",
+        ),
         (|s| s.point_weights[6][0] += 1e-4, "the weights of point 6 are below 0 or do not sum to 1"),
         (|s| s.point_weights[3] = [0.0, 1.0, 0.0], "the weights of vertex 3 are not 1, 0, 0"),
         (|s| s.point_weights[8][2] = f32::NAN, "element 26 is not a finite number"),
@@ -142,9 +153,14 @@ fn sections_of_other_shapes_and_orders_are_refused() {
         change(&mut sections);
         refusal(Kind::SphereSet, &RawFile::new(sound.kind, sections).bytes()).to_string()
     };
-    for (section, shape) in [(1, vec![12]), (2, vec![27]), (3, vec![3, 9]), (4, vec![27]), (5, vec![9, 1]), (6, vec![2, 2])] {
+    for (section, shape) in
+        [(1, vec![12]), (2, vec![27]), (3, vec![3, 9]), (4, vec![27]), (5, vec![9, 1]), (6, vec![2, 2])]
+    {
         let message = refused(&|s| s[section].shape = shape.clone());
-        assert!(message.contains(&format!("section `{}`: has shape", sound.sections[section].name)), "{message}");
+        assert!(
+            message.contains(&format!("section `{}`: has shape", sound.sections[section].name)),
+            "{message}"
+        );
     }
     for at in 0..7 {
         refused(&|s| drop(s.remove(at)));

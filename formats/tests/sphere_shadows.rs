@@ -5,7 +5,9 @@ use relume_formats::basis::cap::Bitmap;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::{EquirectMap, cubemap};
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Own, Receiver, Spheres, blocked, light, lobe, neighbours, radiance};
+use relume_formats::evaluate::sphere_shadows::{
+    Function, Levels, Own, Receiver, Spheres, blocked, light, lobe, neighbours, radiance,
+};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::HaarTable;
 use std::sync::LazyLock;
@@ -14,7 +16,8 @@ const TEXELS: usize = 6 * 32 * 32;
 
 static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
 /// Coefficients of the lobes of all nodes, and behind them that of +Y.
-static LOBES: LazyLock<Vec<Vec<f32>>> = LazyLock::new(|| (0..NODES).map(grid_normal).chain([Vec3::Y]).map(diffuse::lobe).collect());
+static LOBES: LazyLock<Vec<Vec<f32>>> =
+    LazyLock::new(|| (0..NODES).map(grid_normal).chain([Vec3::Y]).map(diffuse::lobe).collect());
 /// The row of +Y.
 const UP: [(u32, f32); 4] = [(NODES as u32, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
 
@@ -81,7 +84,9 @@ fn pixel_sum(receiver: &Receiver, sets: &[Spheres], sky: &[Vec<f32>; 3]) -> [f64
     let bitmap = blocked(receiver, sets);
     let mut rho = vec![0.0f64; TEXELS];
     for (row, weight) in receiver.lobes {
-        rho.iter_mut().zip(&LOBES[row as usize]).for_each(|(sum, c)| *sum += f64::from(weight) * f64::from(*c));
+        rho.iter_mut()
+            .zip(&LOBES[row as usize])
+            .for_each(|(sum, c)| *sum += f64::from(weight) * f64::from(*c));
     }
     inverse_cube(&mut rho, 32);
     let visible = |texel: &usize| !is_blocked(&bitmap, *texel);
@@ -100,7 +105,13 @@ fn with_everything_kept_it_is_the_sum_over_texels() {
         dark += usize::from(truth[0] < 0.9 * open[0]);
         for c in 0..3 {
             // A few thousand terms in f32, of either sign, against what they would sum to without blockers.
-            assert!((f64::from(ours[c]) - truth[c]).abs() < 1e-5 * open[c], "{} {} {}", ours[c], truth[c], open[c]);
+            assert!(
+                (f64::from(ours[c]) - truth[c]).abs() < 1e-5 * open[c],
+                "{} {} {}",
+                ours[c],
+                truth[c],
+                open[c]
+            );
         }
     }
     assert!(dark > 10, "spheres block: {dark}");
@@ -115,7 +126,8 @@ fn fewer_terms_and_levels_are_near_and_more_are_nearer() {
         let d = cubemap::direction(i / 1024, 32, (i % 32) as f64 + 0.5, (i / 32 % 32) as f64 + 0.5).as_vec3();
         0.5 + 0.3 * d.y + if d.dot(window) > 0.97 { 30.0 } else { 0.0 }
     };
-    let sky: [Vec<f32>; 3] = std::array::from_fn(|c| (0..TEXELS).map(|i| texel(i) * (1.0 + 0.2 * c as f32)).collect());
+    let sky: [Vec<f32>; 3] =
+        std::array::from_fn(|c| (0..TEXELS).map(|i| texel(i) * (1.0 + 0.2 * c as f32)).collect());
     let (sets, receivers) = (scene(&mut random), receivers(&mut random, 60));
     let error = |terms: Option<usize>, levels: Levels| {
         let ours = radiance(&receivers, &sets, &lobes(terms), &lit(sky.clone(), terms), levels, &TABLE);
@@ -160,17 +172,25 @@ fn a_sphere_takes_its_share_of_a_white_sky() {
     let open = |sine: f32, theta: f32, phi: f32| {
         let v = Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
         let sets = [spheres(vec![(at + 5.0 * v).extend(5.0 * sine).to_array()])];
-        radiance(&[up(at)], &sets, &lobes, &white, Levels::All, &TABLE)[0][0] - (1.0 - sine * sine * theta.cos())
+        radiance(&[up(at)], &sets, &lobes, &white, Levels::All, &TABLE)[0][0]
+            - (1.0 - sine * sine * theta.cos())
     };
     let mut random = Random(21);
     for sine in [0.1f32, 0.2, 0.35, 0.5, 0.7, 0.9, 0.99] {
-        // Texels, 1/16 wide at the zenith, are whole or not at all: wrong are those within half a diagonal of the rim, which is 2·sin α·cos α of the sky long.
+        // Texels, 1/16 wide at the zenith, are whole or not at all: wrong are those within half a diagonal of
+        // the rim, which is 2·sin α·cos α of the sky long.
         let rim = 2.0 * sine * (1.0 - sine * sine).sqrt() / 16.0;
         let zenith = open(sine, 0.0, 0.0);
-        assert!(zenith.abs() < std::f32::consts::FRAC_1_SQRT_2 * rim + 1e-5, "sin α = {sine}: {zenith}, rim {rim}");
+        assert!(
+            zenith.abs() < std::f32::consts::FRAC_1_SQRT_2 * rim + 1e-5,
+            "sin α = {sine}: {zenith}, rim {rim}"
+        );
         // In the mean over many places they cancel.
         let room = (0.5 * std::f32::consts::PI - sine.asin()).min(0.3);
-        let mean = (0..200).map(|_| open(sine, room * random.next(), std::f32::consts::TAU * random.next())).sum::<f32>() / 200.0;
+        let mean = (0..200)
+            .map(|_| open(sine, room * random.next(), std::f32::consts::TAU * random.next()))
+            .sum::<f32>()
+            / 200.0;
         println!("sin α = {sine}: at the zenith {zenith}, mean {mean}, rim {rim}");
         assert!(mean.abs() < 0.03 * rim + 1e-5, "sin α = {sine}: {mean}, rim {rim}");
     }
@@ -183,7 +203,10 @@ fn who_blocks_whom() {
     // Three in a row: the first two overlap, the third stands alone.
     let row = spheres(vec![ball(0.0, 0.6), ball(1.0, 0.6), ball(3.0, 0.6)]);
     assert_eq!(row.neighbours, [vec![0, 1], vec![0, 1], vec![2]]);
-    let at = |position: Vec3, own: Option<(u32, u32)>| Receiver { own: own.map(|(set, sphere)| Own { set, sphere }), ..up(position) };
+    let at = |position: Vec3, own: Option<(u32, u32)>| Receiver {
+        own: own.map(|(set, sphere)| Own { set, sphere }),
+        ..up(position)
+    };
     let only = |which: &[usize], position| {
         let now = which.iter().map(|k| row.now[*k]).collect();
         blocked(&at(position, None), &[Spheres { now, neighbours: vec![] }])
@@ -191,17 +214,35 @@ fn who_blocks_whom() {
     let sets = [row.clone()];
     let below = Vec3::new(0.0, 0.0, 0.0);
     assert_eq!(blocked(&at(below, None), &sets), only(&[0, 1, 2], below));
-    assert_eq!(blocked(&at(below, Some((0, 0))), &sets), only(&[2], below), "its own and the one that overlaps it");
+    assert_eq!(
+        blocked(&at(below, Some((0, 0))), &sets),
+        only(&[2], below),
+        "its own and the one that overlaps it"
+    );
     assert_eq!(blocked(&at(below, Some((0, 2))), &sets), only(&[0, 1], below));
     assert_eq!(blocked(&at(below, Some((1, 0))), &sets), only(&[0, 1, 2], below), "of another object");
     let inside = Vec3::new(0.0, 1.2, 0.0);
     assert_eq!(blocked(&at(inside, None), &sets), full, "inside a sphere of another object");
-    assert_eq!(blocked(&at(inside, Some((0, 2))), &sets), only(&[1], inside), "its own object's sphere that holds it is left out");
-    let dark = radiance(&[at(inside, None)], &sets, &lobes(None), &lit(sky(&mut Random(1)), None), Levels::All, &TABLE);
+    assert_eq!(
+        blocked(&at(inside, Some((0, 2))), &sets),
+        only(&[1], inside),
+        "its own object's sphere that holds it is left out"
+    );
+    let dark = radiance(
+        &[at(inside, None)],
+        &sets,
+        &lobes(None),
+        &lit(sky(&mut Random(1)), None),
+        Levels::All,
+        &TABLE,
+    );
     assert_eq!(dark, [[0.0; 3]]);
     // Neighbours are those of rest, wherever the spheres are now.
     let moved = [Spheres { now: vec![ball(0.0, 0.6), ball(5.0, 0.6), ball(0.5, 0.6)], ..row }];
-    assert_eq!(blocked(&at(below, Some((0, 0))), &moved), blocked(&at(below, None), &[spheres(vec![ball(0.5, 0.6)])]));
+    assert_eq!(
+        blocked(&at(below, Some((0, 0))), &moved),
+        blocked(&at(below, None), &[spheres(vec![ball(0.5, 0.6)])])
+    );
 }
 
 #[test]
@@ -216,9 +257,15 @@ fn spheres_below_the_horizon_do_not_count() {
 fn neither_order_nor_repetition_of_spheres_matters() {
     let mut random = Random(11);
     let sets = scene(&mut random);
-    let reversed: Vec<Spheres> =
-        sets.iter().rev().map(|set| Spheres { now: set.now.iter().rev().copied().collect(), neighbours: vec![] }).collect();
-    let twice: Vec<Spheres> = sets.iter().map(|set| Spheres { now: [&set.now[..], &set.now[..]].concat(), neighbours: vec![] }).collect();
+    let reversed: Vec<Spheres> = sets
+        .iter()
+        .rev()
+        .map(|set| Spheres { now: set.now.iter().rev().copied().collect(), neighbours: vec![] })
+        .collect();
+    let twice: Vec<Spheres> = sets
+        .iter()
+        .map(|set| Spheres { now: [&set.now[..], &set.now[..]].concat(), neighbours: vec![] })
+        .collect();
     for receiver in receivers(&mut random, 50) {
         let receiver = Receiver { own: None, ..receiver };
         let bitmap = blocked(&receiver, &sets);
@@ -227,7 +274,8 @@ fn neither_order_nor_repetition_of_spheres_matters() {
     }
 }
 
-/// A small light that turns over an edge of the cube: the cosine at which an open receiver sees it is the right one, and changes little per step.
+/// A small light that turns over an edge of the cube: the cosine at which an open receiver sees it is the
+/// right one, and changes little per step.
 #[test]
 fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
     let (width, height) = (256, 128);
@@ -239,12 +287,16 @@ fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
     let (lobes, solid_angles) = (lobes(None), cubemap::solid_angles(32));
     let cosine = |turn: f32| {
         let texels = cubemap::from_equirect(&map, turn.to_degrees(), 32);
-        let power: f64 = texels.iter().zip(solid_angles.iter().cycle()).map(|(t, w)| f64::from(t[0]) * w).sum();
+        let power: f64 =
+            texels.iter().zip(solid_angles.iter().cycle()).map(|(t, w)| f64::from(t[0]) * w).sum();
         let planes = std::array::from_fn(|c| texels.iter().map(|t| t[c]).collect());
-        radiance(&[receiver], &[], &lobes, &lit(planes, None), Levels::Two, &TABLE)[0][0] * std::f32::consts::PI / power as f32
+        radiance(&[receiver], &[], &lobes, &lit(planes, None), Levels::Two, &TABLE)[0][0]
+            * std::f32::consts::PI
+            / power as f32
     };
     let truth = |turn: f32| {
-        let (phi, theta) = (std::f32::consts::TAU * (101.0 / 256.0 - 0.5) - turn, std::f32::consts::PI * 61.0 / 128.0);
+        let (phi, theta) =
+            (std::f32::consts::TAU * (101.0 / 256.0 - 0.5) - turn, std::f32::consts::PI * 61.0 / 128.0);
         normal.dot(Vec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos()))
     };
     let step = 0.5f32.to_radians();
@@ -253,9 +305,11 @@ fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
     let off = (0..120).map(|k| (cosines[k] - truth(k as f32 * step)).abs()).fold(0.0, f32::max);
     let jump = cosines.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
     println!("off by up to {off}, steps up to {jump}");
-    // A texel's own cosine is used for all of it: half a texel, 1/32 of the cosine at most where it changes fastest.
+    // A texel's own cosine is used for all of it: half a texel, 1/32 of the cosine at most where it changes
+    // fastest.
     assert!(off < 0.025, "{off}");
-    // The light, as wide as two texels of the map and their interpolation, 2.8°, leaves a texel over at least half of its width; texels differ by 1/16.
+    // The light, as wide as two texels of the map and their interpolation, 2.8°, leaves a texel over at least
+    // half of its width; texels differ by 1/16.
     assert!(jump < 0.5 / 1.4 / 16.0, "{jump}");
 }
 
@@ -278,7 +332,12 @@ fn the_fast_path_equals_the_meaning() {
                 for (k, c) in (0..receivers.len()).flat_map(|k| (0..3).map(move |c| (k, c))) {
                     // The same sums in another order: a few thousand roundings.
                     let off = (ours[k][c] - truth[k][c]).abs() / open[k][c];
-                    assert!(off < 1e-5, "{round} {terms:?} {levels:?} receiver {k}: {} {}", ours[k][c], truth[k][c]);
+                    assert!(
+                        off < 1e-5,
+                        "{round} {terms:?} {levels:?} receiver {k}: {} {}",
+                        ours[k][c],
+                        truth[k][c]
+                    );
                 }
             }
         }

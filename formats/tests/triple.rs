@@ -49,7 +49,8 @@ fn by_texels(functions: [&[f64]; 3]) -> f64 {
     a.iter().zip(b).zip(c).map(|((a, b), c)| a * b * c).sum()
 }
 
-/// What rounding errors of a triple product are relative to: every sum in it is at most ‖a‖·‖b‖·max|c| or the like.
+/// What rounding errors of a triple product are relative to: every sum in it is at most ‖a‖·‖b‖·max|c| or the
+/// like.
 fn magnitude(functions: [&[f64]; 3]) -> f64 {
     let norm = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();
     let most = |x: &[f64]| x.iter().fold(0.0f64, |most, v| most.max(v.abs()));
@@ -57,12 +58,14 @@ fn magnitude(functions: [&[f64]; 3]) -> f64 {
     norm(a) * norm(b) * most(c) + norm(a) * norm(c) * most(b) + norm(b) * norm(c) * most(a)
 }
 
-/// All 64³ products of three basis functions at n = 8, against texels and against the rule of the three cases.
+/// All 64³ products of three basis functions at n = 8, against texels and against the rule of the three
+/// cases.
 #[test]
 fn products_of_basis_functions_are_as_stated() {
     let n = 8;
-    let functions: Vec<Function<f64>> =
-        (0..64).map(|at| Function::of_coefficients((0..64).map(|k| f64::from(u8::from(k == at))).collect(), n)).collect();
+    let functions: Vec<Function<f64>> = (0..64)
+        .map(|at| Function::of_coefficients((0..64).map(|k| f64::from(u8::from(k == at))).collect(), n))
+        .collect();
     let texels: Vec<Vec<f64>> = functions.iter().map(|f| f.texels(n)).collect();
     let level = |at: usize| at.ilog2() / 2;
     let square_of = |at: usize| (level(at), at % 4usize.pow(level(at)));
@@ -72,7 +75,8 @@ fn products_of_basis_functions_are_as_stated() {
         // Powers of two and nothing to round.
         assert_eq!(dense([a, b, c].map(|k| functions[k].operand()), n), truth, "{a} {b} {c}");
         let [terms_a, terms_b] = [a, b].map(|k| [(k as u32, 1.0)]);
-        let [sparse_a, sparse_b] = [(a, &terms_a), (b, &terms_b)].map(|(k, terms)| Sparse { terms, dense: functions[k].operand() });
+        let [sparse_a, sparse_b] =
+            [(a, &terms_a), (b, &terms_b)].map(|(k, terms)| Sparse { terms, dense: functions[k].operand() });
         assert_eq!(sparse(&sparse_a, &sparse_b, &functions[c].operand(), n), truth, "sparse {a} {b} {c}");
 
         let mut sorted = [a, b, c];
@@ -111,8 +115,11 @@ fn inputs(n: usize) -> Vec<(&'static str, Vec<f64>)> {
     let mut random = Random(7);
     let mut noise = |scale: f64| -> Vec<f64> { (0..texels).map(|_| scale * random.next()).collect() };
     let place = |i: usize| (i / (n * n), i % n, i / n % n);
-    let of = |f: &dyn Fn(usize, usize, usize) -> f64| (0..texels).map(|i| f(place(i).0, place(i).1, place(i).2)).collect::<Vec<f64>>();
-    let mixed: Vec<f64> = noise(1.0).iter().map(|v| if v.abs() < 0.02 { 1e5 * v.signum() } else { 1e-3 * v }).collect();
+    let of = |f: &dyn Fn(usize, usize, usize) -> f64| {
+        (0..texels).map(|i| f(place(i).0, place(i).1, place(i).2)).collect::<Vec<f64>>()
+    };
+    let mixed: Vec<f64> =
+        noise(1.0).iter().map(|v| if v.abs() < 0.02 { 1e5 * v.signum() } else { 1e-3 * v }).collect();
     vec![
         ("noise", noise(1.0)),
         ("other noise", noise(3.0)),
@@ -133,20 +140,32 @@ fn inputs(n: usize) -> Vec<(&'static str, Vec<f64>)> {
 fn dense_products_are_sums_over_texels() {
     for n in [1, 2, 16] {
         let inputs = inputs(n.max(2));
-        let inputs: Vec<(&str, Vec<f64>)> = inputs.into_iter().map(|(name, t)| (name, t[..6 * n * n].to_vec())).collect();
+        let inputs: Vec<(&str, Vec<f64>)> =
+            inputs.into_iter().map(|(name, t)| (name, t[..6 * n * n].to_vec())).collect();
         let doubles: Vec<_> = inputs.iter().map(|(_, t)| Function::of_texels(t, n)).collect();
-        let singles: Vec<_> =
-            inputs.iter().map(|(_, t)| Function::of_texels(&t.iter().map(|v| *v as f32).collect::<Vec<_>>(), n)).collect();
+        let singles: Vec<_> = inputs
+            .iter()
+            .map(|(_, t)| Function::of_texels(&t.iter().map(|v| *v as f32).collect::<Vec<_>>(), n))
+            .collect();
         let all = 0..inputs.len();
-        for (a, b, c) in all.clone().flat_map(|a| all.clone().flat_map(move |b| (0..12).map(move |c| (a, b, c)))) {
+        for (a, b, c) in
+            all.clone().flat_map(|a| all.clone().flat_map(move |b| (0..12).map(move |c| (a, b, c))))
+        {
             let texels = [a, b, c].map(|k| &inputs[k].1[..]);
             let (truth, magnitude) = (by_texels(texels), magnitude(texels));
             let names = [a, b, c].map(|k| inputs[k].0);
-            // Three operands round three times a level, sums and means add as many again: below 64 roundings, each relative to the magnitude.
+            // Three operands round three times a level, sums and means add as many again: below 64 roundings,
+            // each relative to the magnitude.
             let ours = dense([a, b, c].map(|k| doubles[k].operand()), n);
-            assert!((ours - truth).abs() <= 64.0 * f64::EPSILON * magnitude, "n = {n}, {names:?}: {ours} against {truth}");
+            assert!(
+                (ours - truth).abs() <= 64.0 * f64::EPSILON * magnitude,
+                "n = {n}, {names:?}: {ours} against {truth}"
+            );
             let ours = f64::from(dense([a, b, c].map(|k| singles[k].operand()), n));
-            assert!((ours - truth).abs() <= 64.0 * f64::from(f32::EPSILON) * magnitude, "n = {n}, {names:?}: {ours} against {truth}");
+            assert!(
+                (ours - truth).abs() <= 64.0 * f64::from(f32::EPSILON) * magnitude,
+                "n = {n}, {names:?}: {ours} against {truth}"
+            );
         }
     }
 }
@@ -177,10 +196,15 @@ fn sparse_products_are_sums_over_the_texels_of_what_was_kept() {
     let (few, more, all) = (kept(40), kept(100), kept(usize::MAX));
     for (a, b, c) in (0..12).flat_map(|a| (0..12).flat_map(move |b| (0..12).map(move |c| (a, b, c)))) {
         let texels = [&few[a].texels[..], &more[b].texels, &all[c].texels];
-        let [first, second] = [&few[a], &more[b]].map(|kept| Sparse { terms: &kept.terms, dense: kept.function.operand() });
+        let [first, second] =
+            [&few[a], &more[b]].map(|kept| Sparse { terms: &kept.terms, dense: kept.function.operand() });
         let third = all[c].function.operand();
         let truth = by_texels(texels);
-        for ours in [sparse(&first, &second, &third, n), sparse(&second, &first, &third, n), dense([first.dense, second.dense, third], n)] {
+        for ours in [
+            sparse(&first, &second, &third, n),
+            sparse(&second, &first, &third, n),
+            dense([first.dense, second.dense, third], n),
+        ] {
             let names = [a, b, c].map(|k| inputs[k].0);
             let bound = 64.0 * f64::from(f32::EPSILON) * magnitude(texels);
             assert!((f64::from(ours) - truth).abs() <= bound, "{names:?}: {ours} against {truth}");
@@ -205,9 +229,11 @@ fn each_case_alone_is_a_sum_over_texels() {
     let scaling = [(); 3].map(|()| only(random, n, |at| at == 0));
     check([&scaling[0], &scaling[1], &scaling[2]]);
     for level in 0..4 {
-        let of_type = |random: &mut Random, m: usize| only(random, n, move |at| at >> (2 * level) == m && at > 0);
+        let of_type =
+            |random: &mut Random, m: usize| only(random, n, move |at| at >> (2 * level) == m && at > 0);
         let types = [1, 2, 3].map(|m| of_type(random, m));
-        // The means of such functions over the squares of their level are 0, and no two of them are equal: only case 2 is left.
+        // The means of such functions over the squares of their level are 0, and no two of them are equal:
+        // only case 2 is left.
         for [a, b, c] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             check([&types[a], &types[b], &types[c]]);
         }
@@ -221,7 +247,8 @@ fn each_case_alone_is_a_sum_over_texels() {
     }
 }
 
-/// The algorithm of the source, transcribed with the given six assignments of types, with means taken from texels.
+/// The algorithm of the source, transcribed with the given six assignments of types, with means taken from
+/// texels.
 fn by_the_source(assignments: [[usize; 3]; 6], functions: [&Function<f64>; 3], n: usize) -> f64 {
     let texels = functions.map(|f| f.texels(n));
     let mut integral = functions.map(|f| f.coefficients[0]).iter().product::<f64>() / n as f64;
@@ -231,8 +258,13 @@ fn by_the_source(assignments: [[usize; 3]; 6], functions: [&Function<f64>; 3], n
             let products = assignments.iter().map(|[p, l, v]| of(0, *p) * of(1, *l) * of(2, *v)).sum::<f64>();
             integral += f64::from(1 << level) / n as f64 * products;
             let mean = |f: usize| square_mean(&texels[f], n, level, i, j);
-            integral +=
-                (1..=3).map(|m| of(0, m) * of(1, m) * mean(2) + of(2, m) * of(0, m) * mean(1) + of(1, m) * of(2, m) * mean(0)).sum::<f64>();
+            integral += (1..=3)
+                .map(|m| {
+                    of(0, m) * of(1, m) * mean(2)
+                        + of(2, m) * of(0, m) * mean(1)
+                        + of(1, m) * of(2, m) * mean(0)
+                })
+                .sum::<f64>();
         }
     }
     integral
@@ -240,7 +272,8 @@ fn by_the_source(assignments: [[usize; 3]; 6], functions: [&Function<f64>; 3], n
 
 fn square_mean(texels: &[f64], n: usize, level: u32, i: usize, j: usize) -> f64 {
     let side = n >> level;
-    (0..side * side).map(|k| texels[(j * side + k / side) * n + i * side + k % side]).sum::<f64>() / (side * side) as f64
+    (0..side * side).map(|k| texels[(j * side + k / side) * n + i * side + k % side]).sum::<f64>()
+        / (side * side) as f64
 }
 
 /// The source lists p[11]·L[01]·V[10] twice and p[11]·L[10]·V[01] never.

@@ -1,4 +1,5 @@
-//! The table of 4 × 4 bitmaps against its definition in whole numbers, and the two-level transform against the plain one, bit for bit and by counting.
+//! The table of 4 × 4 bitmaps against its definition in whole numbers, and the two-level transform against
+//! the plain one, bit for bit and by counting.
 
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::two_level::{BYTES, SIDE, two_level};
@@ -36,7 +37,8 @@ fn the_table_is_its_definition() {
         let row = &table.coefficients()[usize::from(bits) * 16..][..16];
         assert_eq!(row, table.tile(bits));
         for (coefficient, function) in row.iter().zip(&basis) {
-            let four_times: i32 = (0..16).filter(|texel| bits >> texel & 1 == 1).map(|texel| function[texel]).sum();
+            let four_times: i32 =
+                (0..16).filter(|texel| bits >> texel & 1 == 1).map(|texel| function[texel]).sum();
             assert_eq!(4.0 * coefficient, four_times as f32, "bitmap {bits}");
         }
     }
@@ -160,7 +162,8 @@ fn two_levels_do_a_sixteenth_of_the_work() {
     let plain_work = count(|| forward_cube(&mut plain, SIDE));
     let our_work = count(|| two_level(&bits, &table, &mut ours));
     assert_eq!(ours, plain);
-    // Every 2 × 2 texels of every level take 8 sums and 4 halvings: (32² − 1)/3 = 341 such a face against (8² − 1)/3 = 21, 1/16.2.
+    // Every 2 × 2 texels of every level take 8 sums and 4 halvings: (32² − 1)/3 = 341 such a face against (8²
+    // − 1)/3 = 21, 1/16.2.
     assert_eq!(plain_work, [6 * 341 * 8, 6 * 341 * 4]);
     assert_eq!(our_work, [6 * 21 * 8, 6 * 21 * 4]);
 }

@@ -1,11 +1,14 @@
-//! The table of one sphere's shadows against brute force, bit for bit, and what its look-up takes a sphere for.
+//! The table of one sphere's shadows against brute force, bit for bit, and what its look-up takes a sphere
+//! for.
 
 use crate::support::samples::Random;
 use glam::{DVec3, Vec3};
 use relume_formats::basis::cubemap::{self, texel_of};
 use relume_formats::basis::two_level::{BYTES, SIDE};
 use relume_formats::kinds::VisibilityTable;
-use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIONS, radius_of, stored_directions};
+use relume_formats::kinds::visibility_table::{
+    DIRECTIONS, RADII, STORED_DIRECTIONS, radius_of, stored_directions,
+};
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
@@ -14,7 +17,9 @@ static TABLE: LazyLock<VisibilityTable> = LazyLock::new(VisibilityTable::bake);
 
 /// Unit directions of the centres.
 static CENTRES: LazyLock<Vec<DVec3>> = LazyLock::new(|| {
-    let centre = |i: usize| cubemap::direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5);
+    let centre = |i: usize| {
+        cubemap::direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5)
+    };
     (0..DIRECTIONS).map(centre).collect()
 });
 
@@ -36,14 +41,17 @@ fn assert_right(direction: usize, radius: usize) {
 #[test]
 fn bitmaps_are_brute_force_bit_for_bit() {
     // What is stored, all radii.
-    stored_directions().step_by(9).for_each(|direction| (0..RADII).for_each(|radius| assert_right(direction, radius)));
+    stored_directions()
+        .step_by(9)
+        .for_each(|direction| (0..RADII).for_each(|radius| assert_right(direction, radius)));
     // What the symmetries make of it: every direction once, at random radii.
     let random = &mut Random(1);
     (0..DIRECTIONS).for_each(|direction| assert_right(direction, random.below(RADII)));
 }
 
-/// Brute force compares rounded cosines, the table exact ones. They must agree if no cosine is so near to an edge that rounding could take it across;
-/// each of the few operations on numbers of at most 1 rounds by at most 10⁻¹⁶.
+/// Brute force compares rounded cosines, the table exact ones. They must agree if no cosine is so near to an
+/// edge that rounding could take it across; each of the few operations on numbers of at most 1 rounds by at
+/// most 10⁻¹⁶.
 #[test]
 fn no_centre_is_on_the_edge_of_a_cap() {
     let edges: Vec<f64> = (0..RADII).map(|radius| (1.0 - radius_of(radius).powi(2)).sqrt()).collect();
@@ -68,8 +76,13 @@ fn stored_directions_stand_for_all() {
 fn wider_caps_block_more() {
     for direction in (0..DIRECTIONS).step_by(37) {
         let at = |radius| TABLE.bitmap(direction, radius);
-        assert!(at(0)[direction / 8] >> (direction % 8) & 1 == 1, "the narrowest blocks the direction itself");
-        (1..RADII).for_each(|radius| assert!(at(radius - 1).iter().zip(at(radius)).all(|(narrow, wide)| narrow & !wide == 0)));
+        assert!(
+            at(0)[direction / 8] >> (direction % 8) & 1 == 1,
+            "the narrowest blocks the direction itself"
+        );
+        (1..RADII).for_each(|radius| {
+            assert!(at(radius - 1).iter().zip(at(radius)).all(|(narrow, wide)| narrow & !wide == 0))
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! The window: what happens to it, when to draw, and when to sleep.
 //!
-//! Nothing is drawn unless something has changed: input, pieces that arrive, time that passes in an animation. Between such events the
-//! program waits in the system's event queue.
+//! Nothing is drawn unless something has changed: input, pieces that arrive, time that passes in an
+//! animation. Between such events the program waits in the system's event queue.
 
 mod canvas;
 mod dropped;
@@ -25,7 +25,8 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// While an animation plays, longest time from one frame of the window to the next, even if its picture takes longer.
+/// While an animation plays, longest time from one frame of the window to the next, even if its picture takes
+/// longer.
 const FRAME_PAUSE: Duration = Duration::from_millis(33);
 
 /// What wakes the window.
@@ -59,7 +60,9 @@ fn check_usage(cli: &Cli) -> Result<()> {
         ("--count", cli.count.is_some()),
     ];
     match for_files.iter().find(|(_, given)| *given) {
-        Some((option, _)) => Err(Error::Usage(format!("{option} is for playing without a window; add --headless"))),
+        Some((option, _)) => {
+            Err(Error::Usage(format!("{option} is for playing without a window; add --headless")))
+        }
         None => Ok(()),
     }
 }
@@ -91,7 +94,8 @@ struct App<'a> {
 /// The window and what is in it.
 struct Open {
     window: Arc<Window>,
-    /// As the window last reported it. One that is destroyed cannot be asked any more, and winit panics if it is.
+    /// As the window last reported it. One that is destroyed cannot be asked any more, and winit panics if it
+    /// is.
     size: PhysicalSize<u32>,
     gpu: Gpu,
     canvas: Canvas,
@@ -195,7 +199,12 @@ impl App<'_> {
 }
 
 impl Open {
-    fn new(event_loop: &ActiveEventLoop, cli: &Cli, started: Instant, for_news: EventLoopProxy<Wake>) -> Result<Self> {
+    fn new(
+        event_loop: &ActiveEventLoop,
+        cli: &Cli,
+        started: Instant,
+        for_news: EventLoopProxy<Wake>,
+    ) -> Result<Self> {
         let mut parts = None;
         let session = Session::start(request(cli)?, || {
             let (gpu, window, instance, surface) = open_window(event_loop, cli)?;
@@ -203,13 +212,22 @@ impl Open {
             parts = Some((gpu, window, instance, surface));
             Ok(for_picture)
         })?;
-        let Some((gpu, window, instance, surface)) = parts else { return Err(Error::Failed("no window was opened".to_owned())) };
+        let Some((gpu, window, instance, surface)) = parts else {
+            return Err(Error::Failed("no window was opened".to_owned()));
+        };
         let canvas = Canvas::new(&gpu, window.clone(), instance, surface)?;
         let context = egui::Context::default();
         ui::set_up_style(&context);
         let texture_side = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
-        let input = egui_winit::State::new(context, egui::ViewportId::ROOT, event_loop, scale, window.theme(), Some(texture_side));
+        let input = egui_winit::State::new(
+            context,
+            egui::ViewportId::ROOT,
+            event_loop,
+            scale,
+            window.theme(),
+            Some(texture_side),
+        );
         window.set_visible(true);
         window.request_redraw();
         Ok(Self {
@@ -245,7 +263,8 @@ impl Open {
         }
     }
 
-    /// The failure of the window itself, which ends the program, after the edits were saved that would be lost to it.
+    /// The failure of the window itself, which ends the program, after the edits were saved that would be
+    /// lost to it.
     fn rescued(&mut self, error: Error) -> Error {
         let edited = self.live.shown().is_some_and(|shown| shown.editor.unsaved().is_some());
         let saved = if edited { self.live.save(Save::State, Path::new("")) } else { Ok(None) };
@@ -265,7 +284,8 @@ impl Open {
         due.filter(|due| *due > now)
     }
 
-    /// Draws a frame of the window, with the newest picture that there is. Returns whether the window is to be closed.
+    /// Draws a frame of the window, with the newest picture that there is. Returns whether the window is to
+    /// be closed.
     fn redraw(&mut self) -> Result<bool> {
         self.pass_time();
         let (drawing, close) = self.draw_ui();
@@ -293,11 +313,14 @@ impl Open {
         self.played_at = None;
     }
 
-    /// Shows the screen and does what the user asks for. Returns what is to be drawn, and whether the window is to be closed.
+    /// Shows the screen and does what the user asks for. Returns what is to be drawn, and whether the window
+    /// is to be closed.
     fn draw_ui(&mut self) -> (Drawing, bool) {
         let context = self.input.egui_ctx().clone();
         let facts = self.live.facts().clone();
-        if let Some((size, pixels)) = self.live.shown().and_then(|shown| Some((shown.size, shown.take_pixels()?))) {
+        if let Some((size, pixels)) =
+            self.live.shown().and_then(|shown| Some((shown.size, shown.take_pixels()?)))
+        {
             self.picture = Some(self.canvas.take_picture(&self.gpu, size, &pixels));
         }
         let raw_input = self.take_input();
@@ -309,8 +332,10 @@ impl Open {
         });
         self.input.handle_platform_output(&self.window, output.platform_output);
         let now = Instant::now();
-        let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
-        self.next_draw = delay.and_then(|delay| now.checked_add(delay)).filter(|_| delay != Some(Duration::MAX));
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        self.next_draw =
+            delay.and_then(|delay| now.checked_add(delay)).filter(|_| delay != Some(Duration::MAX));
         self.played_at = self.live.shown().filter(|shown| shown.editor.is_playing()).map(|_| now);
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
@@ -323,9 +348,11 @@ impl Open {
         let size = egui::Vec2::new(self.size.width as f32, self.size.height as f32) / pixels_per_point;
         let input = self.input.egui_input_mut();
         input.time = Some(self.opened.elapsed().as_secs_f64());
-        input.screen_rect = (size.x > 0.0 && size.y > 0.0).then(|| egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+        input.screen_rect =
+            (size.x > 0.0 && size.y > 0.0).then(|| egui::Rect::from_min_size(egui::Pos2::ZERO, size));
         input.viewport_id = egui::ViewportId::ROOT;
-        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(self.window.scale_factor() as f32);
+        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point =
+            Some(self.window.scale_factor() as f32);
         input.take()
     }
 
@@ -387,7 +414,9 @@ fn open_window(event_loop: &ActiveEventLoop, cli: &Cli) -> Result<Opened> {
     let window = Arc::new(event_loop.create_window(attributes).map_err(|e| no_display(&format!(" ({e})")))?);
     let display = Box::new(event_loop.owned_display_handle());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle(display));
-    let surface = instance.create_surface(window.clone()).map_err(|e| Error::Failed(format!("cannot draw in a window: {e}")))?;
+    let surface = instance
+        .create_surface(window.clone())
+        .map_err(|e| Error::Failed(format!("cannot draw in a window: {e}")))?;
     let gpu = Gpu::open_for(&instance, &surface, cli.adapter.as_deref())?;
     Ok((gpu, window, instance, surface))
 }

@@ -7,14 +7,16 @@ use relume_formats::error::in_plain_words;
 use relume_formats::state::MAX_EXPOSURE_EV;
 use std::path::PathBuf;
 
-/// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary free to change.
+/// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary
+/// free to change.
 ///
-/// Opens a window in which materials, light and view are changed and animations played, as far as they vary; its panel and its bottom line tell
-/// how. With --headless it writes frames to files instead.
+/// Opens a window in which materials, light and view are changed and animations played, as far as they vary;
+/// its panel and its bottom line tell how. With --headless it writes frames to files instead.
 ///
-/// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows the state at i/fps seconds,
-/// and a looping animation starts again after its end. EXR frames are linear radiance; PNG frames are
-/// exposed, brought into the range of a display by a curve (tone mapping), and sRGB-encoded.
+/// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows
+/// the state at i/fps seconds, and a looping animation starts again after its end. EXR frames are linear
+/// radiance; PNG frames are exposed, brought into the range of a display by a curve (tone mapping), and
+/// sRGB-encoded.
 ///
 /// Exit codes: 0 done, 1 failed at run time, 2 wrong usage or bad input, 130 interrupted.
 #[derive(Debug, Clone, Parser)]
@@ -26,7 +28,8 @@ pub struct Cli {
     /// Method to play, for a bundle that has several [default: the one it prefers]
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
-    /// Animation to play: the name of one in the bundle, or a file that ends in .toml; a window offers the others, too, that the method can play
+    /// Animation to play: the name of one in the bundle, or a file that ends in .toml; a window offers the
+    /// others, too, that the method can play
     #[arg(long, value_name = "NAME|FILE")]
     pub animation: Option<String>,
     /// State to start from: what differs from the scene's defaults
@@ -43,11 +46,12 @@ pub struct Cli {
     /// luminance to 0.18 [default: the scene's]
     #[arg(long, value_name = "EV|auto", value_parser = parse_exposure, allow_negative_numbers = true)]
     pub exposure: Option<Exposure>,
-    /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it must be that one
+    /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it
+    /// must be that one
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// GPU adapter to use: any part of its name, in any case; `cpu` does without, for methods that can [default: the
-    /// fastest kind there is]
+    /// GPU adapter to use: any part of its name, in any case; `cpu` does without, for methods that can
+    /// [default: the fastest kind there is]
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// List the GPU adapters of this machine and stop
@@ -138,7 +142,11 @@ fn parse_exr(text: &str) -> Result<FramePath, String> {
 /// A name says what is in the file.
 fn parse_frames(text: &str, ending: &str) -> Result<FramePath, String> {
     let path = text.parse::<FramePath>()?;
-    if text.to_ascii_lowercase().ends_with(ending) { Ok(path) } else { Err(format!("end the name in {ending}, which is what is written")) }
+    if text.to_ascii_lowercase().ends_with(ending) {
+        Ok(path)
+    } else {
+        Err(format!("end the name in {ending}, which is what is written"))
+    }
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {
@@ -180,7 +188,10 @@ mod tests {
             (vec!["player", "d", "--framse", "%d.png"], "--frames"),
         ] {
             let message = one_line(&Cli::try_parse_from(arguments).unwrap_err());
-            assert!(message.contains(part) && !message.contains('\n') && !message.starts_with("error"), "{message}");
+            assert!(
+                message.contains(part) && !message.contains('\n') && !message.starts_with("error"),
+                "{message}"
+            );
         }
     }
 }

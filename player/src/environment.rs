@@ -20,7 +20,8 @@ pub fn read(path: &Path) -> Result<Environment> {
     // Nobody listening is no reason to fail.
     warnings.iter().for_each(|warning| drop(writeln!(std::io::stderr(), "warning: {}", one_line(warning))));
     let absolute = std::path::absolute(path).map_err(|e| Error::io(&place, e))?;
-    let name = absolute.to_str().ok_or_else(|| Error::invalid(&place, "its path is no UTF-8 text; rename it"))?;
+    let name =
+        absolute.to_str().ok_or_else(|| Error::invalid(&place, "its path is no UTF-8 text; rename it"))?;
     let environment = Environment::kept(name.to_owned(), &map);
     environment.validate_map(&place)?;
     Ok(environment)

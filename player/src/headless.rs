@@ -19,7 +19,8 @@ use std::time::{Duration, Instant};
 const NAP: Duration = Duration::from_millis(1);
 
 /// The options that make a run without a window worth it.
-pub(crate) const WHAT_TO_ADD: &str = "--frames 'OUT/%04d.png', --exr 'OUT/%04d.exr', --contact-sheet FILE.png or --stats FILE.json";
+pub(crate) const WHAT_TO_ADD: &str =
+    "--frames 'OUT/%04d.png', --exr 'OUT/%04d.exr', --contact-sheet FILE.png or --stats FILE.json";
 
 /// Plays as `cli` says, until done or `interrupt` is raised.
 pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
@@ -37,7 +38,8 @@ pub fn play(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
 }
 
 fn check_usage(cli: &Cli) -> Result<()> {
-    let writes_something = cli.frames.is_some() || cli.exr.is_some() || cli.contact_sheet.is_some() || cli.stats.is_some();
+    let writes_something =
+        cli.frames.is_some() || cli.exr.is_some() || cli.contact_sheet.is_some() || cli.stats.is_some();
     if writes_something { Ok(()) } else { Err(Error::Usage(format!("nothing to write; add {WHAT_TO_ADD}"))) }
 }
 
@@ -51,7 +53,10 @@ pub(crate) fn request(cli: &Cli) -> Result<Request<'_>> {
     let animation = match cli.animation.as_deref() {
         Some(file) if file.ends_with(".toml") => {
             let place = Place::file(file);
-            Some(AnimationChoice::Own(PlacedAnimation { animation: Animation::read_file(Path::new(file))?, place }))
+            Some(AnimationChoice::Own(PlacedAnimation {
+                animation: Animation::read_file(Path::new(file))?,
+                place,
+            }))
         }
         other => other.map(AnimationChoice::Named),
     };
@@ -89,8 +94,8 @@ fn meter(session: &mut Session) -> Result<()> {
     Ok(())
 }
 
-/// Takes in everything that comes, rendering once as soon as anything can be seen and once at the end. `check` sees the session when the
-/// controls are known, before the long part of the wait.
+/// Takes in everything that comes, rendering once as soon as anything can be seen and once at the end.
+/// `check` sees the session when the controls are known, before the long part of the wait.
 pub(crate) fn load(
     session: &mut Session,
     started: Instant,
@@ -135,7 +140,9 @@ fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
     match plain {
         Some(path) if count > 1 => {
             let name = path.of(0).display().to_string();
-            Err(Error::Usage(format!("`{name}` would be overwritten by each of {count} frames; put %04d into the name, or add --count 1")))
+            Err(Error::Usage(format!(
+                "`{name}` would be overwritten by each of {count} frames; put %04d into the name, or add --count 1"
+            )))
         }
         _ => Ok(count),
     }
@@ -160,7 +167,13 @@ fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Int
     Ok(recorder)
 }
 
-fn write_frame(cli: &Cli, size: [u32; 2], index: usize, frame: &Frame, sheet: &mut ContactSheet) -> Result<()> {
+fn write_frame(
+    cli: &Cli,
+    size: [u32; 2],
+    index: usize,
+    frame: &Frame,
+    sheet: &mut ContactSheet,
+) -> Result<()> {
     if let Some(path) = &cli.exr {
         write_whole(&path.of(index), &encode_exr(size, &frame.radiance)?)?;
     }

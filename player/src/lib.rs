@@ -5,7 +5,8 @@
 //! * [`environment`]: maps from the user's own files;
 //! * [`session`]: a bundle being played from files, and what frames take;
 //! * [`headless`]: frames to files, through [`output`] and [`stats`];
-//! * [`picture`]: the picture of a bundle that is arriving; [`live`]: what the user sets of it, while a thread of its own draws;
+//! * [`picture`]: the picture of a bundle that is arriving; [`live`]: what the user sets of it, while a
+//!   thread of its own draws;
 //! * [`ui`]: what the user sees of that; [`app`]: the window around it;
 //! * [`interrupt`]: the wish to stop;
 //! * [`cli`]: the command line.
@@ -48,12 +49,15 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-/// Does what the command line says. Raising `interrupt` ends it with [`Error::Interrupted`] within a frame or a section.
+/// Does what the command line says. Raising `interrupt` ends it with [`Error::Interrupted`] within a frame or
+/// a section.
 pub fn run(cli: &Cli, interrupt: &Interrupt) -> Result<()> {
     if cli.list_adapters {
         let text = gpu::list()?.join("\n");
         return match writeln!(std::io::stdout(), "{text}") {
-            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Failed(format!("cannot write to stdout: {e}"))),
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Error::Failed(format!("cannot write to stdout: {e}")))
+            }
             // A closed pipe is the reader's choice, not a failure.
             _ => Ok(()),
         };
@@ -73,9 +77,16 @@ fn expect_no_scene(path: &Path) -> Result<()> {
         _ if !path.is_file() => return Ok(()),
         Some("toml") => "a file of text",
         Some("relume") => return refuse(path, "is one file of a bundle; name its folder"),
-        _ => return refuse(path, "is a file where the folder of a bundle is wanted; make one with `bake run SCENE -o DIR`"),
+        _ => {
+            return refuse(
+                path,
+                "is a file where the folder of a bundle is wanted; make one with `bake run SCENE -o DIR`",
+            );
+        }
     };
-    let reason = format!("is {what}, but the player plays bundles; bake one by `bake run {shown} -o DIR`, then `player DIR`");
+    let reason = format!(
+        "is {what}, but the player plays bundles; bake one by `bake run {shown} -o DIR`, then `player DIR`"
+    );
     refuse(path, &reason)
 }
 
@@ -83,7 +94,8 @@ fn refuse(path: &Path, reason: &str) -> Result<()> {
     Err(relume_formats::Error::invalid(&Place::file(path), reason).into())
 }
 
-/// Renders one state of the bundle in `folder` with its preferred method: film size, and linear radiance row by row in W/(sr·m²).
+/// Renders one state of the bundle in `folder` with its preferred method: film size, and linear radiance row
+/// by row in W/(sr·m²).
 ///
 /// `adapter` is any part of an adapter's name; `None` takes the most promising one.
 pub fn render_once(folder: &Path, state: &State, adapter: Option<&str>) -> Result<([u32; 2], Vec<Rgb>)> {
@@ -91,18 +103,37 @@ pub fn render_once(folder: &Path, state: &State, adapter: Option<&str>) -> Resul
     Ok((session.player().film().map_or([0, 0], |film| film.size), frame.radiance))
 }
 
-/// The radiance that a white diffuse surface would show at every vertex of the scene in `folder`, W/(sr·m²), by its method `method`.
+/// The radiance that a white diffuse surface would show at every vertex of the scene in `folder`, W/(sr·m²),
+/// by its method `method`.
 ///
 /// # Errors
 /// Those of [`render_once`]; and if the method knows nothing of vertices.
-pub fn render_vertices(folder: &Path, method: &str, state: &State, adapter: Option<&str>) -> Result<Vec<Rgb>> {
+pub fn render_vertices(
+    folder: &Path,
+    method: &str,
+    state: &State,
+    adapter: Option<&str>,
+) -> Result<Vec<Rgb>> {
     render(folder, Some(method), state, adapter)?.0.read_vertices()
 }
 
-fn render(folder: &Path, method: Option<&str>, state: &State, adapter: Option<&str>) -> Result<(Session, Frame)> {
+fn render(
+    folder: &Path,
+    method: Option<&str>,
+    state: &State,
+    adapter: Option<&str>,
+) -> Result<(Session, Frame)> {
     let state = PlacedState { state: state.clone(), place: Place::file("state") };
-    let request =
-        Request { folder, method, state, animation: None, environment: None, meters: false, size: None, limits: Default::default() };
+    let request = Request {
+        folder,
+        method,
+        state,
+        animation: None,
+        environment: None,
+        meters: false,
+        size: None,
+        limits: Default::default(),
+    };
     let mut session = Session::start(request, || Gpu::open(adapter))?;
     headless::load(&mut session, Instant::now(), &Interrupt::new(), |_| Ok(()))?;
     let frame = session.render(0.0)?;

@@ -27,7 +27,9 @@ fn main() -> ExitCode {
     };
     if let Some(text) = cli.described() {
         return match std::io::stdout().write_all(&text) {
-            Err(error) if error.kind() != ErrorKind::BrokenPipe => fail(&format!("cannot write to stdout: {error}"), 1),
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                fail(&format!("cannot write to stdout: {error}"), 1)
+            }
             // A closed pipe is the reader's choice, not a failure.
             _ => ExitCode::SUCCESS,
         };
@@ -44,14 +46,16 @@ fn main() -> ExitCode {
     }
 }
 
-/// Starts the program afresh without Mesa's device-selection layer where no Wayland display can be. That layer would ask for one even so,
-/// and libwayland would then report, as lines of `error: …` on our stderr, that XDG_RUNTIME_DIR is not set. The layer only sorts
-/// adapters, which the player does for itself. The layer is told by an environment variable, which a running program cannot set safely.
+/// Starts the program afresh without Mesa's device-selection layer where no Wayland display can be. That
+/// layer would ask for one even so, and libwayland would then report, as lines of `error: …` on our stderr,
+/// that XDG_RUNTIME_DIR is not set. The layer only sorts adapters, which the player does for itself. The
+/// layer is told by an environment variable, which a running program cannot set safely.
 #[cfg(target_os = "linux")]
 fn without_device_selection() {
     use std::os::unix::process::CommandExt as _;
     const SWITCH: &str = "NODEVICE_SELECT";
-    let wayland_possible = std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute());
+    let wayland_possible =
+        std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute());
     if wayland_possible || std::env::var_os(SWITCH).is_some() {
         return;
     }
@@ -61,14 +65,16 @@ fn without_device_selection() {
     }
 }
 
-/// The first signal ends the work at its next step, the second at once: every file is written whole or not at all.
+/// The first signal ends the work at its next step, the second at once: every file is written whole or not at
+/// all.
 fn on_interrupt() {
     if INTERRUPT.raise() {
         std::process::exit(130);
     }
 }
 
-/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk, instead of ending the program without a word.
+/// From now on a write beyond the user's limit of a file's size (`ulimit -f`) fails as on a full disk,
+/// instead of ending the program without a word.
 fn outlive_file_limits() -> std::io::Result<()> {
     // That somebody watches is all that it takes.
     #[cfg(unix)]

@@ -1,4 +1,5 @@
-//! The picture of a bundle that is arriving: drawn when it changes, read back, saved. Knows nothing of windows, and not who says what it is to show.
+//! The picture of a bundle that is arriving: drawn when it changes, read back, saved. Knows nothing of
+//! windows, and not who says what it is to show.
 
 use crate::error::{Error, Result};
 use crate::gpu::PictureReadback;
@@ -13,8 +14,8 @@ use std::time::{Duration, Instant};
 
 /// Longest time that one poll spends on what has arrived.
 const POLL: Duration = Duration::from_millis(10);
-/// While pieces arrive, the time from one frame to the next for their sake alone, as a multiple of what a frame takes: frames that the user causes
-/// come without one in between.
+/// While pieces arrive, the time from one frame to the next for their sake alone, as a multiple of what a
+/// frame takes: frames that the user causes come without one in between.
 const REFINING_PAUSE_FACTOR: f64 = 3.0;
 
 /// A bundle's picture.
@@ -72,7 +73,8 @@ struct Target {
 }
 
 impl Picture {
-    /// Of `session`, which began at `started`. With `record`, the cost of every frame is kept for [`Picture::statistics`].
+    /// Of `session`, which began at `started`. With `record`, the cost of every frame is kept for
+    /// [`Picture::statistics`].
     pub fn new(session: Session, started: Instant, record: bool) -> Self {
         Self {
             session,
@@ -92,7 +94,8 @@ impl Picture {
     /// Takes in what has arrived, of the bundle and from the GPU. Returns whether anything of the bundle has.
     ///
     /// # Errors
-    /// If the bundle fails before there is anything to show. Later failures are kept, see [`Picture::finish`].
+    /// If the bundle fails before there is anything to show. Later failures are kept, see
+    /// [`Picture::finish`].
     pub fn poll(&mut self) -> Result<bool> {
         self.take_costs()?;
         let until = Instant::now() + POLL;
@@ -122,26 +125,31 @@ impl Picture {
         if self.target.is_some() || !self.session.player().is_ready() {
             return None;
         }
-        let (size, mut editor) = (self.session.player().film()?.size, Editor::new(self.session.player().controls()?));
+        let (size, mut editor) =
+            (self.session.player().film()?.size, Editor::new(self.session.player().controls()?));
         if self.session.meters() {
             editor.meter(Metering::WhenWhole);
         }
         let texture = self.session.gpu().picture(size);
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.target = Some(Target { readback: PictureReadback::new(self.session.gpu(), size), texture, view });
+        self.target =
+            Some(Target { readback: PictureReadback::new(self.session.gpu(), size), texture, view });
         let picker = self.session.player().materials().map(Picker::new);
         Some(Ready { editor, picker, surfaces: self.session.player_mut().take_surfaces(), size })
     }
 
-    /// Brings the picture up to date with `look`, doing no more than what has changed asks for, and without waiting for the GPU. Returns whether it changed.
+    /// Brings the picture up to date with `look`, doing no more than what has changed asks for, and without
+    /// waiting for the GPU. Returns whether it changed.
     pub fn draw(&mut self, look: &Look) -> Result<bool> {
         let Some(target) = &self.target else { return Ok(false) };
-        let same_but_for_display = self.drawn.as_ref().is_some_and(|drawn| drawn.displayed(look.display()) == *look);
+        let same_but_for_display =
+            self.drawn.as_ref().is_some_and(|drawn| drawn.displayed(look.display()) == *look);
         let refines = self.refines();
         if self.drawn.as_ref() == Some(look) && !refines {
             return Ok(false);
         }
-        let (texture, view, readback) = (target.texture.clone(), target.view.clone(), target.readback.clone());
+        let (texture, view, readback) =
+            (target.texture.clone(), target.view.clone(), target.readback.clone());
         let show = |player: &mut Player, encoder: &mut wgpu::CommandEncoder| {
             player.show(encoder, &view, look.display())?;
             readback.encode(encoder, &texture);
@@ -168,7 +176,8 @@ impl Picture {
         self.session.player().moving_vertices()
     }
 
-    /// The exposure that the picture asks for, if it is as whole as `metering` wants: EV, or nothing for one without light.
+    /// The exposure that the picture asks for, if it is as whole as `metering` wants: EV, or nothing for one
+    /// without light.
     pub fn metered(&mut self, metering: Metering) -> Result<Option<Option<f32>>> {
         let is_whole = !self.is_loading() && !self.stale;
         if self.drawn.is_none() || (metering == Metering::WhenWhole && !is_whole) {
@@ -267,7 +276,9 @@ impl Picture {
     /// # Errors
     /// If nothing is drawn yet, or it cannot be written.
     pub fn save(&mut self, what: PictureFile, folder: &Path) -> Result<PathBuf> {
-        let (Some(look), Some(controls)) = (&self.drawn, self.session.player().controls()) else { return Err(nothing_yet()) };
+        let (Some(look), Some(controls)) = (&self.drawn, self.session.player().controls()) else {
+            return Err(nothing_yet());
+        };
         let (name, display) = (controls.scope().scene.name.clone(), look.display());
         let size = self.session.player().film().map_or([0, 0], |film| film.size);
         let radiance = self.session.read_film()?;

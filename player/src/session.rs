@@ -1,4 +1,5 @@
-//! A bundle being played from files, on a GPU of its own: the core with a source, a clock, and someone who waits.
+//! A bundle being played from files, on a GPU of its own: the core with a source, a clock, and someone who
+//! waits.
 
 mod costs;
 
@@ -102,7 +103,8 @@ impl Session {
 
     /// Takes in the next section, if there is one. Never waits for the source.
     pub fn advance(&mut self) -> Result<Progress> {
-        let progress = self.player.advance(&mut self.files).map_err(|error| Error::from(error).with_line())?;
+        let progress =
+            self.player.advance(&mut self.files).map_err(|error| Error::from(error).with_line())?;
         self.gpu.check()?;
         Ok(progress)
     }
@@ -141,8 +143,13 @@ impl Session {
         Ok(environment.name)
     }
 
-    /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for it. Returns its number.
-    pub fn draw(&mut self, look: &Look, more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>) -> Result<u64> {
+    /// Submits a frame: the film for `look` with what has arrived, then what `more` adds. Does not wait for
+    /// it. Returns its number.
+    pub fn draw(
+        &mut self,
+        look: &Look,
+        more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>,
+    ) -> Result<u64> {
         let started = Instant::now();
         let mut encoder = self.encoder("frame");
         let frame = self.player.draw(&mut encoder, look)?;
@@ -154,7 +161,10 @@ impl Session {
     }
 
     /// Submits what `more` encodes, without a new frame.
-    pub fn submit(&mut self, more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>) -> Result<()> {
+    pub fn submit(
+        &mut self,
+        more: impl FnOnce(&mut Player, &mut CommandEncoder) -> Result<()>,
+    ) -> Result<()> {
         let mut encoder = self.encoder("no frame");
         more(&mut self.player, &mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
@@ -165,7 +175,8 @@ impl Session {
         self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some(label) })
     }
 
-    /// What frames took that are done, as far as that has become known since the last call. Does not wait for others.
+    /// What frames took that are done, as far as that has become known since the last call. Does not wait for
+    /// others.
     pub fn take_costs(&mut self) -> Result<Vec<Cost>> {
         self.gpu.poll()?;
         Ok(self.costs.take(self.player.times()))
@@ -183,13 +194,16 @@ impl Session {
         readback.radiance(&self.gpu, &film.bands)
     }
 
-    /// The radiance that a white diffuse surface would show at every vertex of the scene in the last frame, W/(sr·m²).
+    /// The radiance that a white diffuse surface would show at every vertex of the scene in the last frame,
+    /// W/(sr·m²).
     ///
     /// # Errors
     /// If the method that plays knows nothing of vertices.
     pub fn read_vertices(&self) -> Result<Vec<Rgb>> {
         let Some(radiance) = self.player.vertex_radiance() else {
-            return Err(Error::Usage("this method computes no radiance at vertices; choose another with --method".to_owned()));
+            return Err(Error::Usage(
+                "this method computes no radiance at vertices; choose another with --method".to_owned(),
+            ));
         };
         let read = Readback::new(&self.gpu, [radiance.buffer]).radiance(&self.gpu, [radiance.buffer])?;
         Ok(read.into_iter().map(|rgb| std::array::from_fn(|k| rgb[k] * radiance.gain[k])).collect())
@@ -238,7 +252,9 @@ fn expect_adapter(method: &Method, gpu: &Gpu) -> Result<()> {
     }
     let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
     let (name, able) = (method.card.name, able.join(", "));
-    Err(Error::Usage(format!("--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which")))
+    Err(Error::Usage(format!(
+        "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
+    )))
 }
 
 fn nothing_there() -> Error {

@@ -120,7 +120,11 @@ impl Recorder {
             cpu_ms: Spread::of(self.cpu_ms),
             gpu_ms: Spread::of(self.gpu_ms),
             frame_ms: Spread::of(self.frame_ms),
-            pass_ms: self.pass_ms.into_iter().filter_map(|(label, ms)| Some((label, Spread::of(ms)?))).collect(),
+            pass_ms: self
+                .pass_ms
+                .into_iter()
+                .filter_map(|(label, ms)| Some((label, Spread::of(ms)?)))
+                .collect(),
             measured: MEASURED,
             bytes_streamed: session.bytes_streamed(),
             gpu_bytes: session.gpu_bytes(),
@@ -133,7 +137,8 @@ impl Recorder {
             missing_slots: pieces.missing,
             remark: session.player().shows_map_from_outside().then_some(NOT_MEASURED),
         };
-        let mut text = serde_json::to_vec_pretty(&stats).map_err(|e| Error::Failed(format!("cannot encode the statistics: {e}")))?;
+        let mut text = serde_json::to_vec_pretty(&stats)
+            .map_err(|e| Error::Failed(format!("cannot encode the statistics: {e}")))?;
         text.push(b'\n');
         Ok(text)
     }
@@ -143,7 +148,9 @@ impl Spread {
     /// Nearest-rank percentiles; `None` without measurements.
     fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
-        let rank = |share: f64| values.get(((values.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
+        let rank = |share: f64| {
+            values.get(((values.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied()
+        };
         Some(Self { median: rank(0.5)?, p95: rank(0.95)? })
     }
 }
@@ -157,9 +164,13 @@ mod tests {
         let mut times = FrameTimes::default();
         assert_eq!(times.medians(), (None, None));
         let start = Instant::now();
-        for (at_ms, cpu_ms, gpu_ms) in
-            [(0, 100.0, None), (500, 90.0, Some(7.0)), (1400, 2.0, Some(5.0)), (1450, 1.0, None), (1500, 3.0, Some(9.0))]
-        {
+        for (at_ms, cpu_ms, gpu_ms) in [
+            (0, 100.0, None),
+            (500, 90.0, Some(7.0)),
+            (1400, 2.0, Some(5.0)),
+            (1450, 1.0, None),
+            (1500, 3.0, Some(9.0)),
+        ] {
             times.add(start + Duration::from_millis(at_ms), &Cost { cpu_ms, gpu_ms, ..Cost::default() });
         }
         assert_eq!(times.medians(), (Some(2.0), Some(7.0)), "of the frames at 0.5 s to 1.5 s");
@@ -172,7 +183,10 @@ mod tests {
             let passes_ms = vec![("light", scale), ("draw", 2.0 * scale), ("draw", 4.0 * scale)];
             recorder.add(&Cost { cpu_ms: 1.0, gpu_ms: Some(9.0), passes_ms, ..Cost::default() });
         }
-        assert_eq!(recorder.pass_ms, BTreeMap::from([("draw", vec![6.0, 12.0, 18.0]), ("light", vec![1.0, 2.0, 3.0])]));
+        assert_eq!(
+            recorder.pass_ms,
+            BTreeMap::from([("draw", vec![6.0, 12.0, 18.0]), ("light", vec![1.0, 2.0, 3.0])])
+        );
     }
 
     #[test]

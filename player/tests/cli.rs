@@ -20,7 +20,9 @@ fn exr(path: &Path) -> Vec<[f32; 3]> {
         .largest_resolution_level()
         .rgb_channels(
             |size, _| vec![[0.0; 3]; size.area()],
-            |pixels, at, (r, g, b): (f32, f32, f32)| pixels[at.y() * support::SIZE[0] as usize + at.x()] = [r, g, b],
+            |pixels, at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.y() * support::SIZE[0] as usize + at.x()] = [r, g, b]
+            },
         )
         .first_valid_layer()
         .all_attributes()
@@ -44,11 +46,18 @@ fn help_and_usage() {
     expect_error(&player(&[]), 2, "DIR");
     if cfg!(target_os = "linux") {
         expect_error(&player(&[folder]), 2, "no display; add --headless and --frames");
-        let nowhere =
-            Command::new(env!("CARGO_BIN_EXE_player")).arg(folder).env("DISPLAY", ":31999").env_remove("WAYLAND_DISPLAY").output();
+        let nowhere = Command::new(env!("CARGO_BIN_EXE_player"))
+            .arg(folder)
+            .env("DISPLAY", ":31999")
+            .env_remove("WAYLAND_DISPLAY")
+            .output();
         expect_error(&nowhere.unwrap(), 2, "add --headless and --frames");
     }
-    expect_error(&player(&[folder, "--frames", "f.png"]), 2, "--frames is for playing without a window; add --headless");
+    expect_error(
+        &player(&[folder, "--frames", "f.png"]),
+        2,
+        "--frames is for playing without a window; add --headless",
+    );
     expect_error(&headless(bundle.folder(), &[]), 2, "nothing to write");
     expect_error(&headless(bundle.folder(), &["--frames", "%d/%d.png"]), 2, "exactly one %d");
     expect_error(&headless(bundle.folder(), &["--frames", "@/f.png", "--colour"]), 2, "--colour");
@@ -69,7 +78,11 @@ fn bad_input() {
     }
     std::fs::write(bundle.folder().join("state.toml"), "[materials.fixed]\nshininess = 3.0").unwrap();
     expect_error(&with(&["--state", "@/state.toml"]), 2, "state.toml: line 1: sets material `fixed`");
-    std::fs::write(bundle.folder().join("wild.toml"), "duration_s = 1.0\n[[key]]\nt_s = 0.9\nmaterials.a.shininess = 900").unwrap();
+    std::fs::write(
+        bundle.folder().join("wild.toml"),
+        "duration_s = 1.0\n[[key]]\nt_s = 0.9\nmaterials.a.shininess = 900",
+    )
+    .unwrap();
     expect_error(&with(&["--animation", "@/wild.toml", "--count", "1"]), 2, "shininess 900");
     expect_error(&with(&["--animation", "glow"]), 2, "each of 15 frames");
     expect_error(&with(&["--adapter", "no such thing"]), 2, "this machine has: ");
@@ -125,7 +138,11 @@ fn a_damaged_animation_is_refused_though_nobody_plays_it() {
     let mut damaged = std::fs::read(&path).unwrap();
     *damaged.last_mut().unwrap() ^= 1;
     std::fs::write(&path, damaged).unwrap();
-    expect_error(&headless(bundle.folder(), &["--frames", "@/%d.png"]), 2, "glow.relume: section `animation`: checksum");
+    expect_error(
+        &headless(bundle.folder(), &["--frames", "@/%d.png"]),
+        2,
+        "glow.relume: section `animation`: checksum",
+    );
     assert!(!bundle.folder().join("0.png").exists());
 }
 
@@ -135,13 +152,26 @@ fn an_animation_becomes_frames_a_sheet_and_statistics() {
         return;
     }
     let bundle = Bundle::write(true);
-    let files = ["--frames", "@/png/f%03d.png", "--exr", "@/deep/er/%d.exr", "--contact-sheet", "@/sheet.png", "--stats", "@/s.json"];
-    expect_success(&headless(bundle.folder(), &[&files[..], &["--animation", "glow", "--fps", "8"]].concat()));
+    let files = [
+        "--frames",
+        "@/png/f%03d.png",
+        "--exr",
+        "@/deep/er/%d.exr",
+        "--contact-sheet",
+        "@/sheet.png",
+        "--stats",
+        "@/s.json",
+    ];
+    expect_success(&headless(
+        bundle.folder(),
+        &[&files[..], &["--animation", "glow", "--fps", "8"]].concat(),
+    ));
     let at = |name: &str| bundle.folder().join(name);
     assert!(at("png/f003.png").exists() && !at("png/f004.png").exists() && !at("deep/er/4.exr").exists());
     // Frame 1 is at 1/8 s, halfway to the key at 0.25 s.
     let mut materials = support::default_materials();
-    materials[0] = Brdf::BlinnPhong(BlinnPhong { kd: [0.3, 0.2, 0.15], ..support::blinn_phong(materials[0]) });
+    materials[0] =
+        Brdf::BlinnPhong(BlinnPhong { kd: [0.3, 0.2, 0.15], ..support::blinn_phong(materials[0]) });
     let expected = bundle.evaluate(&materials, |_| true);
     let radiance = exr(&at("deep/er/1.exr"));
     assert!(support::largest_difference(&radiance, &expected) <= 1e-5);
@@ -152,7 +182,8 @@ fn an_animation_becomes_frames_a_sheet_and_statistics() {
     for (pixel, radiance) in png.pixels().zip(&radiance) {
         for (byte, value) in pixel.0.iter().zip(display.shown(*radiance)) {
             let linear = f64::from(value);
-            let srgb = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            let srgb =
+                if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f64::from(*byte) - 255.0 * srgb).abs() <= 0.501, "{byte} for {value}");
         }
     }
@@ -163,12 +194,20 @@ fn an_animation_becomes_frames_a_sheet_and_statistics() {
         (&stats["frames"], &stats["method"], &stats["bytes_streamed"]),
         (&4.into(), &"transfer-images".into(), &bundle.playlist_bytes().into())
     );
-    assert_eq!((&stats["size"], stats["missing_slots"].as_array().unwrap().len()), (&serde_json::json!([37, 23]), 0));
-    assert!(
-        stats["cpu_ms"]["median"].as_f64().unwrap() > 0.0 && (stats["gpu_ms"].is_null() || stats["gpu_ms"]["p95"].as_f64().unwrap() > 0.0)
+    assert_eq!(
+        (&stats["size"], stats["missing_slots"].as_array().unwrap().len()),
+        (&serde_json::json!([37, 23]), 0)
     );
-    assert!(stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap());
-    let temporary = std::fs::read_dir(at("png")).unwrap().filter(|e| !e.as_ref().unwrap().path().to_string_lossy().ends_with(".png"));
+    assert!(
+        stats["cpu_ms"]["median"].as_f64().unwrap() > 0.0
+            && (stats["gpu_ms"].is_null() || stats["gpu_ms"]["p95"].as_f64().unwrap() > 0.0)
+    );
+    assert!(
+        stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap()
+    );
+    let temporary = std::fs::read_dir(at("png"))
+        .unwrap()
+        .filter(|e| !e.as_ref().unwrap().path().to_string_lossy().ends_with(".png"));
     assert_eq!(temporary.count(), 0);
 }
 
@@ -178,16 +217,20 @@ fn a_prefix_plays_what_it_holds() {
         return;
     }
     let bundle = Bundle::write(true);
-    let play = |bytes: u64| headless(bundle.folder(), &["--bytes", &bytes.to_string(), "--exr", "@/p.exr", "--stats", "@/s.json"]);
+    let play = |bytes: u64| {
+        headless(bundle.folder(), &["--bytes", &bytes.to_string(), "--exr", "@/p.exr", "--stats", "@/s.json"])
+    };
     let all = bundle.playlist_bytes();
     expect_success(&play(all - bundle.manifest.methods[0].files[1].1.bytes / 2));
     let stats = stats(&bundle.folder().join("s.json"));
-    let missing: Vec<u64> = stats["missing_slots"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect();
+    let missing: Vec<u64> =
+        stats["missing_slots"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect();
     let slots = bundle.images.images.len();
     assert!((1..slots).contains(&missing.len()) && stats["time_to_full_quality_s"].is_null());
     assert!(stats["bytes_streamed"].as_u64().unwrap() < all);
     // The last images of the file are those that are missing.
-    let mut last: Vec<u64> = bundle.images.images[slots - missing.len()..].iter().map(|image| image.slot as u64).collect();
+    let mut last: Vec<u64> =
+        bundle.images.images[slots - missing.len()..].iter().map(|image| image.slot as u64).collect();
     last.sort_unstable();
     assert_eq!(missing, last);
     let expected = bundle.evaluate(&support::default_materials(), |slot| !missing.contains(&(slot as u64)));
@@ -233,22 +276,43 @@ fn light_view_and_size_are_set() {
         expect_error(&play_lit(&bundle, &["--state", "@/state.toml"]), 2, part);
     }
     file("moon.toml", "duration_s = 1.0\n[[key]]\nt_s = 0.5\nenvironment.map = \"moon\"");
-    expect_error(&play_lit(&bundle, &["--animation", "@/moon.toml"]), 2, "at 0.5 s: environment: no map `moon`");
-    file("through.toml", "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.position = [0, 0, 3]\n[[key]]\nt_s = 1\ncamera.position = [0, 0, -3]");
+    expect_error(
+        &play_lit(&bundle, &["--animation", "@/moon.toml"]),
+        2,
+        "at 0.5 s: environment: no map `moon`",
+    );
+    file(
+        "through.toml",
+        "duration_s = 1.0\n[[key]]\nt_s = 0\ncamera.position = [0, 0, 3]\n[[key]]\nt_s = 1\ncamera.position = [0, 0, -3]",
+    );
     expect_error(&play_lit(&bundle, &["--animation", "@/through.toml"]), 2, "the position meets the target");
-    expect_error(&play_lit(&bundle, &["--animation", "glow", "--method", "sparse-transfer"]), 2, "sets material `a`");
+    expect_error(
+        &play_lit(&bundle, &["--animation", "glow", "--method", "sparse-transfer"]),
+        2,
+        "sets material `a`",
+    );
     expect_error(&play_lit(&bundle, &["--method", "sphere-shadows"]), 2, "this bundle has: sparse-transfer");
     assert!(!bundle.folder().join("0.exr").exists());
 
     expect_success(&play_lit(&bundle, &["--size", "64x32", "--stats", "@/s.json"]));
     let stats = stats(&bundle.folder().join("s.json"));
     assert_eq!((&stats["size"], &stats["method"]), (&serde_json::json!([64, 32]), &"sparse-transfer".into()));
-    assert_eq!((&stats["pieces"], &stats["pieces_arrived"], &stats["pieces_expected"]), (&"blocks".into(), &5.into(), &5.into()));
-    assert!(stats["image_bytes_per_frame"].as_u64().unwrap() > 3000 && stats["time_to_full_quality_s"].is_number());
+    assert_eq!(
+        (&stats["pieces"], &stats["pieces_arrived"], &stats["pieces_expected"]),
+        (&"blocks".into(), &5.into(), &5.into())
+    );
+    assert!(
+        stats["image_bytes_per_frame"].as_u64().unwrap() > 3000
+            && stats["time_to_full_quality_s"].is_number()
+    );
     let pixels = image_size(&bundle.folder().join("0.exr"));
     assert_eq!(pixels, [64, 32]);
     let images = Bundle::write(true);
-    expect_error(&headless(images.folder(), &["--frames", "@/f.png", "--size", "64x32"]), 2, "this bundle was baked at 37x23");
+    expect_error(
+        &headless(images.folder(), &["--frames", "@/f.png", "--size", "64x32"]),
+        2,
+        "this bundle was baked at 37x23",
+    );
 }
 
 fn image_size(path: &Path) -> [usize; 2] {
@@ -268,12 +332,21 @@ fn an_animation_of_the_light_goes_through_its_states() {
     let frames: Vec<_> = (0..5).map(frame).collect();
     // Frame 2 is halfway; frame 4 at the second key. Each is what its state alone shows.
     for (number, text) in [
-        (2, "environment = { map = \"noise\", rotation_deg = 45.0, gain = [1.5, 1.0, 0.5] }\ncamera.position = [0.5, 0.0, 3.0]"),
-        (4, "environment = { map = \"sun\", rotation_deg = 90.0, gain = [2.0, 1.0, 0.0] }\ncamera.position = [1.0, 0.0, 3.0]"),
+        (
+            2,
+            "environment = { map = \"noise\", rotation_deg = 45.0, gain = [1.5, 1.0, 0.5] }\ncamera.position = [0.5, 0.0, 3.0]",
+        ),
+        (
+            4,
+            "environment = { map = \"sun\", rotation_deg = 90.0, gain = [2.0, 1.0, 0.0] }\ncamera.position = [1.0, 0.0, 3.0]",
+        ),
     ] {
         std::fs::write(bundle.folder().join("state.toml"), text).unwrap();
         expect_success(&headless(bundle.folder(), &["--state", "@/state.toml", "--exr", "@/state.exr"]));
-        assert!(std::fs::read(bundle.folder().join("state.exr")).unwrap() == frames[number], "frame {number}");
+        assert!(
+            std::fs::read(bundle.folder().join("state.exr")).unwrap() == frames[number],
+            "frame {number}"
+        );
     }
     assert!(frames[0] != frames[1] && frames[3] != frames[4]);
 }
@@ -286,9 +359,11 @@ fn the_first_known_method_is_preferred_and_another_can_be_chosen() {
     // A bundle of images whose scene has as many vertices as the rows.
     let mut bundle = Bundle::write(true);
     let mut scene = StoredScene::read_file(&bundle.folder().join("scene.relume")).unwrap();
-    let lit = sparse::Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, sparse::even_transfer(3, 4, 1.0));
+    let lit =
+        sparse::Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, sparse::even_transfer(3, 4, 1.0));
     (scene.meta.varies_light, scene.meta.environment) = (true, lit.scene.meta.environment.clone());
-    bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
+    bundle.manifest.scene_file =
+        FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
     let rows = lit.manifest.methods[0].clone();
     for (_, entry) in &rows.files {
         std::fs::copy(lit.folder().join(&entry.file), bundle.folder().join(&entry.file)).unwrap();
@@ -308,7 +383,10 @@ fn the_first_known_method_is_preferred_and_another_can_be_chosen() {
     // An animation of materials is of the one, one of the light of the other.
     assert_eq!(played([&images, &rows, &future], &["--animation", "glow"]), "transfer-images");
     expect_error(
-        &headless(bundle.folder(), &["--stats", "@/s.json", "--animation", "glow", "--method", "sparse-transfer"]),
+        &headless(
+            bundle.folder(),
+            &["--stats", "@/s.json", "--animation", "glow", "--method", "sparse-transfer"],
+        ),
         2,
         "material `a`",
     );

@@ -20,7 +20,8 @@ fn an_embedded_player_shows_what_the_player_shows() {
     if !gpu_there() {
         return;
     }
-    let (images, rows, shadows) = (Bundle::write(true), sparse::Bundle::write(16, true), shadows::Bundle::write(true));
+    let (images, rows, shadows) =
+        (Bundle::write(true), sparse::Bundle::write(16, true), shadows::Bundle::write(true));
     let light = "environment = { map = \"sun\", rotation_deg = 40.0 }\ncamera = { position = [0.4, 0.6, 3.0], exposure_ev = 1.5 }\n";
     for (folder, state) in [
         (images.folder(), "materials.a.kd = [0.1, 0.6, 0.2]\ncamera.exposure_ev = -1.0\n"),
@@ -33,12 +34,20 @@ fn an_embedded_player_shows_what_the_player_shows() {
             let (ours, theirs) = (format!("{name}-embedded.png"), format!("{name}.png"));
             embed(folder, &ours, state);
             let frames = format!("@/{theirs}");
-            let arguments: Vec<&str> = if state.is_some() { vec!["--state", "@/state.toml"] } else { Vec::new() };
-            expect_success(&headless(folder, &[&["--frames", frames.as_str(), "--count", "1"], &arguments[..]].concat()));
+            let arguments: Vec<&str> =
+                if state.is_some() { vec!["--state", "@/state.toml"] } else { Vec::new() };
+            expect_success(&headless(
+                folder,
+                &[&["--frames", frames.as_str(), "--count", "1"], &arguments[..]].concat(),
+            ));
             // The curve is reckoned by the device there and by the CPU here.
             let (ours, theirs) = (open(&ours), open(&theirs));
             let steps = ours.iter().zip(theirs.iter()).map(|(a, b)| a.abs_diff(*b)).max();
-            assert!(ours.dimensions() == theirs.dimensions() && steps <= Some(1), "{state:?} of {}: {steps:?}", folder.display());
+            assert!(
+                ours.dimensions() == theirs.dimensions() && steps <= Some(1),
+                "{state:?} of {}: {steps:?}",
+                folder.display()
+            );
         }
         assert!(open("default.png") != open("state.png"));
     }

@@ -33,10 +33,13 @@ fn ggx_is_rendered_as_the_cpu_does() {
     }
     let bundle = Bundle::write_ggx();
     let text = "[materials.a]\nbase_color = [0.1, 0.9, 0.3]\nroughness = 0.7\n[materials.b]\nmetallic = 0.25";
-    let (_, ours) = relume_player::render_once(bundle.folder(), &parse_toml(text, &Place::file("test")).unwrap(), None).unwrap();
+    let (_, ours) =
+        relume_player::render_once(bundle.folder(), &parse_toml(text, &Place::file("test")).unwrap(), None)
+            .unwrap();
     let a = Ggx { base_color: [0.1, 0.9, 0.3], metallic: 0.0, roughness: 0.7 };
     let b = Ggx { base_color: [0.8, 0.5, 0.2], metallic: 0.25, roughness: 0.45 };
-    let difference = support::largest_difference(&ours, &bundle.evaluate(&[Brdf::Ggx(a), Brdf::Ggx(b)], |_| true));
+    let difference =
+        support::largest_difference(&ours, &bundle.evaluate(&[Brdf::Ggx(a), Brdf::Ggx(b)], |_| true));
     assert!(difference <= 1e-5, "{difference}");
     let metal = parse_toml("[materials.a]\nmetallic = 0.5", &Place::file("metal.toml")).unwrap();
     let error = relume_player::render_once(bundle.folder(), &metal, None).unwrap_err();
@@ -58,11 +61,15 @@ fn files_of_different_bakes_are_refused() {
     let mut bundle = Bundle::write(true);
     let mut scene = StoredScene::read_file(&bundle.folder().join("scene.relume")).unwrap();
     scene.meta.size = [23, 37];
-    bundle.manifest.scene_file = FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
+    bundle.manifest.scene_file =
+        FileEntry::of("scene.relume", &scene.write_file(&bundle.folder().join("scene.relume")).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
     assert!(
-        error.to_string().contains("film size [37, 23], the scene's is [23, 37]; bake the whole bundle again") && error.exit_code() == 2,
+        error
+            .to_string()
+            .contains("film size [37, 23], the scene's is [23, 37]; bake the whole bundle again")
+            && error.exit_code() == 2,
         "{error}"
     );
 
@@ -71,10 +78,15 @@ fn files_of_different_bakes_are_refused() {
     let whole = BrdfBasis::read_file(&path).unwrap();
     let functions = Functions::BlinnPhong { lobes: vec![0.25; lobe_table::NODES] };
     let smaller = support::honest(BrdfBasis { coefficients: vec![0.5; 6], functions, ..whole });
-    bundle.manifest.methods[0].files[0].1 = FileEntry::of("basis.relume", &smaller.write_file(&path).unwrap());
+    bundle.manifest.methods[0].files[0].1 =
+        FileEntry::of("basis.relume", &smaller.write_file(&path).unwrap());
     bundle.manifest.write(bundle.folder()).unwrap();
     let error = relume_player::render_once(bundle.folder(), &state, None).unwrap_err();
-    assert!(error.to_string().contains("4 bases, the BRDF basis has 2; bake the whole bundle again") && error.exit_code() == 2, "{error}");
+    assert!(
+        error.to_string().contains("4 bases, the BRDF basis has 2; bake the whole bundle again")
+            && error.exit_code() == 2,
+        "{error}"
+    );
 }
 
 #[test]
@@ -85,8 +97,7 @@ fn sparse_rows_are_rendered_as_the_cpu_does() {
     use relume_formats::evaluate::sparse_transfer::{light, radiance};
     use relume_formats::kinds::scene::EnvironmentLook;
     let bundle = support::sparse::Bundle::write(16, true);
-    let text =
-        "environment = { map = \"sun\", rotation_deg = 33.0, gain = [1.0, 0.5, 2.0] }\ncamera = { fov_deg = 20.0, exposure_ev = 3.0 }";
+    let text = "environment = { map = \"sun\", rotation_deg = 33.0, gain = [1.0, 0.5, 2.0] }\ncamera = { fov_deg = 20.0, exposure_ev = 3.0 }";
     let state: State = parse_toml(text, &Place::file("test")).unwrap();
     let look = EnvironmentLook { map: "sun".to_owned(), rotation_deg: 33.0, gain: [1.0, 0.5, 2.0] };
     let expected = radiance(&bundle.transfer, &light(bundle.map("sun"), &look, 16));
@@ -96,6 +107,7 @@ fn sparse_rows_are_rendered_as_the_cpu_does() {
     let (size, film) = relume_player::render_once(bundle.folder(), &state, None).unwrap();
     assert_eq!((size, film.len()), (support::sparse::SIZE, 600));
     let images = Bundle::write(true);
-    let error = relume_player::render_vertices(images.folder(), "transfer-images", &State::default(), None).unwrap_err();
+    let error = relume_player::render_vertices(images.folder(), "transfer-images", &State::default(), None)
+        .unwrap_err();
     assert!(error.to_string().contains("no radiance at vertices") && error.exit_code() == 2, "{error}");
 }

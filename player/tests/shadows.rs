@@ -14,12 +14,21 @@ fn shadows_play_on_either_adapter() {
     std::fs::write(bundle.folder().join("pose.toml"), pose).unwrap();
     let play = |name: &str, more: &[&str]| {
         let frames = format!("@/{name}-%d.png");
-        let arguments = [&["--frames", frames.as_str(), "--animation", "@/pose.toml", "--fps", "3", "--stats", "@/s.json"], more].concat();
+        let arguments = [
+            &["--frames", frames.as_str(), "--animation", "@/pose.toml", "--fps", "3", "--stats", "@/s.json"],
+            more,
+        ]
+        .concat();
         expect_success(&headless(bundle.folder(), &arguments));
         let stats = stats(&bundle.folder().join("s.json"));
-        assert_eq!((&stats["method"], &stats["frames"], &stats["pieces_arrived"]), (&"sphere-shadows".into(), &3.into(), &1.into()));
+        assert_eq!(
+            (&stats["method"], &stats["frames"], &stats["pieces_arrived"]),
+            (&"sphere-shadows".into(), &3.into(), &1.into())
+        );
         assert_eq!(stats["bytes_streamed"].as_u64().unwrap(), bundle.bytes());
-        let frame = |i: usize| image::open(bundle.folder().join(format!("{name}-{i}.png"))).unwrap().to_rgb8().into_raw();
+        let frame = |i: usize| {
+            image::open(bundle.folder().join(format!("{name}-{i}.png"))).unwrap().to_rgb8().into_raw()
+        };
         (stats["adapter"].as_str().unwrap().to_owned(), [0, 1, 2].map(frame))
     };
     let ((_, gpu), (adapter, cpu)) = (play("gpu", &[]), play("cpu", &["--adapter", "cpu"]));
@@ -31,7 +40,8 @@ fn shadows_play_on_either_adapter() {
         assert!(off <= 3, "{off}");
     }
     // It plays from the whole of its files.
-    let short = headless(bundle.folder(), &["--frames", "@/f.png", "--bytes", &(bundle.bytes() - 1).to_string()]);
+    let short =
+        headless(bundle.folder(), &["--frames", "@/f.png", "--bytes", &(bundle.bytes() - 1).to_string()]);
     expect_error(&short, 2, &format!("give at least {}", bundle.bytes()));
     let images = Bundle::write(true);
     expect_error(
@@ -40,5 +50,10 @@ fn shadows_play_on_either_adapter() {
         "is for the method sphere-shadows, not transfer-images",
     );
     let list = player(&["--list-adapters"]);
-    assert!(String::from_utf8(list.stdout).unwrap().lines().any(|line| line.starts_with("cpu [radiance of sphere-shadows on all cores")));
+    assert!(
+        String::from_utf8(list.stdout)
+            .unwrap()
+            .lines()
+            .any(|line| line.starts_with("cpu [radiance of sphere-shadows on all cores"))
+    );
 }

@@ -21,7 +21,8 @@ fn resident_mb(process: u32) -> f64 {
     line.split_whitespace().next().unwrap().parse::<f64>().unwrap() / 1024.0
 }
 
-/// Resident memory at one size of the window, for what it draws into grows with that. Saving a state shows that it is drawn.
+/// Resident memory at one size of the window, for what it draws into grows with that. Saving a state shows
+/// that it is drawn.
 fn settled_mb(window: &mut Window<'_>) -> f64 {
     let states = |window: &Window<'_>| {
         let files = std::fs::read_dir(window.folder.path()).unwrap();
@@ -40,11 +41,18 @@ fn settled_mb(window: &mut Window<'_>) -> f64 {
 /// A handful of random things that a user may do, as commands for `xdotool`.
 fn random_actions(seed: &mut u64, window: &str, size: [u64; 2]) -> String {
     let mut commands = Vec::new();
-    let point = |seed: &mut u64| format!("mousemove --window {window} {} {}", random(seed, size[0]), random(seed, size[1]));
+    let point = |seed: &mut u64| {
+        format!("mousemove --window {window} {} {}", random(seed, size[0]), random(seed, size[1]))
+    };
     for _ in 0..12 {
         match random(seed, 20) {
             0..8 => commands.push(format!("{} click 1", point(seed))),
-            8..13 => commands.push(format!("{} mousedown 1 {} {} mouseup 1", point(seed), point(seed), point(seed))),
+            8..13 => commands.push(format!(
+                "{} mousedown 1 {} {} mouseup 1",
+                point(seed),
+                point(seed),
+                point(seed)
+            )),
             13 => commands.push(format!("{} click --repeat 3 {}", point(seed), 4 + random(seed, 2))),
             14 => commands.push(format!("{} click {}", point(seed), 2 + random(seed, 2))),
             15..19 => {
@@ -74,8 +82,8 @@ fn random_actions(seed: &mut u64, window: &str, size: [u64; 2]) -> String {
     commands.join(" ")
 }
 
-/// Random clicks, drags, keys, scrolls and resizes for `RELUME_SOAK_S` seconds, 60 if that is not set; on the bundle `RELUME_SOAK_BUNDLE`, or
-/// a synthetic one. Prints resident memory as it goes.
+/// Random clicks, drags, keys, scrolls and resizes for `RELUME_SOAK_S` seconds, 60 if that is not set; on the
+/// bundle `RELUME_SOAK_BUNDLE`, or a synthetic one. Prints resident memory as it goes.
 #[test]
 #[ignore = "takes as long as it is told to: RELUME_SOAK_S=600 cargo test --release --workspace --test player -- soak --ignored --nocapture"]
 fn random_input_neither_crashes_it_nor_fills_memory() {
@@ -104,12 +112,20 @@ fn random_input_neither_crashes_it_nor_fills_memory() {
     while began.elapsed() < Duration::from_secs(seconds) {
         act(&window, &mut seed, step);
         if step % 50 == 0 {
-            eprintln!("{:4.0} s: {:.1} MB resident after {} actions", began.elapsed().as_secs_f64(), settled_mb(&mut window), step * 12);
+            eprintln!(
+                "{:4.0} s: {:.1} MB resident after {} actions",
+                began.elapsed().as_secs_f64(),
+                settled_mb(&mut window),
+                step * 12
+            );
         }
         step += 1;
     }
     let end_mb = settled_mb(&mut window);
-    eprintln!("{} actions in {seconds} s: {start_mb:.1} MB at the start, {end_mb:.1} MB at the end", step * 12);
+    eprintln!(
+        "{} actions in {seconds} s: {start_mb:.1} MB at the start, {end_mb:.1} MB at the end",
+        step * 12
+    );
     assert!(window.child.try_wait().unwrap().is_none(), "it ended: {}", window.complaint());
     assert!(end_mb <= start_mb * 1.1, "{start_mb} MB have become {end_mb} MB");
 }

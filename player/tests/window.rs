@@ -1,7 +1,8 @@
-//! The window on a real display, if a virtual one: opened, clicked on, edited, scrubbed, closed, as a user does it.
+//! The window on a real display, if a virtual one: opened, clicked on, edited, scrubbed, closed, as a user
+//! does it.
 //!
-//! What the window did is read from the files that it saves. Every action is done twice: with `xdotool` on the window, and on a twin of its
-//! screen within the test, which tells where things are.
+//! What the window did is read from the files that it saves. Every action is done twice: with `xdotool` on
+//! the window, and on a twin of its screen within the test, which tells where things are.
 
 mod display;
 
@@ -41,7 +42,8 @@ impl Twin {
 
     fn of(scope: Scope, (name, text): (&str, &str), picker: Option<Picker>, size: [f32; 2]) -> Self {
         let place = || Place::file("twin");
-        let animation = PlacedAnimation { animation: Animation::parse(name, text, &place()).unwrap(), place: place() };
+        let animation =
+            PlacedAnimation { animation: Animation::parse(name, text, &place()).unwrap(), place: place() };
         let state = PlacedState { state: State::default(), place: place() };
         let film = scope.scene.size;
         let editor = Editor::new(&Controls::new(scope, &state, None, vec![animation]).unwrap());
@@ -59,7 +61,8 @@ impl Twin {
             map_from_outside: false,
             loading: Loading::Complete,
         };
-        let mut twin = Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };
+        let mut twin =
+            Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };
         relume_player::ui::set_up_style(twin.mirror.context());
         (0..3).for_each(|_| twin.frame(Vec::new()));
         twin
@@ -69,7 +72,8 @@ impl Twin {
         let Self { mirror, screen, editor, picker, film, facts } = self;
         mirror.frame(events, |ui| {
             let (picture, surfaces) = (TextureId::User(0), &Surfaces::default());
-            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: *film, picture };
+            let stage =
+                Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: *film, picture };
             screen.show(ui, Some(stage), facts, None);
         });
     }
@@ -93,8 +97,14 @@ impl Twin {
         let (from, to) = (from.round(), to.round());
         window.drag(button, from, to);
         let button = if button == 1 { PointerButton::Primary } else { PointerButton::Secondary };
-        let event = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Default::default() };
-        self.frame(vec![Event::PointerMoved(from), event(from, true), Event::PointerMoved(to), event(to, false)]);
+        let event =
+            |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Default::default() };
+        self.frame(vec![
+            Event::PointerMoved(from),
+            event(from, true),
+            Event::PointerMoved(to),
+            event(to, false),
+        ]);
         self.frame(Vec::new());
     }
 
@@ -102,9 +112,12 @@ impl Twin {
     fn pixel_of(&self, material: &str) -> Pos2 {
         let [width, height] = support::SIZE;
         let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let [x, y] = pixels.find(|pixel| self.picker.as_ref().unwrap().at(*pixel) == Seen::Material(material)).unwrap();
+        let [x, y] = pixels
+            .find(|pixel| self.picker.as_ref().unwrap().at(*pixel) == Seen::Material(material))
+            .unwrap();
         let image = self.mirror.rect("picture");
-        image.min + Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
+        image.min
+            + Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
     }
 }
 
@@ -117,7 +130,11 @@ fn expect_picture(bundle: &Bundle, state: &State, png: &Path) {
     let scope = support::scope(bundle.scene_meta());
     let placed = PlacedState { state: state.clone(), place: Place::file("state") };
     let look = Controls::new(scope, &placed, None, Vec::new()).unwrap().base().clone();
-    expect_radiance(&bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true), look.display(), png);
+    expect_radiance(
+        &bundle.evaluate(&["a", "b"].map(|name| look.materials[name]), |_| true),
+        look.display(),
+        png,
+    );
 }
 
 /// Asserts that a saved picture shows this radiance.
@@ -126,7 +143,8 @@ fn expect_radiance(expected: &[[f32; 3]], display: relume_formats::display::Disp
     assert_eq!(image.pixels().len(), expected.len());
     for (pixel, radiance) in image.pixels().zip(expected) {
         for (byte, linear) in pixel.0.iter().zip(display.shown(*radiance)) {
-            let srgb = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            let srgb =
+                if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
             assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
         }
     }
@@ -136,7 +154,8 @@ fn expect_radiance(expected: &[[f32; 3]], display: relume_formats::display::Disp
 fn open_click_edit_scrub_save_close() {
     let Some(display) = Display::open() else { return };
     let bundle = Bundle::write(true);
-    let mut window = Window::open(&display, bundle.folder(), &["--stats", "stats.json"], "synthetic - Relume");
+    let mut window =
+        Window::open(&display, bundle.folder(), &["--stats", "stats.json"], "synthetic - Relume");
     let mut twin = Twin::new(&bundle, window.size());
     window.save_empty_state("synthetic-0001.toml");
     let default_png = window.folder.path().join("synthetic-0001.png");
@@ -173,8 +192,13 @@ fn open_click_edit_scrub_save_close() {
     let stats = window.wait_for_stats(&stats_path);
     let (code, stderr) = window.end();
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
-    assert!(stats["frames"].as_u64().unwrap() >= 3 && stats["missing_slots"].as_array().unwrap().is_empty(), "{stats}");
-    assert!(stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap());
+    assert!(
+        stats["frames"].as_u64().unwrap() >= 3 && stats["missing_slots"].as_array().unwrap().is_empty(),
+        "{stats}"
+    );
+    assert!(
+        stats["time_to_first_image_s"].as_f64().unwrap() <= stats["time_to_full_quality_s"].as_f64().unwrap()
+    );
 }
 
 #[test]
@@ -184,7 +208,8 @@ fn a_saved_state_is_played_again() {
     let text = "[camera]\nexposure_ev = -1.5\n\n[materials.b]\nkd = [0.1, 0.6, 0.2]\nks = [0.5, 0.25, 0.3]\nshininess = 33.25\n";
     let path = bundle.folder().join("edit.toml");
     std::fs::write(&path, text).unwrap();
-    let mut window = Window::open(&display, bundle.folder(), &["--state", path.to_str().unwrap()], "synthetic - Relume");
+    let mut window =
+        Window::open(&display, bundle.folder(), &["--state", path.to_str().unwrap()], "synthetic - Relume");
     let saved = window.save("t", "synthetic-0001.toml");
     window.wait("the state", |_| Some(()).filter(|()| std::fs::read_to_string(&saved).unwrap() == text));
     let png = window.save("s", "synthetic-0001.png");
@@ -282,14 +307,18 @@ fn a_source_that_fails_leaves_the_picture() {
     window.keys("q");
     let (code, stderr) = window.end();
     assert_eq!(code, Some(2), "{stderr}");
-    assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains("checksum"), "{stderr}");
+    assert!(
+        stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains("checksum"),
+        "{stderr}"
+    );
 }
 
 #[test]
 fn it_can_be_closed_from_outside() {
     let Some(display) = Display::open() else { return };
     let bundle = Bundle::write(true);
-    let window = Window::open(&display, bundle.folder(), &["--animation", "glow"], "synthetic - glow playing");
+    let window =
+        Window::open(&display, bundle.folder(), &["--animation", "glow"], "synthetic - glow playing");
     display.xdotool(&format!("windowclose {}", window.id)).unwrap();
     assert_eq!(window.end(), (Some(0), String::new()), "its window was destroyed");
     let window = Window::open(&display, bundle.folder(), &[], "synthetic - Relume");
@@ -309,7 +338,12 @@ fn light_and_view_are_changed_by_hand() {
     twin.film = [90, 60];
     (0..3).for_each(|_| twin.frame(Vec::new()));
     let picture = twin.mirror.rect("picture");
-    twin.drag(&window, 1, picture.center(), picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()));
+    twin.drag(
+        &window,
+        1,
+        picture.center(),
+        picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()),
+    );
     twin.drag(&window, 3, picture.center(), picture.center() + Vec2::new(40.0, 20.0));
     let rail = twin.mirror.rect("rotation");
     twin.drag(&window, 1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
@@ -318,14 +352,31 @@ fn light_and_view_are_changed_by_hand() {
     // No pixel of the way is lost.
     let expected = twin.editor.look().camera;
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
-    assert!(near(camera.position.unwrap(), expected.position) && near(camera.target.unwrap(), expected.target), "{camera:?}, {expected:?}");
+    assert!(
+        near(camera.position.unwrap(), expected.position) && near(camera.target.unwrap(), expected.target),
+        "{camera:?}, {expected:?}"
+    );
     let [x, y, z] = expected.position;
     assert!(x < -1.0 && y > 0.3 && z > 0.5 && expected.target[0] < -0.05, "{expected:?}");
     assert_eq!((light.rotation_deg, light.map, light.gain), (Some(180.0), None, None));
     let png = window.save("s", "lit-0001.png");
     // The player without a window, asked for the same.
-    let arguments = ["--headless", "--size", "90x60", "--count", "1", "--state", "lit-0001.toml", "--frames", "alone.png"];
-    let alone = Command::new(env!("CARGO_BIN_EXE_player")).arg(bundle.folder()).args(arguments).current_dir(window.folder.path()).output();
+    let arguments = [
+        "--headless",
+        "--size",
+        "90x60",
+        "--count",
+        "1",
+        "--state",
+        "lit-0001.toml",
+        "--frames",
+        "alone.png",
+    ];
+    let alone = Command::new(env!("CARGO_BIN_EXE_player"))
+        .arg(bundle.folder())
+        .args(arguments)
+        .current_dir(window.folder.path())
+        .output();
     assert!(alone.unwrap().status.success());
     let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
     let pairs = bytes(&png).into_iter().zip(bytes(&window.folder.path().join("alone.png")));
@@ -347,7 +398,11 @@ fn blocks_refine_the_picture_while_they_arrive() {
     window.wait_for_title("lit - Relume");
     let png = window.save("s", "lit-0001.png");
     let (_, expected) = relume_player::render_once(bundle.folder(), &State::default(), None).unwrap();
-    expect_radiance(&expected, relume_formats::display::Display { exposure_ev: 0.0, tonemap: Tonemap::Neutral }, &png);
+    expect_radiance(
+        &expected,
+        relume_formats::display::Display { exposure_ev: 0.0, tonemap: Tonemap::Neutral },
+        &png,
+    );
     window.keys("q");
     assert_eq!(window.end(), (Some(0), String::new()));
 }

@@ -15,7 +15,8 @@ const MAX_SIDE: u32 = 8192;
 /// Largest texture in memory.
 const MAX_DECODED_BYTES: u64 = 64 << 20;
 
-/// What makes a texture: a file, the picture's number in it if it holds several, and how it goes on beyond its edge.
+/// What makes a texture: a file, the picture's number in it if it holds several, and how it goes on beyond
+/// its edge.
 #[derive(PartialEq, Eq, Hash)]
 pub(crate) struct TextureKey {
     /// The file that holds the picture or names it.
@@ -35,13 +36,23 @@ pub(crate) struct Textures(HashMap<TextureKey, Arc<Texture>>);
 impl Textures {
     /// The texture in the file at `path`, repeated beyond its edge.
     pub fn read(&mut self, path: &Path) -> Result<Arc<Texture>> {
-        let key = TextureKey { file: path.to_path_buf(), image: None, wrap: [Wrap::Repeat; 2], filter: Filter::Linear };
+        let key = TextureKey {
+            file: path.to_path_buf(),
+            image: None,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Linear,
+        };
         let place = Place::file(path);
         self.get_or_decode(key, &place, || read_bytes(path))
     }
 
     /// The texture of that key, made from the picture that `read` gives if there is none yet.
-    pub fn get_or_decode(&mut self, key: TextureKey, place: &Place, read: impl FnOnce() -> Result<Vec<u8>>) -> Result<Arc<Texture>> {
+    pub fn get_or_decode(
+        &mut self,
+        key: TextureKey,
+        place: &Place,
+        read: impl FnOnce() -> Result<Vec<u8>>,
+    ) -> Result<Arc<Texture>> {
         if let Some(texture) = self.0.get(&key) {
             return Ok(texture.clone());
         }
@@ -51,10 +62,15 @@ impl Textures {
     }
 }
 
-/// Decodes a picture to 8 bits per channel, repeated and smooth. Its sizes are capped before its texels are allocated.
+/// Decodes a picture to 8 bits per channel, repeated and smooth. Its sizes are capped before its texels are
+/// allocated.
 fn decode(bytes: &[u8], place: &Place) -> Result<Texture> {
-    let format = image::guess_format(bytes).ok().filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
-    let format = format.ok_or_else(|| Error::unsupported(place, "not a picture this version reads; it reads PNG and JPEG"))?;
+    let format = image::guess_format(bytes)
+        .ok()
+        .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
+    let format = format.ok_or_else(|| {
+        Error::unsupported(place, "not a picture this version reads; it reads PNG and JPEG")
+    })?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
@@ -72,14 +88,20 @@ fn decode(bytes: &[u8], place: &Place) -> Result<Texture> {
 }
 
 fn too_large(what: &str, place: &Place) -> Error {
-    let reason = format!("{what}, at most {MAX_SIDE} a side and {} in all are read; scale the picture down", MAX_DECODED_BYTES / 4);
+    let reason = format!(
+        "{what}, at most {MAX_SIDE} a side and {} in all are read; scale the picture down",
+        MAX_DECODED_BYTES / 4
+    );
     Error::invalid(place, reason)
 }
 
 fn refused(error: &ImageError, place: &Place) -> Error {
     match error {
         ImageError::Limits(_) => too_large("too many texels", place),
-        _ => Error::invalid(place, format!("broken picture ({}); save it again", error.to_string().replace('\n', " "))),
+        _ => Error::invalid(
+            place,
+            format!("broken picture ({}); save it again", error.to_string().replace('\n', " ")),
+        ),
     }
 }
 

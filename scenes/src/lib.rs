@@ -1,8 +1,9 @@
-//! What Relume lights: scene files, geometry loading, procedural shapes, environment maps, and their validation.
+//! What Relume lights: scene files, geometry loading, procedural shapes, environment maps, and their
+//! validation.
 //!
-//! [`Scene`] is the one product of this crate; tracing and baking read nothing else. [`resolve`] finds a scene file,
-//! [`load`] reads it, [`Scene::with_state`] changes what may change. [`load_mesh`] and [`load_deforming`] read single geometry files,
-//! [`starter`] makes a first scene for one.
+//! [`Scene`] is the one product of this crate; tracing and baking read nothing else. [`resolve`] finds a
+//! scene file, [`load`] reads it, [`Scene::with_state`] changes what may change. [`load_mesh`] and
+//! [`load_deforming`] read single geometry files, [`starter`] makes a first scene for one.
 
 mod description;
 mod geometry;
@@ -21,7 +22,9 @@ pub use geometry::{Deforming, load_deforming, load_mesh};
 pub use library::{library, resolve};
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
-pub use scene::{Cone, Emitter, Environment, Glow, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary};
+pub use scene::{
+    Cone, Emitter, Environment, Glow, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary,
+};
 pub use shapes::icosphere;
 
 #[cfg(test)]

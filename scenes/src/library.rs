@@ -13,11 +13,12 @@ const LIBRARY: &str = "scenes/library";
 /// Where `make install` puts it, from the prefix.
 const SHARE: &str = "share/relume";
 
-/// Turns what a user typed into the path of a scene file: an existing `.toml` file, a folder that holds a `scene.toml`,
-/// or the name of a scene in the library.
+/// Turns what a user typed into the path of a scene file: an existing `.toml` file, a folder that holds a
+/// `scene.toml`, or the name of a scene in the library.
 ///
 /// # Errors
-/// `Io` (not found) for a path that leads nowhere, `Invalid` with the nearest name for a name that the library lacks.
+/// `Io` (not found) for a path that leads nowhere, `Invalid` with the nearest name for a name that the
+/// library lacks.
 pub fn resolve(name_or_path: &str) -> Result<PathBuf> {
     resolve_in(name_or_path, &library_folder())
 }
@@ -31,12 +32,19 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
         return Ok(path.join(SCENE_FILE));
     }
     if is_model(path) && path.is_file() {
-        let reason = format!("is a model, not a scene; `bake new {} -o DIR` writes a first scene for it", path.display());
+        let reason = format!(
+            "is a model, not a scene; `bake new {} -o DIR` writes a first scene for it",
+            path.display()
+        );
         return Err(Error::invalid(&Place::file(path), reason));
     }
     if path.components().count() != 1 || has_extension(path, "toml") {
-        let meant = nearest_file(Path::new(""), path).map(|file| format!("did you mean `{file}`? Else ")).unwrap_or_default();
-        let reason = format!("no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {LIBRARY}");
+        let meant = nearest_file(Path::new(""), path)
+            .map(|file| format!("did you mean `{file}`? Else "))
+            .unwrap_or_default();
+        let reason = format!(
+            "no scene file here; {meant}give a .toml file, a folder with a {SCENE_FILE}, or a name in {LIBRARY}"
+        );
         return Err(Error::io(&Place::file(path), io::Error::new(io::ErrorKind::NotFound, reason)));
     }
     let in_library = library.join(path).join(SCENE_FILE);
@@ -49,7 +57,10 @@ fn resolve_in(name_or_path: &str, library: &Path) -> Result<PathBuf> {
     let names = library_names(library)?;
     Err(Error::invalid(
         &Place::file(path),
-        format!("no such scene{}", what_there_is(name_or_path, &names.iter().map(String::as_str).collect::<Vec<_>>())),
+        format!(
+            "no such scene{}",
+            what_there_is(name_or_path, &names.iter().map(String::as_str).collect::<Vec<_>>())
+        ),
     ))
 }
 
@@ -68,12 +79,14 @@ pub fn library() -> Result<Vec<String>> {
 fn library_names(library: &Path) -> Result<Vec<String>> {
     let folders = std::fs::read_dir(library).map_err(|e| Error::io(&Place::file(library), e))?;
     let scenes = folders.filter_map(io::Result::ok).filter(|folder| folder.path().join(SCENE_FILE).is_file());
-    let mut names: Vec<String> = scenes.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
+    let mut names: Vec<String> =
+        scenes.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     Ok(names)
 }
 
-/// `scenes/library` in the current folder or above it, else where the program is installed, else the one that the program was built from.
+/// `scenes/library` in the current folder or above it, else where the program is installed, else the one that
+/// the program was built from.
 fn library_folder() -> PathBuf {
     let here = std::env::current_dir().unwrap_or_default();
     let program = std::env::current_exe().and_then(|program| program.canonicalize()).unwrap_or_default();
@@ -85,10 +98,12 @@ fn library_above(folder: &Path) -> Option<PathBuf> {
     folder.ancestors().map(|folder| folder.join(LIBRARY)).find(|folder| folder.is_dir())
 }
 
-/// The library of an installed program: above it, as in a workspace that was moved, or in `share/relume` beside its `bin`.
+/// The library of an installed program: above it, as in a workspace that was moved, or in `share/relume`
+/// beside its `bin`.
 fn library_of(program: &Path) -> Option<PathBuf> {
     let folder = program.parent()?;
-    let shared = folder.parent().map(|prefix| prefix.join(SHARE).join(LIBRARY)).filter(|folder| folder.is_dir());
+    let shared =
+        folder.parent().map(|prefix| prefix.join(SHARE).join(LIBRARY)).filter(|folder| folder.is_dir());
     shared.or_else(|| library_above(folder))
 }
 
@@ -99,8 +114,9 @@ fn workspace_root(folder: &Path) -> Option<PathBuf> {
     library.ends_with(LIBRARY).then(|| library.ancestors().nth(2).map(Path::to_path_buf))?
 }
 
-/// The path that `name` stands for in a scene file in `folder`: relative to the folder, but `assets/…` of a library scene is relative
-/// to the workspace, and of any other scene to the folder or else to the current directory.
+/// The path that `name` stands for in a scene file in `folder`: relative to the folder, but `assets/…` of a
+/// library scene is relative to the workspace, and of any other scene to the folder or else to the current
+/// directory.
 pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
     let beside = folder.join(name);
     if !name.starts_with("assets/") {
@@ -128,7 +144,10 @@ pub(crate) fn expect_file(path: &Path, name: &str, place: &Place) -> Result<()> 
         Some(meant) => format!("did you mean `{meant}`?"),
         None => "correct the path or add the file".to_owned(),
     };
-    Err(Error::io(place, io::Error::new(io::ErrorKind::NotFound, format!("no such file: `{name}`; {remedy}"))))
+    Err(Error::io(
+        place,
+        io::Error::new(io::ErrorKind::NotFound, format!("no such file: `{name}`; {remedy}")),
+    ))
 }
 
 /// Largest file of a scene that is read whole.
@@ -168,9 +187,17 @@ mod tests {
     fn unknown_names_list_the_library_and_suggest() {
         let root = library();
         let message = resolve_in("buny-room", &root.path().join("scenes/library")).unwrap_err().to_string();
-        assert!(message.ends_with("no such scene; did you mean `bunny-room`? There are: `bunny-room`, `cornell-knot`"), "{message}");
+        assert!(
+            message.ends_with(
+                "no such scene; did you mean `bunny-room`? There are: `bunny-room`, `cornell-knot`"
+            ),
+            "{message}"
+        );
         let error = resolve_in("nowhere/scene.toml", root.path()).unwrap_err();
-        assert!(error.is_bad_input() && error.to_string().starts_with("nowhere/scene.toml: no scene file here"), "{error}");
+        assert!(
+            error.is_bad_input() && error.to_string().starts_with("nowhere/scene.toml: no scene file here"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -182,7 +209,13 @@ mod tests {
     fn an_installed_program_finds_its_library() {
         let root = tempfile::tempdir().unwrap();
         let at = |name: &str| root.path().join(name);
-        for folder in ["usr/bin", "usr/share/relume/scenes/library", "work/target/release", "work/scenes/library", "alone"] {
+        for folder in [
+            "usr/bin",
+            "usr/share/relume/scenes/library",
+            "work/target/release",
+            "work/scenes/library",
+            "alone",
+        ] {
             fs::create_dir_all(at(folder)).unwrap();
         }
         assert_eq!(library_of(&at("usr/bin/bake")), Some(at("usr/share/relume/scenes/library")));
@@ -195,7 +228,10 @@ mod tests {
         let root = library();
         let scene = root.path().join("scenes/library/bunny-room");
         assert_eq!(locate(&scene, "mesh.obj"), scene.join("mesh.obj"));
-        assert_eq!(locate(&scene, "assets/mesh.obj"), root.path().canonicalize().unwrap().join("assets/mesh.obj"));
+        assert_eq!(
+            locate(&scene, "assets/mesh.obj"),
+            root.path().canonicalize().unwrap().join("assets/mesh.obj")
+        );
         // Outside the library: beside the scene if it is there, else from the current directory.
         let outside = root.path().join("elsewhere");
         fs::create_dir_all(outside.join("assets")).unwrap();

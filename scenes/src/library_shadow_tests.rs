@@ -6,7 +6,8 @@ use crate::test_support::open_edges;
 use relume_formats::Place;
 use relume_formats::shape::DeformingMesh;
 
-/// Everything varies but materials; what asks for spheres is closed, stands on the plane, and the plane is 128 × 128 vertices that face up.
+/// Everything varies but materials; what asks for spheres is closed, stands on the plane, and the plane is
+/// 128 × 128 vertices that face up.
 fn check(scene: &Scene, deforming: &[&str]) {
     assert!(scene.vary.light && scene.vary.view && scene.vary.shape && scene.vary.materials.is_empty());
     assert_eq!((scene.reflections, scene.lights.len()), (1, 0), "{}", scene.name);
@@ -35,10 +36,14 @@ fn check_animations(scene: &Scene) {
     assert!(scene.animations.len() >= 2);
     for animation in &scene.animations {
         assert!(animation.looping, "{}", animation.name);
-        let state = |time_s| scene.with_state(&animation.sample(time_s).unwrap(), &Place::file(&animation.name)).unwrap();
+        let state = |time_s| {
+            scene.with_state(&animation.sample(time_s).unwrap(), &Place::file(&animation.name)).unwrap()
+        };
         let moved = state(animation.duration_s * 0.4);
         let poses = animation.tracks.iter().any(|track| track.leaf[0] == "shapes");
-        let meshes = |scene: &Scene| scene.objects.iter().map(|object| object.mesh.positions.clone()).collect::<Vec<_>>();
+        let meshes = |scene: &Scene| {
+            scene.objects.iter().map(|object| object.mesh.positions.clone()).collect::<Vec<_>>()
+        };
         assert_eq!(poses, meshes(&moved) != meshes(scene), "{}", animation.name);
         assert!(moved.objects.iter().flat_map(|o| o.mesh.normals.as_flattened()).all(|x| x.is_finite()));
     }
@@ -64,7 +69,8 @@ fn scenes_with_the_fox_load_or_name_the_remedy() {
     if let Some(scene) = load_if_fetched("fox-walk", "fox.glb") {
         check(&scene, &["fox"]);
         // Clips that are six times as long as a step end where they began.
-        let walk = scene.objects[0].shape.as_deref().unwrap().clips.iter().find(|clip| clip.name == "Walk").unwrap();
+        let walk =
+            scene.objects[0].shape.as_deref().unwrap().clips.iter().find(|clip| clip.name == "Walk").unwrap();
         assert!((6.0 * walk.duration_s - 4.25).abs() < 1e-5, "{}", walk.duration_s);
     }
     if let Some(scene) = load_if_fetched("shadow-parade", "fox.glb") {

@@ -19,7 +19,12 @@ pub(crate) fn bounds(object: &Object) -> (Vec3, Vec3) {
 
 /// The room [−1, 1] × [0, 2] × [−1, 1] faces inwards, lit from just below the ceiling, and fills the frame.
 fn check_room(scene: &Scene) {
-    assert_eq!(scene.warnings.iter().filter(|w| !w.contains("made normals")).count(), 0, "{:?}", scene.warnings);
+    assert_eq!(
+        scene.warnings.iter().filter(|w| !w.contains("made normals")).count(),
+        0,
+        "{:?}",
+        scene.warnings
+    );
     let centre = Vec3::new(0.0, 1.0, 0.0);
     let walls: Vec<&Object> = scene.objects.iter().filter(|o| o.mesh.triangles.len() == 2).collect();
     assert_eq!(walls.len(), 5);
@@ -52,15 +57,26 @@ fn check_solid(object: &Object, height: std::ops::Range<f32>) {
 }
 
 fn check_animations(scene: &Scene) {
-    assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["polish", "repaint"], "{}", scene.name);
+    assert_eq!(
+        scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(),
+        ["polish", "repaint"],
+        "{}",
+        scene.name
+    );
     for animation in &scene.animations {
         assert!(animation.looping && animation.duration_s == 4.0, "{}", animation.name);
         for track in animation.tracks.iter().filter(|t| t.times_s.len() > 1) {
             assert_eq!((track.times_s[0], *track.times_s.last().unwrap()), (0.0, 4.0));
             match &track.values {
-                TrackValues::Scalar(v) => assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf),
-                TrackValues::Vector(v) => assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf),
-                TrackValues::Name(v) => assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf),
+                TrackValues::Scalar(v) => {
+                    assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf)
+                }
+                TrackValues::Vector(v) => {
+                    assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf)
+                }
+                TrackValues::Name(v) => {
+                    assert_eq!(v.first(), v.last(), "{}: {:?}", animation.name, track.leaf)
+                }
             }
         }
         // They may name nothing but what the bundle will vary.
@@ -86,7 +102,10 @@ pub(crate) fn load_if_fetched(name: &str, asset: &str) -> Option<Scene> {
         return Some(load(name).unwrap());
     }
     let error = load(name).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains(&format!("no such file: `assets/{asset}`")), "{error}");
+    assert!(
+        error.is_bad_input() && error.to_string().contains(&format!("no such file: `assets/{asset}`")),
+        "{error}"
+    );
     assert!(error.to_string().contains("run `make assets`"), "{error}");
     None
 }
@@ -99,7 +118,9 @@ fn imported_loads_or_names_the_remedy() {
     assert_eq!(scene.varying_names(), ["material-5", "material-7"]);
     assert!(scene.objects.iter().all(|o| o.name == "floor" || o.name.starts_with("things/")));
     assert_eq!(scene.materials.iter().filter(|m| m.texture.is_some()).count(), 2);
-    let Emitter::Directional { direction, irradiance } = scene.lights[0].emitter else { panic!("{:?}", scene.lights) };
+    let Emitter::Directional { direction, irradiance } = scene.lights[0].emitter else {
+        panic!("{:?}", scene.lights)
+    };
     assert!(direction[1] < -0.8 && irradiance == [1.0; 3] && scene.lights.len() == 1);
     check_animations(&scene);
 }
@@ -138,7 +159,12 @@ fn ring_loads() {
 #[test]
 fn statue_hall_loads() {
     let scene = load("statue-hall").unwrap();
-    assert_eq!((scene.size, scene.reflections, scene.warnings.len()), ([512, 512], 2, 0), "{:?}", scene.warnings);
+    assert_eq!(
+        (scene.size, scene.reflections, scene.warnings.len()),
+        ([512, 512], 2, 0),
+        "{:?}",
+        scene.warnings
+    );
     assert_eq!(scene.varying_names(), ["statue", "hoop"]);
     let textured = |name: &str| scene.materials.iter().find(|m| m.name == name).unwrap().texture.clone();
     assert!(textured("statue").is_some() && textured("hoop").is_none());
@@ -163,13 +189,21 @@ fn statue_hall_loads() {
 #[test]
 fn showroom_loads() {
     let scene = load("showroom").unwrap();
-    assert_eq!((scene.size, scene.reflections, scene.warnings.len()), ([512, 512], 2, 0), "{:?}", scene.warnings);
+    assert_eq!(
+        (scene.size, scene.reflections, scene.warnings.len()),
+        ([512, 512], 2, 0),
+        "{:?}",
+        scene.warnings
+    );
     assert_eq!(scene.varying_names(), ["paint", "floor"]);
     assert!(scene.materials.iter().all(|m| m.brdf.model() == Model::Ggx) && scene.environment.is_some());
     for object in &scene.objects[..5] {
         assert_eq!(open_edges(&object.mesh), 0, "{}", object.name);
     }
     let low = |i: usize| bounds(&scene.objects[i]).0.y;
-    assert!((low(0) - 0.08).abs() < 0.002 && [1, 2, 3, 4].iter().all(|i| low(*i).abs() < 0.002), "the knot stands on its stand");
+    assert!(
+        (low(0) - 0.08).abs() < 0.002 && [1, 2, 3, 4].iter().all(|i| low(*i).abs() < 0.002),
+        "the knot stands on its stand"
+    );
     check_animations(&scene);
 }

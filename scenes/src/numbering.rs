@@ -11,7 +11,8 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// `wanted`, or if that is taken the first free of `wanted-2`, `wanted-3` and so on, which is taken from now on.
+    /// `wanted`, or if that is taken the first free of `wanted-2`, `wanted-3` and so on, which is taken from
+    /// now on.
     pub fn take(&mut self, wanted: &str) -> String {
         if self.taken.insert(wanted.to_owned()) {
             return wanted.to_owned();
@@ -63,7 +64,10 @@ mod tests {
         let (all, changed) = of(&["a", "b", "a", "a-2", "a", "a-2"]);
         assert_eq!(all, ["a", "b", "a-2", "a-2-2", "a-3", "a-2-3"]);
         assert_eq!(changed, ["a-2", "a-2-2", "a-3", "a-2-3"]);
-        assert_eq!((listed(&changed), listed(&all[..2])), ("`a-2`, `a-2-2`, `a-3` and 1 more".to_owned(), "`a`, `b`".to_owned()));
+        assert_eq!(
+            (listed(&changed), listed(&all[..2])),
+            ("`a-2`, `a-2-2`, `a-3` and 1 more".to_owned(), "`a`, `b`".to_owned())
+        );
     }
 
     #[test]

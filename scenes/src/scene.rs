@@ -78,7 +78,8 @@ pub struct Object {
     pub material: usize,
     /// The mesh in world space, at rest unless a state poses it.
     pub mesh: Arc<Mesh>,
-    /// What moves the mesh, if shapes vary and the object has clips: vertex i of one is vertex i of the other, at the same place at rest.
+    /// What moves the mesh, if shapes vary and the object has clips: vertex i of one is vertex i of the
+    /// other, at the same place at rest.
     pub shape: Option<Arc<DeformingMesh>>,
     /// How many spheres are to be fitted to it, at most [`MAX_SPHERES`].
     pub spheres: Option<u32>,
@@ -157,7 +158,8 @@ pub struct Glow {
 }
 
 impl Glow {
-    /// What a faint texture emits at most, as a share of one that is white all over; methods lit by the environment alone leave it out.
+    /// What a faint texture emits at most, as a share of one that is white all over; methods lit by the
+    /// environment alone leave it out.
     pub const FAINT: f64 = 0.05;
 
     /// True if the texture emits at most [`Glow::FAINT`]: a few lamps on a surface that otherwise reflects.
@@ -168,8 +170,8 @@ impl Glow {
     }
 }
 
-/// The cone of a spot light. Intensity falls from the inner to the outer angle as the square of a linear ramp in the cosine
-/// (glTF's KHR_lights_punctual).
+/// The cone of a spot light. Intensity falls from the inner to the outer angle as the square of a linear ramp
+/// in the cosine (glTF's KHR_lights_punctual).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
     /// Unit direction of its axis, away from the light.

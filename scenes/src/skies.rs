@@ -24,9 +24,13 @@ fn painted(radiance: impl Fn(DVec3) -> DVec3) -> EquirectMap {
     let texel = |x: u32, y: u32| {
         let mut sum = DVec3::ZERO;
         for part in 0..16 {
-            let (u, v) = (f64::from(x) + (f64::from(part % 4) + 0.5) / 4.0, f64::from(y) + (f64::from(part / 4) + 0.5) / 4.0);
+            let (u, v) = (
+                f64::from(x) + (f64::from(part % 4) + 0.5) / 4.0,
+                f64::from(y) + (f64::from(part / 4) + 0.5) / 4.0,
+            );
             let (azimuth, polar) = (TAU * (u / f64::from(WIDTH) - 0.5), PI * v / f64::from(HEIGHT));
-            sum += radiance(DVec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos()));
+            sum +=
+                radiance(DVec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos()));
         }
         (sum / 16.0).as_vec3().to_array()
     };
@@ -39,10 +43,11 @@ fn from_degrees(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos())
 }
 
-/// A blue sky over brown ground with a warm sun, 3° across so that half a degree of a real one is not asked of a texel, which sends about as
-/// much light as the sky.
+/// A blue sky over brown ground with a warm sun, 3° across so that half a degree of a real one is not asked
+/// of a texel, which sends about as much light as the sky.
 fn clear_sky(direction: DVec3) -> DVec3 {
-    let (zenith, horizon, ground) = (DVec3::new(0.18, 0.34, 0.75), DVec3::new(0.75, 0.85, 1.0), DVec3::new(0.22, 0.19, 0.16));
+    let (zenith, horizon, ground) =
+        (DVec3::new(0.18, 0.34, 0.75), DVec3::new(0.75, 0.85, 1.0), DVec3::new(0.22, 0.19, 0.16));
     if direction.y < 0.0 {
         return ground;
     }
@@ -91,7 +96,8 @@ mod tests {
     #[test]
     fn sun_and_sky_send_what_their_formulas_say() {
         let map = by_name("clear-sky").unwrap();
-        // Green of the sky: ∫(0.85 − 0.51√μ) μ 2π dμ = 2π(0.85/2 − 0.51/2.5); of the sun: radiance · solid angle · cosine.
+        // Green of the sky: ∫(0.85 − 0.51√μ) μ 2π dμ = 2π(0.85/2 − 0.51/2.5); of the sun: radiance · solid
+        // angle · cosine.
         let sky = TAU * (0.85 / 2.0 - 0.51 / 2.5);
         let sun = 980.0 * TAU * (1.0 - 1.5_f64.to_radians().cos()) * 42.0_f64.to_radians().sin();
         let total = irradiance(&map, 0.0);

@@ -46,7 +46,9 @@ mod tests {
         let names: Vec<String> = (0..100_000).map(|number| format!("material-{number}")).collect();
         let message = unknown_name("material", "materail-7", names.iter().map(String::as_str));
         assert!(
-            message.starts_with("no material `materail-7`; did you mean `material-7`? There are: `material-0`, `material-1`"),
+            message.starts_with(
+                "no material `materail-7`; did you mean `material-7`? There are: `material-0`, `material-1`"
+            ),
             "{message}"
         );
         assert!(message.ends_with("`material-19` and 99980 more"), "{message}");

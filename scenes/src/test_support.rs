@@ -5,7 +5,8 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// Number of directed edges, keyed by the bits of their positions, that do not have their reverse exactly once.
+/// Number of directed edges, keyed by the bits of their positions, that do not have their reverse exactly
+/// once.
 pub(crate) fn open_edges(mesh: &Mesh) -> usize {
     let key = |v: u32| mesh.positions[v as usize].map(f32::to_bits);
     let mut count: HashMap<_, usize> = HashMap::new();

@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use relume_formats::{Error, Place, Result};
 use serde::Deserialize;
 
-/// `{ translation, rotation_deg, scale }`: scaled first, then turned about the world's x, y and z axes in this order, then moved.
+/// `{ translation, rotation_deg, scale }`: scaled first, then turned about the world's x, y and z axes in
+/// this order, then moved.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TransformFile {
@@ -53,15 +54,24 @@ impl TransformFile {
         if scale.iter().filter(|s| **s == 0.0).count() < 2 {
             return Ok(());
         }
-        let shown = if matches!(self.scale, ScaleFile::Uniform(_)) { "scale 0".to_owned() } else { format!("scale {scale:?}") };
-        Err(Error::invalid(place, format!("transform: {shown} leaves no surface of it; give numbers other than 0")))
+        let shown = if matches!(self.scale, ScaleFile::Uniform(_)) {
+            "scale 0".to_owned()
+        } else {
+            format!("scale {scale:?}")
+        };
+        Err(Error::invalid(
+            place,
+            format!("transform: {shown} leaves no surface of it; give numbers other than 0"),
+        ))
     }
 }
 
-/// Maps surface normals as `map` maps the surface: the inverse transpose times |det|, which exists for flat maps too.
+/// Maps surface normals as `map` maps the surface: the inverse transpose times |det|, which exists for flat
+/// maps too.
 pub(crate) fn normal_map(map: &DAffine3) -> DMat3 {
     let m = map.matrix3;
-    let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    let cofactors =
+        DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     if is_mirroring(map) { -cofactors } else { cofactors }
 }
 
@@ -129,11 +139,16 @@ mod tests {
 
     #[test]
     fn normal_map_keeps_normals_perpendicular_and_outside() {
-        for text in ["rotation_deg = [20, 30, 40]\nscale = [1, 5, 0.2]", "rotation_deg = [1, 2, 3]\nscale = [-1, 2, 3]"] {
+        for text in [
+            "rotation_deg = [20, 30, 40]\nscale = [1, 5, 0.2]",
+            "rotation_deg = [1, 2, 3]\nscale = [-1, 2, 3]",
+        ] {
             let map = parse(text).unwrap();
             let (a, b) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 2.0));
             let n = normal_map(&map) * a.cross(b);
-            assert!(n.dot(map.transform_vector3(a)).abs() < 1e-9 && n.dot(map.transform_vector3(b)).abs() < 1e-9);
+            assert!(
+                n.dot(map.transform_vector3(a)).abs() < 1e-9 && n.dot(map.transform_vector3(b)).abs() < 1e-9
+            );
             // A point on the outside of the plane stays on its outside.
             assert!(n.dot(map.transform_vector3(a.cross(b))) > 0.0);
         }

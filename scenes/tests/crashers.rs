@@ -1,4 +1,5 @@
-//! The files in `corpus/crashers` once made a reader panic, or take all memory; each must be refused in one line that names it.
+//! The files in `corpus/crashers` once made a reader panic, or take all memory; each must be refused in one
+//! line that names it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -29,7 +30,10 @@ fn every_crasher_is_refused() {
         std::fs::write(folder.path().join("scene.toml"), scene_of(name)).unwrap();
         let error = relume_scenes::load(&folder.path().join("scene.toml")).expect_err(name);
         let message = error.to_string();
-        assert!(error.is_bad_input() && message.contains(name) && !message.contains('\n'), "{name}: {message}");
+        assert!(
+            error.is_bad_input() && message.contains(name) && !message.contains('\n'),
+            "{name}: {message}"
+        );
         refused += 1;
     }
     assert!(refused > 0, "the folder of crashers is not where this test looks");

@@ -1,7 +1,8 @@
 //! Bundles whose values make no sense, and those too large.
 //!
-//! A small bundle of each method is baked, then one value of one of its files is changed and all checksums are mended. Whatever reads bundles must be of one
-//! mind about what comes of it, and what is accepted must show a finite picture.
+//! A small bundle of each method is baked, then one value of one of its files is changed and all checksums
+//! are mended. Whatever reads bundles must be of one mind about what comes of it, and what is accepted must
+//! show a finite picture.
 
 use crate::support::{job, run, write_scene};
 use raw_file::{RawFile, RawSection};
@@ -17,7 +18,8 @@ use relume_formats::evaluate::sphere_shadows::{Detail, Spheres, light, lobe, rad
 use relume_formats::evaluate::{sparse_transfer as rows, transfer_images as images};
 use relume_formats::kinds::manifest::FileEntry;
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene, TransferImages,
+    BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene,
+    TransferImages,
 };
 use relume_formats::state::{Rgb, State};
 use relume_playback::{PlacedState, Progress};
@@ -62,7 +64,8 @@ const SCENE: &str = "
     name = 'ball'
     material = 'ball'
 ";
-const BALL: &str = "shape = 'sphere'\n subdivisions = 1\n transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }\n";
+const BALL: &str =
+    "shape = 'sphere'\n subdivisions = 1\n transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }\n";
 const KNOT: &str = "shape = 'torus-knot'\n segments = 24\n sides = 4\n tube = 0.2\n twist_deg = 90.0\n twist_s = 2.0\n spheres = 3\n";
 
 /// A bundle that is sound, and what its files are.
@@ -76,11 +79,15 @@ impl Sound {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("animations")).unwrap();
         std::fs::write(folder.path().join("animations/turn.toml"), animation).unwrap();
-        let scene = relume_scenes::load(&write_scene(folder.path(), &format!("[vary]\n{vary}\n{SCENE}{object}"))).unwrap();
+        let scene =
+            relume_scenes::load(&write_scene(folder.path(), &format!("[vary]\n{vary}\n{SCENE}{object}")))
+                .unwrap();
         let out = folder.path().join("out");
         bundle::run(&scene, &[method(&scene)], scene.size, &out, Leftover::Refuse, 0, &job()).unwrap();
         let manifest = Manifest::read(&out).unwrap();
-        let file = |entry: &FileEntry| (out.join(&entry.file), RawFile::parse(&std::fs::read(out.join(&entry.file)).unwrap()));
+        let file = |entry: &FileEntry| {
+            (out.join(&entry.file), RawFile::parse(&std::fs::read(out.join(&entry.file)).unwrap()))
+        };
         let files = manifest.entries().map(file).collect();
         Self { folder, files }
     }
@@ -93,7 +100,11 @@ impl Sound {
         for entry in std::fs::read_dir(&from).unwrap().map(|entry| entry.unwrap().path()) {
             std::fs::copy(&entry, to.join(entry.file_name().unwrap())).unwrap();
         }
-        let files = self.files.iter().map(|(path, file)| (to.join(path.file_name().unwrap()), file.clone())).collect();
+        let files = self
+            .files
+            .iter()
+            .map(|(path, file)| (to.join(path.file_name().unwrap()), file.clone()))
+            .collect();
         Self { folder, files }
     }
 
@@ -102,18 +113,28 @@ impl Sound {
     }
 
     fn images() -> Self {
-        let method = transfer_images::TransferImagesMethod { size: [6, 5], samples: 4, seed: 5, bases: transfer_images::Bases::Number(3) };
+        let method = transfer_images::TransferImagesMethod {
+            size: [6, 5],
+            samples: 4,
+            seed: 5,
+            bases: transfer_images::Bases::Number(3),
+        };
         let animation = "duration_s = 2.0\n[[key]]\nt_s = 0\nmaterials.ball.kd = [0.1, 0.2, 0.3]\n[[key]]\nt_s = 2\nmaterials.ball.kd = [0.6, 0.2, 0.3]";
         Self::bake("materials = ['ball']", BALL, animation, |_| Box::new(method))
     }
 
     fn rows() -> Self {
-        let settings = sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(20) };
-        Self::bake("light = true\nview = true", BALL, TURN, |_| Box::new(sparse_transfer::SparseTransferMethod { settings }))
+        let settings =
+            sparse_transfer::Settings { rays_per_texel: 1, terms: sparse_transfer::Terms::Number(20) };
+        Self::bake("light = true\nview = true", BALL, TURN, |_| {
+            Box::new(sparse_transfer::SparseTransferMethod { settings })
+        })
     }
 
     fn shadows() -> Self {
-        let method = |scene: &Scene| -> Box<dyn Method> { Box::new(sphere_shadows::SphereShadowsMethod::new(scene, 0)) };
+        let method = |scene: &Scene| -> Box<dyn Method> {
+            Box::new(sphere_shadows::SphereShadowsMethod::new(scene, 0))
+        };
         Self::bake("light = true\nview = true\nshape = true", KNOT, TURN, method)
     }
 
@@ -169,7 +190,8 @@ impl Random {
     }
 }
 
-/// Changes one value of `section`: scaled, negated, zeroed, beyond all numbers, or exchanged with another; of a record a byte.
+/// Changes one value of `section`: scaled, negated, zeroed, beyond all numbers, or exchanged with another; of
+/// a record a byte.
 fn change_value(section: &mut RawSection, random: &mut Random) {
     let mut raw = section.raw();
     let width = RawSection::width(section.element);
@@ -182,8 +204,10 @@ fn change_value(section: &mut RawSection, random: &mut Random) {
     match section.element {
         _ if random.below(6) == 0 => (0..width).for_each(|k| raw.swap(at + k, other + k)),
         4 => raw[at..at + 4].copy_from_slice(&(f32::from_le_bytes(value) * scale).to_le_bytes()),
-        3 => raw[at..at + 2]
-            .copy_from_slice(&half::f16::from_f32(half::f16::from_le_bytes([value[0], value[1]]).to_f32() * scale).to_le_bytes()),
+        3 => raw[at..at + 2].copy_from_slice(
+            &half::f16::from_f32(half::f16::from_le_bytes([value[0], value[1]]).to_f32() * scale)
+                .to_le_bytes(),
+        ),
         _ => raw[at] = [raw[at].wrapping_add(1), raw[at] ^ 0x80, 0, 255][random.below(4)],
     }
     section.set_raw(&raw);
@@ -192,8 +216,16 @@ fn change_value(section: &mut RawSection, random: &mut Random) {
 /// What the player says of the bundle in `folder`, all of it loaded and one frame drawn.
 fn play(folder: &Path) -> relume_player::Result<Vec<Rgb>> {
     let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-    let request =
-        Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits: Default::default() };
+    let request = Request {
+        folder,
+        method: None,
+        state,
+        animation: None,
+        environment: None,
+        meters: false,
+        size: None,
+        limits: Default::default(),
+    };
     let mut session = Session::start(request, || Gpu::open(None))?;
     loop {
         match session.advance()? {
@@ -209,7 +241,9 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
     let manifest = Manifest::read(folder).unwrap();
     let scene = StoredScene::read_file(&folder.join(&manifest.scene_file.file)).unwrap();
     let method = &manifest.methods[0];
-    let of_kind = |kind: &'static str| method.files.iter().filter(move |(k, _)| k == kind).map(|(_, entry)| folder.join(&entry.file));
+    let of_kind = |kind: &'static str| {
+        method.files.iter().filter(move |(k, _)| k == kind).map(|(_, entry)| folder.join(&entry.file))
+    };
     let mut main = of_kind(match method.name.as_str() {
         "transfer-images" => "transfer-images",
         "sparse-transfer" => "sparse-transfer",
@@ -220,12 +254,18 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
     if method.name == "transfer-images" {
         let basis = BrdfBasis::read_file(&of_kind("brdf-basis").next_back().unwrap()).unwrap();
         let bundle = TransferImages::read_file(&main).unwrap();
-        let on_bases: Vec<_> =
-            bundle.head.meta.materials.iter().map(|name| basis.coefficients_of(&look.materials[name]).unwrap()).collect();
+        let on_bases: Vec<_> = bundle
+            .head
+            .meta
+            .materials
+            .iter()
+            .map(|name| basis.coefficients_of(&look.materials[name]).unwrap())
+            .collect();
         return images::evaluate(&bundle, &on_bases);
     }
     let look = look.environment.unwrap();
-    let maps: Vec<Environment> = of_kind("environment").map(|path| Environment::read_file(&path).unwrap()).collect();
+    let maps: Vec<Environment> =
+        of_kind("environment").map(|path| Environment::read_file(&path).unwrap()).collect();
     let map = &maps.iter().find(|map| map.name == look.map).unwrap().map;
     if method.name == "sparse-transfer" {
         let bundle = SparseTransfer::read_file(&main).unwrap();
@@ -234,19 +274,31 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
     static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
     let bundle = SphereShadows::read_file(&main).unwrap();
     let detail = Detail::of(&bundle.meta);
-    let sets: Vec<SphereSet> =
-        manifest.sphere_sets.values().map(|set| SphereSet::read_file(&folder.join(&set.file.file)).unwrap()).collect();
+    let sets: Vec<SphereSet> = manifest
+        .sphere_sets
+        .values()
+        .map(|set| SphereSet::read_file(&folder.join(&set.file.file)).unwrap())
+        .collect();
     let receivers = receivers(&bundle, &sets, &scene.positions, &scene.normals);
-    let lobes: Vec<_> = (0..bundle.normals.len()).map(|row| lobe(bundle.lobe(row).to_vec(), detail.terms)).collect();
+    let lobes: Vec<_> =
+        (0..bundle.normals.len()).map(|row| lobe(bundle.lobe(row).to_vec(), detail.terms)).collect();
     let spheres: Vec<Spheres> = sets.iter().map(Spheres::at_rest).collect();
-    radiance(&receivers, &spheres, &lobes, &light(rows::light(map, &look, 32), detail.terms), detail.levels, &TABLE)
+    radiance(
+        &receivers,
+        &spheres,
+        &lobes,
+        &light(rows::light(map, &look, 32), detail.terms),
+        detail.levels,
+        &TABLE,
+    )
 }
 
 fn is_finite(picture: &[Rgb]) -> bool {
     picture.iter().flatten().all(|x| x.is_finite())
 }
 
-/// All readers are of one mind about the bundle in `folder`; returns their verdict. `shown` says whether the player is asked, too.
+/// All readers are of one mind about the bundle in `folder`; returns their verdict. `shown` says whether the
+/// player is asked, too.
 fn verdict(folder: &Path, what: &str, shown: bool) -> Result<(), String> {
     let verified = inspect::verify(folder).map_err(|e| e.to_string());
     let told = inspect::info(folder, false).map_err(|e| e.to_string());
@@ -271,7 +323,10 @@ fn verdict(folder: &Path, what: &str, shown: bool) -> Result<(), String> {
 
 fn gpu_there() -> bool {
     let there = relume_player::gpu::list().is_ok();
-    assert!(there || std::env::var("RELUME_REQUIRE_GPU").as_deref() != Ok("1"), "RELUME_REQUIRE_GPU=1, but there is no adapter");
+    assert!(
+        there || std::env::var("RELUME_REQUIRE_GPU").as_deref() != Ok("1"),
+        "RELUME_REQUIRE_GPU=1, but there is no adapter"
+    );
     there
 }
 
@@ -320,9 +375,24 @@ fn wrong_values_are_refused_by_every_command() {
             |f| floats(f, "normals", |v| v[..3].fill(0.0)),
             "section `normals`: the normal of vertex 0 is of length 0",
         ),
-        (&shadows, "sphere-shadows.relume", |f| floats(f, "lobes", |v| v.iter_mut().for_each(|c| *c *= 1000.0)), "not that of the lobe"),
-        (&shadows, "sphere-shadows.relume", |f| floats(f, "lobes", |v| v.iter_mut().for_each(|c| *c = -*c)), "not that of the lobe"),
-        (&shadows, "spheres-ball.relume", |f| floats(f, "spheres", |v| v[3] = 1e30), "section `spheres`: sphere 0 of radius 1e30"),
+        (
+            &shadows,
+            "sphere-shadows.relume",
+            |f| floats(f, "lobes", |v| v.iter_mut().for_each(|c| *c *= 1000.0)),
+            "not that of the lobe",
+        ),
+        (
+            &shadows,
+            "sphere-shadows.relume",
+            |f| floats(f, "lobes", |v| v.iter_mut().for_each(|c| *c = -*c)),
+            "not that of the lobe",
+        ),
+        (
+            &shadows,
+            "spheres-ball.relume",
+            |f| floats(f, "spheres", |v| v[3] = 1e30),
+            "section `spheres`: sphere 0 of radius 1e30",
+        ),
         (
             &images,
             "brdf-basis.relume",
@@ -336,7 +406,12 @@ fn wrong_values_are_refused_by_every_command() {
             |f| floats(f, "coefficients", |v| v[1] = 3e38),
             "section `coefficients`: element 1, 3e38, is beyond",
         ),
-        (&images, "transfer-images.relume", |f| floats(f, "scales", |v| v[0] = 3e38), "section `scales`: element 0, 3e38, is beyond"),
+        (
+            &images,
+            "transfer-images.relume",
+            |f| floats(f, "scales", |v| v[0] = 3e38),
+            "section `scales`: element 0, 3e38, is beyond",
+        ),
         (&rows, "sparse-transfer.relume", unit_beyond_numbers, "section `scale/0000`: the values of vertex"),
     ];
     let shown = gpu_there();
@@ -355,14 +430,17 @@ fn wrong_values_are_refused_by_every_command() {
         for (binary, arguments) in commands.into_iter().take(if shown { 4 } else { 3 }) {
             let output = run(binary, &arguments);
             let text = String::from_utf8(output.stderr).unwrap();
-            let refused = text.starts_with(&format!("error: {}: ", path.display())) && text.contains(expected) && text.lines().count() == 1;
+            let refused = text.starts_with(&format!("error: {}: ", path.display()))
+                && text.contains(expected)
+                && text.lines().count() == 1;
             assert!(output.status.code() == Some(2) && refused, "{binary} {arguments:?}: {text}");
         }
         sound.mend(path);
     }
 }
 
-/// The unit stands before the list of blocks, two of them with 5 bytes each behind a count of 8, and a number of 4.
+/// The unit stands before the list of blocks, two of them with 5 bytes each behind a count of 8, and a number
+/// of 4.
 fn unit_beyond_numbers(file: &mut RawFile) {
     let mut raw = file.sections[0].raw();
     let blocks = file.sections.len() / 3;

@@ -46,7 +46,11 @@ impl Case {
         let objects = scene["objects"].as_array().unwrap().iter().skip(1);
         let lights = scene["lights"].as_array().unwrap().iter().map(|light| text(&light["name"]));
         let warnings = scene["warnings"].as_array().unwrap().iter().map(text);
-        (objects.map(|o| (text(&o["name"]), o["triangles"].as_u64().unwrap())).collect(), lights.collect(), warnings.collect())
+        (
+            objects.map(|o| (text(&o["name"]), o["triangles"].as_u64().unwrap())).collect(),
+            lights.collect(),
+            warnings.collect(),
+        )
     }
 
     /// Radiance by pixel of a reference image, and its width.
@@ -66,7 +70,11 @@ fn only(name: &str, triangles: u64) -> Vec<(String, u64)> {
 #[test]
 fn legal_files_load_whole() {
     for (case, objects, warning) in [
-        ("gltf-channel-without-node", only("model", 1), Some("left out 1 animation channel without a node to move")),
+        (
+            "gltf-channel-without-node",
+            only("model", 1),
+            Some("left out 1 animation channel without a node to move"),
+        ),
         ("gltf-custom-attribute", only("model", 1), None),
         ("gltf-empty-scene", only("model", 1), None),
         ("gltf-instancing-silent", only("model", 2), None),
@@ -76,11 +84,18 @@ fn legal_files_load_whole() {
             vec![("model/Mat".to_owned(), 1), ("model/Mat-2".to_owned(), 1)],
             Some("names of materials repeat; numbered `Mat-2`"),
         ),
-        ("gltf-one-degenerate-material", only("model/a", 2), Some("material `b`: its triangles have no area, its surfaces are left out")),
+        (
+            "gltf-one-degenerate-material",
+            only("model/a", 2),
+            Some("material `b`: its triangles have no area, its surfaces are left out"),
+        ),
     ] {
         let (found, _, warnings) = Case::new(case).loaded();
         assert_eq!(found, objects, "{case}");
-        assert!(warning.is_none_or(|warning| warnings.iter().any(|w| w.ends_with(warning))), "{case}: {warnings:?}");
+        assert!(
+            warning.is_none_or(|warning| warnings.iter().any(|w| w.ends_with(warning))),
+            "{case}: {warnings:?}"
+        );
     }
 }
 
@@ -90,22 +105,32 @@ fn what_stays_refused_is_named_with_a_remedy() {
     let told = "draco.gltf: requires KHR_draco_mesh_compression, which is not supported; convert it by `npx @gltf-transform/cli copy in.glb out.glb`\n";
     let message = expect_exit("bake", &["export", &case.text("scene.toml"), "-o", &case.text("out")], 2);
     assert!(message.ends_with(told), "{message}");
-    let message = expect_exit("bake", &["spheres", &case.text("draco.gltf"), "-n", "1", "-o", &case.text("s.relume")], 2);
+    let message = expect_exit(
+        "bake",
+        &["spheres", &case.text("draco.gltf"), "-n", "1", "-o", &case.text("s.relume")],
+        2,
+    );
     assert!(message.ends_with(told), "{message}");
 }
 
-/// A plate whose texture is red and white, with a few texels that glow: they do, and the rest reflects its texture.
+/// A plate whose texture is red and white, with a few texels that glow: they do, and the rest reflects its
+/// texture.
 #[test]
 fn a_plate_with_a_few_glowing_texels_keeps_its_picture() {
     let case = Case::new("gltf-emissive-texture-kills-surface");
     let (objects, lights, warnings) = case.loaded();
-    assert_eq!((objects, lights), (only("model/m0", 2), vec!["sun".to_owned(), "model/m0".to_owned()]), "{warnings:?}");
+    assert_eq!(
+        (objects, lights),
+        (only("model/m0", 2), vec!["sun".to_owned(), "model/m0".to_owned()]),
+        "{warnings:?}"
+    );
     let samples = ["--spp", "64", "--reflections", "1"];
     let (glowing, width) = case.reference(&samples);
     case.edit("scene.toml", "[[light]]", "[materials.m0]\nemission = 0\n[[light]]");
     let (dark, _) = case.reference(&samples);
     assert_eq!(case.loaded().1, ["sun"]);
-    // What reflects is the same but for noise of the light of 4 texels of 1024; what glows adds at most their radiance of 1.
+    // What reflects is the same but for noise of the light of 4 texels of 1024; what glows adds at most their
+    // radiance of 1.
     let added: Vec<f32> = glowing.iter().zip(&dark).map(|(a, b)| a[1] - b[1]).collect();
     let lit = added.iter().filter(|x| **x > 0.2).count();
     let plate = dark.iter().filter(|pixel| pixel[1] > 0.1).count();
@@ -117,24 +142,51 @@ fn a_plate_with_a_few_glowing_texels_keeps_its_picture() {
     case.edit("scene.toml", "materials = [\"paint\"]", "materials = [\"m0\"]");
     case.edit("scene.toml", "emission = 0", "emission = 1");
     let (scene, bundle) = (case.text("scene.toml"), case.text("bundle"));
-    expect_exit("bake", &["run", &scene, "--bases", "12", "--spp", "4", "--size", "24x24", "--max-error", "10", "-o", &bundle], 0);
+    expect_exit(
+        "bake",
+        &[
+            "run",
+            &scene,
+            "--bases",
+            "12",
+            "--spp",
+            "4",
+            "--size",
+            "24x24",
+            "--max-error",
+            "10",
+            "-o",
+            &bundle,
+        ],
+        0,
+    );
     expect_exit("bake", &["verify", &bundle], 0);
 }
 
-/// Where the light varies, methods leave a faint glow out and say so; what glows brightly is refused with a remedy.
+/// Where the light varies, methods leave a faint glow out and say so; what glows brightly is refused with a
+/// remedy.
 #[test]
 fn a_few_glowing_texels_do_not_make_a_scene_unbakeable() {
     let case = Case::new("gltf-emissive-texture-kills-surface");
     let text = std::fs::read_to_string(case.path("scene.toml")).unwrap();
     let (before, _) = text.split_once("[[light]]").unwrap();
-    let varying = before.replace("materials = [\"paint\"]", "light = true\nview = true") + "[environment]\nfile = \"clear-sky\"\n";
+    let varying = before.replace("materials = [\"paint\"]", "light = true\nview = true")
+        + "[environment]\nfile = \"clear-sky\"\n";
     std::fs::write(case.path("scene.toml"), &varying).unwrap();
     let plan = run("bake", &["plan", &case.text("scene.toml")]);
     let told = String::from_utf8_lossy(&plan.stdout).into_owned() + &String::from_utf8_lossy(&plan.stderr);
-    assert!(plan.status.success() && told.contains("leaves out what its texture emits, 5 % of a white one's at most"), "{told}");
+    assert!(
+        plan.status.success()
+            && told.contains("leaves out what its texture emits, 5 % of a white one's at most"),
+        "{told}"
+    );
     case.edit("lamp.gltf", ", \"emissiveTexture\": {\"index\": 1}", "");
     let message = expect_exit("bake", &["run", &case.text("scene.toml"), "-o", &case.text("out")], 2);
-    assert!(message.contains("light `model/m0`") && message.contains("write `emission = 0` in [materials.\"m0\"]"), "{message}");
+    assert!(
+        message.contains("light `model/m0`")
+            && message.contains("write `emission = 0` in [materials.\"m0\"]"),
+        "{message}"
+    );
     std::fs::write(case.path("scene.toml"), varying + "[materials.m0]\nemission = 0\n").unwrap();
     let plan = run("bake", &["plan", &case.text("scene.toml")]);
     assert!(String::from_utf8_lossy(&plan.stdout).contains("sparse-transfer: fits"), "{plan:?}");
@@ -152,7 +204,10 @@ fn texels_are_sharp_where_the_sampler_says_so() {
         let length = (0.1f64.powi(2) + 9.0).sqrt();
         let along = (dy * forward[1] + dz * forward[2]) / length;
         let scale = 0.5 * width as f64 / 20.0f64.to_radians().tan() / along;
-        let (column, row) = (0.5 * width as f64 + dx * scale, 0.5 * width as f64 - (dy * up[1] + dz * up[2]) / length * scale);
+        let (column, row) = (
+            0.5 * width as f64 + dx * scale,
+            0.5 * width as f64 - (dy * up[1] + dz * up[2]) / length * scale,
+        );
         pixels[row as usize * width + column as usize]
     };
     let bright = |[r, g, b]: [f32; 3]| [r > 0.3, g > 0.3, b > 0.3];
@@ -164,7 +219,8 @@ fn texels_are_sharp_where_the_sampler_says_so() {
         (1.0, 0.0, [true, true, false]),
     ] {
         let corner = |reach: f64| colour(0.5 + (x - 0.5) * reach, 0.5 + (y - 0.5) * reach);
-        // As clear at a tenth of the way to the corner as at the corner, but for the pixel that an edge crosses.
+        // As clear at a tenth of the way to the corner as at the corner, but for the pixel that an edge
+        // crosses.
         for reach in [0.12, 0.5, 0.9] {
             let seen = corner(reach);
             assert_eq!(bright(seen), expected, "{x} {y} {reach}: {seen:?}");
@@ -180,15 +236,30 @@ fn nothing_outside_the_folder_of_a_gltf_is_read() {
     for file in ["scene.toml", "a.gltf", "t.png"] {
         std::fs::rename(case.path(file), case.path("a/b").join(file)).unwrap();
     }
-    let message = expect_exit("bake", &["run", &case.text("a/b/scene.toml"), "--terms", "4", "--spp", "1", "-o", &case.text("out")], 2);
+    let message = expect_exit(
+        "bake",
+        &["run", &case.text("a/b/scene.toml"), "--terms", "4", "--spp", "1", "-o", &case.text("out")],
+        2,
+    );
     let told = "buffer 1: names `../../secret.bin`, which is not in the folder of the glTF file or below; put it there and name it by a relative path\n";
     assert!(message.ends_with(told), "{message}");
     assert!(!case.path("out").exists());
     let absolute = case.text("secret.bin");
-    for uri in ["%2e%2e/../secret.bin", "..\\..\\secret.bin", absolute.as_str(), &format!("file://{absolute}"), "x/../../../secret.bin"] {
+    for uri in [
+        "%2e%2e/../secret.bin",
+        "..\\..\\secret.bin",
+        absolute.as_str(),
+        &format!("file://{absolute}"),
+        "x/../../../secret.bin",
+    ] {
         let text = std::fs::read_to_string(case.path("a/b/a.gltf")).unwrap();
-        std::fs::write(case.path("a/b/b.gltf"), text.replace("../../secret.bin", &uri.replace('\\', "\\\\"))).unwrap();
-        let message = expect_exit("bake", &["spheres", &case.text("a/b/b.gltf"), "-n", "1", "-o", &case.text("s.relume")], 2);
+        std::fs::write(case.path("a/b/b.gltf"), text.replace("../../secret.bin", &uri.replace('\\', "\\\\")))
+            .unwrap();
+        let message = expect_exit(
+            "bake",
+            &["spheres", &case.text("a/b/b.gltf"), "-n", "1", "-o", &case.text("s.relume")],
+            2,
+        );
         assert!(message.contains("which is not in the folder of the glTF file or below"), "{uri}: {message}");
     }
 }
@@ -198,7 +269,8 @@ fn nothing_outside_the_folder_of_a_gltf_is_read() {
 fn many_of_one_name_are_told_apart() {
     let case = Case::new("gltf-custom-attribute");
     case.edit("scene.toml", "material = \"paint\"\n[[light]]", "[[light]]");
-    let mut document: Value = serde_json::from_slice(&std::fs::read(case.path("custom.gltf")).unwrap()).unwrap();
+    let mut document: Value =
+        serde_json::from_slice(&std::fs::read(case.path("custom.gltf")).unwrap()).unwrap();
     let n = 20_000;
     let primitive = document["meshes"][0]["primitives"][0].clone();
     document["materials"] = (0..n).map(|_| serde_json::json!({"name": "Material"})).collect();

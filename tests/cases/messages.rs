@@ -1,6 +1,7 @@
 //! Mistakes in scenes, states, animations and command lines: key, line and remedy.
 //!
-//! What is expected stands in docs/notes/MESSAGES.md, word for word, so that the notes show what is really printed.
+//! What is expected stands in docs/notes/MESSAGES.md, word for word, so that the notes show what is really
+//! printed.
 
 mod mistakes;
 
@@ -106,7 +107,9 @@ fn workshop() -> tempfile::TempDir {
 /// A message without where this machine keeps its folders.
 fn plain(message: &str, folder: &Path) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    [folder, root].iter().fold(message.to_owned(), |message, above| message.replace(&format!("{}/", above.display()), ""))
+    [folder, root]
+        .iter()
+        .fold(message.to_owned(), |message, above| message.replace(&format!("{}/", above.display()), ""))
 }
 
 fn of_scene(folder: &Path, scene: &[u8]) -> String {
@@ -130,7 +133,8 @@ fn of_state(folder: &Path, state: &str) -> String {
     let path = folder.join("state.toml");
     std::fs::write(&path, state).unwrap();
     let scene = relume_scenes::load(&folder.join("scene.toml")).unwrap();
-    let refused = State::read_file(&path).and_then(|state| scene.with_state(&state, &Place::file(&path)).map_err(with_line));
+    let refused = State::read_file(&path)
+        .and_then(|state| scene.with_state(&state, &Place::file(&path)).map_err(with_line));
     plain(&refused.map(|_| ()).unwrap_err().to_string(), folder)
 }
 
@@ -159,7 +163,10 @@ fn all() -> Vec<(&'static str, String)> {
         assert!(SCENE.contains(from), "{what}");
         rows.push((*what, of_scene(folder, SCENE.replacen(from, to, 1).as_bytes())));
     }
-    rows.push(("UTF-16 text", of_scene(folder, &SCENE.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>())));
+    rows.push((
+        "UTF-16 text",
+        of_scene(folder, &SCENE.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>()),
+    ));
     rows.push(("Latin-1 text", of_scene(folder, &[SCENE.as_bytes(), b"# f\xfcr\n"].concat())));
     for (what, from, to) in IN_LOOKS {
         assert!(SCENE.contains(from), "{what}");
@@ -174,13 +181,27 @@ fn all() -> Vec<(&'static str, String)> {
 #[test]
 fn mistakes_get_the_messages_of_the_notes() {
     let rows = all();
-    let listed = TABLE.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| mistake")).count();
+    let listed =
+        TABLE.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| mistake")).count();
     let row = |(what, message): &(&str, String)| format!("| {what} | {} |", message.replace('|', "\\|"));
-    let missing: Vec<String> = rows.iter().map(row).filter(|row| !TABLE.lines().any(|line| line == row)).collect();
+    let missing: Vec<String> =
+        rows.iter().map(row).filter(|row| !TABLE.lines().any(|line| line == row)).collect();
     assert!(missing.is_empty(), "not in docs/notes/MESSAGES.md:\n{}", missing.join("\n"));
     for (_, message) in &rows {
         // Words of the language that this is written in, and of the system.
-        for word in ["f32", "u32", "f64", "tuple", "struct", "sequence", "NonZero", ".rs", "os error", "invalid type", "unexpected key"] {
+        for word in [
+            "f32",
+            "u32",
+            "f64",
+            "tuple",
+            "struct",
+            "sequence",
+            "NonZero",
+            ".rs",
+            "os error",
+            "invalid type",
+            "unexpected key",
+        ] {
             assert!(!message.contains(word), "`{word}` in {message}");
         }
     }
@@ -191,7 +212,8 @@ fn mistakes_get_the_messages_of_the_notes() {
 fn a_byte_order_mark_tabs_and_line_ends_of_windows_are_no_mistakes() {
     let folder = workshop();
     let path = folder.path().join("scene.toml");
-    std::fs::write(&path, format!("\u{feff}{}", SCENE.replace('\n', "\r\n").replace(" = ", "\t=\t"))).unwrap();
+    std::fs::write(&path, format!("\u{feff}{}", SCENE.replace('\n', "\r\n").replace(" = ", "\t=\t")))
+        .unwrap();
     let scene = relume_scenes::load(&path).unwrap();
     assert_eq!((scene.size, scene.camera.fov_deg, scene.objects.len()), ([64, 64], 40.0, 2));
 }
@@ -200,7 +222,10 @@ fn a_byte_order_mark_tabs_and_line_ends_of_windows_are_no_mistakes() {
 fn lists_that_are_too_long_are_refused() {
     let folder = copy_of("arrays-too-long");
     let stderr = exits(2, &folder, &["bake", "run", "scene.toml", "-o", "out"]);
-    assert_eq!(stderr, "error: scene.toml: line 4, column 8: render.size: 3 numbers where 2 are expected; remove 1\n");
+    assert_eq!(
+        stderr,
+        "error: scene.toml: line 4, column 8: render.size: 3 numbers where 2 are expected; remove 1\n"
+    );
     assert!(!folder.path().join("out").exists());
 }
 
@@ -212,7 +237,8 @@ fn a_plan_lists_what_was_ignored_at_loading() {
         let output = run("bake", &[&["plan", scene.to_str().unwrap()], more].concat());
         assert_eq!(output.status.code(), Some(0));
         let stderr = String::from_utf8(output.stderr).unwrap();
-        let warnings: Vec<String> = stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
+        let warnings: Vec<String> =
+            stderr.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
         (String::from_utf8(output.stdout).unwrap(), warnings)
     };
     let (text, warnings) = plan(&[]);
@@ -220,9 +246,13 @@ fn a_plan_lists_what_was_ignored_at_loading() {
     let listed = text.split("not modelled:").nth(1).unwrap();
     let (json, _) = plan(&["--json"]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    let list: Vec<&str> = json["not_modelled"].as_array().unwrap().iter().filter_map(|sentence| sentence.as_str()).collect();
+    let list: Vec<&str> =
+        json["not_modelled"].as_array().unwrap().iter().filter_map(|sentence| sentence.as_str()).collect();
     for warning in &warnings {
-        assert!(listed.contains(warning.as_str()) && list.contains(&warning.as_str()), "{warning} is not in {listed}");
+        assert!(
+            listed.contains(warning.as_str()) && list.contains(&warning.as_str()),
+            "{warning} is not in {listed}"
+        );
     }
 }
 

@@ -1,4 +1,5 @@
-//! Inputs that went wrong once, each with its right outcome, by the commands that users type. The files are in `inputs/<case>`.
+//! Inputs that went wrong once, each with its right outcome, by the commands that users type. The files are
+//! in `inputs/<case>`.
 
 mod bundles;
 mod gltf;

@@ -1,4 +1,5 @@
-//! Scenes drawn at random, mostly sensible and always a little odd: what is baked is taken by every reader, and what is not is refused by a line.
+//! Scenes drawn at random, mostly sensible and always a little odd: what is baked is taken by every reader,
+//! and what is not is refused by a line.
 
 use crate::support::{command, job};
 use relume_bake::bundle;
@@ -26,7 +27,11 @@ impl Dice {
 
     /// A sensible value, or now and then an odd one.
     fn draw<'a>(&mut self, sensible: &[&'a str], odd: &[&'a str]) -> &'a str {
-        if !odd.is_empty() && self.one_in(24) { odd[self.below(odd.len())] } else { sensible[self.below(sensible.len())] }
+        if !odd.is_empty() && self.one_in(24) {
+            odd[self.below(odd.len())]
+        } else {
+            sensible[self.below(sensible.len())]
+        }
     }
 }
 
@@ -41,12 +46,26 @@ const ODD_NAMES: [&str; 7] = [
     "zzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzzz",
 ];
 const ODD_LENGTHS: [&str; 8] = ["0", "-1", "1e-30", "1e-6", "1e6", "1e19", "1e30", "nan"];
-const ODD_LIGHTS: [&str; 6] = ["[0, 0, 0]", "[1e12, 1e12, 1e12]", "[1e-38, 1e-38, 1e-38]", "[1e13, 0, 0]", "[1e9, 1e-9, 0]", "[-1, 1, 1]"];
+const ODD_LIGHTS: [&str; 6] = [
+    "[0, 0, 0]",
+    "[1e12, 1e12, 1e12]",
+    "[1e-38, 1e-38, 1e-38]",
+    "[1e13, 0, 0]",
+    "[1e9, 1e-9, 0]",
+    "[-1, 1, 1]",
+];
 
 fn scene(dice: &mut Dice) -> String {
     let (moves, deforms) = (dice.one_in(2), dice.one_in(3));
-    let mut text = format!("[vary]\nlight = {moves}\nview = {moves}\nshape = {}\nmaterials = [\"{}\"]\n", moves && deforms, NAMES[0]);
-    let size = dice.draw(&["[8, 8]", "[5, 9]", "[1, 1]", "[16, 3]"], &["[16384, 1]", "[1, 700]", "[0, 4]", "[16384, 16384]", "[20000, 1]"]);
+    let mut text = format!(
+        "[vary]\nlight = {moves}\nview = {moves}\nshape = {}\nmaterials = [\"{}\"]\n",
+        moves && deforms,
+        NAMES[0]
+    );
+    let size = dice.draw(
+        &["[8, 8]", "[5, 9]", "[1, 1]", "[16, 3]"],
+        &["[16384, 1]", "[1, 700]", "[0, 4]", "[16384, 16384]", "[20000, 1]"],
+    );
     let _ = writeln!(
         text,
         "[render]\nsize = {size}\nreflections = {}",
@@ -58,9 +77,13 @@ fn scene(dice: &mut Dice) -> String {
     );
     let fov = dice.draw(&["40", "90", "0.5"], &["0.1", "170", "180", "0", "1e-3"]);
     let ev = dice.draw(&["0", "-2.5"], &["32", "33", "-32", "inf"]);
-    let _ = writeln!(text, "[camera]\nposition = {eye}\ntarget = [0, 0, 0]\nfov_deg = {fov}\nexposure_ev = {ev}");
+    let _ =
+        writeln!(text, "[camera]\nposition = {eye}\ntarget = [0, 0, 0]\nfov_deg = {fov}\nexposure_ev = {ev}");
     for name in &NAMES[..2] {
-        let colour = dice.draw(&["[0.5, 0.5, 0.5]", "[0, 0, 0]", "[1, 0, 0.2]"], &["[1, 1, 1.1]", "[1e-38, 0, 0]", "[nan, 0, 0]"]);
+        let colour = dice.draw(
+            &["[0.5, 0.5, 0.5]", "[0, 0, 0]", "[1, 0, 0.2]"],
+            &["[1, 1, 1.1]", "[1e-38, 0, 0]", "[nan, 0, 0]"],
+        );
         let _ = match dice.one_in(2) {
             true => writeln!(
                 text,
@@ -85,11 +108,16 @@ fn scene(dice: &mut Dice) -> String {
             let _ = writeln!(text, "[environment]\nfile = \"{file}\"\ngain = {gain}\nrotation_deg = {turn}");
         }
         false => {
-            let (kind, unit) = [("point", "intensity"), ("area", "radiance"), ("directional", "irradiance")][dice.below(3)];
-            let (name, emission) = (dice.draw(&NAMES, &ODD_NAMES), dice.draw(&["[10, 9, 8]", "[1, 1, 1]"], &ODD_LIGHTS));
+            let (kind, unit) =
+                [("point", "intensity"), ("area", "radiance"), ("directional", "irradiance")][dice.below(3)];
+            let (name, emission) =
+                (dice.draw(&NAMES, &ODD_NAMES), dice.draw(&["[10, 9, 8]", "[1, 1, 1]"], &ODD_LIGHTS));
             let scale = dice.draw(&["1", "0.2"], &ODD_LENGTHS);
             let _ = writeln!(text, "[[light]]\nname = \"{name}\"\nkind = \"{kind}\"\n{unit} = {emission}");
-            let _ = writeln!(text, "transform = {{ translation = [0, 2, 1], rotation_deg = [-70, 0, 0], scale = {scale} }}");
+            let _ = writeln!(
+                text,
+                "transform = {{ translation = [0, 2, 1], rotation_deg = [-70, 0, 0], scale = {scale} }}"
+            );
         }
     }
     text
@@ -143,8 +171,22 @@ fn outcome(folder: &Path, method: &Registered) -> Outcome {
             return Outcome::Refused(error.to_string());
         }
     };
-    let asked = Asked { quality: Quality::Draft, samples: Some(1), bases: Some(3), terms: Some(4), ..Asked::of_scene(&scene) };
-    match bundle::run(&scene, &[(method.new)(&asked, &scene)], scene.size, &folder.join("out"), Leftover::Refuse, 0, &job()) {
+    let asked = Asked {
+        quality: Quality::Draft,
+        samples: Some(1),
+        bases: Some(3),
+        terms: Some(4),
+        ..Asked::of_scene(&scene)
+    };
+    match bundle::run(
+        &scene,
+        &[(method.new)(&asked, &scene)],
+        scene.size,
+        &folder.join("out"),
+        Leftover::Refuse,
+        0,
+        &job(),
+    ) {
         Ok(_) => Outcome::Baked,
         Err(error) => {
             assert_eq!(error.exit_code(), 2, "{error}");
@@ -161,7 +203,11 @@ fn bake_all(seeds: std::ops::Range<u64>, play_one_in: usize) {
         let text = scene(&mut dice);
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("scene.toml"), &text).unwrap();
-        let method = if text.contains("shape = true") { METHODS[2] } else { METHODS[usize::from(text.contains("view = true"))] };
+        let method = if text.contains("shape = true") {
+            METHODS[2]
+        } else {
+            METHODS[usize::from(text.contains("view = true"))]
+        };
         let out = folder.path().join("out");
         match outcome(folder.path(), method) {
             Outcome::Refused(reason) => {
@@ -172,7 +218,12 @@ fn bake_all(seeds: std::ops::Range<u64>, play_one_in: usize) {
                 inspect::verify(&out).unwrap_or_else(|e| panic!("seed {seed}: {e}\n{text}"));
                 if baked % play_one_in == 0 {
                     let frame = folder.path().join("f.exr");
-                    let output = command("player").arg(&out).args(["--headless", "--exr"]).arg(frame).output().unwrap();
+                    let output = command("player")
+                        .arg(&out)
+                        .args(["--headless", "--exr"])
+                        .arg(frame)
+                        .output()
+                        .unwrap();
                     let said = String::from_utf8_lossy(&output.stderr);
                     assert_eq!(output.status.code(), Some(0), "seed {seed}: {said}\n{text}");
                 }

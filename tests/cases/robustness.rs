@@ -70,7 +70,10 @@ impl Place {
         let inputs = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/inputs").join(case);
         let place = Self { folder: tempfile::tempdir().unwrap() };
         for entry in std::fs::read_dir(inputs).unwrap().map(Result::unwrap) {
-            place.write(&format!("scene/{}", entry.file_name().to_str().unwrap()), std::fs::read(entry.path()).unwrap());
+            place.write(
+                &format!("scene/{}", entry.file_name().to_str().unwrap()),
+                std::fs::read(entry.path()).unwrap(),
+            );
         }
         place
     }
@@ -89,7 +92,14 @@ impl Place {
     }
 
     fn arguments(&self, more: &[&str]) -> Vec<String> {
-        let own = ["run".to_owned(), self.path("scene"), "-o".to_owned(), self.path("out"), "--progress".to_owned(), "none".to_owned()];
+        let own = [
+            "run".to_owned(),
+            self.path("scene"),
+            "-o".to_owned(),
+            self.path("out"),
+            "--progress".to_owned(),
+            "none".to_owned(),
+        ];
         own.into_iter().chain(more.iter().map(|argument| (*argument).to_owned())).collect()
     }
 
@@ -102,15 +112,22 @@ impl Place {
     /// What `bake run` prints, which exits with 0.
     fn printed(&self, more: &[&str]) -> String {
         let output = command("bake").args(self.arguments(more)).output().unwrap();
-        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let said =
+            format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert_eq!(output.status.code(), Some(0), "{said}");
         said
     }
 
-    /// A bake that stands still after `began` has become true; with whoever asks for it again if the bake was too fast.
+    /// A bake that stands still after `began` has become true; with whoever asks for it again if the bake was
+    /// too fast.
     fn stopped(&self, more: &[&str], began: impl Fn() -> bool) -> Stopped {
         loop {
-            let mut child = command("bake").args(self.arguments(more)).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+            let mut child = command("bake")
+                .args(self.arguments(more))
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
             let start = Instant::now();
             while !began() && child.try_wait().unwrap().is_none() {
                 assert!(start.elapsed() < Duration::from_secs(120), "the bake does not get going");
@@ -133,8 +150,10 @@ impl Place {
 
     /// Names in a folder, sorted.
     fn names(&self, folder: &str) -> Vec<String> {
-        let mut names: Vec<String> =
-            std::fs::read_dir(self.at(folder)).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = std::fs::read_dir(self.at(folder))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }
@@ -161,11 +180,15 @@ impl Stopped {
 
 fn signal(child: &Child, signal: &str) {
     // One that has ended cannot be stopped.
-    let _ = Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+    let _ =
+        Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
 }
 
 fn busy(child: &Stopped) -> String {
-    format!("another bake is at work here (process {}); wait for it, or bake elsewhere with -o", child.child.id())
+    format!(
+        "another bake is at work here (process {}); wait for it, or bake elsewhere with -o",
+        child.child.id()
+    )
 }
 
 #[test]
@@ -185,7 +208,8 @@ fn a_second_bake_is_refused_from_the_first_byte_to_the_last() {
         first.kill();
     }
     // When its manifest stands and only the report is missing.
-    let first = place.stopped(&["--max-error", "10", "--resume"], || place.at("out/manifest.json").exists() && holds());
+    let first = place
+        .stopped(&["--max-error", "10", "--resume"], || place.at("out/manifest.json").exists() && holds());
     refuse(&first);
     let (code, stderr) = first.go_on();
     assert_eq!(code, Some(0), "{stderr}");
@@ -196,7 +220,8 @@ fn a_second_bake_is_refused_from_the_first_byte_to_the_last() {
 #[test]
 fn what_another_method_left_unfinished_stays() {
     let place = Place::of_case("two-methods-lose-work");
-    let images = ["--method", "transfer-images", "--size", "64x64", "--spp", "256", "--bases", "4", "--threads", "1"];
+    let images =
+        ["--method", "transfer-images", "--size", "64x64", "--spp", "256", "--bases", "4", "--threads", "1"];
     let rows = ["--method", "sparse-transfer", "--terms", "8", "--spp", "1", "--threads", "1"];
     let first = place.stopped(&images, || place.log_bytes("transfer-images") > 16);
     let stderr = place.bake(&[&rows[..], &["--resume"]].concat(), 1);
@@ -210,7 +235,10 @@ fn what_another_method_left_unfinished_stays() {
         expect_exit("bake", &["verify", &place.path("out")], 0);
     }
     let stderr = place.bake(&images, 2);
-    assert!(stderr.contains("holds an unfinished bake; add --resume to go on with it or --force to start again"), "{stderr}");
+    assert!(
+        stderr.contains("holds an unfinished bake; add --resume to go on with it or --force to start again"),
+        "{stderr}"
+    );
     place.bake(&[&images[..], &["--resume"]].concat(), 0);
     assert!(!place.at("out/unfinished").exists());
     expect_exit("bake", &["verify", &place.path("out")], 0);
@@ -238,7 +266,10 @@ fn pipes_are_refused_and_not_waited_for() {
         assert!(stderr.contains("not a regular file"), "{stderr}");
         if file == "scene.relume" {
             let stderr = expect_exit("bake", &["info", &place.path("out/scene.relume")], 2);
-            assert!(stderr.contains("not a regular file but a pipe, socket or device; give a file"), "{stderr}");
+            assert!(
+                stderr.contains("not a regular file but a pipe, socket or device; give a file"),
+                "{stderr}"
+            );
         }
         if file != "manifest.json" {
             std::fs::remove_file(&path).unwrap();
@@ -246,7 +277,10 @@ fn pipes_are_refused_and_not_waited_for() {
         }
     }
     let stderr = place.bake(&["--spp", "1", "--bases", "2"], 2);
-    assert!(stderr.contains("manifest.json: is no regular file where a bake keeps a file; move it away"), "{stderr}");
+    assert!(
+        stderr.contains("manifest.json: is no regular file where a bake keeps a file; move it away"),
+        "{stderr}"
+    );
     std::fs::remove_file(place.at("out/manifest.json")).unwrap();
     place.write("scene/animations/b.toml", "");
     pipe(&place.at("scene/animations/a.toml"));
@@ -277,7 +311,11 @@ fn a_limit_on_file_sizes_ends_a_bake_with_a_line() {
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!((output.status.code(), stderr.lines().count()), (Some(1), 1), "{stderr}");
-    assert!(stderr.contains("transfer-images.log: File too large") && stderr.trim_end().ends_with("add --resume to go on"), "{stderr}");
+    assert!(
+        stderr.contains("transfer-images.log: File too large")
+            && stderr.trim_end().ends_with("add --resume to go on"),
+        "{stderr}"
+    );
     place.bake(&[&settings[..], &["--resume"]].concat(), 0);
     assert_eq!(std::fs::read(place.at("out/transfer-images.relume")).unwrap(), whole);
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
@@ -317,7 +355,9 @@ fn resuming_is_offered_only_where_there_is_work_to_resume() {
         expect_exit("bake", &["verify", &place.path(output)], 0);
     }
 
-    let bake = place.stopped(&["--size", "64x64", "--spp", "256", "--bases", "4"], || place.log_bytes("transfer-images") > 16);
+    let bake = place.stopped(&["--size", "64x64", "--spp", "256", "--bases", "4"], || {
+        place.log_bytes("transfer-images") > 16
+    });
     std::fs::remove_dir_all(place.at("out")).unwrap();
     let (code, stderr) = bake.go_on();
     assert_eq!(code, Some(1), "{stderr}");
@@ -334,11 +374,20 @@ fn a_bundle_of_another_scene_is_replaced_by_force_only_and_one_of_other_settings
     let [other, out] = [place.path("other"), place.path("out")];
     let other = [&["run", &other, "-o", &out][..], &settings].concat();
     let stderr = expect_exit("bake", &other, 2);
-    assert!(stderr.contains("out: holds a bundle of scene `scene`; add --force to replace it, or bake elsewhere with -o"), "{stderr}");
+    assert!(
+        stderr.contains(
+            "out: holds a bundle of scene `scene`; add --force to replace it, or bake elsewhere with -o"
+        ),
+        "{stderr}"
+    );
     assert_eq!(std::fs::read(place.at("out/manifest.json")).unwrap(), before);
     assert!(!place.printed(&settings).contains("note: "), "the same again replaces nothing");
     let said = place.printed(&["--spp", "2", "--bases", "2", "--size", "8x8"]);
-    assert!(said.contains("note: replaces the bundle in ") && said.contains("a film of 16x16; transfer-images with samples 1\n"), "{said}");
+    assert!(
+        said.contains("note: replaces the bundle in ")
+            && said.contains("a film of 16x16; transfer-images with samples 1\n"),
+        "{said}"
+    );
     expect_exit("bake", &[&other[..], &["--force"]].concat(), 0);
     expect_exit("bake", &["verify", &out], 0);
     // What somebody else keeps there is nothing to replace either.

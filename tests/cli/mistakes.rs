@@ -1,4 +1,5 @@
-//! What is wrong in scenes, on command lines, in states and bundles is told on one line, and nothing half-written is left.
+//! What is wrong in scenes, on command lines, in states and bundles is told on one line, and nothing
+//! half-written is left.
 
 use super::contents;
 use crate::support::room::{ROOM, Workshop};
@@ -50,7 +51,9 @@ fn mistakes_at_playback_get_one_clear_line() {
     w.bake("bundle", &["--spp", "4", "--bases", "4"]);
     let bundle = w.path("bundle");
     let frame = w.path("frame.png");
-    let play = |more: &[&str], code| expect_exit("player", &[&[&bundle[..], "--headless", "--frames", &frame], more].concat(), code);
+    let play = |more: &[&str], code| {
+        expect_exit("player", &[&[&bundle[..], "--headless", "--frames", &frame], more].concat(), code)
+    };
     for (text, part) in [
         ("[materials.wall]\nkd = [0.1, 0.1, 0.1]\n", "`wall`"),
         ("[materials.bell]\nshininess = 3.0\n", "`bell`"),
@@ -89,7 +92,8 @@ fn a_full_disk_leaves_nothing_half_written() {
     let w = Workshop::new();
     let bake = command("bake").get_program().to_str().unwrap().to_owned();
     let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
-    // With the signal ignored, a write beyond the limit fails as it would on a full disk. 64 KiB hold the first files, not the images.
+    // With the signal ignored, a write beyond the limit fails as it would on a full disk. 64 KiB hold the
+    // first files, not the images.
     let script = "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"";
     let output = std::process::Command::new("sh")
         .args(["-c", script, &bake, "run", &scene, "-o", &bundle, "--spp", "4", "--progress", "none"])
@@ -99,6 +103,9 @@ fn a_full_disk_leaves_nothing_half_written() {
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
     for (name, _) in contents(&bundle) {
-        assert!(!name.contains("partial") && name != "manifest.json" && name != "transfer-images.relume", "{name} was left");
+        assert!(
+            !name.contains("partial") && name != "manifest.json" && name != "transfer-images.relume",
+            "{name} was left"
+        );
     }
 }

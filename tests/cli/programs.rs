@@ -14,10 +14,14 @@ fn printed(program: &str, arguments: &[&str]) -> String {
 fn versions_tell_the_commit() {
     for program in ["bake", "player"] {
         let version = printed(program, &["--version"]);
-        let origin = version.trim_end().strip_prefix(&format!("{program} {} (", env!("CARGO_PKG_VERSION"))).unwrap();
+        let origin =
+            version.trim_end().strip_prefix(&format!("{program} {} (", env!("CARGO_PKG_VERSION"))).unwrap();
         let origin = origin.strip_suffix(')').unwrap();
         let is_commit = |text: &str| text.len() >= 12 && text.chars().all(|c| c.is_ascii_hexdigit());
-        assert!(origin == "not built from a repository" || origin.strip_prefix("commit ").is_some_and(is_commit), "{version}");
+        assert!(
+            origin == "not built from a repository" || origin.strip_prefix("commit ").is_some_and(is_commit),
+            "{version}"
+        );
     }
 }
 
@@ -34,7 +38,10 @@ fn shells_complete_both_programs() {
         let file = folder.path().join(program);
         std::fs::write(&file, script).unwrap();
         let reads = "source \"$1\" && complete -p \"$2\"";
-        let output = Command::new("bash").args(["-c", reads, "bash", file.to_str().unwrap(), program]).output().unwrap();
+        let output = Command::new("bash")
+            .args(["-c", reads, "bash", file.to_str().unwrap(), program])
+            .output()
+            .unwrap();
         assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr));
         for shell in ["zsh", "fish"] {
             assert!(printed(program, &[arguments[0], shell]).contains(program));
@@ -65,13 +72,19 @@ fn programs_say_as_much_as_is_wanted() {
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
     };
     let (out, err) = bake(&["-q"]);
-    assert!(out.is_empty() && err.lines().count() > 0 && err.lines().all(|line| line.starts_with("warning: ")), "{out}{err}");
+    assert!(
+        out.is_empty() && err.lines().count() > 0 && err.lines().all(|line| line.starts_with("warning: ")),
+        "{out}{err}"
+    );
     let (out, err) = bake(&["--force", "-v"]);
     assert!(out.contains("transfer-images baked"), "{out}");
     for part in ["read ", " objects, ", "looked at the scene in "] {
         assert!(err.contains(part), "{err}");
     }
-    assert!(printed("bake", &["-q", "plan", &scene]).contains("chosen: transfer-images"), "what was asked for is told");
+    assert!(
+        printed("bake", &["-q", "plan", &scene]).contains("chosen: transfer-images"),
+        "what was asked for is told"
+    );
     let refused = expect_exit("bake", &["-q", "plan", &w.path("nothing.toml")], 2);
     assert!(refused.starts_with("error: "), "{refused}");
 }

@@ -1,5 +1,6 @@
-//! Where methods stop being right, a suite for each: every trap of a method and every limit that its page in docs/ states, with the outcome that is expected:
-//! an error, a bound, or a loss that is graceful. docs/STABILITY.md shows the failures and lists which test holds which.
+//! Where methods stop being right, a suite for each: every trap of a method and every limit that its page in
+//! docs/ states, with the outcome that is expected: an error, a bound, or a loss that is graceful.
+//! docs/STABILITY.md shows the failures and lists which test holds which.
 //!
 //! * [`rays`]: what all methods stand on;
 //! * [`transfer_images`], [`sparse_transfer`], [`sphere_shadows`] and [`sphere_bundles`];

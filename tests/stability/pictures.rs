@@ -1,7 +1,9 @@
-//! The pictures of docs/STABILITY.md: each failure as the player shows it, the path-traced reference, and their difference.
+//! The pictures of docs/STABILITY.md: each failure as the player shows it, the path-traced reference, and
+//! their difference.
 //!
-//! `cargo test --release -p relume-tests stability::pictures -- --ignored --nocapture` makes them all in docs/images/stability and prints the figures that the page
-//! quotes: relative L2 of the whole image, and how many times the difference is magnified. `PICTURES=ring,roof` makes those whose names contain one of these.
+//! `cargo test --release -p relume-tests stability::pictures -- --ignored --nocapture` makes them all in
+//! docs/images/stability and prints the figures that the page quotes: relative L2 of the whole image, and how
+//! many times the difference is magnified. `PICTURES=ring,roof` makes those whose names contain one of these.
 
 use crate::support::{expect_exit, relative_l2, write_scene};
 use relume_bake::exr_file::{read_exr, write_exr};
@@ -43,7 +45,9 @@ fn scene(vary: &str, head: &str, environment: &str, objects: &str) -> String {
 }
 
 fn plane(segments: u32) -> String {
-    format!("[[object]]\nname = 'plane'\nshape = 'quad'\nsegments = {segments}\nmaterial = 'plane'\ntransform = {{ scale = 4 }}\n")
+    format!(
+        "[[object]]\nname = 'plane'\nshape = 'quad'\nsegments = {segments}\nmaterial = 'plane'\ntransform = {{ scale = 4 }}\n"
+    )
 }
 
 fn thing(name: &str, keys: &str, transform: &str) -> String {
@@ -69,7 +73,8 @@ fn ball() -> String {
     thing("ball", "shape = 'sphere'\nsubdivisions = 3", "translation = [0, 0.8, 0], scale = 0.4")
 }
 
-/// Writes what scenes refer to: a grey sky with a sun of 10⁵ W/(sr·m²) in one texel of half a degree, and a bowl that is open above.
+/// Writes what scenes refer to: a grey sky with a sun of 10⁵ W/(sr·m²) in one texel of half a degree, and a
+/// bowl that is open above.
 fn write_files(folder: &Path) {
     let (width, height) = (720, 360);
     let mut texels = vec![0.1f32; width * height];
@@ -79,13 +84,18 @@ fn write_files(folder: &Path) {
     let (around, up) = (24, 6);
     let mut bowl = "v 0 -1 0\n".to_owned();
     for (ring, k) in (1..=up).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
-        let (polar, azimuth) =
-            (std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(up), std::f64::consts::TAU * f64::from(k) / f64::from(around));
-        bowl += &format!("v {} {} {}\n", polar.sin() * azimuth.sin(), -polar.cos(), polar.sin() * azimuth.cos());
+        let (polar, azimuth) = (
+            std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(up),
+            std::f64::consts::TAU * f64::from(k) / f64::from(around),
+        );
+        bowl +=
+            &format!("v {} {} {}\n", polar.sin() * azimuth.sin(), -polar.cos(), polar.sin() * azimuth.cos());
     }
-    let vertex = |ring: u32, k: u32| if ring == 0 { 1 } else { 2 + (ring - 1) * around as u32 + k % around as u32 };
+    let vertex =
+        |ring: u32, k: u32| if ring == 0 { 1 } else { 2 + (ring - 1) * around as u32 + k % around as u32 };
     for (ring, k) in (0..up as u32).flat_map(|ring| (0..around as u32).map(move |k| (ring, k))) {
-        let [a, b, c, d] = [vertex(ring, k), vertex(ring, k + 1), vertex(ring + 1, k + 1), vertex(ring + 1, k)];
+        let [a, b, c, d] =
+            [vertex(ring, k), vertex(ring, k + 1), vertex(ring + 1, k + 1), vertex(ring + 1, k)];
         bowl += &if ring == 0 { format!("f {a} {d} {c}\n") } else { format!("f {a} {d} {c} {b}\n") };
     }
     std::fs::write(folder.join("bowl.obj"), bowl).unwrap();
@@ -106,7 +116,11 @@ fn played_and_traced(row: &Row) -> [Vec<[f32; 3]>; 2] {
     std::fs::write(&state, row.state).unwrap();
     let path = write_scene(folder.path(), &row.scene);
     let scene = path.to_str().unwrap();
-    expect_exit("bake", &[&["run", scene, "-o", &bundle, "--size", &size, "--progress", "none"], row.bake].concat(), 0);
+    expect_exit(
+        "bake",
+        &[&["run", scene, "-o", &bundle, "--size", &size, "--progress", "none"], row.bake].concat(),
+        0,
+    );
     let (played, traced) = (file("played.exr"), file("traced.exr"));
     expect_exit("player", &[&bundle, "--headless", "--size", &size, "--state", &state, "--exr", &played], 0);
     let mut trace = vec!["reference", scene, "--size", &size, "-o", &traced, "--progress", "none"];
@@ -127,9 +141,11 @@ fn picture(name: &str, exposure_ev: f32, rows: &[Row]) {
     }
     let images: Vec<_> = rows.iter().map(played_and_traced).collect();
     let counted = vec![true; SIDE * SIDE];
-    let pairs: Vec<Pair<'_>> = images.iter().map(|[ours, truth]| Pair { ours, truth, counted: &counted, exposure_ev }).collect();
+    let pairs: Vec<Pair<'_>> =
+        images.iter().map(|[ours, truth]| Pair { ours, truth, counted: &counted, exposure_ev }).collect();
     let (png, factor) = beside(&pairs, [SIDE as u32; 2]).unwrap();
-    let errors: Vec<String> = images.iter().map(|[ours, truth]| format!("{:.2} %", 100.0 * relative_l2(ours, truth))).collect();
+    let errors: Vec<String> =
+        images.iter().map(|[ours, truth]| format!("{:.2} %", 100.0 * relative_l2(ours, truth))).collect();
     println!("{name}: relative L2 {}, difference × {factor}, {} kB", errors.join(", "), png.len() / 1000);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images/stability");
     std::fs::create_dir_all(&folder).unwrap();
@@ -138,7 +154,10 @@ fn picture(name: &str, exposure_ev: f32, rows: &[Row]) {
 
 /// The library's ring with a lamp of `gain` times its radiance, and its plane replaced.
 fn ring(gain: f64) -> String {
-    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/library/ring/scene.toml")).unwrap();
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/library/ring/scene.toml"),
+    )
+    .unwrap();
     assert!(text.contains("[3500.0, 3500.0, 3500.0]"));
     text.replace("[3500.0, 3500.0, 3500.0]", &format!("{:?}", [3500.0 * gain; 3]))
 }
@@ -155,7 +174,12 @@ fn of_transfer_images() {
 
     let floor = |keys: &str, vary: &str| {
         let lamp = "[[light]]\nname = 'lamp'\nkind = 'area'\nradiance = [9, 8, 6]\ntransform = { translation = [-0.8, 1.6, -1.2], rotation_deg = [-30, -145, 0], scale = 0.6 }";
-        let text = scene(vary, "reflections = 2", "[environment]\ngain = [0.1, 0.12, 0.16]", &(plane(1) + &ball() + lamp));
+        let text = scene(
+            vary,
+            "reflections = 2",
+            "[environment]\ngain = [0.1, 0.12, 0.16]",
+            &(plane(1) + &ball() + lamp),
+        );
         text.replace("kd = [0.6, 0.6, 0.6]", &format!("kd = [0.1, 0.1, 0.1]\nks = [0.8, 0.8, 0.8]\n{keys}"))
     };
     let sharpest = Row {
@@ -167,10 +191,14 @@ fn of_transfer_images() {
     };
     picture("images-near-mirror", 0.0, &[sharpest]);
 
-    let bright = Row { scene: ring(1e7), bake: &["--bases", "9"], reference: None, trace: OWN_PATHS, state: "" };
+    let bright =
+        Row { scene: ring(1e7), bake: &["--bases", "9"], reference: None, trace: OWN_PATHS, state: "" };
     picture("images-bright-caustic", -22.5, &[bright]);
 
-    let room = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/library/cornell-knot/scene.toml")).unwrap();
+    let room = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/library/cornell-knot/scene.toml"),
+    )
+    .unwrap();
     let bounces = Row {
         scene: room,
         bake: &["--bases", "9", "--spp", "256"],
@@ -190,16 +218,30 @@ fn of_sparse_transfer() {
         -1.0,
         &[few(&["--terms", "50", "--quality", "draft"]), few(&["--terms", "1024", "--quality", "draft"])],
     );
-    let mesh = |segments| Row::direct(relit(SKY, &(plane(segments) + &ball())), &["--terms", "1024", "--quality", "draft"]);
+    let mesh = |segments| {
+        Row::direct(relit(SKY, &(plane(segments) + &ball())), &["--terms", "1024", "--quality", "draft"])
+    };
     picture("transfer-coarse-mesh", -0.5, &[mesh(10), mesh(40)]);
     let objects = plane(40) + &ball();
     let bounced = Row {
         trace: &["--reflections", "2", "--spp", "256"],
-        ..Row::direct(relit(LAMPS, &objects).replace("reflections = 1", "reflections = 2"), &["--terms", "1024", "--quality", "draft"])
+        ..Row::direct(
+            relit(LAMPS, &objects).replace("reflections = 1", "reflections = 2"),
+            &["--terms", "1024", "--quality", "draft"],
+        )
     };
-    picture("transfer-bounced-lamps", -1.5, &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced]);
-    let glossy = relit(SKY, &objects).replace("kd = [0.7, 0.35, 0.2]", "kd = [0.4, 0.2, 0.1]\nks = [0.4, 0.4, 0.4]\nshininess = 60.0");
-    picture("transfer-no-highlights", -0.5, &[Row::direct(glossy, &["--terms", "400", "--quality", "draft"])]);
+    picture(
+        "transfer-bounced-lamps",
+        -1.5,
+        &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced],
+    );
+    let glossy = relit(SKY, &objects)
+        .replace("kd = [0.7, 0.35, 0.2]", "kd = [0.4, 0.2, 0.1]\nks = [0.4, 0.4, 0.4]\nshininess = 60.0");
+    picture(
+        "transfer-no-highlights",
+        -0.5,
+        &[Row::direct(glossy, &["--terms", "400", "--quality", "draft"])],
+    );
 }
 
 #[test]
@@ -207,18 +249,38 @@ fn of_sparse_transfer() {
 fn of_sphere_shadows() {
     let one = |environment, object: String| Row::direct(shadowed(environment, &object), &[]);
     let plate = |spheres| {
-        one(WHITE, thing("plate", &format!("shape = 'box'\nspheres = {spheres}"), "translation = [0, 0.8, 0], scale = [1.0, 0.02, 1.0]"))
+        one(
+            WHITE,
+            thing(
+                "plate",
+                &format!("shape = 'box'\nspheres = {spheres}"),
+                "translation = [0, 0.8, 0], scale = [1.0, 0.02, 1.0]",
+            ),
+        )
     };
     picture("shadows-thin-plate", -0.5, &[plate(16), plate(128)]);
-    let cube =
-        |height: f32| one(SKY, thing("cube", "shape = 'box'\nspheres = 32", &format!("translation = [0, {height}, 0], scale = 0.7")));
+    let cube = |height: f32| {
+        one(
+            SKY,
+            thing(
+                "cube",
+                "shape = 'box'\nspheres = 32",
+                &format!("translation = [0, {height}, 0], scale = 0.7"),
+            ),
+        )
+    };
     picture("shadows-contact", -0.5, &[cube(0.35), cube(0.45)]);
-    let within = thing(
-        "torus",
-        "shape = 'torus'\nmajor_radius = 0.5\nminor_radius = 0.15\nspheres = 6",
-        "translation = [0, 0.6, 0], rotation_deg = [20, 0, 0]",
-    ) + &thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.6, 0], scale = 0.2");
-    picture("shadows-inside-a-blocker", -0.5, &[one(WHITE, within.clone()), one(WHITE, within.replace("spheres = 6", "spheres = 64"))]);
+    let within =
+        thing(
+            "torus",
+            "shape = 'torus'\nmajor_radius = 0.5\nminor_radius = 0.15\nspheres = 6",
+            "translation = [0, 0.6, 0], rotation_deg = [20, 0, 0]",
+        ) + &thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.6, 0], scale = 0.2");
+    picture(
+        "shadows-inside-a-blocker",
+        -0.5,
+        &[one(WHITE, within.clone()), one(WHITE, within.replace("spheres = 6", "spheres = 64"))],
+    );
     let knot = thing(
         "knot",
         "shape = 'torus-knot'\nradius = 0.5\ntube = 0.14\nspheres = 64",
@@ -231,6 +293,9 @@ fn of_sphere_shadows() {
     picture(
         "shadows-open-bowl",
         -0.5,
-        &[one(WHITE, thing("bowl", "file = 'bowl.obj'\nspheres = 8", "translation = [0, 0.9, 0], scale = 0.6"))],
+        &[one(
+            WHITE,
+            thing("bowl", "file = 'bowl.obj'\nspheres = 8", "translation = [0, 0.9, 0], scale = 0.6"),
+        )],
     );
 }

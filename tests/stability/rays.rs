@@ -1,4 +1,5 @@
-//! What all methods stand on, the ray tracer: leaks, specks, thin walls, degenerate and huge triangles, scenes of any size and anywhere.
+//! What all methods stand on, the ray tracer: leaks, specks, thin walls, degenerate and huge triangles,
+//! scenes of any size and anywhere.
 
 use crate::support::{mean_radiance, render, scaled, scene};
 use glam::{Mat3A, Vec3A};
@@ -41,7 +42,8 @@ fn transformed(scene: &Scene, scale: f32, offset: Vec3A) -> Scene {
 #[test]
 fn no_ray_escapes_from_inside() {
     const RAYS: u32 = 100_000_000;
-    let variants = [(1.0, Vec3A::ZERO), (1e-3, Vec3A::new(3.0, -2.0, 1.0)), (1e3, Vec3A::new(-1.0, 4.0, 0.5))];
+    let variants =
+        [(1.0, Vec3A::ZERO), (1e-3, Vec3A::new(3.0, -2.0, 1.0)), (1e3, Vec3A::new(-1.0, 4.0, 0.5))];
     let per_mesh = RAYS / (CLOSED_SHAPES.len() * variants.len()) as u32 + 1;
     for shape in CLOSED_SHAPES {
         let base = lone_shape(shape);
@@ -53,7 +55,8 @@ fn no_ray_escapes_from_inside() {
     }
 }
 
-/// Rays along the axes, with zeros of either sign, meet what is in their way: a sun straight overhead has such directions.
+/// Rays along the axes, with zeros of either sign, meet what is in their way: a sun straight overhead has
+/// such directions.
 #[test]
 fn negative_zeros_are_zeros() {
     for shape in CLOSED_SHAPES {
@@ -67,13 +70,21 @@ fn negative_zeros_are_zeros() {
                     if signs >> k & 1 == 1 { -value } else { value }
                 }));
                 // Along the axis through the middle of a triangle that does not stand edge-on.
-                let middle = |t: &[u32; 3]| t.iter().map(|i| Vec3A::from(mesh.positions[*i as usize])).sum::<Vec3A>() / 3.0;
+                let middle = |t: &[u32; 3]| {
+                    t.iter().map(|i| Vec3A::from(mesh.positions[*i as usize])).sum::<Vec3A>() / 3.0
+                };
                 for triangle in mesh.triangles.iter().step_by(mesh.triangles.len() / 12) {
                     let [p, q, r] = triangle.map(|i| Vec3A::from(mesh.positions[i as usize]));
                     if (q - p).cross(r - p).normalize().dot(direction).abs() > 0.01 {
                         let origin = middle(triangle) - 10.0 * direction;
-                        assert!(world.intersect(origin, direction).is_some(), "{shape}, from {origin} along {direction}");
-                        assert!(world.occluded(origin, direction, 20.0), "{shape}, from {origin} along {direction}");
+                        assert!(
+                            world.intersect(origin, direction).is_some(),
+                            "{shape}, from {origin} along {direction}"
+                        );
+                        assert!(
+                            world.occluded(origin, direction, 20.0),
+                            "{shape}, from {origin} along {direction}"
+                        );
                     }
                 }
             }
@@ -81,7 +92,8 @@ fn negative_zeros_are_zeros() {
     }
 }
 
-/// Shoots rays from just below random points of the surface in all directions; counts those that meet nothing.
+/// Shoots rays from just below random points of the surface in all directions; counts those that meet
+/// nothing.
 fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
     let mesh = &scene.objects[0].mesh;
     let world = World::new(scene);
@@ -92,7 +104,8 @@ fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
         for index in 0..chunk.min(rays - start) {
             let sample = sampler.sample(index);
             let [[a, b], [c, _], [u, v]] = [sample.pair(0), sample.pair(1), sample.pair(2)];
-            let corners = mesh.triangles[((c * mesh.triangles.len() as f32) as usize).min(mesh.triangles.len() - 1)];
+            let corners =
+                mesh.triangles[((c * mesh.triangles.len() as f32) as usize).min(mesh.triangles.len() - 1)];
             let [p, q, r] = corners.map(|i| Vec3A::from(mesh.positions[i as usize]));
             let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
             // Away from the triangle's own edges, where a start below one face may lie on the next.
@@ -111,8 +124,8 @@ fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
     (0..rays.div_ceil(chunk)).into_par_iter().map(|i| escapes(i * chunk)).sum()
 }
 
-/// A ray that leaves a convex body from its surface meets nothing, at any scale from a millimetre to a kilometre, near the origin or away from it: no
-/// self-shadow, and so no speck.
+/// A ray that leaves a convex body from its surface meets nothing, at any scale from a millimetre to a
+/// kilometre, near the origin or away from it: no self-shadow, and so no speck.
 #[test]
 fn no_self_shadow_at_any_scale() {
     for shape in ["box", "sphere"] {
@@ -128,7 +141,8 @@ fn no_self_shadow_at_any_scale() {
     }
 }
 
-/// Looks at the body from the camera and leaves it again in random directions, half of them grazing. Counts these rays, and those that meet something.
+/// Looks at the body from the camera and leaves it again in random directions, half of them grazing. Counts
+/// these rays, and those that meet something.
 fn self_shadowing_rays(scene: &Scene, tries: u32) -> (u32, u32) {
     let world = World::new(scene);
     // Narrow enough for most rays to hit.
@@ -142,7 +156,9 @@ fn self_shadowing_rays(scene: &Scene, tries: u32) -> (u32, u32) {
         let cosine = if grazing < 0.5 { 1e-4 + 0.01 * u } else { u };
         let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-        let direction = (tangent * (cos * sine) + bitangent * (sin * sine) + surface.geometric_normal * cosine).normalize();
+        let direction =
+            (tangent * (cos * sine) + bitangent * (sin * sine) + surface.geometric_normal * cosine)
+                .normalize();
         rays += 1;
         shadowed += u32::from(world.intersect(surface.offset(), direction).is_some());
         shadowed += u32::from(world.occluded(surface.offset(), direction, f32::INFINITY));
@@ -163,7 +179,8 @@ fn a_thousand_times_larger_or_smaller() {
     }
 }
 
-/// Moving a scene far from the origin costs no accuracy: which light is chosen depends on the size of the scene, not on where it stands.
+/// Moving a scene far from the origin costs no accuracy: which light is chosen depends on the size of the
+/// scene, not on where it stands.
 #[test]
 fn far_from_the_origin() {
     let image = |offset: f32| {
@@ -186,7 +203,14 @@ fn nothing_to_see() {
     let dark = lone_shape("sphere");
     let mut away = dark.clone();
     away.camera.target = [0.0, 0.0, 20.0];
-    assert!(render(&away, [8, 8], 4, 4, Paths::Best, 0).radiance.iter().flatten().all(|r| (*r - 1.0).abs() < 1e-5), "only the sky");
+    assert!(
+        render(&away, [8, 8], 4, 4, Paths::Best, 0)
+            .radiance
+            .iter()
+            .flatten()
+            .all(|r| (*r - 1.0).abs() < 1e-5),
+        "only the sky"
+    );
     let mut unlit = dark.clone();
     unlit.environment = None;
     assert!(render(&unlit, [8, 8], 4, 4, Paths::Gather, 0).radiance.iter().flatten().all(|r| *r == 0.0));
@@ -197,8 +221,8 @@ fn nothing_to_see() {
     assert!(render(&black, [8, 8], 4, 4, Paths::Best, 0).radiance.iter().flatten().all(|r| *r == 0.0));
 }
 
-/// Rays from the floor to a wall above it, `wall` the text of the object, 2 m × 2 m at 1 m: exactly those that aim at it are stopped. Those that aim within 5 cm
-/// of its rim are not tried.
+/// Rays from the floor to a wall above it, `wall` the text of the object, 2 m × 2 m at 1 m: exactly those
+/// that aim at it are stopped. Those that aim within 5 cm of its rim are not tried.
 fn expect_wall_stops_what_aims_at_it(folder: &std::path::Path, wall: &str) {
     let text = format!(
         "[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 30\n[materials.m]\nbrdf = 'blinn-phong'\n[environment]\n[render]\nsize = [8, 8]\n\
@@ -221,7 +245,8 @@ fn expect_wall_stops_what_aims_at_it(folder: &std::path::Path, wall: &str) {
     assert!(stopped > 30_000 && passed > 30_000, "{stopped} {passed}");
 }
 
-/// Thin walls: down to no thickness at all, as boxes whose sides vanish and as sheets seen from either side, none lets a ray through.
+/// Thin walls: down to no thickness at all, as boxes whose sides vanish and as sheets seen from either side,
+/// none lets a ray through.
 #[test]
 fn walls_of_any_thinness_let_nothing_through() {
     let folder = tempfile::tempdir().unwrap();
@@ -230,7 +255,8 @@ fn walls_of_any_thinness_let_nothing_through() {
         expect_wall_stops_what_aims_at_it(folder.path(), &format!("shape = 'box'\n{place}"));
     }
     for turn in [0, 180] {
-        let place = format!("transform = {{ translation = [0, 1, 0], rotation_deg = [{turn}, 0, 0], scale = 2 }}");
+        let place =
+            format!("transform = {{ translation = [0, 1, 0], rotation_deg = [{turn}, 0, 0], scale = 2 }}");
         expect_wall_stops_what_aims_at_it(folder.path(), &format!("shape = 'quad'\n{place}"));
     }
 }
@@ -239,11 +265,14 @@ fn walls_of_any_thinness_let_nothing_through() {
 fn strips(more: &str) -> String {
     let xs = [-1.0, -0.5, -0.499_999, 0.0, 0.000_001, 0.000_002, 0.3, 0.999_999, 1.0f64];
     let vertices: String = xs.iter().map(|x| format!("v {x} 1 -1\nv {x} 1 1\n")).collect();
-    let faces: String = (0..xs.len() - 1).map(|k| format!("f {} {} {} {}\n", 2 * k + 1, 2 * k + 2, 2 * k + 4, 2 * k + 3)).collect();
+    let faces: String = (0..xs.len() - 1)
+        .map(|k| format!("f {} {} {} {}\n", 2 * k + 1, 2 * k + 2, 2 * k + 4, 2 * k + 3))
+        .collect();
     vertices + &faces + more
 }
 
-/// Degenerate triangles: slivers stop rays like any other triangle; those without an area are dropped with a warning, and what is left is the mesh without them.
+/// Degenerate triangles: slivers stop rays like any other triangle; those without an area are dropped with a
+/// warning, and what is left is the mesh without them.
 #[test]
 fn slivers_stop_rays_and_triangles_without_area_are_dropped() {
     let folder = tempfile::tempdir().unwrap();
@@ -258,11 +287,15 @@ fn slivers_stop_rays_and_triangles_without_area_are_dropped() {
     // A line, a point, and a corner named twice.
     let (mended, warning) = mesh("f 1 3 7\nf 2 2 2\nf 1 2 1\n");
     assert_eq!(clean, mended);
-    assert!(!none.contains("dropped") && warning.contains("dropped 3 degenerate of 19 triangles (zero area)"), "{none}{warning}");
+    assert!(
+        !none.contains("dropped") && warning.contains("dropped 3 degenerate of 19 triangles (zero area)"),
+        "{none}{warning}"
+    );
 }
 
-/// Huge triangles: a ball's shadow on a floor of two triangles. Right below a ball that is seen under sin α the floor loses sin²α of a white sky. On a floor 4 km
-/// wide it does; on one of 4,000 km, where origins are moved off the surface by more than the ball's height, the shadow is lost, and nothing else.
+/// Huge triangles: a ball's shadow on a floor of two triangles. Right below a ball that is seen under sin α
+/// the floor loses sin²α of a white sky. On a floor 4 km wide it does; on one of 4,000 km, where origins are
+/// moved off the surface by more than the ball's height, the shadow is lost, and nothing else.
 #[test]
 fn huge_triangles_keep_what_is_not_small_beside_them() {
     for (width, expected) in [("4", 0.84), ("4e3", 0.84), ("4e6", 1.0)] {
@@ -272,7 +305,8 @@ fn huge_triangles_keep_what_is_not_small_beside_them() {
              [[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ scale = {width} }}\n\
              [[object]]\nname = 'ball'\nmaterial = 'm'\nshape = 'sphere'\nsubdivisions = 3\ntransform = {{ translation = [0, 1, 0], scale = 0.4 }}\n"
         );
-        let (mean, error) = mean_radiance(&scene(&text), 1, 1 << 14, |_| (Vec3A::new(0.001, 0.3, 0.002), Vec3A::NEG_Y));
+        let (mean, error) =
+            mean_radiance(&scene(&text), 1, 1 << 14, |_| (Vec3A::new(0.001, 0.3, 0.002), Vec3A::NEG_Y));
         // Flat triangles take 0.4 % off the ball's disc, 6e-4 of the sky.
         assert!((mean - expected).abs() < 4.0 * error + 1e-3, "{width} m: {mean} ± {error}");
     }

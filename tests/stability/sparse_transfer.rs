@@ -1,4 +1,5 @@
-//! sparse-transfer: lights that no map has, walls without thickness, receivers without light, and what is left out.
+//! sparse-transfer: lights that no map has, walls without thickness, receivers without light, and what is
+//! left out.
 
 use crate::support::relit::{BALL, Baked, bake, wanted};
 use crate::support::{expect_exit, relative_l2, scaled, scene, write_scene};
@@ -21,7 +22,10 @@ fn rough_ball() -> String {
 
 /// The scene of [`BALL`] with something else in the place of the ball.
 fn with_instead_of_the_ball(shape: &str, transform: &str) -> String {
-    let [ball, place] = ["shape = 'sphere'\n    subdivisions = 3", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }"];
+    let [ball, place] = [
+        "shape = 'sphere'\n    subdivisions = 3",
+        "transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }",
+    ];
     assert!(BALL.contains(ball) && BALL.contains(place));
     BALL.replace(ball, shape).replace(place, transform)
 }
@@ -34,7 +38,8 @@ fn hard_lights_stay_within_bounds() {
     let texels = TEXELS;
     assert!(whole.under_texels(&vec![0.0; texels]).iter().all(|r| *r == 0.0), "no light, no radiance");
 
-    // An even light and one that is a whole face have scaling functions only, which every row keeps: as exact as the rounding of six values.
+    // An even light and one that is a whole face have scaling functions only, which every row keeps: as exact
+    // as the rounding of six values.
     let even = whole.under_texels(&vec![1.0; texels]);
     assert!(coarse.under_texels(&vec![1.0; texels]).iter().zip(&even).all(|(a, b)| (a - b).abs() < 1e-4));
     for face in 0..6 {
@@ -43,7 +48,8 @@ fn hard_lights_stay_within_bounds() {
         assert!(exact.iter().zip(&shown).all(|(a, b)| (a - b).abs() < 1e-4 * 1e5), "face {face}");
     }
 
-    // A single texel of 10⁵ straight above: all that reaches a row is the texel's transfer, and nothing may come out of proportion.
+    // A single texel of 10⁵ straight above: all that reaches a row is the texel's transfer, and nothing may
+    // come out of proportion.
     let above = cubemap::texel_of(Vec3::new(0.01, 1.0, 0.01), 64);
     let lit: Vec<f32> = (0..texels).map(|i| if i == above { 1e5 } else { 0.0 }).collect();
     let transfer = (cubemap::solid_angles(64)[above % 4096] / PI * 1e5) as f32;
@@ -52,7 +58,11 @@ fn hard_lights_stay_within_bounds() {
         let shown = baked.under_texels(&lit);
         for vertex in baked.plane().filter(|v| !(0.3..0.5).contains(&baked_distance(baked, *v))) {
             let expected = if in_shadow(vertex) { 0.0 } else { transfer };
-            assert!((shown[vertex] - expected).abs() < bound * transfer, "vertex {vertex}: {} for {expected}", shown[vertex]);
+            assert!(
+                (shown[vertex] - expected).abs() < bound * transfer,
+                "vertex {vertex}: {} for {expected}",
+                shown[vertex]
+            );
         }
         // What is wrong at one vertex is right on average: no light is made or lost.
         let mean = |values: Vec<f32>| values.iter().sum::<f32>() / values.len() as f32;
@@ -80,11 +90,15 @@ fn sun(elevation_deg: f32) -> (EquirectMap, f64) {
     (map, 1e5 * (2.0 * PI / f64::from(width)) * (edge(row) - edge(row + 1)) * middle / PI)
 }
 
-/// The plane's vertices that the sun reaches by a margin of 0.1 m around the ball's shadow, when the map is turned.
+/// The plane's vertices that the sun reaches by a margin of 0.1 m around the ball's shadow, when the map is
+/// turned.
 fn sunlit(baked: &Baked, elevation_deg: f32, rotation_deg: f32) -> Vec<usize> {
-    let ((sin, cos), (up, along)) = ((-rotation_deg.to_radians()).sin_cos(), elevation_deg.to_radians().sin_cos());
+    let ((sin, cos), (up, along)) =
+        ((-rotation_deg.to_radians()).sin_cos(), elevation_deg.to_radians().sin_cos());
     let towards = Vec3::new(along * sin, up, -along * cos);
-    let passes = |vertex: &usize| (Vec3::Y - Vec3::from(baked.stored.positions[*vertex])).cross(towards).length() > 0.5;
+    let passes = |vertex: &usize| {
+        (Vec3::Y - Vec3::from(baked.stored.positions[*vertex])).cross(towards).length() > 0.5
+    };
     baked.plane().filter(passes).collect()
 }
 
@@ -98,34 +112,49 @@ fn first_terms(rows: &SparseTransfer, terms: u32) -> SparseTransfer {
     first
 }
 
-/// A sun of 10⁵ and half a degree, less than a texel of the light, that turns across the cube's edges. With 1024 terms its flux is kept and no step makes a jump. With 100 it is
-/// kept in the mean only, to half of what a sun straight above sends, and single vertices flicker: they see what the kept terms make of one texel after the other.
+/// A sun of 10⁵ and half a degree, less than a texel of the light, that turns across the cube's edges. With
+/// 1024 terms its flux is kept and no step makes a jump. With 100 it is kept in the mean only, to half of
+/// what a sun straight above sends, and single vertices flicker: they see what the kept terms make of one
+/// texel after the other.
 #[test]
 fn a_sun_of_1e5_crosses_the_edges_of_the_cube() {
     let scene = scene(&rough_ball());
     let baked = bake(&scene, wanted(16, 1024));
     let (whole, coarse) = (&baked.transfer, &first_terms(&baked.transfer, 100));
-    // At 20° of elevation the light passes from side to side at 45°, at 40° from a side to the top where cos φ = tan 40°, 33°.
+    // At 20° of elevation the light passes from side to side at 45°, at 40° from a side to the top where cos
+    // φ = tan 40°, 33°.
     for (elevation, crossing) in [(20.0, 45.0), (40.0, 33.0)] {
         let (map, expected) = sun(elevation);
         let mut last: Option<Vec<f64>> = None;
         for step in -5..=5 {
             let rotation = crossing + 0.25 * step as f32;
             let sunlit = sunlit(&baked, elevation, rotation);
-            let light = light(&map, &EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: rotation }, 64);
-            let shown = |rows: &SparseTransfer| radiance(rows, &light).iter().map(|r| f64::from(r[0]) / expected).collect::<Vec<_>>();
+            let light = light(
+                &map,
+                &EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: rotation },
+                64,
+            );
+            let shown = |rows: &SparseTransfer| {
+                radiance(rows, &light).iter().map(|r| f64::from(r[0]) / expected).collect::<Vec<_>>()
+            };
             let mean = |shown: &[f64]| sunlit.iter().map(|v| shown[*v]).sum::<f64>() / sunlit.len() as f64;
             let place = format!("{elevation}°, turned {rotation}°");
-            // As for one texel straight above: a quarter at one vertex, half as much in the mean over the plane; with 100 terms half of a sun straight above in the mean,
-            // for what is cut is cut from the whole row, however low the sun stands.
+            // As for one texel straight above: a quarter at one vertex, half as much in the mean over the
+            // plane; with 100 terms half of a sun straight above in the mean, for what is cut is cut from the
+            // whole row, however low the sun stands.
             let (whole, coarse) = (shown(whole), shown(coarse));
             let straight_above = f64::from(elevation.to_radians().sin());
-            assert!((mean(&coarse) - 1.0).abs() * straight_above < 0.5, "{place}, 100 terms: {}", mean(&coarse));
+            assert!(
+                (mean(&coarse) - 1.0).abs() * straight_above < 0.5,
+                "{place}, 100 terms: {}",
+                mean(&coarse)
+            );
             assert!((mean(&whole) - 1.0).abs() < 0.125, "{place}: {}", mean(&whole));
             assert!(sunlit.iter().all(|v| (whole[*v] - 1.0).abs() < 0.25), "{place}");
             if let Some(last) = last.replace(whole.clone()) {
-                // A texel of the map, interpolated, is a tent 1° wide: a quarter of a degree takes at most half of its light to the next texel of the cube, whose
-                // response differs by twice the bound at most.
+                // A texel of the map, interpolated, is a tent 1° wide: a quarter of a degree takes at most
+                // half of its light to the next texel of the cube, whose response differs by twice the bound
+                // at most.
                 let jump = sunlit.iter().map(|v| (whole[*v] - last[*v]).abs()).fold(0.0, f64::max);
                 assert!(jump < 0.25, "{place}: {jump}");
             }
@@ -133,14 +162,16 @@ fn a_sun_of_1e5_crosses_the_edges_of_the_cube() {
     }
 }
 
-/// A sun beyond half floats in a map: the whole map is stored in a power of two that brings it within, so a sun of 10⁵ costs nothing, and the real sun's 1.6·10⁹ beside a
-/// night sky takes from the sky what is below half a step, 2⁻²⁵ of that unit: an absolute loss of 10⁻³ W/(sr·m²), which the sun outshines 10¹²-fold.
+/// A sun beyond half floats in a map: the whole map is stored in a power of two that brings it within, so a
+/// sun of 10⁵ costs nothing, and the real sun's 1.6·10⁹ beside a night sky takes from the sky what is below
+/// half a step, 2⁻²⁵ of that unit: an absolute loss of 10⁻³ W/(sr·m²), which the sun outshines 10¹²-fold.
 #[test]
 fn maps_beyond_half_floats_keep_sun_and_sky() {
     for sun in [1e5f32, 1.6e9, 1e12] {
         let sky = [1e-3f32, 0.02, 0.2, 1.0, 30.0, 999.0];
         let texels: Vec<[f32; 3]> = sky.iter().chain([&sun]).map(|v| [*v; 3]).collect();
-        let stored = Environment { name: "sun".to_owned(), map: EquirectMap { width: 7, height: 1, texels } }.rounded();
+        let stored = Environment { name: "sun".to_owned(), map: EquirectMap { width: 7, height: 1, texels } }
+            .rounded();
         let unit = (sun / f16::MAX.to_f32()).log2().ceil().exp2();
         for (is, was) in stored.map.texels.iter().zip(sky.iter().chain([&sun])) {
             let bound = (was * 2.0f32.powi(-11)).max(unit * 2.0f32.powi(-25));
@@ -150,10 +181,14 @@ fn maps_beyond_half_floats_keep_sun_and_sky() {
     }
 }
 
-/// Receivers inside a blocker: their rows are all zero, which is legal, and exactly black under any light with any number of terms.
+/// Receivers inside a blocker: their rows are all zero, which is legal, and exactly black under any light
+/// with any number of terms.
 #[test]
 fn receivers_inside_a_blocker_have_rows_of_zeros() {
-    let scene = scene(&rough_ball().replace("transform = { scale = 4.0 }", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.3 }"));
+    let scene = scene(&rough_ball().replace(
+        "transform = { scale = 4.0 }",
+        "transform = { translation = [0.0, 1.0, 0.0], scale = 0.3 }",
+    ));
     let baked = bake(&scene, wanted(4, 64));
     for texels in [vec![1e5; TEXELS], (0..TEXELS).map(|i| (i % 97) as f32).collect()] {
         let shown = baked.under_texels(&texels);
@@ -163,8 +198,9 @@ fn receivers_inside_a_blocker_have_rows_of_zeros() {
     assert!(baked.manifest.methods[0].errors.values().all(|error| error.is_finite()));
 }
 
-/// Thin walls and open meshes: a roof of 2 m × 2 m, half a metre above the plane, as a box a centimetre or a micrometre thick, and as a sheet seen from its front or its back,
-/// leaves the middle of the plane what passes its rim, by the form factor of a rectangle.
+/// Thin walls and open meshes: a roof of 2 m × 2 m, half a metre above the plane, as a box a centimetre or a
+/// micrometre thick, and as a sheet seen from its front or its back, leaves the middle of the plane what
+/// passes its rim, by the form factor of a rectangle.
 #[test]
 fn a_roof_of_any_thinness_leaves_the_light_that_passes_its_rim() {
     let mut shown_before = None;
@@ -172,23 +208,33 @@ fn a_roof_of_any_thinness_leaves_the_light_that_passes_its_rim() {
         ("shape = 'box'", "transform = { translation = [0.0, 0.505, 0.0], scale = [2.0, 0.01, 2.0] }"),
         ("shape = 'box'", "transform = { translation = [0.0, 0.5, 0.0], scale = [2.0, 1e-6, 2.0] }"),
         ("shape = 'quad'", "transform = { translation = [0.0, 0.5, 0.0], scale = 2.0 }"),
-        ("shape = 'quad'", "transform = { translation = [0.0, 0.5, 0.0], rotation_deg = [180.0, 0.0, 0.0], scale = 2.0 }"),
+        (
+            "shape = 'quad'",
+            "transform = { translation = [0.0, 0.5, 0.0], rotation_deg = [180.0, 0.0, 0.0], scale = 2.0 }",
+        ),
     ];
     for (shape, transform) in roofs {
-        let baked = bake(&scene(&with_instead_of_the_ball(shape, transform).replace("segments = 12", "segments = 2")), wanted(16, 100));
+        let baked = bake(
+            &scene(&with_instead_of_the_ball(shape, transform).replace("segments = 12", "segments = 2")),
+            wanted(16, 100),
+        );
         let shown = baked.under_texels(&vec![1.0; TEXELS])[4];
         // Sides over height, both 2.
         let a = 2.0 / 5.0f64.sqrt();
         let open = 1.0 - 4.0 / PI * a * a.atan();
-        // The rim runs through 256 texels of at most 1e-4 of the light each, of which one in sixteen rays may err towards the same side: an eighth of each.
-        assert!((f64::from(shown) - open).abs() < 256.0 * 1e-4 / 8.0, "{shape} {transform}: {shown} for {open}");
+        // The rim runs through 256 texels of at most 1e-4 of the light each, of which one in sixteen rays may
+        // err towards the same side: an eighth of each.
+        assert!(
+            (f64::from(shown) - open).abs() < 256.0 * 1e-4 / 8.0,
+            "{shape} {transform}: {shown} for {open}"
+        );
         // All are seen alike from below.
         assert!((shown_before.replace(shown).unwrap_or(shown) - shown).abs() < 1e-3, "{shape} {transform}");
     }
 }
 
-/// A mesh coarser than the shadow on it: light is exact at vertices and linear between, which for a ball's soft shadow errs by h²/8 of its curvature; with half the
-/// distance of vertices a quarter is left.
+/// A mesh coarser than the shadow on it: light is exact at vertices and linear between, which for a ball's
+/// soft shadow errs by h²/8 of its curvature; with half the distance of vertices a quarter is left.
 #[test]
 fn shadows_are_as_fine_as_the_mesh() {
     let worst = |segments: usize| {
@@ -244,7 +290,12 @@ fn what_is_left_out_is_said() {
     let metal = "brdf = 'ggx'\n    base_color = [0.9, 0.8, 0.7]\n    metallic = 1.0\n    roughness = 0.4";
     let text = BALL.replace("brdf = 'blinn-phong'\n    kd = [0.7, 0.7, 0.1]", metal);
     let said = wanted(1, 6).leaves_out(&scene(&text));
-    assert!(said.len() == 1 && said[0].contains("`ball`") && said[0].ends_with("it will be black; set metallic = 0"), "{said:?}");
+    assert!(
+        said.len() == 1
+            && said[0].contains("`ball`")
+            && said[0].ends_with("it will be black; set metallic = 0"),
+        "{said:?}"
+    );
 }
 
 /// Surfaces seen from behind are black: the player, looking up from under the plane.
@@ -253,10 +304,22 @@ fn surfaces_seen_from_behind_are_black() {
     let folder = tempfile::tempdir().unwrap();
     let path = write_scene(folder.path(), &format!("{} file = 'lamps'\n", rough_ball()));
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    std::fs::write(file("below.toml"), "camera = { position = [0.0, -0.5, 0.0], target = [0.0, 0.0, 0.01] }\n").unwrap();
+    std::fs::write(
+        file("below.toml"),
+        "camera = { position = [0.0, -0.5, 0.0], target = [0.0, 0.0, 0.01] }\n",
+    )
+    .unwrap();
     let bundle = file("bundle");
-    expect_exit("bake", &["run", path.to_str().unwrap(), "-o", &bundle, "--terms", "32", "--spp", "1", "--progress", "none"], 0);
-    expect_exit("player", &[&bundle, "--headless", "--state", &file("below.toml"), "--exr", &file("frame.exr")], 0);
+    expect_exit(
+        "bake",
+        &["run", path.to_str().unwrap(), "-o", &bundle, "--terms", "32", "--spp", "1", "--progress", "none"],
+        0,
+    );
+    expect_exit(
+        "player",
+        &[&bundle, "--headless", "--state", &file("below.toml"), "--exr", &file("frame.exr")],
+        0,
+    );
     let image = relume_bake::exr_file::read_exr(&folder.path().join("frame.exr")).unwrap();
     assert!(["R", "G", "B"].iter().all(|c| image.channel(c).unwrap().iter().all(|v| *v == 0.0)));
 }

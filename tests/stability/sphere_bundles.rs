@@ -1,4 +1,5 @@
-//! sphere-shadows as a bundle shows them: thin walls, contact, receivers inside blockers, the object itself, sizes, and what is refused.
+//! sphere-shadows as a bundle shows them: thin walls, contact, receivers inside blockers, the object itself,
+//! sizes, and what is refused.
 
 use crate::shadows::{BALL, Bundle, SIDE, knot, true_radiance};
 use crate::support::{expect_exit, job, scene, write_scene};
@@ -7,24 +8,36 @@ use relume_formats::Place;
 
 /// The scene of [`BALL`] with another blocker.
 fn with_blocker(shape: &str, spheres: u32, transform: &str) -> String {
-    let [ball, place] = ["shape = 'sphere'\n    subdivisions = 3", "transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }"];
+    let [ball, place] = [
+        "shape = 'sphere'\n    subdivisions = 3",
+        "transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }",
+    ];
     assert!(BALL.contains(ball) && BALL.contains(place));
-    BALL.replace(ball, shape).replace(place, transform).replace("spheres = 1", &format!("spheres = {spheres}"))
+    BALL.replace(ball, shape)
+        .replace(place, transform)
+        .replace("spheres = 1", &format!("spheres = {spheres}"))
 }
 
-/// Thin walls: the spheres of a plate stand far out of it, so its shadow is too large. It is never too small: nothing shines through the plate, and no point
-/// of the plane gets more light than the plate itself leaves it.
+/// Thin walls: the spheres of a plate stand far out of it, so its shadow is too large. It is never too small:
+/// nothing shines through the plate, and no point of the plane gets more light than the plate itself leaves
+/// it.
 #[test]
 fn a_thin_plate_throws_too_large_a_shadow_and_never_too_small_a_one() {
-    let text = with_blocker("shape = 'box'", 16, "transform = { translation = [0.0, 1.0, 0.0], scale = [1.0, 0.02, 1.0] }");
+    let text = with_blocker(
+        "shape = 'box'",
+        16,
+        "transform = { translation = [0.0, 1.0, 0.0], scale = [1.0, 0.02, 1.0] }",
+    );
     let (bundle, scene) = (Bundle::bake(&text), scene(&text));
     let excess = f64::from(bundle.set.meta.relative_outside_volume() as f32);
     let shown = bundle.radiance(0.0, None);
-    // Under the middle: the form factor of a square whose sides are as long as it is high above the plane, seen from below its middle.
+    // Under the middle: the form factor of a square whose sides are as long as it is high above the plane,
+    // seen from below its middle.
     let a = 0.5 / 1.25f64.sqrt();
     let open = 1.0 - 4.0 / std::f64::consts::PI * a * a.atan();
     let middle = f64::from(shown[6 * SIDE + 6][0]);
-    // A texel is blocked if its centre is: along the rim, of 3.7 rad in the cube's own measure, up to half a texel, 1/32, of an upper bound of 1/π a unit.
+    // A texel is blocked if its centre is: along the rim, of 3.7 rad in the cube's own measure, up to half a
+    // texel, 1/32, of an upper bound of 1/π a unit.
     let rim = 3.7 / 32.0 / std::f64::consts::PI;
     println!("E/V {excess:.1}, in the middle {middle:.4}, the plate itself leaves {open:.4}");
     assert!(middle < open + rim && middle < open, "{middle} for {open}");
@@ -32,13 +45,18 @@ fn a_thin_plate_throws_too_large_a_shadow_and_never_too_small_a_one() {
     let vertices: Vec<usize> = (0..SIDE * SIDE).step_by(13).collect();
     for vertex in vertices {
         let truth = true_radiance(&scene, vertex).0;
-        assert!(f64::from(shown[vertex][0]) < truth + rim, "vertex {vertex}: {:?} for {truth}", shown[vertex]);
+        assert!(
+            f64::from(shown[vertex][0]) < truth + rim,
+            "vertex {vertex}: {:?} for {truth}",
+            shown[vertex]
+        );
     }
     // The loss is what the page says: this shadow is no good.
     assert!(excess > 2.0, "{excess}");
 }
 
-/// Spheres that almost touch a receiver, and receivers inside a blocker: a ball that sinks into the plane makes the vertices within its spheres black, and no other.
+/// Spheres that almost touch a receiver, and receivers inside a blocker: a ball that sinks into the plane
+/// makes the vertices within its spheres black, and no other.
 #[test]
 fn where_a_ball_sinks_into_the_plane_only_what_is_inside_is_black() {
     let bundle = Bundle::bake(&with_blocker(
@@ -51,25 +69,34 @@ fn where_a_ball_sinks_into_the_plane_only_what_is_inside_is_black() {
     let mut inside = 0;
     for (position, shown) in bundle.stored.positions.iter().zip(&shown).take(SIDE * SIDE) {
         let distance = (position[0] - x).hypot(position[1] - y).hypot(position[2] - z);
-        // What is inside has a radius of 0.74 m about the middle: 21 vertices, a third of a metre apart, none nearer to the edge than rounding.
+        // What is inside has a radius of 0.74 m about the middle: 21 vertices, a third of a metre apart, none
+        // nearer to the edge than rounding.
         inside += usize::from(distance < radius);
-        assert_eq!(shown[0].abs() < 1e-5, distance < radius, "{position:?}, {distance} from the middle: {shown:?}");
+        assert_eq!(
+            shown[0].abs() < 1e-5,
+            distance < radius,
+            "{position:?}, {distance} from the middle: {shown:?}"
+        );
     }
     assert!(inside > 10, "{inside}");
 }
 
-/// The object itself: enough spheres that some are no neighbours shadow a knot on itself, nearer to the truth under an even sky than no spheres of its own, as
-/// docs/reference/sphere-shadows.md states.
+/// The object itself: enough spheres that some are no neighbours shadow a knot on itself, nearer to the truth
+/// under an even sky than no spheres of its own, as docs/reference/sphere-shadows.md states.
 #[test]
 fn shadows_of_a_knot_on_itself_are_better_than_none() {
-    let text = knot().replace("spheres = 12", "spheres = 32").replace("twist_deg = 160.0\n    twist_s = 2.0", "");
+    let text =
+        knot().replace("spheres = 12", "spheres = 32").replace("twist_deg = 160.0\n    twist_s = 2.0", "");
     let (bundle, mut alone) = (Bundle::bake(&text), scene(&text));
     // Without the plane, which casts no shadow here.
     alone.objects.remove(0);
     let vertices: Vec<usize> = (0..bundle.stored.positions.len() - SIDE * SIDE).step_by(7).collect();
     let truth: Vec<f64> = vertices.iter().map(|v| true_radiance(&alone, *v).0).collect();
     let off = |shown: Vec<[f32; 3]>| {
-        let off = vertices.iter().zip(&truth).map(|(v, truth)| (f64::from(shown[SIDE * SIDE + v][0]) - truth).powi(2));
+        let off = vertices
+            .iter()
+            .zip(&truth)
+            .map(|(v, truth)| (f64::from(shown[SIDE * SIDE + v][0]) - truth).powi(2));
         (off.sum::<f64>() / truth.iter().map(|t| t * t).sum::<f64>()).sqrt()
     };
     let (by_rule, without) = (off(bundle.radiance(0.0, None)), off(bundle.open_radiance(0.0)));
@@ -77,7 +104,8 @@ fn shadows_of_a_knot_on_itself_are_better_than_none() {
     assert!(by_rule < 0.9 * without, "{by_rule} {without}");
 }
 
-/// A mesh a thousand times larger or smaller gets the same spheres, a thousand times larger or smaller; exactly so with powers of two.
+/// A mesh a thousand times larger or smaller gets the same spheres, a thousand times larger or smaller;
+/// exactly so with powers of two.
 #[test]
 fn spheres_of_a_mesh_of_any_size() {
     let mesh = scene(&knot()).objects[1].mesh.clone();
@@ -86,7 +114,10 @@ fn spheres_of_a_mesh_of_any_size() {
         mesh.positions.iter_mut().for_each(|p| *p = p.map(|x| x * scale));
         let settings = Settings { spheres: 6, seed: 0, iterations: 8, tight: 0.0 };
         let set = fit(&mesh, &[], "knot", &Place::file("test"), &settings, &job()).unwrap().set;
-        (set.meta.relative_outside_volume(), set.spheres.iter().map(|s| s.map(|x| x / scale)).collect::<Vec<_>>())
+        (
+            set.meta.relative_outside_volume(),
+            set.spheres.iter().map(|s| s.map(|x| x / scale)).collect::<Vec<_>>(),
+        )
     };
     let metre = spheres(1.0);
     assert_eq!(spheres(1024.0).1, metre.1);
@@ -97,38 +128,57 @@ fn spheres_of_a_mesh_of_any_size() {
     }
 }
 
-/// Open meshes without an inside, bounces, lamps and scenes without spheres: an error, one line that names what and where.
+/// Open meshes without an inside, bounces, lamps and scenes without spheres: an error, one line that names
+/// what and where.
 #[test]
 fn what_has_no_spheres_or_other_light_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let lamp = "\n[[light]]\n name = 'bulb'\n kind = 'point'\n intensity = [1.0, 1.0, 1.0]\n";
     let cases = [
-        (with_blocker("shape = 'quad'", 4, "transform = { translation = [0.0, 1.0, 0.0] }"), "object `blocker`"),
+        (
+            with_blocker("shape = 'quad'", 4, "transform = { translation = [0.0, 1.0, 0.0] }"),
+            "object `blocker`",
+        ),
         (BALL.replace("spheres = 1\n", "spheres = 0\n"), "spheres 0 is outside 1..4096"),
         (format!("{BALL} {lamp}"), "light `bulb`: sphere-shadows lights by the environment alone"),
         (BALL.replace("reflections = 1", "reflections = 2"), "models direct light only; set it to 1"),
-        (BALL.replace("spheres = 1\n", "\n"), "no object has spheres, which cast the shadows of sphere-shadows; add spheres = 64 to one"),
+        (
+            BALL.replace("spheres = 1\n", "\n"),
+            "no object has spheres, which cast the shadows of sphere-shadows; add spheres = 64 to one",
+        ),
     ];
     for (text, expected) in cases {
         let path = write_scene(folder.path(), &text);
         let out = folder.path().join("bundle");
-        let stderr = expect_exit("bake", &["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--progress", "none"], 2);
+        let stderr = expect_exit(
+            "bake",
+            &["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--progress", "none"],
+            2,
+        );
         println!("{}", stderr.trim());
         assert!(stderr.contains(expected), "{stderr} for {expected}");
     }
 }
 
-/// Objects without spheres cast no shadow: under a roof that would take most of the light the plane has what the ball leaves it. A bake says so and goes on.
+/// Objects without spheres cast no shadow: under a roof that would take most of the light the plane has what
+/// the ball leaves it. A bake says so and goes on.
 #[test]
 fn objects_without_spheres_cast_no_shadow() {
-    let roof =
-        "[[object]]\n name = 'roof'\n shape = 'quad'\n material = 'white'\n transform = { translation = [0.0, 3.0, 0.0], scale = 6.0 }\n";
+    let roof = "[[object]]\n name = 'roof'\n shape = 'quad'\n material = 'white'\n transform = { translation = [0.0, 3.0, 0.0], scale = 6.0 }\n";
     let bundle = Bundle::bake(&BALL.replace("[environment]", &format!("{roof}[environment]")));
-    assert!(bundle.stderr.contains("without spheres, `plane`, `roof` receives shadows and casts none"), "{}", bundle.stderr);
-    for (position, shown) in bundle.stored.positions.iter().zip(bundle.radiance(0.0, None)).take(SIDE * SIDE) {
+    assert!(
+        bundle.stderr.contains("without spheres, `plane`, `roof` receives shadows and casts none"),
+        "{}",
+        bundle.stderr
+    );
+    for (position, shown) in bundle.stored.positions.iter().zip(bundle.radiance(0.0, None)).take(SIDE * SIDE)
+    {
         let squared = position[0].powi(2) + position[2].powi(2) + 1.0;
         // The ball's form factor; texels at its rim err by a fifth of the rim at most (shadows.rs).
         let open = 1.0 - 0.16 / (squared * squared.sqrt());
-        assert!((shown[0] - open).abs() < 0.2 * 0.8 / squared.sqrt() / 16.0 + 5e-3, "{position:?}: {shown:?} for {open}");
+        assert!(
+            (shown[0] - open).abs() < 0.2 * 0.8 / squared.sqrt() / 16.0 + 5e-3,
+            "{position:?}: {shown:?} for {open}"
+        );
     }
 }

@@ -1,11 +1,14 @@
-//! sphere-shadows, of spheres that are given: receivers on spheres, spheres of no size and of all sizes, many and none, small and bright lights that move. Receivers inside spheres,
-//! a light on the cube's edges and who blocks whom are in formats/tests/sphere_shadows.rs.
+//! sphere-shadows, of spheres that are given: receivers on spheres, spheres of no size and of all sizes, many
+//! and none, small and bright lights that move. Receivers inside spheres, a light on the cube's edges and who
+//! blocks whom are in formats/tests/sphere_shadows.rs.
 
 use crate::support::relative_l2;
 use glam::Vec3;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::{EquirectMap, cubemap, haar};
-use relume_formats::evaluate::sphere_shadows::{Function, Levels, Own, Receiver, Spheres, light, lobe, neighbours, radiance};
+use relume_formats::evaluate::sphere_shadows::{
+    Function, Levels, Own, Receiver, Spheres, light, lobe, neighbours, radiance,
+};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::HaarTable;
 use std::sync::LazyLock;
@@ -16,9 +19,17 @@ static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
 
 /// The lobes of all nodes; those that no receiver needs are empty, which saves most of the time.
 fn lobes(receivers: &[Receiver], terms: Option<usize>) -> Vec<Function> {
-    let is_used = |node: usize| receivers.iter().flat_map(|r| r.lobes).any(|(k, weight)| weight != 0.0 && k as usize == node);
+    let is_used = |node: usize| {
+        receivers.iter().flat_map(|r| r.lobes).any(|(k, weight)| weight != 0.0 && k as usize == node)
+    };
     (0..NODES)
-        .map(|node| if is_used(node) { lobe(diffuse::lobe(grid_normal(node)), terms) } else { lobe(vec![0.0; TEXELS], Some(6)) })
+        .map(|node| {
+            if is_used(node) {
+                lobe(diffuse::lobe(grid_normal(node)), terms)
+            } else {
+                lobe(vec![0.0; TEXELS], Some(6))
+            }
+        })
         .collect()
 }
 
@@ -61,21 +72,26 @@ impl Random {
 fn directions() -> Vec<Vec3> {
     let signs = [-1.0, 0.0, 1.0];
     let all = signs.iter().flat_map(|x| signs.iter().flat_map(move |y| signs.map(|z| Vec3::new(*x, *y, z))));
-    all.filter(|v| *v != Vec3::ZERO).chain([Vec3::new(0.3, -0.5, 0.8), Vec3::new(-0.97, 0.98, 0.2)]).map(Vec3::normalize).collect()
+    all.filter(|v| *v != Vec3::ZERO)
+        .chain([Vec3::new(0.3, -0.5, 0.8), Vec3::new(-0.97, 0.98, 0.2)])
+        .map(Vec3::normalize)
+        .collect()
 }
 
-/// Spheres that almost touch a receiver, from 10 cm down to nothing: behind it no shadow, before it the cone that is left. On the very surface rounding decides.
+/// Spheres that almost touch a receiver, from 10 cm down to nothing: behind it no shadow, before it the cone
+/// that is left. On the very surface rounding decides.
 #[test]
 fn on_the_surface_of_a_sphere_of_another_object() {
     let radius = 0.7;
     for normal in directions() {
         for step in [1e-1, 1e-2, 1e-3, 1e-5, 1e-6, 0.0] {
             let at = |distance: f32| (normal * distance).extend(radius).to_array();
-            // The sphere's pole touches the receiver from behind: all of it is below the horizon. On the very surface rounding decides whether the receiver is
-            // inside, where all is dark.
+            // The sphere's pole touches the receiver from behind: all of it is below the horizon. On the very
+            // surface rounding decides whether the receiver is inside, where all is dark.
             let away = open_share(receiver(Vec3::ZERO, normal), vec![at(-radius * (1.0 + step))]);
             assert!(away > 0.999 || (step == 0.0 && away.abs() < 1e-5), "{normal} {step}: {away}");
-            // And from the front: what is left is the sine of a cone that closes, √(2·step), and texels at its rim.
+            // And from the front: what is left is the sine of a cone that closes, √(2·step), and texels at
+            // its rim.
             let towards = open_share(receiver(Vec3::ZERO, normal), vec![at(radius * (1.0 + step))]);
             let expected = 1.0 - 1.0 / (1.0 + step).powi(2);
             assert!((towards - expected).abs() < 0.03, "{normal} {step}: {towards} for {expected}");
@@ -88,15 +104,18 @@ fn on_the_surface_of_a_sphere_of_another_object() {
 fn the_cube_has_no_preferred_directions() {
     for normal in directions() {
         for sine in [0.1f32, 0.3, 0.6, 0.9] {
-            let share = open_share(receiver(Vec3::ZERO, normal), vec![(normal * 3.0).extend(3.0 * sine).to_array()]);
+            let share =
+                open_share(receiver(Vec3::ZERO, normal), vec![(normal * 3.0).extend(3.0 * sine).to_array()]);
             let rim = 2.0 * sine * (1.0 - sine * sine).sqrt() / 16.0;
-            // Half a texel's diagonal along the rim, and 2 % that a blend of lobes may be off where it is dark and bright.
+            // Half a texel's diagonal along the rim, and 2 % that a blend of lobes may be off where it is
+            // dark and bright.
             assert!((share - (1.0 - sine * sine)).abs() < 0.71 * rim + 0.02, "{normal} {sine}: {share}");
         }
     }
 }
 
-/// Degenerate spheres: one without a size hides a texel at most, one far away nothing, and many at one place what one hides.
+/// Degenerate spheres: one without a size hides a texel at most, one far away nothing, and many at one place
+/// what one hides.
 #[test]
 fn spheres_of_no_size_far_away_or_twice_at_one_place() {
     let up = receiver(Vec3::new(0.3, 0.0, -0.2), Vec3::Y);
@@ -116,11 +135,13 @@ fn spheres_of_no_size_far_away_or_twice_at_one_place() {
     assert_eq!(open_share(up, one), open_share(up, many));
 }
 
-/// Many spheres on the fast path and the clear one: nothing overflows, all is between darkness and the open sky, and own spheres are left out alike.
+/// Many spheres on the fast path and the clear one: nothing overflows, all is between darkness and the open
+/// sky, and own spheres are left out alike.
 #[test]
 fn a_thousand_spheres() {
     let mut random = Random(4);
-    let now: Vec<[f32; 4]> = (0..1000).map(|_| (random.vector() * 3.0).extend(0.05 + 0.05 * random.next()).to_array()).collect();
+    let now: Vec<[f32; 4]> =
+        (0..1000).map(|_| (random.vector() * 3.0).extend(0.05 + 0.05 * random.next()).to_array()).collect();
     let sets = [spheres(now)];
     let receivers: Vec<Receiver> = (0..48)
         .map(|k| {
@@ -138,8 +159,8 @@ fn a_thousand_spheres() {
     assert!((0.05..0.9).contains(&mean), "they block: {mean}");
 }
 
-/// A light of a single texel of its map turns slowly all around: where its shadow comes and goes it does so over several frames, and the
-/// terms that are kept, other ones in every frame, do not flicker.
+/// A light of a single texel of its map turns slowly all around: where its shadow comes and goes it does so
+/// over several frames, and the terms that are kept, other ones in every frame, do not flicker.
 #[test]
 fn a_light_of_one_texel_turns_without_flicker() {
     let (width, height) = (256, 128);
@@ -155,7 +176,8 @@ fn a_light_of_one_texel_turns_without_flicker() {
         let mut planes: [Vec<f32>; 3] = std::array::from_fn(|c| texels.iter().map(|t| t[c]).collect());
         planes.iter_mut().for_each(|plane| haar::forward_cube(plane, 32));
         let mut out = vec![[0.0; 3]; receivers.len()];
-        Shading::new(&lobes, &light(planes, Some(200)), Levels::Two).radiance(&receivers, sets, &TABLE, &mut out);
+        Shading::new(&lobes, &light(planes, Some(200)), Levels::Two)
+            .radiance(&receivers, sets, &TABLE, &mut out);
         out.into_iter().map(|r| r[0]).collect::<Vec<f32>>()
     };
     let frames: Vec<Vec<f32>> = (0..1440).map(|k| frame(k, &sets)).collect();
@@ -172,7 +194,8 @@ fn a_light_of_one_texel_turns_without_flicker() {
     }
     println!("largest change {worst}, {shadowed} frames in shadow, {lit} lit");
     assert!(shadowed > 100 && lit > 100, "{shadowed} {lit}");
-    // The map's texel, interpolated, is a tent 2.8° wide: 0.25° move at most 0.25/1.4 of its light over the edge of a shadow.
+    // The map's texel, interpolated, is a tent 2.8° wide: 0.25° move at most 0.25/1.4 of its light over the
+    // edge of a shadow.
     assert!(worst < 0.25 / 1.4 + 0.02, "{worst}");
 }
 
@@ -180,13 +203,16 @@ fn a_light_of_one_texel_turns_without_flicker() {
 #[test]
 fn a_thousand_times_larger_or_smaller() {
     let mut random = Random(9);
-    let now: Vec<[f32; 4]> = (0..60).map(|_| (random.vector() * 2.0).extend(0.3 + 0.2 * random.next()).to_array()).collect();
-    let receivers: Vec<Receiver> = (0..200).map(|_| receiver(random.vector() * 2.0, random.vector().normalize())).collect();
+    let now: Vec<[f32; 4]> =
+        (0..60).map(|_| (random.vector() * 2.0).extend(0.3 + 0.2 * random.next()).to_array()).collect();
+    let receivers: Vec<Receiver> =
+        (0..200).map(|_| receiver(random.vector() * 2.0, random.vector().normalize())).collect();
     let (lobes, white) = (lobes(&receivers, Some(200)), white());
     let shading = Shading::new(&lobes, &white, Levels::Two);
     let image = |scale: f32| {
         let sets = [spheres(now.iter().map(|s| s.map(|x| x * scale)).collect())];
-        let receivers: Vec<Receiver> = receivers.iter().map(|r| Receiver { position: r.position * scale, ..*r }).collect();
+        let receivers: Vec<Receiver> =
+            receivers.iter().map(|r| Receiver { position: r.position * scale, ..*r }).collect();
         let mut out = vec![[0.0; 3]; receivers.len()];
         shading.radiance(&receivers, &sets, &TABLE, &mut out);
         out
@@ -199,10 +225,12 @@ fn a_thousand_times_larger_or_smaller() {
     assert_eq!(image(1024.0), image(1.0), "nothing rounds with powers of two");
 }
 
-/// A sun of 10⁵ and one of 10¹², the largest that a scene may have: light is linear, so each gives that many times what a sun of 1 gives, and nothing overflows.
+/// A sun of 10⁵ and one of 10¹², the largest that a scene may have: light is linear, so each gives that many
+/// times what a sun of 1 gives, and nothing overflows.
 #[test]
 fn a_sun_is_as_bright_as_it_is() {
-    let receivers: Vec<Receiver> = directions().into_iter().map(|normal| receiver(0.1 * normal, normal)).collect();
+    let receivers: Vec<Receiver> =
+        directions().into_iter().map(|normal| receiver(0.1 * normal, normal)).collect();
     let lobes = lobes(&receivers, Some(200));
     let sets = [spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35]])];
     let under = |brightness: f32| {
@@ -222,8 +250,9 @@ fn a_sun_is_as_bright_as_it_is() {
     }
 }
 
-/// Few terms under a light of one texel: the light itself needs 16 coefficients, which are all kept, so what is shown is the cut lobe at that texel. It is the same wrong
-/// factor at all receivers of one normal, a tint and no pattern, and right with all terms.
+/// Few terms under a light of one texel: the light itself needs 16 coefficients, which are all kept, so what
+/// is shown is the cut lobe at that texel. It is the same wrong factor at all receivers of one normal, a tint
+/// and no pattern, and right with all terms.
 #[test]
 fn few_terms_tint_a_light_of_one_texel() {
     let normal = Vec3::new(0.2, 1.0, -0.1).normalize();
@@ -231,19 +260,26 @@ fn few_terms_tint_a_light_of_one_texel() {
     let mut plane = vec![0.0; TEXELS];
     plane[texel] = 1.0;
     haar::forward_cube(&mut plane, 32);
-    let receivers = [Vec3::ZERO, Vec3::new(3.0, 0.0, 1.0), Vec3::new(-2.0, 5.0, 8.0)].map(|at| receiver(at, normal));
+    let receivers =
+        [Vec3::ZERO, Vec3::new(3.0, 0.0, 1.0), Vec3::new(-2.0, 5.0, 8.0)].map(|at| receiver(at, normal));
     // A ball that hides another part of the sky from all of them.
     let sets = [spheres(vec![[-90.0, 40.0, 0.0, 20.0]])];
     for terms in [Some(50), Some(100), Some(200), None] {
         let lobes = lobes(&receivers, terms);
         let light = light([plane.clone(), plane.clone(), plane.clone()], terms);
-        // Levels I and II see means of visibility over 4 × 4 and 2 × 2 texels, all of them open or all blocked here.
+        // Levels I and II see means of visibility over 4 × 4 and 2 × 2 texels, all of them open or all
+        // blocked here.
         let shown = radiance(&receivers, &sets, &lobes, &light, Levels::Two, &TABLE);
-        let cut: f64 =
-            blend(normal).iter().map(|(row, weight)| f64::from(*weight) * f64::from(at_texel(&lobes[*row as usize], texel))).sum();
+        let cut: f64 = blend(normal)
+            .iter()
+            .map(|(row, weight)| f64::from(*weight) * f64::from(at_texel(&lobes[*row as usize], texel)))
+            .sum();
         let whole: f64 = blend(normal)
             .iter()
-            .map(|(row, weight)| f64::from(*weight) * f64::from(at_texel(&lobe(diffuse::lobe(grid_normal(*row as usize)), None), texel)))
+            .map(|(row, weight)| {
+                f64::from(*weight)
+                    * f64::from(at_texel(&lobe(diffuse::lobe(grid_normal(*row as usize)), None), texel))
+            })
             .sum();
         println!("{terms:?}: {:.3} of the light", cut / whole);
         for shown in shown {

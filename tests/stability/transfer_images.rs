@@ -1,4 +1,5 @@
-//! transfer-images: what of it is refused, and that what is not refused stays within bounds at the ends of its range.
+//! transfer-images: what of it is refused, and that what is not refused stays within bounds at the ends of
+//! its range.
 
 use crate::support::images::{bake, in_state, on_bases, settings};
 use crate::support::{expect_exit, library_scene, relative_l2, render, scaled, scene, write_scene};
@@ -22,7 +23,9 @@ const PHONG: &str = "brdf = 'blinn-phong'\nkd = [0.5, 0.4, 0.3]";
 
 /// A square lamp that faces down.
 fn lamp(name: &str, radiance: [f64; 3], height: f64, side: f64) -> String {
-    let place = format!("transform = {{ translation = [0.6, {height}, 0.2], rotation_deg = [-90, 0, 0], scale = {side} }}");
+    let place = format!(
+        "transform = {{ translation = [0.6, {height}, 0.2], rotation_deg = [-90, 0, 0], scale = {side} }}"
+    );
     format!("[[light]]\nname = '{name}'\nkind = 'area'\nradiance = {radiance:?}\n{place}\n")
 }
 
@@ -34,32 +37,47 @@ fn glossy(kd: f32, ks: f32, shininess: f32) -> Brdf {
 fn shown_and_true(scene: &Scene, settings: &Settings, state: &[Brdf]) -> (Vec<Rgb>, Vec<Rgb>) {
     let (basis, images) = bake(scene, settings, true);
     let shown = evaluate(&images, &on_bases(&basis, state));
-    let truth = render(&in_state(scene, state), settings.size, settings.samples, scene.reflections, Paths::Gather, settings.seed);
+    let truth = render(
+        &in_state(scene, state),
+        settings.size,
+        settings.samples,
+        scene.reflections,
+        Paths::Gather,
+        settings.seed,
+    );
     (shown, truth.radiance)
 }
 
-/// In a state without highlights no basis is cut, and everything is a sum of halves that are not negative: each pixel is right to the rounding of a half, 2⁻¹¹,
-/// and twice that for sums in single precision and products of coefficients.
+/// In a state without highlights no basis is cut, and everything is a sum of halves that are not negative:
+/// each pixel is right to the rounding of a half, 2⁻¹¹, and twice that for sums in single precision and
+/// products of coefficients.
 fn expect_rounding_of_halves(shown: &[Rgb], truth: &[Rgb]) {
     for (shown, truth) in shown.as_flattened().iter().zip(truth.as_flattened()) {
         assert!((shown - truth).abs() <= truth / 1024.0, "{shown} for {truth}");
     }
 }
 
-/// Near-mirrors and s beyond the sampled range, too much light, more bounces than are modelled: an error, one line that names what and where.
+/// Near-mirrors and s beyond the sampled range, too much light, more bounces than are modelled: an error, one
+/// line that names what and where.
 #[test]
 fn what_cannot_be_baked_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let phong = |keys: &str| text(&format!("{PHONG}\n{keys}"), PHONG, &lamp("lamp", [9.0; 3], 2.0, 0.5));
     let ggx = |keys: &str| text(&format!("brdf = 'ggx'\n{keys}"), PHONG, &lamp("lamp", [9.0; 3], 2.0, 0.5));
     let fixed = |keys: &str| text(PHONG, keys, &lamp("lamp", [9.0; 3], 2.0, 0.5));
-    let both =
-        phong("").replace("materials = ['m']", "materials = ['m', 'ball']").replacen("blinn-phong'\nkd = [0.5, 0.4, 0.3]", "ggx'", 1);
+    let both = phong("").replace("materials = ['m']", "materials = ['m', 'ball']").replacen(
+        "blinn-phong'\nkd = [0.5, 0.4, 0.3]",
+        "ggx'",
+        1,
+    );
     let cases = [
         (phong("shininess = 200.5"), "material `m`: shininess 200.5 is outside 1..200"),
         (phong("shininess = 0.9"), "material `m`: shininess 0.9 is outside 1.."),
         (ggx("roughness = 0.31"), "material `m`: roughness 0.31 is outside 0.32..1"),
-        (fixed(&format!("{PHONG}\nshininess = 10001.0")), "material `ball`: shininess 10001 is outside 1..10000"),
+        (
+            fixed(&format!("{PHONG}\nshininess = 10001.0")),
+            "material `ball`: shininess 10001 is outside 1..10000",
+        ),
         (fixed("brdf = 'ggx'\nroughness = 0.11"), "material `ball`: roughness 0.11 is outside 0.12..1"),
         (phong("ks = [0.7, 0.0, 0.0]"), "exceeds 1, more light than arrives"),
         (text(PHONG, PHONG, &lamp("sun", [1.1e12; 3], 2.0, 0.5)), "must be numbers of 0 to 1e12"),
@@ -71,13 +89,23 @@ fn what_cannot_be_baked_is_refused_by_name() {
     for (text, expected) in cases {
         let path = write_scene(folder.path(), &text);
         let out = folder.path().join("bundle");
-        let arguments = ["run", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--method", "transfer-images", "--progress", "none"];
+        let arguments = [
+            "run",
+            path.to_str().unwrap(),
+            "-o",
+            out.to_str().unwrap(),
+            "--method",
+            "transfer-images",
+            "--progress",
+            "none",
+        ];
         let stderr = expect_exit("bake", &arguments, 2);
         assert!(stderr.contains(expected), "{stderr} for {expected}");
     }
 }
 
-/// s beyond the sampled range at playback: a state or an animation that leaves it is an error, not a clamp; its ends are within it.
+/// s beyond the sampled range at playback: a state or an animation that leaves it is an error, not a clamp;
+/// its ends are within it.
 #[test]
 fn playback_beyond_the_sampled_range_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,7 +116,11 @@ fn playback_beyond_the_sampled_range_is_refused() {
     };
     let (bundle, frame) = (folder.path().join("bundle"), folder.path().join("frame-%d.exr"));
     let (bundle, frame) = (bundle.to_str().unwrap(), frame.to_str().unwrap());
-    expect_exit("bake", &["run", path.to_str().unwrap(), "-o", bundle, "--spp", "4", "--bases", "4", "--progress", "none"], 0);
+    expect_exit(
+        "bake",
+        &["run", path.to_str().unwrap(), "-o", bundle, "--spp", "4", "--bases", "4", "--progress", "none"],
+        0,
+    );
     for (keys, expected) in [
         ("shininess = 200.0", None),
         ("shininess = 1.0", None),
@@ -110,14 +142,15 @@ fn playback_beyond_the_sampled_range_is_refused() {
     assert!(stderr.contains("shininess 500 is outside 1..200"), "{stderr}");
 }
 
-/// At the very ends of the sampled range nothing is extrapolated: errors are within those that docs/notes/TRANSFER-IMAGES.md states for states between, with 6 and 9
-/// bases, worst of random ones.
+/// At the very ends of the sampled range nothing is extrapolated: errors are within those that
+/// docs/notes/TRANSFER-IMAGES.md states for states between, with 6 and 9 bases, worst of random ones.
 #[test]
 fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
     let scene = library_scene("cornell-knot");
     for (bases, bound) in [(6, 0.015), (9, 0.003)] {
         for shininess in [1.0, 200.0] {
-            let (shown, truth) = shown_and_true(&scene, &settings(32, 32, bases, 1), &[glossy(0.2, 0.6, shininess); 2]);
+            let (shown, truth) =
+                shown_and_true(&scene, &settings(32, 32, bases, 1), &[glossy(0.2, 0.6, shininess); 2]);
             let error = relative_l2(&shown, &truth);
             println!("{bases} bases, s = {shininess}: {error:.5}");
             assert!(error < bound, "{bases} bases, s = {shininess}: {error}");
@@ -125,13 +158,14 @@ fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
     }
 }
 
-/// A small lamp: the ripples of a truncated basis do not average out. The loss is that of docs/notes/TRANSFER-IMAGES.md, "The ring's caustic", and three bases more
-/// take nearly all of it away.
+/// A small lamp: the ripples of a truncated basis do not average out. The loss is that of
+/// docs/notes/TRANSFER-IMAGES.md, "The ring's caustic", and three bases more take nearly all of it away.
 #[test]
 fn under_a_small_lamp_three_bases_more_are_worth_tenfold() {
     let scene = library_scene("ring");
     let error = |bases| {
-        let (shown, truth) = shown_and_true(&scene, &settings(48, 32, bases, 1), &[glossy(0.2, 0.2, 180.0); 2]);
+        let (shown, truth) =
+            shown_and_true(&scene, &settings(48, 32, bases, 1), &[glossy(0.2, 0.2, 180.0); 2]);
         relative_l2(&shown, &truth)
     };
     let (six, nine) = (error(6), error(9));
@@ -144,14 +178,18 @@ fn under_a_small_lamp_three_bases_more_are_worth_tenfold() {
 #[test]
 fn a_near_mirror_that_does_not_vary_is_exact() {
     let mirror = "brdf = 'blinn-phong'\nkd = [0, 0, 0]\nks = [1, 1, 1]\nshininess = 10000.0";
-    let scene = scene(&text(PHONG, mirror, &format!("{}[environment]\nfile = 'lamps'\n", lamp("lamp", [9.0; 3], 2.0, 0.5))));
+    let scene = scene(&text(
+        PHONG,
+        mirror,
+        &format!("{}[environment]\nfile = 'lamps'\n", lamp("lamp", [9.0; 3], 2.0, 0.5)),
+    ));
     let (shown, truth) = shown_and_true(&scene, &settings(32, 64, 6, 1), &[glossy(0.5, 0.0, 5.0)]);
     expect_rounding_of_halves(&shown, &truth);
     assert!(truth.iter().flatten().any(|r| *r > 1.0), "lamps are seen in the ball");
 }
 
-/// Caustics brighter than half floats: light of 10⁸ that a lamp throws on a spot makes pixels of many times 65,504; they and those a hundred thousand times as dim are stored
-/// to the rounding of a half.
+/// Caustics brighter than half floats: light of 10⁸ that a lamp throws on a spot makes pixels of many times
+/// 65,504; they and those a hundred thousand times as dim are stored to the rounding of a half.
 #[test]
 fn halves_hold_a_caustic_and_what_is_dim_beside_it() {
     let scene = scene(&text(PHONG, PHONG, &lamp("focus", [1e8; 3], 0.1, 0.05)));
@@ -162,23 +200,34 @@ fn halves_hold_a_caustic_and_what_is_dim_beside_it() {
     assert!(brightest > 10.0 * 65_504.0 && dimmest < 1e-5 * brightest, "{dimmest} to {brightest}");
 }
 
-/// Basis functions are negative in places, and so are their images: clamping them, which no part does, would be wrong by more than all else.
+/// Basis functions are negative in places, and so are their images: clamping them, which no part does, would
+/// be wrong by more than all else.
 #[test]
 fn images_are_negative_where_basis_functions_are() {
     let (scene, settings) = (library_scene("cornell-knot"), settings(32, 32, 9, 1));
     let (basis, images) = bake(&scene, &settings, true);
     let mut clamped = images.clone();
-    clamped.images.iter_mut().flat_map(|i| &mut i.values).for_each(|v| *v = if v.to_f32() < 0.0 { Default::default() } else { *v });
+    clamped
+        .images
+        .iter_mut()
+        .flat_map(|i| &mut i.values)
+        .for_each(|v| *v = if v.to_f32() < 0.0 { Default::default() } else { *v });
     let state = [glossy(0.2, 0.6, 60.0); 2];
-    let truth = render(&in_state(&scene, &state), settings.size, settings.samples, 2, Paths::Gather, settings.seed).radiance;
-    let [right, wrong] = [&images, &clamped].map(|images| relative_l2(&evaluate(images, &on_bases(&basis, &state)), &truth));
+    let truth =
+        render(&in_state(&scene, &state), settings.size, settings.samples, 2, Paths::Gather, settings.seed)
+            .radiance;
+    let [right, wrong] =
+        [&images, &clamped].map(|images| relative_l2(&evaluate(images, &on_bases(&basis, &state)), &truth));
     assert!(right < 0.003 && wrong > 10.0 * right, "{right} {wrong}");
 }
 
-/// One colour of light is stored once; lights whose colours differ by a thousandth are not taken for one, and black ones have no colour.
+/// One colour of light is stored once; lights whose colours differ by a thousandth are not taken for one, and
+/// black ones have no colour.
 #[test]
 fn nearly_one_colour_of_light_is_two() {
-    let two = |second: [f64; 3]| scene(&text(PHONG, PHONG, &(lamp("one", [8.0, 4.0, 2.0], 2.0, 0.5) + &lamp("two", second, 1.0, 0.2))));
+    let two = |second: [f64; 3]| {
+        scene(&text(PHONG, PHONG, &(lamp("one", [8.0, 4.0, 2.0], 2.0, 0.5) + &lamp("two", second, 1.0, 0.2))))
+    };
     let same = Some([1.0, 0.5, 0.25]);
     assert_eq!(chromaticity(&two([16.0, 8.0, 4.0])), same);
     assert_eq!(chromaticity(&two([0.0; 3])), same);

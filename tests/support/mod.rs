@@ -36,13 +36,26 @@ pub fn job() -> Job {
 }
 
 /// Renders one image of `scene` as it is.
-pub fn render(scene: &Scene, size: [u32; 2], samples: u32, reflections: u32, paths: Paths, seed: u64) -> Estimate {
+pub fn render(
+    scene: &Scene,
+    size: [u32; 2],
+    samples: u32,
+    reflections: u32,
+    paths: Paths,
+    seed: u64,
+) -> Estimate {
     let settings = Settings { size, samples, seed, reflections, paths };
     reference::render(scene, std::slice::from_ref(scene), &settings, &job()).unwrap().swap_remove(0)
 }
 
-/// The path tracer's mean radiance along rays that `ray` makes from two uniform numbers, with its standard error.
-pub fn mean_radiance(scene: &Scene, reflections: u32, samples: u32, ray: impl Fn([f32; 2]) -> (Vec3A, Vec3A)) -> (f64, f64) {
+/// The path tracer's mean radiance along rays that `ray` makes from two uniform numbers, with its standard
+/// error.
+pub fn mean_radiance(
+    scene: &Scene,
+    reflections: u32,
+    samples: u32,
+    ray: impl Fn([f32; 2]) -> (Vec3A, Vec3A),
+) -> (f64, f64) {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let tracer = PathTracer::new(scene, &world, &lights, [1, 1], reflections, 0);
@@ -102,11 +115,16 @@ pub fn command(binary: &str) -> Command {
     let test = std::env::current_exe().unwrap();
     let release = test.parent().and_then(Path::parent).unwrap();
     let path = release.join(binary);
-    assert!(path.exists(), "{} is missing; run `cargo build --release --workspace` first, as `make test` does", path.display());
+    assert!(
+        path.exists(),
+        "{} is missing; run `cargo build --release --workspace` first, as `make test` does",
+        path.display()
+    );
     Command::new(path)
 }
 
-/// Runs and expects exit code `code`; returns standard error, which for failures must be a single `error: …` line after any warnings and progress.
+/// Runs and expects exit code `code`; returns standard error, which for failures must be a single `error: …`
+/// line after any warnings and progress.
 pub fn expect_exit(binary: &str, arguments: &[&str], code: i32) -> String {
     let output = run(binary, arguments);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -1,4 +1,5 @@
-//! Waiting for processes: for what is expected to be seen, with a limit that no busy machine reaches, and never for a time.
+//! Waiting for processes: for what is expected to be seen, with a limit that no busy machine reaches, and
+//! never for a time.
 
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
@@ -24,8 +25,8 @@ pub fn wait_for<T>(child: &mut Child, what: &str, mut look: impl FnMut() -> Opti
     }
 }
 
-/// Lets `child` work until it has had `seconds` of processor time, or has ended. Returns how much it has had; however busy the machine, it has got as far by
-/// then.
+/// Lets `child` work until it has had `seconds` of processor time, or has ended. Returns how much it has had;
+/// however busy the machine, it has got as far by then.
 #[cfg(target_os = "linux")]
 pub fn let_work(child: &mut Child, seconds: f64) -> f64 {
     let mut had = 0.0;
@@ -43,7 +44,8 @@ pub fn let_work(child: &mut Child, seconds: f64) -> f64 {
 #[cfg(target_os = "linux")]
 fn processor_s(child: &Child) -> Option<f64> {
     let text = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).ok()?;
-    // Behind the name, which may hold anything: the state is field 3, times in user and system mode are fields 14 and 15, in hundredths.
+    // Behind the name, which may hold anything: the state is field 3, times in user and system mode are
+    // fields 14 and 15, in hundredths.
     let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
     let hundredths = |field: usize| fields.get(field - 3)?.parse::<f64>().ok();
     Some((hundredths(14)? + hundredths(15)?) / 100.0)

@@ -1,5 +1,6 @@
-//! The ladder of docs/notes/SPHERE-SHADOWS.md: from rays against the true mesh to sparse terms and one level of visibility, each step against the one before and against
-//! the first. It takes some minutes, and bunny-shadow needs the assets (`make assets`):
+//! The ladder of docs/notes/SPHERE-SHADOWS.md: from rays against the true mesh to sparse terms and one level
+//! of visibility, each step against the one before and against the first. It takes some minutes, and
+//! bunny-shadow needs the assets (`make assets`):
 //!
 //! `cargo run --release --example ladder -- bunny-shadow|knot-twist`
 
@@ -78,20 +79,23 @@ fn percent(x: &[Rgb], reference: &[Rgb]) -> f64 {
     100.0 * (off / norm).sqrt()
 }
 
-/// Mean FLIP of two images of the plane, shown so that without blockers it would be at 80 % of white (luminance).
+/// Mean FLIP of two images of the plane, shown so that without blockers it would be at 80 % of white
+/// (luminance).
 fn flip(x: &[Rgb], reference: &[Rgb], open: Rgb) -> f64 {
     let gain = 0.8 / (0.2126 * open[0] + 0.7152 * open[1] + 0.0722 * open[2]);
     mean_flip(&displayed(x, gain), &displayed(reference, gain), [SIDE as u32; 2])
 }
 
-/// The texels that the mesh of the scene blocks for each vertex in `vertices`, by a ray to the centre of each that has a value in its lobe.
+/// The texels that the mesh of the scene blocks for each vertex in `vertices`, by a ray to the centre of each
+/// that has a value in its lobe.
 fn blocked_by_mesh(scene: &Scene, vertices: &[usize], rho: impl Fn(usize) -> Vec<f32> + Sync) -> Vec<Bitmap> {
     let (world, receivers) = (World::new(scene), receivers::receivers(scene));
     let of = |vertex: &usize| {
         let receiver = &receivers[*vertex];
         let mut bitmap = [0; ROWS];
         for (texel, _) in rho(*vertex).iter().enumerate().filter(|(_, rho)| **rho != 0.0) {
-            bitmap[texel / 32] |= u32::from(world.occluded(receiver.origin, centre(texel), f32::INFINITY)) << (texel % 32);
+            bitmap[texel / 32] |=
+                u32::from(world.occluded(receiver.origin, centre(texel), f32::INFINITY)) << (texel % 32);
         }
         bitmap
     };
@@ -112,7 +116,8 @@ fn prepare(name: &str, state: &State) -> Result<Prepared> {
     let object = &rest.objects[0];
     let poses = object.shape.as_deref().map(poses).unwrap_or_default();
     let set = |spheres: &u32| {
-        let settings = Settings { spheres: *spheres as usize, seed: 0, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
+        let settings =
+            Settings { spheres: *spheres as usize, seed: 0, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
         let place = Place::file(&rest.file);
         Ok(fit(&object.mesh, &poses, &object.name, &place, &settings, &Job::new(ProgressMode::None))?.set)
     };
@@ -139,14 +144,17 @@ impl Prepared {
 
     fn print(&self, title: &str, lights: &[Lit]) -> Result<()> {
         let sets = |number: usize| std::slice::from_ref(&self.sets[number]);
-        let posed = |number: usize, vertices: &[usize]| shown_in(&self.scene, vertices, &self.shadows, sets(number));
+        let posed =
+            |number: usize, vertices: &[usize]| shown_in(&self.scene, vertices, &self.shadows, sets(number));
         let first = posed(0, &self.plane)?;
         let rho = self.rho(&first.receivers[0]);
         let start = Instant::now();
         let by_mesh = blocked_by_mesh(&self.scene, &self.plane, |_| rho.clone());
         println!("\n{title}: rays in {:.1} s", start.elapsed().as_secs_f64());
         let table = VisibilityTable::bake();
-        let steps = |number: usize| ladder(&posed(number, &self.plane)?, &self.shadows, &rho, &by_mesh, &table, lights);
+        let steps = |number: usize| {
+            ladder(&posed(number, &self.plane)?, &self.shadows, &rho, &by_mesh, &table, lights)
+        };
         let ladders = (0..SPHERES.len()).map(steps).collect::<Result<Vec<Vec<Step>>>>()?;
         for (at, lit) in lights.iter().enumerate() {
             println!(
@@ -158,20 +166,29 @@ impl Prepared {
             for step in 1..ladders[0].len() {
                 let cell = |steps: &Vec<Step>| {
                     let Step { before, images, .. } = &steps[step];
-                    let (ours, before, truth) = (&images[at], &steps[*before].images[at], &steps[0].images[at]);
+                    let (ours, before, truth) =
+                        (&images[at], &steps[*before].images[at], &steps[0].images[at]);
                     let [l2, l2_first] = [before, truth].map(|r| percent(ours, r));
                     let [flip, flip_first] = [before, truth].map(|r| flip(ours, r, open));
                     format!("{l2:.3} / {l2_first:.2}, {flip:.4} / {flip_first:.4}")
                 };
-                println!("| {} | {} |", ladders[0][step].name, ladders.iter().map(cell).collect::<Vec<_>>().join(" | "));
+                println!(
+                    "| {} | {} |",
+                    ladders[0][step].name,
+                    ladders.iter().map(cell).collect::<Vec<_>>().join(" | ")
+                );
             }
         }
         self.print_object(title, lights)
     }
 
-    /// The vertices of the object itself: with the rule of self-shadowing, with its whole own set left out, and as shown.
+    /// The vertices of the object itself: with the rule of self-shadowing, with its whole own set left out,
+    /// and as shown.
     fn print_object(&self, title: &str, lights: &[Lit]) -> Result<()> {
-        let posed = self.sets.iter().map(|set| shown_in(&self.scene, &self.object, &self.shadows, std::slice::from_ref(set)));
+        let posed = self
+            .sets
+            .iter()
+            .map(|set| shown_in(&self.scene, &self.object, &self.shadows, std::slice::from_ref(set)));
         let posed = posed.collect::<Result<Vec<Posed>>>()?;
         let exact: Vec<Vec<f32>> = posed[0].receivers.iter().map(|receiver| self.rho(receiver)).collect();
         let by_mesh = blocked_by_mesh(&self.scene, &self.object, |vertex| exact[vertex].clone());
@@ -180,15 +197,26 @@ impl Prepared {
             SPHERES.map(|n| format!("n_s = {n}")).join(" | ")
         );
         for lit in lights {
-            let image = |of: &dyn Fn(usize) -> Bitmap| exact.iter().enumerate().map(|(at, rho)| lit.sum(rho, &of(at))).collect::<Vec<_>>();
+            let image = |of: &dyn Fn(usize) -> Bitmap| {
+                exact.iter().enumerate().map(|(at, rho)| lit.sum(rho, &of(at))).collect::<Vec<_>>()
+            };
             let truth = image(&|at| by_mesh[at]);
-            let rule = posed.iter().map(|p| percent(&image(&|at| blocked(&p.receivers[at], &p.spheres)), &truth));
+            let rule =
+                posed.iter().map(|p| percent(&image(&|at| blocked(&p.receivers[at], &p.spheres)), &truth));
             let none = posed.iter().map(|_| percent(&image(&|_| [0; ROWS]), &truth));
             let kept = Some(TERMS[0]);
-            let shown =
-                posed.iter().map(|p| percent(&p.under(&lobes(&self.shadows, kept), &light(lit.planes.clone(), kept), Levels::Two), &truth));
+            let shown = posed.iter().map(|p| {
+                percent(
+                    &p.under(&lobes(&self.shadows, kept), &light(lit.planes.clone(), kept), Levels::Two),
+                    &truth,
+                )
+            });
             let row = |name: &str, cells: Vec<f64>| {
-                println!("| {} | {name} | {} |", lit.name, cells.iter().map(|c| format!("{c:.2}")).collect::<Vec<_>>().join(" | "));
+                println!(
+                    "| {} | {name} | {} |",
+                    lit.name,
+                    cells.iter().map(|c| format!("{c:.2}")).collect::<Vec<_>>().join(" | ")
+                );
             };
             row("exact caps, by the rule", rule.collect());
             row("its own spheres left out altogether", none.collect());
@@ -215,7 +243,9 @@ fn ladder(
         steps.push(Step { name, before, images });
         steps.len() - 1
     };
-    let pixels = |bitmaps: &[Bitmap]| lights.iter().map(|lit| bitmaps.par_iter().map(|b| lit.sum(rho, b)).collect()).collect();
+    let pixels = |bitmaps: &[Bitmap]| {
+        lights.iter().map(|lit| bitmaps.par_iter().map(|b| lit.sum(rho, b)).collect()).collect()
+    };
     let truth = push("mesh".to_owned(), 0, pixels(by_mesh));
     let timed = |of: &(dyn Fn(&Receiver) -> Bitmap + Sync)| {
         let start = Instant::now();
@@ -224,13 +254,18 @@ fn ladder(
     };
     let (exact, exact_us) = timed(&|receiver| blocked(receiver, &posed.spheres));
     let (rounded, rounded_us) = timed(&|receiver| blocked_by_table(receiver, &posed.spheres, table));
-    println!("{} spheres: exact caps {exact_us:.1} µs a receiver, table {rounded_us:.1} µs", posed.spheres[0].now.len());
+    println!(
+        "{} spheres: exact caps {exact_us:.1} µs a receiver, table {rounded_us:.1} µs",
+        posed.spheres[0].now.len()
+    );
     let spheres = push("spheres, exact caps".to_owned(), truth, pixels(&exact));
     push("spheres, table".to_owned(), spheres, pixels(&rounded));
     let whole = lobes(shadows, None);
     let meaning = |lit: &Lit| {
         let light = light(lit.planes.clone(), None);
-        let chunk = |receivers: &[Receiver]| radiance(receivers, &posed.spheres, &whole, &light, Levels::All, &posed.table);
+        let chunk = |receivers: &[Receiver]| {
+            radiance(receivers, &posed.spheres, &whole, &light, Levels::All, &posed.table)
+        };
         posed.receivers.par_chunks(64).flat_map_iter(chunk).collect::<Vec<Rgb>>()
     };
     let wavelets = push("wavelets, all terms".to_owned(), spheres, lights.iter().map(meaning).collect());
@@ -242,7 +277,9 @@ fn ladder(
             before = push(format!("{terms} terms, {name}"), before, lights.iter().map(image).collect());
         }
     }
-    let off = (0..lights.len()).map(|at| percent(&steps[wavelets].images[at], &steps[spheres].images[at])).fold(0.0, f64::max);
+    let off = (0..lights.len())
+        .map(|at| percent(&steps[wavelets].images[at], &steps[spheres].images[at]))
+        .fold(0.0, f64::max);
     if off >= 0.01 {
         let reason = format!("wavelets with all terms equal the pixel basis to 1e-4, here {off} %");
         return Err(BakeError::invalid(&Place::file("sphere-shadows"), reason));
@@ -253,14 +290,16 @@ fn ladder(
 fn bunny() -> Result<()> {
     let prepared = prepare("bunny-shadow", &State::default())?;
     let maps = prepared.scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others));
-    let lights =
-        ["city.exr", "studio.exr", "sky.exr"].map(|name| maps.clone().find(|m| m.name.ends_with(name)).map(|m| Lit::new(name, &m.map)));
+    let lights = ["city.exr", "studio.exr", "sky.exr"]
+        .map(|name| maps.clone().find(|m| m.name.ends_with(name)).map(|m| Lit::new(name, &m.map)));
     prepared.print("bunny-shadow", &lights.into_iter().flatten().collect::<Vec<_>>())
 }
 
 fn knot() -> Result<()> {
-    let twisted =
-        State { shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(), ..State::default() };
+    let twisted = State {
+        shapes: [("knot".to_owned(), ShapeState { time_s: Some(1.3), ..ShapeState::default() })].into(),
+        ..State::default()
+    };
     let prepared = prepare("knot-twist", &twisted)?;
     let height = |y: u32| (0.5 - (y as f32 + 0.5) / 64.0).to_radians() * 180.0;
     let smooth = |i: u32| {
@@ -270,7 +309,10 @@ fn knot() -> Result<()> {
     };
     let smooth = EquirectMap { width: 128, height: 64, texels: (0..128 * 64).map(smooth).collect() };
     let sun = prepared.scene.environment.iter().map(|e| Lit::new("clear-sky, with a sun", &e.map.map));
-    prepared.print("knot-twist at 1.3 s", &[Lit::new("a smooth sky", &smooth)].into_iter().chain(sun).collect::<Vec<_>>())
+    prepared.print(
+        "knot-twist at 1.3 s",
+        &[Lit::new("a smooth sky", &smooth)].into_iter().chain(sun).collect::<Vec<_>>(),
+    )
 }
 
 fn main() -> ExitCode {

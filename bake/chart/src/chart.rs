@@ -1,8 +1,11 @@
 //! The chart: speed against accuracy, for every method and setting that fits what a scene varies.
 //!
-//! [`states`] are drawn at random from what varies, and [`reference`](mod@reference) path traces them. Every method that fits has a [sweep](crate::sweep) of the settings that trade speed for accuracy, or its default settings;
-//! each of its bundles is played by the `player` that users have, whose images are compared with the reference ([`metrics`]) and whose frames are timed in turns
-//! (`timing`). [`figures`] is what comes of it, [`csv`](crate::csv) and [`svg`](crate::svg) the same as a table and as a drawing, [`picture`] images beside their references.
+//! [`states`] are drawn at random from what varies, and [`reference`](mod@reference) path traces them. Every
+//! method that fits has a [sweep](crate::sweep) of the settings that trade speed for accuracy, or its default
+//! settings; each of its bundles is played by the `player` that users have, whose images are compared with
+//! the reference ([`metrics`]) and whose frames are timed in turns (`timing`). [`figures`] is what comes of
+//! it, [`csv`](crate::csv) and [`svg`](crate::svg) the same as a table and as a drawing, [`picture`] images
+//! beside their references.
 
 use crate::figures::{self, Chart, FrameTime, ImageErrors, PICTURE, Picture, Point};
 use crate::metrics::{Pair, image_errors};
@@ -38,16 +41,20 @@ const WORK: &str = "unfinished";
 /// Where the charts of scenes go if nothing else is said.
 pub const FOLDER: &str = "charts";
 
-/// Measures `methods`, or all that fit if none is named, on `scene`, and writes chart.csv, chart.json, chart.svg and picture.png into `folder`.
+/// Measures `methods`, or all that fit if none is named, on `scene`, and writes chart.csv, chart.json,
+/// chart.svg and picture.png into `folder`.
 ///
 /// # Errors
-/// If no method fits, one that is named does not, the player is missing or fails, or the user interrupts; finished work stays for the next time.
+/// If no method fits, one that is named does not, the player is missing or fails, or the user interrupts;
+/// finished work stays for the next time.
 pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<Chart> {
     let methods = fitting(scene, methods)?;
     crate::play::player()?;
     let _lock = FolderLock::take(folder)?;
     // What varies of materials alone lights nothing.
-    if !(scene.vary.light || scene.vary.view || scene.vary.shape) && darkness::is_black(scene, film_size(scene))? {
+    if !(scene.vary.light || scene.vary.view || scene.vary.shape)
+        && darkness::is_black(scene, film_size(scene))?
+    {
         return Err(BakeError::invalid(&Place::file(&scene.file), darkness::WARNING));
     }
     let work = folder.join(WORK);
@@ -56,14 +63,26 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
     create_folder(bench.folder)?;
     let animation = bench.folder.join("states.toml");
     states::write_animation(&states, &animation)?;
-    let truths = states.iter().enumerate().map(|(number, state)| truth(scene, number, state, &bench)).collect::<Result<Vec<_>>>()?;
-    let variants = methods.iter().map(|method| sweeps::variants(method, scene, &bench)).collect::<Result<Vec<_>>>()?.concat();
+    let truths = states
+        .iter()
+        .enumerate()
+        .map(|(number, state)| truth(scene, number, state, &bench))
+        .collect::<Result<Vec<_>>>()?;
+    let variants = methods
+        .iter()
+        .map(|method| sweeps::variants(method, scene, &bench))
+        .collect::<Result<Vec<_>>>()?
+        .concat();
     let shown = show_all(&variants, &truths, &animation, &bench)?;
     let times = timing::measure(&variants, &animation, STATES, bench.size, job)?;
-    let points =
-        variants.iter().zip(&shown.measured).zip(times).map(|((variant, (errors, played)), frame)| point(variant, errors, played, frame));
+    let points = variants
+        .iter()
+        .zip(&shown.measured)
+        .zip(times)
+        .map(|((variant, (errors, played)), frame)| point(variant, errors, played, frame));
     let points: Vec<Point> = points.collect::<Result<_>>()?;
-    let rows: Vec<Pair<'_>> = shown.best_images.iter().zip(&truths).take(SHOWN).map(|(ours, truth)| truth.pair(ours)).collect();
+    let rows: Vec<Pair<'_>> =
+        shown.best_images.iter().zip(&truths).take(SHOWN).map(|(ours, truth)| truth.pair(ours)).collect();
     let (png, factor) = picture::beside(&rows, bench.size)?;
     replace_file(&folder.join(PICTURE), &png)?;
     let halves: Vec<Pair<'_>> = truths.iter().map(|truth| truth.pair(&truth.reference.half)).collect();
@@ -89,12 +108,20 @@ pub fn run(scene: &Scene, methods: &[&str], folder: &Path, job: &Job) -> Result<
 
 /// Whether an interrupted chart left finished work in `folder`: references, or pieces and files of bundles.
 pub fn holds_work(folder: &Path) -> bool {
-    let inside = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let inside = |folder: &Path| {
+        std::fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+            .collect::<Vec<_>>()
+    };
     let is_work = |path: &PathBuf| path.is_dir() || path.extension().is_some_and(|e| e == "exr");
     inside(&folder.join(WORK)).iter().flat_map(|charts| inside(charts)).any(|path| is_work(&path))
 }
 
-/// Names everything that references depend on, so that those of another scene or an older program are not taken for this one's.
+/// Names everything that references depend on, so that those of another scene or an older program are not
+/// taken for this one's.
 fn key(scene: &Scene, states: &[State]) -> String {
     let text = format!("{:032x} {states:?} {}", scene_hash(scene), reference::samples());
     format!("{:016x}", xxhash_rust::xxh3::xxh3_64(text.as_bytes()))
@@ -108,7 +135,12 @@ struct Truth {
 
 impl Truth {
     fn pair<'a>(&'a self, ours: &'a [Rgb]) -> Pair<'a> {
-        Pair { ours, truth: &self.reference.radiance, counted: &self.reference.counted, exposure_ev: self.exposure_ev }
+        Pair {
+            ours,
+            truth: &self.reference.radiance,
+            counted: &self.reference.counted,
+            exposure_ev: self.exposure_ev,
+        }
     }
 }
 
@@ -157,16 +189,20 @@ pub fn expect_fit(scene: &Scene) -> Result<()> {
 fn fitting(scene: &Scene, names: &[&str]) -> Result<Vec<&'static Registered>> {
     let place = Place::file(&scene.file);
     if scene.vary == relume_scenes::Vary::default() {
-        return Err(BakeError::invalid(&place, "varies nothing, so there is nothing to chart; name what varies under [vary]"));
+        return Err(BakeError::invalid(
+            &place,
+            "varies nothing, so there is nothing to chart; name what varies under [vary]",
+        ));
     }
     let mut methods = Vec::new();
     for method in METHODS.into_iter().filter(|method| names.is_empty() || names.contains(&method.card.name)) {
         let name = method.card.name;
         let fits = match method.serves_all(&scene.vary) {
             true => (method.new)(&Asked::of_scene(scene), scene).expect_fit(scene),
-            false => {
-                Err(BakeError::invalid(&place, format!("[vary] names more than {name} lets vary; vary less, or leave that method out")))
-            }
+            false => Err(BakeError::invalid(
+                &place,
+                format!("[vary] names more than {name} lets vary; vary less, or leave that method out"),
+            )),
         };
         match fits.map_err(BakeError::with_line) {
             Ok(()) => methods.push(method),
@@ -188,10 +224,12 @@ fn film_size(scene: &Scene) -> [u32; 2] {
 
 /// The images of all states as the player shows them, and what it says of itself.
 fn show(variant: &Variant, animation: &Path, bench: &Bench<'_>) -> Result<(Vec<Vec<Rgb>>, Played)> {
-    let frames = tempfile::tempdir_in(bench.folder).map_err(|e| Error::output(&Place::file(bench.folder), e))?;
+    let frames =
+        tempfile::tempdir_in(bench.folder).map_err(|e| Error::output(&Place::file(bench.folder), e))?;
     let pattern = frames.path().join("%04d.exr").display().to_string();
     let Variant { method, folder, .. } = variant;
-    let played = Playing { folder, method, animation, frames: STATES, size: bench.size, exr: Some(&pattern) }.play()?;
+    let played = Playing { folder, method, animation, frames: STATES, size: bench.size, exr: Some(&pattern) }
+        .play()?;
     let image = |frame| reference::read(&frames.path().join(format!("{frame:04}.exr")), bench.size);
     Ok(((0..STATES).map(image).collect::<Result<_>>()?, played))
 }
@@ -200,7 +238,17 @@ fn point(variant: &Variant, errors: &ImageErrors, played: &Played, frame: FrameT
     let Variant { method, series, label, settings, folder, bake_seconds } = variant.clone();
     let bytes_on_disk = Manifest::read(&folder)?.entries().map(|entry| entry.bytes).sum();
     let bytes_in_memory = played.gpu_bytes.unwrap_or_default();
-    Ok(Point { method: method.to_owned(), series, label, settings, errors: *errors, frame, bytes_on_disk, bytes_in_memory, bake_seconds })
+    Ok(Point {
+        method: method.to_owned(),
+        series,
+        label,
+        settings,
+        errors: *errors,
+        frame,
+        bytes_on_disk,
+        bytes_in_memory,
+        bake_seconds,
+    })
 }
 
 #[cfg(test)]
@@ -214,7 +262,12 @@ mod tests {
     #[test]
     fn films_keep_their_shape() {
         let mut scene = library("cornell-knot");
-        for (size, expected) in [([256, 256], [256, 256]), ([512, 512], [256, 256]), ([1024, 256], [512, 128]), ([64, 32], [64, 32])] {
+        for (size, expected) in [
+            ([256, 256], [256, 256]),
+            ([512, 512], [256, 256]),
+            ([1024, 256], [512, 128]),
+            ([64, 32], [64, 32]),
+        ] {
             scene.size = size;
             assert_eq!(film_size(&scene), expected);
         }
@@ -229,10 +282,18 @@ mod tests {
         };
         let room = library("cornell-knot");
         assert_eq!(names(&room, &[]), Ok(vec!["transfer-images"]));
-        assert_eq!(names(&library("knot-outdoors"), &[]), Ok(vec!["sparse-transfer"]), "its objects have no spheres");
+        assert_eq!(
+            names(&library("knot-outdoors"), &[]),
+            Ok(vec!["sparse-transfer"]),
+            "its objects have no spheres"
+        );
         let mut twist = library("knot-twist");
         assert_eq!(names(&twist, &[]), Ok(vec!["sphere-shadows"]));
-        assert!(names(&twist, &["sparse-transfer"]).unwrap_err().contains("[vary] names more than sparse-transfer lets vary"));
+        assert!(
+            names(&twist, &["sparse-transfer"])
+                .unwrap_err()
+                .contains("[vary] names more than sparse-transfer lets vary")
+        );
         twist.vary.shape = false;
         assert_eq!(names(&twist, &[]), Ok(vec!["sparse-transfer", "sphere-shadows"]), "the two are compared");
         assert_eq!(names(&twist, &["sphere-shadows"]), Ok(vec!["sphere-shadows"]));

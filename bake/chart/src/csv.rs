@@ -25,9 +25,14 @@ pub fn table(chart: &Chart) -> Result<Vec<u8>> {
 fn cells(chart: &Chart, point: &Point) -> Vec<(String, String)> {
     let text = |name: &str, value: &str| (name.to_owned(), value.to_owned());
     let number = |name: &str, value: f64| (name.to_owned(), significant(value));
-    let settings: Vec<String> = point.settings.iter().map(|(name, value)| format!("{name}={value}")).collect();
-    let mut cells =
-        vec![text("scene", &chart.scene), text("method", &point.method), text("series", &point.series), text("label", &point.label)];
+    let settings: Vec<String> =
+        point.settings.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    let mut cells = vec![
+        text("scene", &chart.scene),
+        text("method", &point.method),
+        text("series", &point.series),
+        text("label", &point.label),
+    ];
     cells.push(("settings".to_owned(), settings.join(" ")));
     cells.extend(errors("", &point.errors));
     let frame = &point.frame;
@@ -46,11 +51,18 @@ fn cells(chart: &Chart, point: &Point) -> Vec<(String, String)> {
 }
 
 fn errors(of: &str, errors: &ImageErrors) -> impl Iterator<Item = (String, String)> {
-    let all =
-        [("relative_l2", errors.relative_l2), ("rel_mse", errors.rel_mse), ("flip", errors.flip), ("maximum_over_mean", errors.maximum)];
+    let all = [
+        ("relative_l2", errors.relative_l2),
+        ("rel_mse", errors.rel_mse),
+        ("flip", errors.flip),
+        ("maximum_over_mean", errors.maximum),
+    ];
     let of = of.to_owned();
     all.into_iter().flat_map(move |(name, OverStates { median, worst })| {
-        [(format!("{of}{name}_median"), significant(median)), (format!("{of}{name}_worst"), significant(worst))]
+        [
+            (format!("{of}{name}_median"), significant(median)),
+            (format!("{of}{name}_worst"), significant(worst)),
+        ]
     })
 }
 

@@ -42,9 +42,18 @@ mod tests {
 
     #[test]
     fn three_digits_in_the_unit_that_fits() {
-        assert_eq!([0.2, 5.0, 999.9, 2000.0, 0.0].map(milliseconds), ["200 µs", "5 ms", "1 s", "2 s", "0 µs"]);
+        assert_eq!(
+            [0.2, 5.0, 999.9, 2000.0, 0.0].map(milliseconds),
+            ["200 µs", "5 ms", "1 s", "2 s", "0 µs"]
+        );
         assert_eq!([0.05, 20.0, 1234.0].map(seconds), ["50 ms", "20 s", "1230 s"]);
-        assert_eq!([1.0, 999.0, 1536.0, 3.14159e7, 2e9].map(bytes), ["1 B", "999 B", "1.54 kB", "31.4 MB", "2 GB"]);
-        assert_eq!([0.000_050_04, 0.5, 3.0, f64::INFINITY].map(percent), ["0.005 %", "50 %", "300 %", "infinite"]);
+        assert_eq!(
+            [1.0, 999.0, 1536.0, 3.14159e7, 2e9].map(bytes),
+            ["1 B", "999 B", "1.54 kB", "31.4 MB", "2 GB"]
+        );
+        assert_eq!(
+            [0.000_050_04, 0.5, 3.0, f64::INFINITY].map(percent),
+            ["0.005 %", "50 %", "300 %", "infinite"]
+        );
     }
 }

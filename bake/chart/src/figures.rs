@@ -96,7 +96,8 @@ impl Point {
     }
 }
 
-/// What `picture.png` beside a chart shows: a point's images, the reference and the difference, for a few states.
+/// What `picture.png` beside a chart shows: a point's images, the reference and the difference, for a few
+/// states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Picture {
@@ -148,7 +149,9 @@ impl Chart {
         let place = Place::file(&path);
         let refuse = |reason: String| Error::invalid(&place, format!("{reason}; {}", remedy(folder)));
         let text = read_text(&path).map_err(|error| match error {
-            Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => refuse("there is no chart here".to_owned()),
+            Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+                refuse("there is no chart here".to_owned())
+            }
             other => other,
         })?;
         let chart: Self = serde_json::from_str(&text).map_err(|e| refuse(e.to_string()))?;
@@ -169,8 +172,13 @@ impl Chart {
         if self.points.is_empty() || self.points.len() > MAX_POINTS {
             return refuse(format!("{} points, where 1 to {MAX_POINTS} can be shown", self.points.len()));
         }
-        if let Some(text) = self.texts().find(|text| text.len() > MAX_TEXT || text.chars().any(char::is_control)) {
-            return refuse(format!("`{:.40}…` is longer than {MAX_TEXT} bytes or not one line", text.escape_default().to_string()));
+        if let Some(text) =
+            self.texts().find(|text| text.len() > MAX_TEXT || text.chars().any(char::is_control))
+        {
+            return refuse(format!(
+                "`{:.40}…` is longer than {MAX_TEXT} bytes or not one line",
+                text.escape_default().to_string()
+            ));
         }
         if let Some((what, value)) = self.numbers().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
             return refuse(format!("{what} is {value}"));
@@ -179,7 +187,11 @@ impl Chart {
             return refuse(format!("an error of {what} is {value}"));
         }
         if let Some(point) = self.points.iter().find(|p| p.settings.len() > MAX_SETTINGS) {
-            return refuse(format!("{} has {} settings, at most {MAX_SETTINGS} are expected", point.name(), point.settings.len()));
+            return refuse(format!(
+                "{} has {} settings, at most {MAX_SETTINGS} are expected",
+                point.name(),
+                point.settings.len()
+            ));
         }
         let mut names: Vec<String> = self.points.iter().map(Point::name).collect();
         names.sort();
@@ -190,8 +202,18 @@ impl Chart {
     }
 
     fn texts(&self) -> impl Iterator<Item = &str> {
-        let own = [&self.scene, &self.adapter, &self.baseline, &self.picture.point, &self.machine, &self.date, &self.program];
-        own.into_iter().chain(self.points.iter().flat_map(|p| [&p.method, &p.series, &p.label])).map(String::as_str)
+        let own = [
+            &self.scene,
+            &self.adapter,
+            &self.baseline,
+            &self.picture.point,
+            &self.machine,
+            &self.date,
+            &self.program,
+        ];
+        own.into_iter()
+            .chain(self.points.iter().flat_map(|p| [&p.method, &p.series, &p.label]))
+            .map(String::as_str)
     }
 
     /// What has to be finite.
@@ -199,18 +221,25 @@ impl Chart {
         let of = |p: &Point| {
             let FrameTime { median_ms, p95_ms, ratio, ratio_low, ratio_high } = p.frame;
             let name = p.name();
-            [median_ms, p95_ms, ratio, ratio_low, ratio_high, p.bake_seconds].map(|value| (format!("a time of {name}"), value))
+            [median_ms, p95_ms, ratio, ratio_low, ratio_high, p.bake_seconds]
+                .map(|value| (format!("a time of {name}"), value))
         };
-        let own = [("reference_seconds", self.reference_seconds), ("the picture's factor", f64::from(self.picture.factor))];
+        let own = [
+            ("reference_seconds", self.reference_seconds),
+            ("the picture's factor", f64::from(self.picture.factor)),
+        ];
         own.map(|(name, value)| (name.to_owned(), value)).into_iter().chain(self.points.iter().flat_map(of))
     }
 
     /// What may also be infinite.
     fn errors(&self) -> impl Iterator<Item = (String, f64)> {
         let of = |name: String, e: &ImageErrors| {
-            [e.relative_l2, e.rel_mse, e.flip, e.maximum].into_iter().flat_map(move |o| [(name.clone(), o.median), (name.clone(), o.worst)])
+            [e.relative_l2, e.rel_mse, e.flip, e.maximum]
+                .into_iter()
+                .flat_map(move |o| [(name.clone(), o.median), (name.clone(), o.worst)])
         };
-        of("the reference".to_owned(), &self.noise).chain(self.points.iter().flat_map(move |p| of(p.name(), &p.errors)))
+        of("the reference".to_owned(), &self.noise)
+            .chain(self.points.iter().flat_map(move |p| of(p.name(), &p.errors)))
     }
 }
 
@@ -220,8 +249,12 @@ fn remedy(folder: &Path) -> String {
 
 /// The machine in a line: processor, cores, memory.
 pub fn machine() -> String {
-    let wanted = RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing()).with_memory(MemoryRefreshKind::nothing().with_ram());
-    let Ok(system) = System::new_with_specifics(wanted) else { return format!("{} {}", std::env::consts::OS, std::env::consts::ARCH) };
+    let wanted = RefreshKind::nothing()
+        .with_cpu(CpuRefreshKind::nothing())
+        .with_memory(MemoryRefreshKind::nothing().with_ram());
+    let Ok(system) = System::new_with_specifics(wanted) else {
+        return format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
+    };
     let cpus = system.cpus();
     let model = cpus.first().map_or(std::env::consts::ARCH, |cpu| cpu.brand().trim());
     let gib = system.total_memory() as f64 / f64::from(1 << 30);

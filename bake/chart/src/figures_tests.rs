@@ -14,7 +14,11 @@ fn a_chart_comes_back_bit_for_bit_and_its_files_repeat() {
     [&a, &b].into_iter().for_each(|folder| write(&chart, folder.path()).unwrap());
     assert_eq!(Chart::read(a.path()).unwrap(), chart);
     for name in [JSON, CSV, SVG] {
-        assert_eq!(std::fs::read(a.path().join(name)).unwrap(), std::fs::read(b.path().join(name)).unwrap(), "{name}");
+        assert_eq!(
+            std::fs::read(a.path().join(name)).unwrap(),
+            std::fs::read(b.path().join(name)).unwrap(),
+            "{name}"
+        );
     }
     assert_eq!(std::fs::read_dir(a.path()).unwrap().count(), 3, "nothing else is left there");
 }
@@ -24,7 +28,11 @@ fn a_bad_file_is_refused_with_its_name_and_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |what: &str| {
         let message = Chart::read(folder.path()).unwrap_err().to_string();
-        assert!(message.contains(JSON) && message.ends_with(&format!("`bake chart SCENE -o {}`", folder.path().display())), "{message}");
+        assert!(
+            message.contains(JSON)
+                && message.ends_with(&format!("`bake chart SCENE -o {}`", folder.path().display())),
+            "{message}"
+        );
         assert!(message.contains(what) && !message.contains('\n'), "{message}");
     };
     refused("there is no chart here");
@@ -68,7 +76,12 @@ fn figures_that_are_no_numbers_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let mut bad = chart();
     bad.points[0].errors.flip.worst = f64::NAN;
-    assert!(write(&bad, folder.path()).unwrap_err().to_string().contains("transfer-images, 256 spp, 2 bases is NaN"));
+    assert!(
+        write(&bad, folder.path())
+            .unwrap_err()
+            .to_string()
+            .contains("transfer-images, 256 spp, 2 bases is NaN")
+    );
     let mut bad = chart();
     bad.points[0].frame.ratio = f64::INFINITY;
     assert!(write(&bad, folder.path()).is_err());
@@ -80,5 +93,12 @@ fn machine_and_day_can_be_told() {
     assert!(machine().contains(" cores, "), "{}", machine());
     let today = today();
     let day: Vec<u32> = today.split('-').map(|part| part.parse().unwrap()).collect();
-    assert!(today.len() == 10 && day.len() == 3 && day[0] >= 2026 && (1..=12).contains(&day[1]) && (1..=31).contains(&day[2]), "{today}");
+    assert!(
+        today.len() == 10
+            && day.len() == 3
+            && day[0] >= 2026
+            && (1..=12).contains(&day[1])
+            && (1..=31).contains(&day[2]),
+        "{today}"
+    );
 }

@@ -1,4 +1,5 @@
-//! What a frame of a new bundle costs, for its report: a few states of the scene, played by the player that stands beside `bake`.
+//! What a frame of a new bundle costs, for its report: a few states of the scene, played by the player that
+//! stands beside `bake`.
 
 use crate::play::{Played, Playing};
 use crate::states;
@@ -16,8 +17,8 @@ const STATES: u32 = 6;
 /// A player that takes longer for a method is stopped: the bake is done, and its user waits.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// Plays each method of the new bundle in `folder` at `size` and puts what frames cost into its report; why not, where it cannot. Returns a line for each
-/// method that was played.
+/// Plays each method of the new bundle in `folder` at `size` and puts what frames cost into its report; why
+/// not, where it cannot. Returns a line for each method that was played.
 ///
 /// # Errors
 /// If the report cannot be written.
@@ -27,7 +28,9 @@ pub fn measure(scene: &Scene, summary: &Summary, size: [u32; 2], folder: &Path) 
         let name = &method.entry.name;
         let frame = match play(scene, name, size, folder) {
             Ok(Played { adapter, median_ms, p95_ms, .. }) => {
-                text += &format!("{name}: a frame in {median_ms:.2} ms, 95 % of them in {p95_ms:.2} ms, on {adapter}\n");
+                text += &format!(
+                    "{name}: a frame in {median_ms:.2} ms, 95 % of them in {p95_ms:.2} ms, on {adapter}\n"
+                );
                 json!({ "adapter": adapter, "median_ms": median_ms, "p95_ms": p95_ms, "states": STATES })
             }
             Err(error) => json!({ "unmeasured": error.to_string() }),

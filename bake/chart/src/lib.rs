@@ -1,10 +1,12 @@
-//! Speed against accuracy: bundles are played by the `player` that stands beside `bake`, and what they show and cost is measured.
+//! Speed against accuracy: bundles are played by the `player` that stands beside `bake`, and what they show
+//! and cost is measured.
 //!
 //! * [`chart`]: every method and setting that fits a scene, measured against the reference;
 //! * [`sweep`], [`sweeps`]: the settings of each method that trade speed for accuracy;
 //! * [`states`], [`reference`](mod@reference): what is compared, and the truth;
 //! * [`metrics`]: how far images are from their references;
-//! * [`figures`], [`csv`], [`svg`], [`picture`]: what comes of a chart, as data, as a table, as a drawing, as images; [`files`] writes them;
+//! * [`figures`], [`csv`], [`svg`], [`picture`]: what comes of a chart, as data, as a table, as a drawing, as
+//!   images; [`files`] writes them;
 //! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`plan`]: what a scene needs, what baking it will take, and what earlier bakes and charts measured;
 //! * [`play`]: runs the player;

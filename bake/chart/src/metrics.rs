@@ -3,11 +3,13 @@
 //! Over the pixels that count, all three channels alike, x ours and t the truth, both linear radiance:
 //!
 //! * relative L2: ‖x − t‖ / ‖t‖;
-//! * relMSE: the mean of (x − t)² / (t² + ε) with ε = 0.01 m², m the mean of t. Rousselle et al. (2011) have ε = 0.01, which weighs dark pixels by the units of the scene;
-//!   with the mean in it the figure does not depend on the scene's exposure;
+//! * relMSE: the mean of (x − t)² / (t² + ε) with ε = 0.01 m², m the mean of t. Rousselle et al. (2011) have
+//!   ε = 0.01, which weighs dark pixels by the units of the scene; with the mean in it the figure does not
+//!   depend on the scene's exposure;
 //! * maximum: the largest |x − t| / m;
-//! * FLIP (Andersson et al. 2020): the mean of what a person sees of the difference when the displayed 8-bit images are flipped back and forth, over all pixels, at the
-//!   library's default distance (67 pixels a degree).
+//! * FLIP (Andersson et al. 2020): the mean of what a person sees of the difference when the displayed 8-bit
+//!   images are flipped back and forth, over all pixels, at the library's default distance (67 pixels a
+//!   degree).
 //!
 //! Each is a figure of one state; a chart has the median and the worst over its states.
 
@@ -44,21 +46,32 @@ struct Errors {
 
 /// The errors of `pairs`, one for each state, of `size` pixels.
 ///
-/// All errors of a state are infinite if a channel of ours that counts is no finite number, FLIP is if any is. They also are if slices do not have `size` pixels. A black reference
-/// makes every difference infinite. Where no pixel counts there is no error but FLIP.
+/// All errors of a state are infinite if a channel of ours that counts is no finite number, FLIP is if any
+/// is. They also are if slices do not have `size` pixels. A black reference makes every difference infinite.
+/// Where no pixel counts there is no error but FLIP.
 pub fn image_errors(pairs: &[Pair<'_>], size: [u32; 2]) -> ImageErrors {
     let states: Vec<Errors> = pairs.par_iter().map(|pair| errors(pair, size)).collect();
     let over = |of: fn(&Errors) -> f64| {
         let values: Vec<f64> = states.iter().map(of).collect();
         OverStates { median: median(&values), worst: worst(&values) }
     };
-    ImageErrors { relative_l2: over(|e| e.relative_l2), rel_mse: over(|e| e.rel_mse), flip: over(|e| e.flip), maximum: over(|e| e.maximum) }
+    ImageErrors {
+        relative_l2: over(|e| e.relative_l2),
+        rel_mse: over(|e| e.rel_mse),
+        flip: over(|e| e.flip),
+        maximum: over(|e| e.maximum),
+    }
 }
 
 fn errors(pair: &Pair<'_>, size: [u32; 2]) -> Errors {
     let pixels = size[0] as usize * size[1] as usize;
     if pair.ours.len() != pixels || pair.truth.len() != pixels || pair.counted.len() != pixels {
-        return Errors { relative_l2: f64::INFINITY, rel_mse: f64::INFINITY, flip: f64::INFINITY, maximum: f64::INFINITY };
+        return Errors {
+            relative_l2: f64::INFINITY,
+            rel_mse: f64::INFINITY,
+            flip: f64::INFINITY,
+            maximum: f64::INFINITY,
+        };
     }
     let channels = || counted(pair).map(|(ours, truth)| (f64::from(ours), f64::from(truth)));
     let count = channels().count().max(1) as f64;
@@ -69,9 +82,16 @@ fn errors(pair: &Pair<'_>, size: [u32; 2]) -> Errors {
     let epsilon = REL_MSE_EPSILON * square(mean);
     let relative: f64 = channels().map(|(x, t)| part(square(x - t), square(t) + epsilon)).sum();
     // `f64::max` would pass over what is no number.
-    let largest = channels().map(|(x, t)| (x - t).abs()).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a });
-    let flip = if pair.ours.as_flattened().iter().all(|x| x.is_finite()) { flip(pair, size) } else { f64::INFINITY };
-    Errors { relative_l2: part(off, norm).sqrt(), rel_mse: or_infinite(relative / count), flip, maximum: part(largest, mean) }
+    let largest =
+        channels().map(|(x, t)| (x - t).abs()).fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a });
+    let flip =
+        if pair.ours.as_flattened().iter().all(|x| x.is_finite()) { flip(pair, size) } else { f64::INFINITY };
+    Errors {
+        relative_l2: part(off, norm).sqrt(),
+        rel_mse: or_infinite(relative / count),
+        flip,
+        maximum: part(largest, mean),
+    }
 }
 
 /// The channels of the pixels that count, ours and the truth's.
@@ -101,7 +121,8 @@ pub fn displayed(pixels: &[Rgb], gain: f32) -> Vec<u8> {
     pixels.as_flattened().iter().map(|c| srgb_from_linear(c * gain)).collect()
 }
 
-/// Mean FLIP of two displayed images of `size` pixels, three bytes each, row-major; infinite if they are not of this size.
+/// Mean FLIP of two displayed images of `size` pixels, three bytes each, row-major; infinite if they are not
+/// of this size.
 pub fn mean_flip(ours: &[u8], truth: &[u8], size: [u32; 2]) -> f64 {
     let bytes = 3 * size[0] as usize * size[1] as usize;
     if bytes == 0 || ours.len() != bytes || truth.len() != bytes {
@@ -204,10 +225,15 @@ mod tests {
         let scaled = |image: &[Rgb]| image.iter().map(|p| p.map(|c| 16.0 * c)).collect::<Vec<_>>();
         let here = of(&ours, &truth, &[true; PIXELS]);
         let (bright, bright_truth) = (scaled(&ours), scaled(&truth));
-        let pair = |exposure_ev| Pair { ours: &bright, truth: &bright_truth, counted: &[true; PIXELS], exposure_ev };
+        let pair =
+            |exposure_ev| Pair { ours: &bright, truth: &bright_truth, counted: &[true; PIXELS], exposure_ev };
         assert_eq!(image_errors(&[pair(-4.0)], SIZE), here, "a power of two, so even rounding is the same");
         let overexposed = image_errors(&[pair(3.0)], SIZE);
-        assert_eq!((overexposed.flip.worst, overexposed.relative_l2), (0.0, here.relative_l2), "all is white");
+        assert_eq!(
+            (overexposed.flip.worst, overexposed.relative_l2),
+            (0.0, here.relative_l2),
+            "all is white"
+        );
     }
 
     #[test]
@@ -230,7 +256,11 @@ mod tests {
             ours[7][2] = bad;
             assert_eq!(all(&of(&ours, &truth, &[true; PIXELS])), [f64::INFINITY; 4], "{bad}");
             let counted: [bool; PIXELS] = std::array::from_fn(|i| i != 7);
-            assert_eq!(all(&of(&ours, &truth, &counted)), [0.0, 0.0, f64::INFINITY, 0.0], "{bad}, only displayed");
+            assert_eq!(
+                all(&of(&ours, &truth, &counted)),
+                [0.0, 0.0, f64::INFINITY, 0.0],
+                "{bad}, only displayed"
+            );
         }
         let black = [[0.0; 3]; PIXELS];
         assert_eq!(of(&truth, &black, &[true; PIXELS]).relative_l2.worst, f64::INFINITY, "a black reference");
@@ -248,8 +278,10 @@ mod tests {
     fn median_and_worst_are_over_states() {
         let truth = [[0.5; 3]; PIXELS];
         let images = [0.625, 0.5, 1.0].map(|v| [[v; 3]; PIXELS]);
-        let pairs: Vec<Pair<'_>> =
-            images.iter().map(|ours| Pair { ours, truth: &truth, counted: &[true; PIXELS], exposure_ev: 0.0 }).collect();
+        let pairs: Vec<Pair<'_>> = images
+            .iter()
+            .map(|ours| Pair { ours, truth: &truth, counted: &[true; PIXELS], exposure_ev: 0.0 })
+            .collect();
         let relative = image_errors(&pairs, SIZE).relative_l2;
         assert!(close(relative.median, 0.25) && close(relative.worst, 1.0));
     }

@@ -1,10 +1,14 @@
 //! The Pareto front: the points than which nothing is both cheaper and more exact.
 
-/// The points on the front, from the cheapest to the most exact. A point, cost before error, is not on it if another is no worse in both and better in one; equal points share a place.
-/// Points that are no numbers are on no front.
+/// The points on the front, from the cheapest to the most exact. A point, cost before error, is not on it if
+/// another is no worse in both and better in one; equal points share a place. Points that are no numbers are
+/// on no front.
 pub fn front(points: &[[f64; 2]]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..points.len()).filter(|at| points[*at].iter().all(|x| x.is_finite())).collect();
-    order.sort_by(|a, b| points[*a][0].total_cmp(&points[*b][0]).then(points[*a][1].total_cmp(&points[*b][1])));
+    let mut order: Vec<usize> =
+        (0..points.len()).filter(|at| points[*at].iter().all(|x| x.is_finite())).collect();
+    order.sort_by(|a, b| {
+        points[*a][0].total_cmp(&points[*b][0]).then(points[*a][1].total_cmp(&points[*b][1]))
+    });
     let mut front: Vec<usize> = Vec::new();
     for at in order {
         let last = front.last().map(|last| points[*last]);

@@ -12,22 +12,28 @@ const GAP: usize = 4;
 const GAP_COLOUR: [u8; 3] = [235; 3];
 /// What is shown of a pixel that is no number.
 const NO_NUMBER: [u8; 3] = [255, 0, 255];
-/// The difference is made as bright as the brighter pixels of the reference if no more than this share of what counts is then overexposed.
+/// The difference is made as bright as the brighter pixels of the reference if no more than this share of
+/// what counts is then overexposed.
 const OVEREXPOSED: f64 = 0.01;
 /// Factors of the difference end here: what is so small cannot be seen however often it is magnified.
 const MAX_FACTOR: f32 = 1000.0;
 
-/// A PNG with a row for each pair: ours, the truth, |ours − truth| times a factor, which is returned too. It is the same for all rows: the largest of 1, 2, 5, 10, … 1000 that leaves
-/// all but one in a hundred of the channels that count below white.
+/// A PNG with a row for each pair: ours, the truth, |ours − truth| times a factor, which is returned too. It
+/// is the same for all rows: the largest of 1, 2, 5, 10, … 1000 that leaves all but one in a hundred of the
+/// channels that count below white.
 ///
-/// Linear radiance L is shown as sRGB(clamp(2^ev L)); nothing is scaled otherwise. Pixels of ours that are no numbers are magenta, in the difference too.
+/// Linear radiance L is shown as sRGB(clamp(2^ev L)); nothing is scaled otherwise. Pixels of ours that are no
+/// numbers are magenta, in the difference too.
 ///
 /// # Errors
 /// If there is no pair, or one has not `size` pixels.
 pub fn beside(rows: &[Pair<'_>], size: [u32; 2]) -> Result<(Vec<u8>, f32)> {
     let refuse = |reason: String| Err(Error::invalid(&Place::file("picture"), reason));
     let [width, height] = size.map(|n| n as usize);
-    if width == 0 || rows.is_empty() || rows.iter().any(|pair| pair.ours.len() != width * height || pair.truth.len() != width * height) {
+    if width == 0
+        || rows.is_empty()
+        || rows.iter().any(|pair| pair.ours.len() != width * height || pair.truth.len() != width * height)
+    {
         return refuse(format!("expected images of {width}×{height} pixels; render all states at one size"));
     }
     let factor = factor(rows);
@@ -59,7 +65,10 @@ fn encoded(bytes: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u8>> {
     let refuse = |e| Error::invalid(&Place::file("picture"), reason(e));
     // Not the encoder's own check, which is an assertion.
     if bytes.len() as u64 != 3 * u64::from(width) * u64::from(height) {
-        return Err(Error::invalid(&Place::file("picture"), format!("expected {width}×{height} pixels; render at that size")));
+        return Err(Error::invalid(
+            &Place::file("picture"),
+            format!("expected {width}×{height} pixels; render at that size"),
+        ));
     }
     encoder.write_image(bytes, width, height, ExtendedColorType::Rgb8).map_err(refuse)?;
     Ok(file)
@@ -68,7 +77,8 @@ fn encoded(bytes: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u8>> {
 /// Three images side by side, line by line.
 fn append(bytes: &mut Vec<u8>, pair: &Pair<'_>, width: usize, factor: f32) {
     let gain = pair.exposure_ev.exp2();
-    let difference: Vec<Rgb> = pair.ours.iter().zip(pair.truth).map(|(x, t)| std::array::from_fn(|c| (x[c] - t[c]).abs())).collect();
+    let difference: Vec<Rgb> =
+        pair.ours.iter().zip(pair.truth).map(|(x, t)| std::array::from_fn(|c| (x[c] - t[c]).abs())).collect();
     let images = [shown(pair.ours, gain), shown(pair.truth, gain), shown(&difference, gain * factor)];
     for row in 0..pair.ours.len() / width {
         for (at, image) in images.iter().enumerate() {
@@ -140,7 +150,11 @@ mod tests {
             assert_eq!(*image.get_pixel(x + 9, y), expected(truth[i], 2.0));
             let difference = std::array::from_fn(|c| (ours[i][c] - truth[i][c]).abs());
             assert_eq!(*image.get_pixel(x + 18, y), expected(difference, 40.0));
-            assert_eq!(*image.get_pixel(x + 18, y + 7), image::Rgb([0; 3]), "the second row has no difference");
+            assert_eq!(
+                *image.get_pixel(x + 18, y + 7),
+                image::Rgb([0; 3]),
+                "the second row has no difference"
+            );
         }
         assert_eq!([(6, 0), (14, 2), (0, 3), (22, 6)].map(|(x, y)| image.get_pixel(x, y).0), [GAP_COLOUR; 4]);
     }
@@ -149,7 +163,10 @@ mod tests {
     fn an_image_alone_is_exposed_and_of_its_size() {
         let pixels: [Rgb; 15] = std::array::from_fn(|i| [0.01 * i as f32, 0.3, 0.2]);
         let image = decoded(&alone(&pixels, SIZE, -1.0).unwrap());
-        assert_eq!((image.dimensions(), image.get_pixel(4, 2).0), ((5, 3), pixels[14].map(|c| srgb_from_linear(0.5 * c))));
+        assert_eq!(
+            (image.dimensions(), image.get_pixel(4, 2).0),
+            ((5, 3), pixels[14].map(|c| srgb_from_linear(0.5 * c)))
+        );
         assert!(alone(&pixels, [4, 3], 0.0).unwrap_err().to_string().contains("expected 4×3 pixels"));
     }
 
@@ -167,7 +184,9 @@ mod tests {
     #[test]
     fn other_sizes_are_refused() {
         let image = [[0.25; 3]; 15];
-        for (rows, size) in [(vec![], SIZE), (vec![pair(&image, &image[1..])], SIZE), (vec![pair(&image, &image)], [4, 4])] {
+        for (rows, size) in
+            [(vec![], SIZE), (vec![pair(&image, &image[1..])], SIZE), (vec![pair(&image, &image)], [4, 4])]
+        {
             assert!(beside(&rows, size).unwrap_err().to_string().contains("render all states at one size"));
         }
     }

@@ -1,4 +1,5 @@
-//! Runs the `player` that stands beside `bake`: what it shows and how long a frame takes is measured on the program that users run.
+//! Runs the `player` that stands beside `bake`: what it shows and how long a frame takes is measured on the
+//! program that users run.
 
 use relume_bake::error::{BakeError, Result};
 use relume_bake::interrupted::Interrupted;
@@ -61,9 +62,17 @@ pub fn player() -> Result<PathBuf> {
     let beside = std::env::current_exe().ok().and_then(|path| {
         let folder = path.parent()?.to_owned();
         // Tests stand one folder deeper.
-        [Some(folder.clone()), folder.parent().map(Path::to_owned)].into_iter().flatten().map(|f| f.join(NAME)).find(|p| p.is_file())
+        [Some(folder.clone()), folder.parent().map(Path::to_owned)]
+            .into_iter()
+            .flatten()
+            .map(|f| f.join(NAME))
+            .find(|p| p.is_file())
     });
-    beside.ok_or_else(|| BakeError::Player(format!("there is no `{NAME}` beside `bake`, which shows and times frames; run `make build`")))
+    beside.ok_or_else(|| {
+        BakeError::Player(format!(
+            "there is no `{NAME}` beside `bake`, which shows and times frames; run `make build`"
+        ))
+    })
 }
 
 /// How often it is asked whether the player has ended.
@@ -107,8 +116,9 @@ impl Playing<'_> {
             )));
         }
         let text = std::fs::read(&stats).map_err(|e| Error::output(&Place::file(&stats), e))?;
-        let stats = serde_json::from_slice(&text)
-            .map_err(|e| BakeError::Player(format!("the player's statistics: {e}; build both programs anew")))?;
+        let stats = serde_json::from_slice(&text).map_err(|e| {
+            BakeError::Player(format!("the player's statistics: {e}; build both programs anew"))
+        })?;
         played(stats).ok_or_else(|| BakeError::Player("the player showed no frame".to_owned()))
     }
 }

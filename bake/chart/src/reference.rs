@@ -1,4 +1,5 @@
-//! The truth that all points of a chart are measured against: path-traced images of its states, in two independent halves, so that their own noise is known.
+//! The truth that all points of a chart are measured against: path-traced images of its states, in two
+//! independent halves, so that their own noise is known.
 
 use rayon::prelude::*;
 use relume_bake::error::Result;
@@ -27,7 +28,8 @@ pub struct Reference {
     pub radiance: Vec<Rgb>,
     /// One half: it is as far from the mean as the mean is from the truth, if chance alone decides.
     pub half: Vec<Rgb>,
-    /// Pixels that show surfaces that reflect and nothing else. Lights and background are not what methods compute, and a sun in view outshines the rest.
+    /// Pixels that show surfaces that reflect and nothing else. Lights and background are not what methods
+    /// compute, and a sun in view outshines the rest.
     pub counted: Vec<bool>,
     /// Wall-clock seconds that it took, in whichever run.
     pub seconds: f64,
@@ -38,8 +40,8 @@ pub fn samples() -> u32 {
     SAMPLES * SEEDS.len() as u32
 }
 
-/// Renders `scene`, which is in state number `number`, or reads what an interrupted run left in `folder`. Paths have as many reflections as the scene says
-/// that methods model.
+/// Renders `scene`, which is in state number `number`, or reads what an interrupted run left in `folder`.
+/// Paths have as many reflections as the scene says that methods model.
 ///
 /// # Errors
 /// If the job is interrupted, or files cannot be written or read.
@@ -52,7 +54,13 @@ pub fn render(scene: &Scene, number: usize, size: [u32; 2], folder: &Path, job: 
             return Ok((read(&path, size)?, seconds.unwrap_or_default()));
         }
         let start = Instant::now();
-        let settings = Settings { size, samples: SAMPLES, seed: SEEDS[half], reflections: scene.reflections, paths: Paths::Best };
+        let settings = Settings {
+            size,
+            samples: SAMPLES,
+            seed: SEEDS[half],
+            reflections: scene.reflections,
+            paths: Paths::Best,
+        };
         let estimate = reference::render(scene, std::slice::from_ref(scene), &settings, job)?.swap_remove(0);
         let seconds = start.elapsed().as_secs_f64();
         replace_file(&took, seconds.to_string().as_bytes())?;
@@ -75,9 +83,14 @@ fn counted(scene: &Scene, size: [u32; 2]) -> Vec<bool> {
     let shows_surface = |pixel: u32, look: u32| {
         let at = |pixel: u32, look: u32| pixel as f32 + (look as f32 + 0.5) / LOOKS as f32;
         let direction = film.direction(at(pixel % size[0], look % LOOKS), at(pixel / size[0], look / LOOKS));
-        world.intersect(film.eye_in_world, direction).is_some_and(|surface| matches!(surface.owner, Owner::Material(_)))
+        world
+            .intersect(film.eye_in_world, direction)
+            .is_some_and(|surface| matches!(surface.owner, Owner::Material(_)))
     };
-    (0..size[0] * size[1]).into_par_iter().map(|pixel| (0..LOOKS * LOOKS).all(|look| shows_surface(pixel, look))).collect()
+    (0..size[0] * size[1])
+        .into_par_iter()
+        .map(|pixel| (0..LOOKS * LOOKS).all(|look| shows_surface(pixel, look)))
+        .collect()
 }
 
 /// Reads the red, green and blue of an image of `size`.
@@ -88,11 +101,17 @@ pub fn read(path: &Path, size: [u32; 2]) -> Result<Vec<Rgb>> {
     let planes = read_exr(path)?;
     let place = Place::file(path);
     if [planes.width, planes.height] != size.map(|n| n as usize) {
-        let reason = format!("{}x{} pixels, expected {}x{}; remove the file", planes.width, planes.height, size[0], size[1]);
+        let reason = format!(
+            "{}x{} pixels, expected {}x{}; remove the file",
+            planes.width, planes.height, size[0], size[1]
+        );
         return Err(Error::invalid(&place, reason).into());
     }
-    let plane =
-        |name: &str| planes.channel(name).ok_or_else(|| Error::invalid(&place, format!("has no channel `{name}`; remove the file")));
+    let plane = |name: &str| {
+        planes
+            .channel(name)
+            .ok_or_else(|| Error::invalid(&place, format!("has no channel `{name}`; remove the file")))
+    };
     let [r, g, b] = [plane("R")?, plane("G")?, plane("B")?];
     Ok(r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect())
 }

@@ -12,8 +12,9 @@ use std::path::Path;
 /// Seed of what is not a material.
 const SEED: u64 = 0x7374_6174_6573;
 
-/// State number `number` of `scene`, which names everything that varies: materials of any kind, any of the maps turned anyhow, the camera anywhere on a
-/// ring around its target, moments of clips. None of these is one that a bake chooses its settings by.
+/// State number `number` of `scene`, which names everything that varies: materials of any kind, any of the
+/// maps turned anyhow, the camera anywhere on a ring around its target, moments of clips. None of these is
+/// one that a bake chooses its settings by.
 pub fn random(scene: &Scene, number: u32) -> State {
     let sampler = PixelSampler::new(SEED, number);
     let pair = |pair| sampler.sample(0).pair(pair);
@@ -21,14 +22,21 @@ pub fn random(scene: &Scene, number: u32) -> State {
         environment: scene.vary.light.then(|| environment(scene, pair(0))),
         camera: scene.vary.view.then(|| camera(scene, pair(1), pair(2)[0])),
         materials: materials(scene, number),
-        shapes: (3..).zip(clips(scene)).map(|(at, (object, clips))| (object.to_owned(), moment(&clips, pair(at)))).collect(),
+        shapes: (3..)
+            .zip(clips(scene))
+            .map(|(at, (object, clips))| (object.to_owned(), moment(&clips, pair(at))))
+            .collect(),
         ..State::default()
     }
 }
 
 fn environment(scene: &Scene, [which, turn]: [f32; 2]) -> EnvironmentState {
-    let maps: Vec<&str> =
-        scene.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.as_str()).collect();
+    let maps: Vec<&str> = scene
+        .environment
+        .iter()
+        .flat_map(|e| [&e.map].into_iter().chain(&e.others))
+        .map(|map| map.name.as_str())
+        .collect();
     let map = maps.get((which * maps.len() as f32) as usize).map(|name| (*name).to_owned());
     EnvironmentState { map, rotation_deg: Some(360.0 * turn), gain: None }
 }
@@ -38,18 +46,33 @@ fn camera(scene: &Scene, [turn, height]: [f32; 2], distance: f32) -> CameraState
     let target = Vec3::from(scene.camera.target);
     let offset = Vec3::from(scene.camera.position) - target;
     let raised = Vec3::new(offset.x, offset.y * (0.75 + 0.75 * height), offset.z).normalize_or_zero();
-    let offset = Quat::from_rotation_y(std::f32::consts::TAU * turn) * raised * offset.length() * (0.8 + 0.4 * distance);
-    CameraState { position: Some((target + offset).to_array()), target: Some(scene.camera.target), ..CameraState::default() }
+    let offset = Quat::from_rotation_y(std::f32::consts::TAU * turn)
+        * raised
+        * offset.length()
+        * (0.8 + 0.4 * distance);
+    CameraState {
+        position: Some((target + offset).to_array()),
+        target: Some(scene.camera.target),
+        ..CameraState::default()
+    }
 }
 
 fn materials(scene: &Scene, number: u32) -> std::collections::BTreeMap<String, MaterialState> {
     let names = scene.vary.materials.iter().map(|index| scene.materials[*index].name.clone());
-    names.zip(random_state(held_out::STATES + number, scene)).map(|(name, brdf)| (name, leaves(&brdf))).collect()
+    names
+        .zip(random_state(held_out::STATES + number, scene))
+        .map(|(name, brdf)| (name, leaves(&brdf)))
+        .collect()
 }
 
 fn leaves(brdf: &Brdf) -> MaterialState {
     match brdf {
-        Brdf::BlinnPhong(m) => MaterialState { kd: Some(m.kd), ks: Some(m.ks), shininess: Some(m.shininess), ..MaterialState::default() },
+        Brdf::BlinnPhong(m) => MaterialState {
+            kd: Some(m.kd),
+            ks: Some(m.ks),
+            shininess: Some(m.shininess),
+            ..MaterialState::default()
+        },
         Brdf::Ggx(m) => MaterialState {
             base_color: Some(m.base_color),
             metallic: Some(m.metallic),
@@ -61,9 +84,12 @@ fn leaves(brdf: &Brdf) -> MaterialState {
 
 /// Objects that deform, with names and durations of their clips.
 fn clips(scene: &Scene) -> impl Iterator<Item = (&str, Vec<(&str, f32)>)> {
-    let deforming = scene.objects.iter().filter_map(|object| Some((object.name.as_str(), object.shape.as_deref()?)));
+    let deforming =
+        scene.objects.iter().filter_map(|object| Some((object.name.as_str(), object.shape.as_deref()?)));
     let deforming = deforming.filter(|(_, shape)| scene.vary.shape && !shape.clips.is_empty());
-    deforming.map(|(name, shape)| (name, shape.clips.iter().map(|clip| (clip.name.as_str(), clip.duration_s)).collect()))
+    deforming.map(|(name, shape)| {
+        (name, shape.clips.iter().map(|clip| (clip.name.as_str(), clip.duration_s)).collect())
+    })
 }
 
 fn moment(clips: &[(&str, f32)], [which, time]: [f32; 2]) -> ShapeState {
@@ -89,7 +115,10 @@ pub fn write_animation(states: &[State], path: &Path) -> Result<()> {
     };
     let keys = states.iter().enumerate().map(key).collect::<Result<Vec<_>>>()?;
     let duration_s = toml::Value::Integer(states.len().max(1) as i64);
-    let animation = toml::Table::from_iter([("duration_s".to_owned(), duration_s), ("key".to_owned(), toml::Value::Array(keys))]);
+    let animation = toml::Table::from_iter([
+        ("duration_s".to_owned(), duration_s),
+        ("key".to_owned(), toml::Value::Array(keys)),
+    ]);
     replace_file(path, toml::to_string(&animation).map_err(failed)?.as_bytes())
 }
 

@@ -42,7 +42,8 @@ pub struct Sweep {
     pub variants: fn(&Scene, &Bench<'_>) -> Result<Vec<Variant>>,
 }
 
-/// The one variant of a method without a sweep: what a bake of `scene` with the settings of `bake run` leaves.
+/// The one variant of a method without a sweep: what a bake of `scene` with the settings of `bake run`
+/// leaves.
 ///
 /// # Errors
 /// As [`bundle::run`].
@@ -89,7 +90,12 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// If a file cannot be read or written.
-    pub fn cut(&self, from: &Path, name: &str, write: impl FnOnce(&mut Cut<'_>) -> Result<()>) -> Result<PathBuf> {
+    pub fn cut(
+        &self,
+        from: &Path,
+        name: &str,
+        write: impl FnOnce(&mut Cut<'_>) -> Result<()>,
+    ) -> Result<PathBuf> {
         let folder = self.folder.join(name);
         create_folder(&folder)?;
         let mut manifest = Manifest::read(from)?;
@@ -118,7 +124,8 @@ impl Cut<'_> {
         let place = Place::file(self.folder);
         let mut files = self.manifest.methods.iter_mut().flat_map(|method| &mut method.files);
         let entry = files.find(|(kind, _)| *kind == S::KIND.name());
-        let (_, entry) = entry.ok_or_else(|| BakeError::invalid(&place, format!("has no file of kind {}", S::KIND.name())))?;
+        let (_, entry) = entry
+            .ok_or_else(|| BakeError::invalid(&place, format!("has no file of kind {}", S::KIND.name())))?;
         let path = self.folder.join(&entry.file);
         // A new file, so the bundle that this is cut from keeps the old one.
         *entry = FileEntry::of(&entry.file, &content.write_file(&path)?);
@@ -146,8 +153,11 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
 /// If there is none or it cannot be read.
 pub fn read<S: Stored>(folder: &Path) -> Result<S> {
     let manifest = Manifest::read(folder)?;
-    let file = manifest.methods.iter().flat_map(|method| &method.files).find(|(kind, _)| *kind == S::KIND.name());
-    let (_, entry) = file.ok_or_else(|| BakeError::invalid(&Place::file(folder), format!("has no file of kind {}", S::KIND.name())))?;
+    let file =
+        manifest.methods.iter().flat_map(|method| &method.files).find(|(kind, _)| *kind == S::KIND.name());
+    let (_, entry) = file.ok_or_else(|| {
+        BakeError::invalid(&Place::file(folder), format!("has no file of kind {}", S::KIND.name()))
+    })?;
     Ok(S::read_file(&folder.join(&entry.file))?)
 }
 
@@ -199,13 +209,20 @@ mod tests {
         let listed = &Manifest::read(&variant.folder).unwrap().methods[0];
         assert_eq!((&listed.name[..], variant.method), ("transfer-images", "transfer-images"));
         assert!(variant.settings.iter().all(|(name, value)| listed.settings.get(name) == Some(value)));
-        assert_eq!((&variant.settings["size"], &variant.settings["max_error"]), (&serde_json::json!([8, 8]), &scene.max_error.into()));
+        assert_eq!(
+            (&variant.settings["size"], &variant.settings["max_error"]),
+            (&serde_json::json!([8, 8]), &scene.max_error.into())
+        );
     }
 
-    /// Variants of a sweep are told apart by their settings, are bundles that pass every check, and what they are cut from still does.
+    /// Variants of a sweep are told apart by their settings, are bundles that pass every check, and what they
+    /// are cut from still does.
     #[test]
     fn variants_are_sound_bundles() {
-        for (sweep, vary, count) in [(&transfer_images::SWEEP, "materials = ['clay']", 18), (&sparse_transfer::SWEEP, "light = true", 11)] {
+        for (sweep, vary, count) in [
+            (&transfer_images::SWEEP, "materials = ['clay']", 18),
+            (&sparse_transfer::SWEEP, "light = true", 11),
+        ] {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("scene.toml");
             std::fs::write(&path, ROOM.replace("VARY", vary)).unwrap();
@@ -217,7 +234,8 @@ mod tests {
             for (number, variant) in variants.iter().enumerate() {
                 verify(&variant.folder).unwrap();
                 assert!(variant.bake_seconds > 0.0, "{variant:?}");
-                let same = |other: &&Variant| other.settings == variant.settings || other.folder == variant.folder;
+                let same =
+                    |other: &&Variant| other.settings == variant.settings || other.folder == variant.folder;
                 assert_eq!(variants[..number].iter().find(same), None, "{variant:?}");
             }
             // A second run finds all bakes done.

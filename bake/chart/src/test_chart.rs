@@ -16,7 +16,13 @@ fn errors(relative_l2: f64) -> ImageErrors {
 }
 
 fn point(method: &str, series: &str, label: &str, [error, ms, bytes, seconds]: [f64; 4]) -> Point {
-    let frame = FrameTime { median_ms: ms, p95_ms: 1.3 * ms, ratio: ms / 3.0, ratio_low: ms / 3.1, ratio_high: ms / 2.9 };
+    let frame = FrameTime {
+        median_ms: ms,
+        p95_ms: 1.3 * ms,
+        ratio: ms / 3.0,
+        ratio_low: ms / 3.1,
+        ratio_high: ms / 2.9,
+    };
     Point {
         method: method.to_owned(),
         series: series.to_owned(),

@@ -1,5 +1,5 @@
-//! Frame times in rounds: in each, all bundles are played in turns by processes of their own, so what the machine does meanwhile falls on all of them, and
-//! ratios within a round are steadier than times.
+//! Frame times in rounds: in each, all bundles are played in turns by processes of their own, so what the
+//! machine does meanwhile falls on all of them, and ratios within a round are steadier than times.
 
 use super::figures::FrameTime;
 use super::sweep::Variant;
@@ -18,7 +18,13 @@ const STUDENT: f64 = 2.447;
 ///
 /// # Errors
 /// If the player fails or the user interrupts.
-pub fn measure(variants: &[Variant], animation: &Path, frames: u32, size: [u32; 2], job: &Job) -> Result<Vec<FrameTime>> {
+pub fn measure(
+    variants: &[Variant],
+    animation: &Path,
+    frames: u32,
+    size: [u32; 2],
+    job: &Job,
+) -> Result<Vec<FrameTime>> {
     let progress = job.progress("timing", (variants.len() * ROUNDS) as u64);
     let mut rounds = Vec::new();
     for round in 0..ROUNDS {
@@ -33,7 +39,9 @@ pub fn measure(variants: &[Variant], animation: &Path, frames: u32, size: [u32; 
             progress.advance(1);
         }
         played.sort_by_key(|(number, _)| *number);
-        rounds.push(played.into_iter().map(|(_, played)| [played.median_ms, played.p95_ms]).collect::<Vec<_>>());
+        rounds.push(
+            played.into_iter().map(|(_, played)| [played.median_ms, played.p95_ms]).collect::<Vec<_>>(),
+        );
     }
     Ok((0..variants.len()).map(|number| frame_time(&rounds, number)).collect())
 }
@@ -68,13 +76,17 @@ mod tests {
             .map(|slow| vec![[10.0 * slow, 11.0 * slow], [25.0 * slow, 30.0 * slow]])
             .collect();
         let time = frame_time(&rounds, 1);
-        assert!((time.ratio - 2.5).abs() < 1e-9 && (time.ratio_high - time.ratio_low).abs() < 1e-9, "{time:?}");
+        assert!(
+            (time.ratio - 2.5).abs() < 1e-9 && (time.ratio_high - time.ratio_low).abs() < 1e-9,
+            "{time:?}"
+        );
         assert_eq!((time.median_ms, time.p95_ms), (25.0, 30.0));
         let first = frame_time(&rounds, 0);
         assert_eq!((first.ratio, first.ratio_low, first.ratio_high), (1.0, 1.0, 1.0));
     }
 
-    /// Of many pairs of runs with log-normal times, the second ratio lies in the first's interval in 95 of 100, as Student's t has it.
+    /// Of many pairs of runs with log-normal times, the second ratio lies in the first's interval in 95 of
+    /// 100, as Student's t has it.
     #[test]
     fn a_second_run_falls_into_the_interval_as_often_as_it_says() {
         let sampler = |run: u32| relume_bake::trace::sampler::PixelSampler::new(7, run);
@@ -84,7 +96,9 @@ mod tests {
             (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
         };
         let run = |run: u32| {
-            let rounds: Vec<_> = (0..ROUNDS as u32).map(|round| vec![[1.0, 1.0], [2.0 * (0.1 * normal(run, round)).exp(), 1.0]]).collect();
+            let rounds: Vec<_> = (0..ROUNDS as u32)
+                .map(|round| vec![[1.0, 1.0], [2.0 * (0.1 * normal(run, round)).exp(), 1.0]])
+                .collect();
             frame_time(&rounds, 1)
         };
         let inside = (0..4000).filter(|pair| {

@@ -66,7 +66,8 @@ blockers that cast the soft shadows of shapes that move, collision tests, level 
     Spheres(SpheresArgs),
     /// Path trace reference images of a scene in any state
     Reference(ReferenceArgs),
-    /// Chart speed against accuracy: every method and setting that fits a scene, measured against the reference
+    /// Chart speed against accuracy: every method and setting that fits a scene, measured against the
+    /// reference
     #[command(long_about = "\
 Chart speed against accuracy. Random states of what the scene varies are path traced; every method that fits is baked with the settings that trade speed for accuracy, played by the `player` beside \
 this program, compared with the reference and timed. DIR gets chart.svg to look at, chart.csv and chart.json to reckon with, and picture.png, the most exact setting beside the reference. \
@@ -105,21 +106,27 @@ pub struct NewArgs {
 /// Arguments of `bake run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The scene; or a model, for which a first scene is written beside the bundle as DIR.toml, unless it is there
+    /// The scene; or a model, for which a first scene is written beside the bundle as DIR.toml, unless it is
+    /// there
     pub scene: String,
     /// Where the bundle goes [default: baked/<scene name>]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Method to bake; may be given several times, the one that the player should prefer first [default: sphere-shadows if shapes vary, else sparse-transfer if light or view vary, else transfer-images]
+    /// Method to bake; may be given several times, the one that the player should prefer first [default:
+    /// sphere-shadows if shapes vary, else sparse-transfer if light or view vary, else transfer-images]
     #[arg(long, value_name = "NAME", value_parser = method_parser())]
     pub method: Vec<&'static Registered>,
-    /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024; sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview 16, final 64; sphere-shadows has none
+    /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024;
+    /// sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview
+    /// 16, final 64; sphere-shadows has none
     #[arg(long, default_value = "preview", value_parser = one_of(&QUALITIES))]
     pub quality: Quality,
-    /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases or terms by trying them on the scene, sphere-shadows warns only [default: the scene's, or 0.01]
+    /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases
+    /// or terms by trying them on the scene, sphere-shadows warns only [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
     pub max_error: Option<f64>,
-    /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger [default: from --max-error]
+    /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger
+    /// [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub bases: Option<u32>,
     /// sparse-transfer: number of terms a vertex: more is more exact and larger [default: from --max-error]
@@ -137,7 +144,8 @@ pub struct RunArgs {
     /// Threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the machine has free]
+    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the
+    /// machine has free]
     #[arg(long, value_name = "GIB", value_parser = parse_memory)]
     pub memory: Option<MemoryLimit>,
     /// Go on with an interrupted bake
@@ -146,8 +154,15 @@ pub struct RunArgs {
     /// Throw away what is there and bake everything again; what other methods left unfinished stays
     #[arg(long)]
     pub force: bool,
-    /// Make piece I of every N alone, for one of N machines, each with a folder of its own; `bake merge` makes the bundle of all N folders
-    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true, conflicts_with = "force")]
+    /// Make piece I of every N alone, for one of N machines, each with a folder of its own; `bake merge`
+    /// makes the bundle of all N folders
+    #[arg(
+        long,
+        value_name = "I/N",
+        default_value = "1/1",
+        hide_default_value = true,
+        conflicts_with = "force"
+    )]
     pub pieces: Share,
     /// How progress is told
     #[arg(long, default_value = "auto", value_parser = one_of(&PROGRESS))]
@@ -166,7 +181,8 @@ pub struct MergeArgs {
     /// Threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the machine has free]
+    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the
+    /// machine has free]
     #[arg(long, value_name = "GIB", value_parser = parse_memory)]
     pub memory: Option<MemoryLimit>,
     /// How progress is told
@@ -233,7 +249,8 @@ pub struct SpheresArgs {
     /// Most iterations; a fit that nothing betters ends sooner
     #[arg(long, value_name = "I", default_value_t = DEFAULT_ITERATIONS, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub iterations: u32,
-    /// How far outside every sphere a point of the solid may lie, in parts of the bounding box's diagonal, at most 0.1; 0: everything is covered
+    /// How far outside every sphere a point of the solid may lie, in parts of the bounding box's diagonal, at
+    /// most 0.1; 0: everything is covered
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = parse_tight)]
     pub tight: f64,
     /// Where the set goes, a .relume file [default: <mesh>-spheres-<N>.relume]
@@ -255,7 +272,8 @@ pub struct ReferenceArgs {
     /// A state to render; may be given many times [default: the scene as it is]
     #[arg(long, value_name = "STATE.toml")]
     pub state: Vec<PathBuf>,
-    /// Most reflections of a path; 1 is direct light only [default: unlimited; the scene's with --paths gather]
+    /// Most reflections of a path; 1 is direct light only [default: unlimited; the scene's with --paths
+    /// gather]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub reflections: Option<u32>,
     /// best: least noise; gather: the very paths that `bake run` traces with the same size, seed and samples
@@ -351,8 +369,11 @@ const PROGRESS: [Named<ProgressMode>; 4] = [
 ];
 
 fn one_of<T: Copy + Send + Sync + 'static>(values: &'static [Named<T>]) -> impl TypedValueParser<Value = T> {
-    let names = PossibleValuesParser::new(values.iter().map(|(name, _, help)| PossibleValue::new(*name).help(*help)));
-    names.try_map(|name| values.iter().find(|(known, ..)| *known == name).map(|(_, value, _)| *value).ok_or("no such value"))
+    let names =
+        PossibleValuesParser::new(values.iter().map(|(name, _, help)| PossibleValue::new(*name).help(*help)));
+    names.try_map(|name| {
+        values.iter().find(|(known, ..)| *known == name).map(|(_, value, _)| *value).ok_or("no such value")
+    })
 }
 
 fn method_parser() -> impl TypedValueParser<Value = &'static Registered> {
@@ -379,7 +400,12 @@ fn parse_tight(text: &str) -> Result<f64, String> {
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
-        Some(size) if size.iter().all(|n| (1..=relume_formats::kinds::scene::MAX_SIDE).contains(n)) => Ok(size),
-        _ => Err(format!("expected WIDTHxHEIGHT such as 512x512, each at most {}", relume_formats::kinds::scene::MAX_SIDE)),
+        Some(size) if size.iter().all(|n| (1..=relume_formats::kinds::scene::MAX_SIDE).contains(n)) => {
+            Ok(size)
+        }
+        _ => Err(format!(
+            "expected WIDTHxHEIGHT such as 512x512, each at most {}",
+            relume_formats::kinds::scene::MAX_SIDE
+        )),
     }
 }

@@ -34,7 +34,8 @@ use std::path::Path;
 /// `bake plan`.
 pub fn plan(args: &PlanArgs) -> Result<String> {
     watch_signals()?;
-    let folders = plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(relume_chart::chart::FOLDER) };
+    let folders =
+        plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(relume_chart::chart::FOLDER) };
     let model = Path::new(&args.scene);
     let scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
     look_at(&scene, scene.size)?;
@@ -57,8 +58,11 @@ pub fn verify(args: &PathArgs) -> Result<String> {
 pub fn export(args: &ExportArgs) -> Result<String> {
     let path = Path::new(&args.what);
     let is_bundle = path.extension().is_some_and(|e| e == "relume") || path.join("manifest.json").exists();
-    let files =
-        if is_bundle { inspect::export_file(path, &args.output)? } else { inspect::export_scene(&load(&args.what)?, &args.output)? };
+    let files = if is_bundle {
+        inspect::export_file(path, &args.output)?
+    } else {
+        inspect::export_scene(&load(&args.what)?, &args.output)?
+    };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
 }
 
@@ -66,7 +70,8 @@ pub fn export(args: &ExportArgs) -> Result<String> {
 pub fn tables(args: &TablesArgs) -> Result<String> {
     create_folder(&args.output)?;
     let line = |path: &Path, file: &[u8]| format!("{}: {} bytes\n", path.display(), file.len());
-    let [haar, visibility] = ["haar-table.relume", "visibility-table.relume"].map(|name| args.output.join(name));
+    let [haar, visibility] =
+        ["haar-table.relume", "visibility-table.relume"].map(|name| args.output.join(name));
     let text = line(&haar, &HaarTable::bake().write_file(&haar)?);
     Ok(text + &line(&visibility, &VisibilityTable::bake().write_file(&visibility)?))
 }

@@ -74,7 +74,10 @@ fn fail(message: &str, code: u8) -> ExitCode {
 
 /// Which command was meant by one that there is not; clap itself sees only the nearest.
 fn meant_command(error: &clap::Error) -> Option<String> {
-    let given = error.get(ContextKind::InvalidSubcommand).filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none())?.to_string();
+    let given = error
+        .get(ContextKind::InvalidSubcommand)
+        .filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none())?
+        .to_string();
     let cli = Cli::command();
     let names: Vec<&str> = cli.get_subcommands().map(clap::Command::get_name).collect();
     Some(what_there_is(&given, &names))
@@ -86,7 +89,8 @@ fn usage_line(error: &clap::Error) -> String {
         return "no command is given, such as `bake run SCENE` (see bake --help)".to_owned();
     }
     let text = error.to_string();
-    let mut lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let mut lines =
+        text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
     let first = lines.next().unwrap_or_default().trim_start_matches("error: ").to_owned();
     let rest: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
     let meant = meant_command(error).unwrap_or_default();

@@ -12,8 +12,9 @@ pub fn evaluate(material: &BlinnPhong, albedo: Vec3A, cos_delta: f32) -> Vec3A {
 
 /// Share of light from straight above that the unit glossy lobe reflects: ∫ (s+2)/2π · cosˢδ · cos θ dω.
 ///
-/// The thesis normalises the lobe over half vectors, and these spread a quarter as wide as the directions they stand for; so the integral grows from
-/// 1.4 at s = 1 towards 4, and glossy materials may reflect more than they receive although kd + ks ≤ 1.
+/// The thesis normalises the lobe over half vectors, and these spread a quarter as wide as the directions
+/// they stand for; so the integral grows from 1.4 at s = 1 towards 4, and glossy materials may reflect more
+/// than they receive although kd + ks ≤ 1.
 pub fn glossy_albedo(shininess: f32) -> f32 {
     // With θ = 2δ and u = cos δ: 4(s+2) ∫ uˢ⁺¹ (2u² − 1) du from √½ to 1.
     let power_integral = |n: f64| (1.0 - 0.5f64.powf(n / 2.0)) / n;

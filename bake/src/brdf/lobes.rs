@@ -1,8 +1,9 @@
 //! Sampling of directions from mixtures of a cosine lobe and Blinn-Phong lobes.
 //!
-//! A gather serves every basis at once, and bases have lobes of all widths; sampling any one of them would leave the others to chance. A mixture
-//! of a cosine lobe and a few Blinn-Phong lobes spread over the exponents comes near all of them, and as every sample is divided by the density
-//! of the whole mixture the estimate is right for each.
+//! A gather serves every basis at once, and bases have lobes of all widths; sampling any one of them would
+//! leave the others to chance. A mixture of a cosine lobe and a few Blinn-Phong lobes spread over the
+//! exponents comes near all of them, and as every sample is divided by the density of the whole mixture the
+//! estimate is right for each.
 
 use glam::Vec3A;
 use relume_formats::state::{BlinnPhong, Brdf, Ggx};
@@ -18,12 +19,14 @@ pub struct LobeMixture {
 impl LobeMixture {
     /// For a surface whose material may become anything within the space that bases span.
     ///
-    /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks for.
+    /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks
+    /// for.
     pub fn for_any_material() -> Self {
         Self { glossy: vec![(0.2, 8.0), (0.2, 40.0), (0.2, 200.0)] }
     }
 
-    /// For a surface that keeps its material. A share of cosine samples always stays, for it bounds every weight.
+    /// For a surface that keeps its material. A share of cosine samples always stays, for it bounds every
+    /// weight.
     pub fn for_material(material: &Brdf) -> Self {
         let sum = |k: [f32; 3]| k.iter().sum::<f32>();
         let (diffuse, glossy, exponent) = match material {
@@ -62,7 +65,8 @@ impl LobeMixture {
     pub fn density(&self, normal: Vec3A, outgoing: Vec3A, incoming: Vec3A) -> f32 {
         let mut cosine_chance = 1.0;
         let half = (incoming + outgoing).normalize_or_zero();
-        // Half vectors behind `outgoing` mirror it to below the surface; there the half vector of the two is the negative of the sampled one.
+        // Half vectors behind `outgoing` mirror it to below the surface; there the half vector of the two is
+        // the negative of the sampled one.
         let cos_delta = half.dot(normal).abs();
         // |dω_half / dω_incoming| = 1 / (4 |ω_o·h|)
         let jacobian = 0.25 / half.dot(outgoing).abs().max(1e-6);
@@ -75,8 +79,8 @@ impl LobeMixture {
     }
 }
 
-/// The exponent of the Blinn-Phong lobe that is as wide as the material's near its peak: s = 2/α² − 2. Its tails are longer; the cosine lobe covers
-/// them.
+/// The exponent of the Blinn-Phong lobe that is as wide as the material's near its peak: s = 2/α² − 2. Its
+/// tails are longer; the cosine lobe covers them.
 fn exponent_like(material: &Ggx) -> f32 {
     (2.0 / material.roughness.powi(4) - 2.0).max(1.0)
 }
@@ -90,7 +94,11 @@ mod tests {
     fn samples_follow_the_density() {
         let phong = Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.6; 3], shininess: 20.0 });
         let metal = Brdf::Ggx(Ggx { base_color: [0.9; 3], metallic: 1.0, roughness: 0.5 });
-        for mixture in [LobeMixture::for_any_material(), LobeMixture::for_material(&phong), LobeMixture::for_material(&metal)] {
+        for mixture in [
+            LobeMixture::for_any_material(),
+            LobeMixture::for_material(&phong),
+            LobeMixture::for_material(&metal),
+        ] {
             for tilt in [0.0f32, 0.7, 1.3] {
                 chi_squared(&mixture, Vec3A::new(tilt.sin(), tilt.cos(), 0.0));
             }
@@ -108,7 +116,8 @@ mod tests {
         for _ in 0..N {
             // Independent numbers: χ² assumes them, and a stratified sequence would only fit too well.
             let mut next = || {
-                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                random =
+                    random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                 (random >> 40) as f32 / 16_777_216.0
             };
             let (d, density) = mixture.sample(normal, outgoing, next(), [next(), next()]);
@@ -118,10 +127,12 @@ mod tests {
             counts[row * COLUMNS + column] += 1.0;
         }
         let (mut statistic, mut cells) = (0.0, 0);
-        // The upper hemisphere: what points below the surface carries nothing, and there the density has a pole opposite to `outgoing`.
+        // The upper hemisphere: what points below the surface carries nothing, and there the density has a
+        // pole opposite to `outgoing`.
         for row in 0..ROWS / 2 {
             for column in 0..COLUMNS {
-                let expected = N as f64 * integrate_cell(mixture, outgoing, row, column, ROWS, COLUMNS, &sampler);
+                let expected =
+                    N as f64 * integrate_cell(mixture, outgoing, row, column, ROWS, COLUMNS, &sampler);
                 if expected > 20.0 {
                     statistic += (counts[row * COLUMNS + column] - expected).powi(2) / expected;
                     cells += 1;

@@ -23,7 +23,8 @@ pub struct Shared {
     pub bytes: f64,
 }
 
-/// What the parts of a bundle of `scene`, for a player's film of `size`, that all methods share will take; a little of each fit is done here and now.
+/// What the parts of a bundle of `scene`, for a player's film of `size`, that all methods share will take; a
+/// little of each fit is done here and now.
 ///
 /// # Errors
 /// If an object that asks for spheres encloses nothing, or the job is interrupted.
@@ -35,7 +36,12 @@ pub fn predict_shared(scene: &Scene, size: [u32; 2], seed: u64, job: &Job) -> Re
     }
     let start = Instant::now();
     for (object, spheres) in scene.objects.iter().filter_map(|object| Some((object, object.spheres?))) {
-        let settings = Settings { spheres: spheres as usize, seed, iterations: ITERATIONS.min(DEFAULT_ITERATIONS), tight: 0.0 };
+        let settings = Settings {
+            spheres: spheres as usize,
+            seed,
+            iterations: ITERATIONS.min(DEFAULT_ITERATIONS),
+            tight: 0.0,
+        };
         let poses = object.shape.as_deref().map(poses).unwrap_or_default();
         let part = place().part(format!("object `{}`", object.name));
         let fitted = fit::fit(&object.mesh, &poses, &object.name, &part, &settings, job)?;

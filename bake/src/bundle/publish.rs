@@ -15,9 +15,18 @@ use std::path::Path;
 ///
 /// # Errors
 /// `Invalid` if it is of another scene, or no bundle's, and nothing is to be thrown away.
-pub(super) fn old_manifest(folder: &Path, unfinished: &Path, scene: &Scene, leftover: Leftover) -> Result<Option<Manifest>> {
+pub(super) fn old_manifest(
+    folder: &Path,
+    unfinished: &Path,
+    scene: &Scene,
+    leftover: Leftover,
+) -> Result<Option<Manifest>> {
     // A kill in the middle of publishing leaves the old manifest where publishing had put it aside.
-    let Some(holder) = [folder, unfinished].into_iter().find(|folder| folder.join(manifest::FILE_NAME).exists()) else { return Ok(None) };
+    let Some(holder) =
+        [folder, unfinished].into_iter().find(|folder| folder.join(manifest::FILE_NAME).exists())
+    else {
+        return Ok(None);
+    };
     let read = Manifest::read(holder);
     let refuse = |what: String| {
         let reason = format!("holds {what}; add --force to replace it, or bake elsewhere with -o");
@@ -31,13 +40,21 @@ pub(super) fn old_manifest(folder: &Path, unfinished: &Path, scene: &Scene, left
             note(&format!("note: replaces a bundle of another version ({error})"));
             Ok(None)
         }
-        Err(error) if error.is_bad_input() => refuse(format!("a {} that is no bundle's ({error})", manifest::FILE_NAME)),
+        Err(error) if error.is_bad_input() => {
+            refuse(format!("a {} that is no bundle's ({error})", manifest::FILE_NAME))
+        }
         Err(error) => Err(error.into()),
     }
 }
 
-/// The method's entry of a finished bundle if all that it `reads` of the scene and its settings are the same, and its files are whole and of today's versions.
-pub(super) fn reusable_entry(old: &Manifest, folder: &Path, reads: &str, method: &dyn Method) -> Option<MethodEntry> {
+/// The method's entry of a finished bundle if all that it `reads` of the scene and its settings are the same,
+/// and its files are whole and of today's versions.
+pub(super) fn reusable_entry(
+    old: &Manifest,
+    folder: &Path,
+    reads: &str,
+    method: &dyn Method,
+) -> Option<MethodEntry> {
     let entry = old.methods.iter().find(|m| m.name == method.name())?;
     let mut asked = method.asked_for();
     if let Some((name, chosen)) = method.chosen().and_then(|name| Some((name, entry.settings.get(name)?))) {
@@ -50,14 +67,23 @@ pub(super) fn reusable_entry(old: &Manifest, folder: &Path, reads: &str, method:
 
 /// Whether the file is whole and of today's version.
 pub(super) fn is_readable(file: &FileEntry, folder: &Path) -> bool {
-    let whole = || read_regular(&folder.join(&file.file), file.bytes, "").is_ok_and(|bytes| content_hash(&bytes) == file.hash);
+    let whole = || {
+        read_regular(&folder.join(&file.file), file.bytes, "")
+            .is_ok_and(|bytes| content_hash(&bytes) == file.hash)
+    };
     let current = |header: &Header| header.kind_version == header.kind.current_version();
     container::open(&folder.join(&file.file)).is_ok_and(|reader| current(reader.header())) && whole()
 }
 
-/// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so nobody takes a mixture of old and new files
-/// for a bundle. Nothing is lost in between: the log, or the images that the old manifest names, are still there.
-pub(super) fn publish(manifest: &Manifest, old: Option<&Manifest>, unfinished: &Path, folder: &Path) -> Result<()> {
+/// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so
+/// nobody takes a mixture of old and new files for a bundle. Nothing is lost in between: the log, or the
+/// images that the old manifest names, are still there.
+pub(super) fn publish(
+    manifest: &Manifest,
+    old: Option<&Manifest>,
+    unfinished: &Path,
+    folder: &Path,
+) -> Result<()> {
     let io = |path: &Path| {
         let place = Place::file(path);
         move |e| Error::output(&place, e)

@@ -1,4 +1,5 @@
-//! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a solid is found before hours of tracing.
+//! The sphere sets that a scene's objects ask for. They come before the methods, so that an object without a
+//! solid is found before hours of tracing.
 
 use super::publish::is_readable;
 use crate::error::Result;
@@ -57,12 +58,14 @@ struct FitRequest<'a> {
     asked: &'a BTreeMap<String, Value>,
 }
 
-/// The sets of all objects that want one, in their order; those of `old`, a bundle in `folder`, are reused if mesh and settings are the same.
+/// The sets of all objects that want one, in their order; those of `old`, a bundle in `folder`, are reused if
+/// mesh and settings are the same.
 ///
 /// `None` if others fit some of them.
 ///
 /// # Errors
-/// If an object encloses nothing, a file cannot be written, or the user asks to stop; finished sets stay in their logs.
+/// If an object encloses nothing, a file cannot be written, or the user asks to stop; finished sets stay in
+/// their logs.
 pub(super) fn fit_all(
     scene: &Scene,
     seed: u64,
@@ -72,7 +75,8 @@ pub(super) fn fit_all(
 ) -> Result<Option<Vec<SphereSetSummary>>> {
     let with_spheres = scene.objects.iter().filter_map(|object| Some((object, object.spheres?)));
     let one = |(number, (object, spheres)): (u32, (&Object, u32))| {
-        let settings = Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
+        let settings =
+            Settings { spheres: spheres as usize, seed, iterations: DEFAULT_ITERATIONS, tight: 0.0 };
         let poses = object.shape.as_deref().map(poses).unwrap_or_default();
         let asked = asked_for(&settings, &object.mesh, &poses);
         let request = FitRequest { object, poses: &poses, settings: &settings, asked: &asked };
@@ -120,7 +124,12 @@ fn log_of(object: &Object) -> String {
     file.trim_end_matches(".relume").to_owned()
 }
 
-fn reusable_entry(old: &Manifest, folder: &Path, object: &Object, asked: &BTreeMap<String, Value>) -> Option<SphereSetEntry> {
+fn reusable_entry(
+    old: &Manifest,
+    folder: &Path,
+    object: &Object,
+    asked: &BTreeMap<String, Value>,
+) -> Option<SphereSetEntry> {
     let entry = old.sphere_sets.get(&object.name)?;
     (entry.settings == *asked && is_readable(&entry.file, folder)).then(|| entry.clone())
 }
@@ -133,7 +142,8 @@ fn fit_one(fit: &Fit<'_>, work: &Work<'_>) -> Result<Option<(FileEntry, Option<F
     let traced = work.take_traced();
     let bytes = log.read(WHOLE)?;
     replace_file(&path, &bytes)?;
-    let fitted = (traced.pieces > 0).then(|| Ok::<_, Error>(Fitted { set: SphereSet::read_file(&path)?, seconds: traced.seconds }));
+    let fitted = (traced.pieces > 0)
+        .then(|| Ok::<_, Error>(Fitted { set: SphereSet::read_file(&path)?, seconds: traced.seconds }));
     Ok(Some((FileEntry::of(&file, &bytes), fitted.transpose()?)))
 }
 

@@ -42,7 +42,11 @@ pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
         stored.normals.extend(&object.mesh.normals);
         stored.triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|i| i + first)));
         let triangles = object.mesh.triangles.len() as u32;
-        stored.meta.objects.push(StoredObject { name: object.name.clone(), material: object.material as u32, triangles });
+        stored.meta.objects.push(StoredObject {
+            name: object.name.clone(),
+            material: object.material as u32,
+            triangles,
+        });
     }
     stored
 }

@@ -29,14 +29,16 @@ pub struct Svd {
     pub vt: Array2<f64>,
 }
 
-/// The thin SVD of `a`, with signs fixed by rule: in each column of `u` the entry of largest magnitude is positive.
+/// The thin SVD of `a`, with signs fixed by rule: in each column of `u` the entry of largest magnitude is
+/// positive.
 ///
 /// # Errors
 /// If LAPACK does not converge.
 pub fn thin_svd(a: &Array2<f64>) -> Result<Svd, LinalgError> {
     single_thread();
     let (u, s, vt) = a.svddc(JobSvd::Some)?;
-    let missing = || LinalgError::Shape(ndarray::ShapeError::from_kind(ndarray::ErrorKind::IncompatibleShape));
+    let missing =
+        || LinalgError::Shape(ndarray::ShapeError::from_kind(ndarray::ErrorKind::IncompatibleShape));
     let (mut u, mut vt) = (u.ok_or_else(missing)?, vt.ok_or_else(missing)?);
     for (mut column, mut row) in u.columns_mut().into_iter().zip(vt.rows_mut()) {
         let largest = column.iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });

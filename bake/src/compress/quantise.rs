@@ -8,8 +8,8 @@ pub fn scale_for(largest: f32) -> f32 {
     if largest > 0.0 { largest.log2().ceil().exp2() / LARGEST_HALF } else { 0.0 }
 }
 
-/// A power of two, 2⁻²² of the largest of `values` or up to twice that: with it the steps of bytes do not overflow halves, and those of wide values keep
-/// their precision in rows that are a millionth as large.
+/// A power of two, 2⁻²² of the largest of `values` or up to twice that: with it the steps of bytes do not
+/// overflow halves, and those of wide values keep their precision in rows that are a millionth as large.
 pub fn unit_for(values: &[f32]) -> f32 {
     let largest = values.iter().fold(0.0, |m: f32, v| m.max(v.abs()));
     if largest > 0.0 { (largest / 4_194_304.0).log2().ceil().exp2() } else { 1.0 }
@@ -41,7 +41,10 @@ mod tests {
         for (largest, most) in [(1.0f32, 127.0f32), (3.7, 127.0), (0.01, 32_767.0), (900.0, 127.0)] {
             let step = step_for(largest, most);
             assert!(step.to_f32() * most >= largest, "{largest}");
-            assert!(f16::from_bits(step.to_bits() - 1).to_f32() * most < largest, "{largest}: a smaller step would do");
+            assert!(
+                f16::from_bits(step.to_bits() - 1).to_f32() * most < largest,
+                "{largest}: a smaller step would do"
+            );
         }
         assert_eq!(step_for(0.0, 127.0), f16::ZERO);
     }

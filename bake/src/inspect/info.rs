@@ -14,7 +14,8 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Describes the `.relume` file or bundle folder at `path`: as aligned text, or as JSON that has every section.
+/// Describes the `.relume` file or bundle folder at `path`: as aligned text, or as JSON that has every
+/// section.
 ///
 /// # Errors
 /// Those of [`verify`].
@@ -29,7 +30,9 @@ pub fn info(path: &Path, json: bool) -> Result<String> {
 }
 
 fn to_json(value: &impl Serialize, path: &Path) -> Result<String> {
-    serde_json::to_string_pretty(value).map(|text| text + "\n").map_err(|e| Error::invalid(&Place::file(path), e.to_string()))
+    serde_json::to_string_pretty(value)
+        .map(|text| text + "\n")
+        .map_err(|e| Error::invalid(&Place::file(path), e.to_string()))
 }
 
 fn bundle_info(folder: &Path) -> Result<BundleInfo> {
@@ -43,7 +46,11 @@ fn bundle_info(folder: &Path) -> Result<BundleInfo> {
         }
     }
     let sum = |of: fn(&Totals) -> u64| files.iter().map(|f| of(&f.totals)).sum::<u64>();
-    let totals = Totals::new(files.iter().map(|f| f.totals.sections).sum(), sum(|t| t.bytes_on_disk), sum(|t| t.bytes_in_memory));
+    let totals = Totals::new(
+        files.iter().map(|f| f.totals.sections).sum(),
+        sum(|t| t.bytes_on_disk),
+        sum(|t| t.bytes_in_memory),
+    );
     Ok(BundleInfo { kind: "bundle", folder: folder.display().to_string(), manifest, totals, files })
 }
 
@@ -93,13 +100,18 @@ mod tests {
             (&"transfer-images".into(), &0.into(), &0.into())
         );
         assert_eq!(value["totals"]["bytes_on_disk"], length);
-        // Head, and 3 bases × 8 first reflections; grey are 2 glossy bases × (direct, 2 materials × 2 glossy bases).
+        // Head, and 3 bases × 8 first reflections; grey are 2 glossy bases × (direct, 2 materials × 2 glossy
+        // bases).
         let sections = value["sections"].as_array().unwrap();
         assert_eq!(sections.len(), 5 + 24);
         let details = &value["details"];
         assert_eq!((&details["rgb_images"], &details["single_channel_images"]), (&14.into(), &10.into()));
-        let classes: Vec<_> =
-            details["classes"].as_array().unwrap().iter().map(|c| (c["material"].as_str(), c["fragments"].as_u64())).collect();
+        let classes: Vec<_> = details["classes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|c| (c["material"].as_str(), c["fragments"].as_u64()))
+            .collect();
         assert_eq!(classes, [(Some("../knot"), Some(2)), (Some("floor"), Some(2)), (None, Some(4))]);
 
         let number = |section: &Value, name: &str| section[name].as_u64().unwrap();
@@ -108,7 +120,10 @@ mod tests {
         let last = sections.last().unwrap();
         assert_eq!(number(last, "offset") + number(last, "stored_bytes"), length, "sections cover the file");
         let pixels = &sections[1];
-        assert_eq!((&pixels["name"], &pixels["element"], &pixels["shape"][0]), (&"fragments/pixel".into(), &"u32".into(), &8.into()));
+        assert_eq!(
+            (&pixels["name"], &pixels["element"], &pixels["shape"][0]),
+            (&"fragments/pixel".into(), &"u32".into(), &8.into())
+        );
         assert_eq!((number(pixels, "raw_bytes"), &pixels["codec"]), (32, &"zstd-planes".into()));
         assert_eq!(pixels["ratio"].as_f64().unwrap(), 32.0 / number(pixels, "stored_bytes") as f64);
     }
@@ -125,7 +140,10 @@ mod tests {
         let sum: u64 = files.iter().map(|f| f["totals"]["bytes_on_disk"].as_u64().unwrap()).sum();
         assert_eq!(value["totals"]["bytes_on_disk"], sum);
         let basis = &files[2]["details"];
-        assert_eq!((&basis["bases"], &basis["nodes"], &basis["error_at_samples"]["worst"]), (&3.into(), &3.into(), &0.002.into()));
+        assert_eq!(
+            (&basis["bases"], &basis["nodes"], &basis["error_at_samples"]["worst"]),
+            (&3.into(), &3.into(), &0.002.into())
+        );
         assert_eq!(info(folder.path(), true).unwrap(), info(folder.path(), true).unwrap());
     }
 
@@ -136,7 +154,8 @@ mod tests {
         assert!(text.contains("  images      14 RGB, 10 single-channel\n"), "{text}");
         assert!(text.contains("  fragments   8: ../knot 2, floor 2, (fixed) 4\n"), "{text}");
         let table: Vec<&str> = text.lines().skip_while(|l| !l.trim_start().starts_with("section")).collect();
-        // Heading, 8 sections, the other 21 of 29, the total; all as wide, for the last column is aligned to the right.
+        // Heading, 8 sections, the other 21 of 29, the total; all as wide, for the last column is aligned to
+        // the right.
         assert_eq!(table.len(), 1 + 8 + 1 + 1, "{text}");
         assert!(table[9].contains("… 21 more"), "{text}");
         assert!(table.iter().all(|line| line.chars().count() == table[0].chars().count()), "{text}");

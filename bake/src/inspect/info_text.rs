@@ -16,7 +16,13 @@ const ROWS_SHOWN: usize = 8;
 /// The text for one file.
 pub(super) fn file(info: &FileInfo) -> String {
     let mut facts = vec![
-        ("kind", format!("{} version {}, container version {}", info.kind, info.kind_version, info.container_version)),
+        (
+            "kind",
+            format!(
+                "{} version {}, container version {}",
+                info.kind, info.kind_version, info.container_version
+            ),
+        ),
         ("bytes", totals(&info.totals)),
     ];
     facts.extend(info.facts.iter().cloned());
@@ -59,7 +65,11 @@ fn of_bake(bake: &FileBake) -> Facts {
             vec![("manifest", format!("{manifest} {reason}"))]
         }
         FileBake::Listed { manifest, settings: of_method, errors: measured, measured_on, .. } => {
-            let mut facts = vec![("manifest", manifest.clone()), ("settings", settings(of_method)), ("errors", errors(measured))];
+            let mut facts = vec![
+                ("manifest", manifest.clone()),
+                ("settings", settings(of_method)),
+                ("errors", errors(measured)),
+            ];
             facts.extend((!measured_on.is_empty()).then(|| ("measured", measured_on.clone())));
             facts
         }
@@ -78,7 +88,12 @@ fn errors(errors: &BTreeMap<String, f64>) -> String {
 }
 
 fn totals(totals: &Totals) -> String {
-    format!("{} on disk, {} in memory, ratio {:.2}", grouped(totals.bytes_on_disk), grouped(totals.bytes_in_memory), totals.ratio)
+    format!(
+        "{} on disk, {} in memory, ratio {:.2}",
+        grouped(totals.bytes_on_disk),
+        grouped(totals.bytes_in_memory),
+        totals.ratio
+    )
 }
 
 /// A line a fact, whatever the names in it do elsewhere.
@@ -90,7 +105,8 @@ fn lines(facts: &[(&str, String)]) -> String {
 fn table(sections: &[SectionRow]) -> String {
     let shown = if sections.len() > MOST_ROWS { ROWS_SHOWN } else { sections.len() };
     let (first, others) = sections.split_at(shown);
-    let mut rows = vec![["section", "element", "shape", "codec", "stored", "raw", "ratio"].map(str::to_owned)];
+    let mut rows =
+        vec![["section", "element", "shape", "codec", "stored", "raw", "ratio"].map(str::to_owned)];
     rows.extend(first.iter().map(|s| {
         [
             plain(&s.name).into_owned(),
@@ -106,7 +122,8 @@ fn table(sections: &[SectionRow]) -> String {
         rows.push(sum(format!("… {} more", others.len()), others));
     }
     rows.push(sum("total".to_owned(), sections));
-    let widths: [usize; 7] = std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    let widths: [usize; 7] =
+        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
     rows.iter().map(|row| aligned(row, &widths)).collect()
 }
 

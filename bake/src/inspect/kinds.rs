@@ -15,7 +15,8 @@ fn all() -> impl Iterator<Item = &'static Inspected> {
 /// # Errors
 /// `Unsupported` if that is nothing.
 pub(super) fn find(kind: Kind, place: &Place) -> Result<&'static Inspected> {
-    let reason = || format!("files of kind `{}` cannot be told of by this program; use a newer one", kind.name());
+    let reason =
+        || format!("files of kind `{}` cannot be told of by this program; use a newer one", kind.name());
     all().find(|inspected| inspected.kind == kind).ok_or_else(|| Error::unsupported(place, reason()))
 }
 

@@ -1,4 +1,5 @@
-//! Looking into files and bundles: what they hold, whether they are sound, and their content in standard formats.
+//! Looking into files and bundles: what they hold, whether they are sound, and their content in standard
+//! formats.
 
 mod codec;
 mod export;

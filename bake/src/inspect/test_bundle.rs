@@ -67,13 +67,19 @@ fn scene() -> StoredScene {
         varies,
         textured: false,
     };
-    let object = |name: &str, material, triangles| StoredObject { name: name.to_owned(), material, triangles };
+    let object =
+        |name: &str, material, triangles| StoredObject { name: name.to_owned(), material, triangles };
     StoredScene {
         meta: SceneMeta {
             varies_shape: false,
             shapes: Vec::new(),
             name: "test room".to_owned(),
-            camera: Camera { position: [0.0, 1.0, 4.0], target: [0.0, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 0.0 },
+            camera: Camera {
+                position: [0.0, 1.0, 4.0],
+                target: [0.0, 1.0, 0.0],
+                fov_deg: 40.0,
+                exposure_ev: 0.0,
+            },
             tonemap: Tonemap::Agx,
             size: [3, 2],
             varies_light: false,
@@ -91,7 +97,11 @@ fn scene() -> StoredScene {
 fn animation() -> Animation {
     let leaf = |name: &str| ["materials", "../knot", name].map(str::to_owned).to_vec();
     let tracks = vec![
-        Track { leaf: leaf("kd"), times_s: vec![0.0, 2.0], values: TrackValues::Vector(vec![vec![0.75; 3], vec![0.0; 3]]) },
+        Track {
+            leaf: leaf("kd"),
+            times_s: vec![0.0, 2.0],
+            values: TrackValues::Vector(vec![vec![0.75; 3], vec![0.0; 3]]),
+        },
         Track { leaf: leaf("shininess"), times_s: vec![1.0], values: TrackValues::Scalar(vec![3.5]) },
     ];
     Animation { name: "glow".to_owned(), duration_s: 2.0, looping: true, tracks }
@@ -103,7 +113,11 @@ fn basis() -> BrdfBasis {
     let abscissa = |i: usize| i as f32 / (lobe_table::NODES - 1) as f32;
     let lobe = |power: i32| (0..lobe_table::NODES).map(move |i| abscissa(i).powi(power));
     let mut basis = BrdfBasis {
-        meta: BasisMeta { shared_diffuse: true, error_at_samples: error(0.001), error_between: error(0.0015) },
+        meta: BasisMeta {
+            shared_diffuse: true,
+            error_at_samples: error(0.001),
+            error_between: error(0.0015),
+        },
         parameters: vec![1.0, 50.5, 200.0],
         coefficients: vec![0.0, 1.0, 2.0, 0.5, -1.0, 4.0, 0.25, 8.0, -16.0],
         functions: Functions::BlinnPhong { lobes: lobe(1).chain(lobe(2)).collect() },
@@ -128,7 +142,16 @@ fn images() -> TransferImages {
         meta,
         pixel: vec![0, 1, 1, 4, 1, 2, 3, 5],
         class: vec![0, 0, 1, 1, 2, 2, 2, 2],
-        coverage: vec![f16::ONE, f16::from_f32(0.25), f16::from_f32(0.5), f16::ONE, f16::from_f32(0.25), f16::ONE, f16::ONE, f16::ONE],
+        coverage: vec![
+            f16::ONE,
+            f16::from_f32(0.25),
+            f16::from_f32(0.5),
+            f16::ONE,
+            f16::from_f32(0.25),
+            f16::ONE,
+            f16::ONE,
+            f16::ONE,
+        ],
         scales: Vec::new(),
     };
     let layout = head.layout();
@@ -138,12 +161,10 @@ fn images() -> TransferImages {
         let value = if i == 0 { 7.0 } else { ((slot * 37 + i * 11) % 64) as f32 / 8.0 - 1.0 };
         f16::from_f32(4096.0 * if layout.slots[slot].is_positive() { value.abs() } else { value })
     };
-    let images = layout
-        .slots
-        .iter()
-        .enumerate()
-        .rev()
-        .map(|(slot, s)| Image { slot, values: (0..s.channels() * head.fragments_of(s)).map(|i| value(slot, i)).collect() });
+    let images = layout.slots.iter().enumerate().rev().map(|(slot, s)| Image {
+        slot,
+        values: (0..s.channels() * head.fragments_of(s)).map(|i| value(slot, i)).collect(),
+    });
     let images = images.collect();
     TransferImages { head: Arc::new(head), images }
 }

@@ -3,9 +3,17 @@
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::sphere_set::{Meta, Protrusion, Quality, Solid};
 
-/// Two spheres about the ends of an octahedron that is 2 × 2 × 4 large, and a point in the middle of one of its triangles.
+/// Two spheres about the ends of an octahedron that is 2 × 2 × 4 large, and a point in the middle of one of
+/// its triangles.
 pub(super) fn octahedron() -> SphereSet {
-    let vertices = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, -2.0f32]];
+    let vertices = [
+        [1.0, 0.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.0, 2.0],
+        [0.0, 0.0, -2.0f32],
+    ];
     let volume = 8.0 / 3.0;
     SphereSet {
         meta: Meta {

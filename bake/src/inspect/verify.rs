@@ -40,7 +40,8 @@ impl<'a> Bundle<'a> {
     fn open(folder: &'a Path) -> Result<Self> {
         let manifest = Manifest::read(folder)?;
         let (mut decoded, mut stored) = (0u64, 0u64);
-        let files: BTreeMap<&str, &FileEntry> = manifest.entries().map(|entry| (entry.file.as_str(), entry)).collect();
+        let files: BTreeMap<&str, &FileEntry> =
+            manifest.entries().map(|entry| (entry.file.as_str(), entry)).collect();
         for entry in files.into_values() {
             entry.expect_whole(folder)?;
             decoded += open(&folder.join(&entry.file))?.header().decoded_bytes();
@@ -48,7 +49,8 @@ impl<'a> Bundle<'a> {
         }
         expect_decoded(decoded, stored, &Place::file(folder))?;
         let path = folder.join(&manifest.scene_file.file);
-        let mut bundle = Self { folder, scene: StoredScene::read_file(&path)?, manifest, lines: String::new() };
+        let mut bundle =
+            Self { folder, scene: StoredScene::read_file(&path)?, manifest, lines: String::new() };
         expect_name(&bundle.scene.meta.name, &bundle.manifest.scene, &Place::file(&path))?;
         bundle.is_sound(&path)?;
         Ok(bundle)
@@ -59,13 +61,20 @@ impl<'a> Bundle<'a> {
         let objects = self.sphere_sets()?;
         let mut scopes = Vec::new();
         let methods = self.manifest.methods.clone();
-        let cards = cards_of(methods.iter().map(|method| method.name.as_str()), &Place::file(self.folder.join(FILE_NAME)))?;
+        let cards = cards_of(
+            methods.iter().map(|method| method.name.as_str()),
+            &Place::file(self.folder.join(FILE_NAME)),
+        )?;
         for (method, card) in methods.iter().zip(cards) {
             scopes.push(self.method(method, card, &objects)?);
         }
         animations.iter().try_for_each(|(place, animation)| expect_some_plays(animation, &scopes, place))?;
         let files = self.manifest.entries().count();
-        let _ = writeln!(self.lines, "{}: {files} files as the manifest lists them, and they agree with each other", self.folder.display());
+        let _ = writeln!(
+            self.lines,
+            "{}: {files} files as the manifest lists them, and they agree with each other",
+            self.folder.display()
+        );
         Ok(self.lines)
     }
 
@@ -93,7 +102,10 @@ impl<'a> Bundle<'a> {
             let place = Place::file(self.folder.join(&entry.file.file));
             let set = SphereSet::read_file(&place.file)?;
             objects.add_set(&set, &object, &self.scene, &place)?;
-            self.manifest.methods.iter().try_for_each(|method| self.settings(method).expect_set(&set, &object))?;
+            self.manifest
+                .methods
+                .iter()
+                .try_for_each(|method| self.settings(method).expect_set(&set, &object))?;
             self.is_sound(&place.file)?;
         }
         Ok(objects)
@@ -112,7 +124,9 @@ impl<'a> Bundle<'a> {
         let files: Vec<(Kind, PathBuf)> = files.collect();
         let settings = self.settings(method);
         let maps = match Registered::find(card.name) {
-            Some(registered) => (registered.verify)(&Bundled { scene: &self.scene, objects, settings: &settings }, &files)?,
+            Some(registered) => {
+                (registered.verify)(&Bundled { scene: &self.scene, objects, settings: &settings }, &files)?
+            }
             None => Maps::default(),
         };
         files.iter().try_for_each(|(_, path)| self.is_sound(path))?;
@@ -180,7 +194,10 @@ mod tests {
         *bytes.last_mut().unwrap() ^= 1;
         std::fs::write(&path, bytes).unwrap();
         let message = verify(&path).unwrap_err().to_string();
-        assert!(message.contains("transfer-images.relume: section `image/0000`: checksum does not match"), "{message}");
+        assert!(
+            message.contains("transfer-images.relume: section `image/0000`: checksum does not match"),
+            "{message}"
+        );
     }
 
     /// A manifest whose text is changed; hashes and lengths stay those of the files.
@@ -196,9 +213,17 @@ mod tests {
     #[test]
     fn a_manifest_that_contradicts_the_files_is_refused() {
         let cases: [(&str, &str, &[&str]); 5] = [
-            ("\"scene\": \"test room\"", "\"scene\": \"other\"", &["scene.relume", "holds `test room`, the manifest lists `other`"]),
+            (
+                "\"scene\": \"test room\"",
+                "\"scene\": \"other\"",
+                &["scene.relume", "holds `test room`, the manifest lists `other`"],
+            ),
             ("\"glow\"", "\"glimmer\"", &["animation-glow.relume", "the manifest lists `glimmer`"]),
-            ("\"name\": \"transfer-images\"", "\"name\": \"magic\"", &["method `magic`", "unknown to this program"]),
+            (
+                "\"name\": \"transfer-images\"",
+                "\"name\": \"magic\"",
+                &["method `magic`", "unknown to this program"],
+            ),
             (
                 "          \"brdf-basis\",",
                 "\"transfer-images\",",
@@ -222,12 +247,24 @@ mod tests {
     fn files_that_do_not_fit_each_other_are_refused() {
         type Change = fn(&mut TestBundle);
         let cases: [(Change, &[&str]); 6] = [
-            (|b| b.scene.meta.size = [6, 1], &["transfer-images.relume: section `meta`", "film size [3, 2], the scene's is [6, 1]"]),
+            (
+                |b| b.scene.meta.size = [6, 1],
+                &["transfer-images.relume: section `meta`", "film size [3, 2], the scene's is [6, 1]"],
+            ),
             (|b| b.scene.meta.materials[2].varies = false, &["material `floor` does not vary in the scene"]),
-            (|b| b.scene.meta.materials[2].name = "wall".to_owned(), &["material `floor` is not in the scene"]),
-            (|b| b.scene.meta.materials.iter_mut().for_each(|m| m.varies = true), &["varies in the scene, but there are no images of it"]),
+            (
+                |b| b.scene.meta.materials[2].name = "wall".to_owned(),
+                &["material `floor` is not in the scene"],
+            ),
+            (
+                |b| b.scene.meta.materials.iter_mut().for_each(|m| m.varies = true),
+                &["varies in the scene, but there are no images of it"],
+            ),
             (fewer_bases, &["3 bases, the BRDF basis has 2"]),
-            (|b| Arc::make_mut(&mut b.images.head).pixel[0] = 99, &["section `fragments/pixel`", "outside the film"]),
+            (
+                |b| Arc::make_mut(&mut b.images.head).pixel[0] = 99,
+                &["section `fragments/pixel`", "outside the film"],
+            ),
         ];
         for (change, expected) in cases {
             assert_refused(change, |_| (), expected);
@@ -236,8 +273,9 @@ mod tests {
 
     fn fewer_bases(bundle: &mut TestBundle) {
         bundle.basis.coefficients.truncate(6);
-        bundle.basis.functions =
-            relume_formats::kinds::brdf_basis::Functions::BlinnPhong { lobes: vec![0.0; relume_formats::basis::lobe_table::NODES] };
+        bundle.basis.functions = relume_formats::kinds::brdf_basis::Functions::BlinnPhong {
+            lobes: vec![0.0; relume_formats::basis::lobe_table::NODES],
+        };
     }
 
     #[test]
@@ -250,7 +288,10 @@ mod tests {
         let with = |track: Track| move |b: &mut TestBundle| b.animation.tracks.insert(0, track.clone());
         let cases = [
             (track(&["environment", "rotation_deg"], &[0.5], &[3.0]), "at 0.5 s: sets [environment]"),
-            (track(&["camera", "fov_deg"], &[0.5], &[30.0]), "the camera's position, target or field of view"),
+            (
+                track(&["camera", "fov_deg"], &[0.5], &[30.0]),
+                "the camera's position, target or field of view",
+            ),
             (track(&["camera", "exposure_ev"], &[0.5, 2.0], &[1.0, 50.0]), "at 2 s: camera: exposure_ev 50"),
             (track(&["materials", "../knot", "gloss"], &[0.5], &[3.0]), "unknown field `gloss`"),
             (track(&["lights", "lamp", "gain"], &[0.5], &[3.0]), "invalid type"),
@@ -258,15 +299,28 @@ mod tests {
         for (track, expected) in cases {
             assert_refused(with(track), |_| (), &["animation-glow.relume", expected]);
         }
-        let curve = Track { values: TrackValues::Name(vec!["filmic".to_owned()]), ..track(&["view", "tonemap"], &[0.5], &[]) };
-        assert_refused(move |b| b.animation.tracks.push(curve.clone()), |_| (), &["animation-glow.relume", "unknown variant `filmic`"]);
+        let curve = Track {
+            values: TrackValues::Name(vec!["filmic".to_owned()]),
+            ..track(&["view", "tonemap"], &[0.5], &[])
+        };
+        assert_refused(
+            move |b| b.animation.tracks.push(curve.clone()),
+            |_| (),
+            &["animation-glow.relume", "unknown variant `filmic`"],
+        );
         let shininess = track(&["materials", "../knot", "shininess"], &[0.0, 1.5], &[10.0, 300.0]);
         let change = |b: &mut TestBundle| b.animation.tracks[1] = shininess.clone();
         assert_refused(change, |_| (), &["at 1.5 s: material `../knot`: shininess 300"]);
         // kd alone stays below 1 at every key, kd + ks does not: ks is the scene's 0.25.
-        let bright = |b: &mut TestBundle| b.animation.tracks[0].values = TrackValues::Vector(vec![vec![0.5; 3], vec![0.875; 3]]);
+        let bright = |b: &mut TestBundle| {
+            b.animation.tracks[0].values = TrackValues::Vector(vec![vec![0.5; 3], vec![0.875; 3]])
+        };
         assert_refused(bright, |_| (), &["at 2 s: material `../knot`: kd + ks"]);
         let other = |b: &mut TestBundle| b.animation.tracks[1].leaf[1] = "white".to_owned();
-        assert_refused(other, |_| (), &["material `white`", "only material `../knot`, material `floor` vary"]);
+        assert_refused(
+            other,
+            |_| (),
+            &["material `white`", "only material `../knot`, material `floor` vary"],
+        );
     }
 }

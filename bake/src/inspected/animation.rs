@@ -40,7 +40,10 @@ fn facts(details: &Details) -> Facts {
     vec![
         ("name", details.name.clone()),
         ("duration", format!("{} s{}", details.duration_s, if details.looping { ", repeated" } else { "" })),
-        ("tracks", list(details.tracks.iter().map(|t| format!("{} ({})", t.leaf, many(t.keys, "key", "keys"))))),
+        (
+            "tracks",
+            list(details.tracks.iter().map(|t| format!("{} ({})", t.leaf, many(t.keys, "key", "keys")))),
+        ),
     ]
 }
 
@@ -52,7 +55,11 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
 pub(crate) fn animation_json(animation: &Animation, out: &mut Out) -> Result<()> {
     // Those of a bundle are called plainly, and no two the same.
     let plain = format!("animation_{}.json", animation.name);
-    let file = if is_plain_name(&plain) { plain } else { format!("animation_{}.json", file_name_part(&animation.name)) };
+    let file = if is_plain_name(&plain) {
+        plain
+    } else {
+        format!("animation_{}.json", file_name_part(&animation.name))
+    };
     out.json(&file, &AnimationFile::new(animation))
 }
 
@@ -91,6 +98,11 @@ impl<'a> AnimationFile<'a> {
             };
             TrackFile { leaf: &track.leaf, times_s: &track.times_s, values }
         });
-        Self { name: &animation.name, duration_s: animation.duration_s, looping: animation.looping, tracks: tracks.collect() }
+        Self {
+            name: &animation.name,
+            duration_s: animation.duration_s,
+            looping: animation.looping,
+            tracks: tracks.collect(),
+        }
     }
 }

@@ -1,5 +1,5 @@
-//! A BRDF basis as arrays: the basis functions on the angle grid, coefficients of the samples that the basis was made from, and the finer table of
-//! coefficients that look-ups interpolate in.
+//! A BRDF basis as arrays: the basis functions on the angle grid, coefficients of the samples that the basis
+//! was made from, and the finer table of coefficients that look-ups interpolate in.
 
 use super::out::Out;
 use super::{Described, Facts, Inspected};
@@ -43,8 +43,17 @@ fn describe(path: &Path) -> Result<Described> {
 }
 
 fn facts(details: &Details) -> Facts {
-    let Details { bases, model, nodes, range: [first, last], shared_diffuse, error_at_samples, error_between } = details;
-    let lobes = if *shared_diffuse { "lobes use the diffuse one too" } else { "lobes leave the diffuse one alone" };
+    let Details {
+        bases,
+        model,
+        nodes,
+        range: [first, last],
+        shared_diffuse,
+        error_at_samples,
+        error_between,
+    } = details;
+    let lobes =
+        if *shared_diffuse { "lobes use the diffuse one too" } else { "lobes leave the diffuse one alone" };
     let parameter = match model {
         Model::BlinnPhong => "exponent",
         Model::Ggx => "roughness",
@@ -78,9 +87,9 @@ struct Samples {
     parts: usize,
 }
 
-/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, columns], `coefficients.npy` [samples, bases], the look-up table
-/// (`exponents.npy` [nodes] and `exponent_coefficients.npy` [nodes, bases], or `roughnesses.npy` [nodes] and `roughness_coefficients.npy`
-/// [nodes, 2, bases]), `brdf.json`.
+/// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, columns], `coefficients.npy` [samples,
+/// bases], the look-up table (`exponents.npy` [nodes] and `exponent_coefficients.npy` [nodes, bases], or
+/// `roughnesses.npy` [nodes] and `roughness_coefficients.npy` [nodes, 2, bases]), `brdf.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let basis = &BrdfBasis::read_file(path)?;
     let bases = basis.bases();
@@ -112,8 +121,12 @@ fn samples(basis: &BrdfBasis) -> Samples {
                 formula: "rho = kd/pi + ks*(s+2)/(2*pi)*cos(delta)^s, delta between the half vector and the normal, in 1/sr",
                 diffuse: "1/pi",
                 columns: &["kd", "ks", "s"],
-                parameters: std::iter::once(vec![1.0, 0.0, 1.0]).chain(integers().map(|s| vec![0.0, 1.0, s])).collect(),
-                coefficients: std::iter::once(diffuse).chain(integers().map(|s| basis.lobe_coefficients(0, s))).collect(),
+                parameters: std::iter::once(vec![1.0, 0.0, 1.0])
+                    .chain(integers().map(|s| vec![0.0, 1.0, s]))
+                    .collect(),
+                coefficients: std::iter::once(diffuse)
+                    .chain(integers().map(|s| basis.lobe_coefficients(0, s)))
+                    .collect(),
                 meaning: "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made \
                           from; linear in kd and ks, interpolated linearly in s",
                 look_up: "exponent",
@@ -122,7 +135,9 @@ fn samples(basis: &BrdfBasis) -> Samples {
         }
         Functions::Ggx { roughness, .. } => {
             let parts = || roughness.iter().flat_map(|r| [(0, *r), (1, *r)]);
-            let row = |(part, r): (usize, f32)| if part == 0 { vec![0.0, 1.0, 0.0, r] } else { vec![0.0, 0.0, 1.0, r] };
+            let row = |(part, r): (usize, f32)| {
+                if part == 0 { vec![0.0, 1.0, 0.0, r] } else { vec![0.0, 0.0, 1.0, r] }
+            };
             Samples {
                 model: "ggx",
                 formula: "rho = d*(1-w)/pi + f0*D*V*(1-w) + D*V*w, w = (1 - v.h)^5, alpha = roughness^2, D Trowbridge-Reitz, V Smith's \
@@ -131,7 +146,9 @@ fn samples(basis: &BrdfBasis) -> Samples {
                 diffuse: "(1-w)/pi",
                 columns: &["d", "f0", "w_part", "roughness"],
                 parameters: std::iter::once(vec![1.0, 0.0, 0.0, 1.0]).chain(parts().map(row)).collect(),
-                coefficients: std::iter::once(diffuse).chain(parts().map(|(part, r)| basis.lobe_coefficients(part, r))).collect(),
+                coefficients: std::iter::once(diffuse)
+                    .chain(parts().map(|(part, r)| basis.lobe_coefficients(part, r)))
+                    .collect(),
                 meaning: "row 0 is the diffuse sample, then for every sampled roughness D*V*(1-w) and D*V*w: the samples that the basis was made \
                           from; a material is d times row 0, f0 times the former and the latter once, interpolated linearly in roughness",
                 look_up: "roughness",

@@ -22,7 +22,11 @@ struct Details {
 /// The same for all, for there is one table only.
 fn describe(_: &Path) -> Result<Described> {
     let details = Details { bitmaps: 65_536, coefficients: 16 };
-    let table = format!("{} Haar coefficients of each of {} bitmaps of 4 × 4", details.coefficients, grouped(details.bitmaps));
+    let table = format!(
+        "{} Haar coefficients of each of {} bitmaps of 4 × 4",
+        details.coefficients,
+        grouped(details.bitmaps)
+    );
     Ok(Described { facts: vec![("table", table)], details: Box::new(details) })
 }
 

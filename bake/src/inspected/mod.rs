@@ -1,4 +1,5 @@
-//! What `bake info` tells and `bake export` writes of a file, a file of this folder for each kind: those that methods share here, a method's own in its room.
+//! What `bake info` tells and `bake export` writes of a file, a file of this folder for each kind: those that
+//! methods share here, a method's own in its room.
 
 mod animation;
 mod brdf_basis;
@@ -35,7 +36,8 @@ pub const SHARED: [Inspected; 9] = [
     shape::INSPECTED,
 ];
 
-/// What can be told and written of the files of a kind. Both functions are given files that have been checked.
+/// What can be told and written of the files of a kind. Both functions are given files that have been
+/// checked.
 #[derive(Debug, Clone, Copy)]
 pub struct Inspected {
     /// The kind.

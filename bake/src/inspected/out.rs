@@ -44,7 +44,8 @@ impl Out {
     /// # Errors
     /// If it cannot be written.
     pub fn json(&mut self, name: &str, value: &impl Serialize) -> Result<()> {
-        let text = serde_json::to_string_pretty(value).map_err(|e| Error::invalid(&Place::file(self.folder.join(name)), e.to_string()))?;
+        let text = serde_json::to_string_pretty(value)
+            .map_err(|e| Error::invalid(&Place::file(self.folder.join(name)), e.to_string()))?;
         self.bytes(name, (text + "\n").as_bytes())
     }
 
@@ -52,12 +53,18 @@ impl Out {
     ///
     /// # Errors
     /// If it cannot be written, or `values` give fewer or more.
-    pub fn npy<T: npyz::AutoSerialize>(&mut self, name: &str, shape: &[usize], values: impl IntoIterator<Item = T>) -> Result<()> {
+    pub fn npy<T: npyz::AutoSerialize>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        values: impl IntoIterator<Item = T>,
+    ) -> Result<()> {
         use npyz::WriterBuilder as _;
         let shape: Vec<u64> = shape.iter().map(|n| *n as u64).collect();
         let mut bytes = Vec::new();
         let write = || {
-            let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
+            let mut writer =
+                npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
             writer.extend(values)?;
             writer.finish()
         };
@@ -77,7 +84,8 @@ impl Out {
     }
 }
 
-/// `name` as part of a file name: other characters than letters, digits, `-` and `_` become `_`, and it is cut at 60.
+/// `name` as part of a file name: other characters than letters, digits, `-` and `_` become `_`, and it is
+/// cut at 60.
 pub fn file_name_part(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
     name.chars().take(60).map(plain).collect()

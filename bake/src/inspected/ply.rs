@@ -43,8 +43,12 @@ impl PlyMesh<'_> {
         let channels: &[&str] = if self.colours.is_some() { &["red", "green", "blue"] } else { &[] };
         channels.iter().for_each(|name| text += &format!("property uchar {name}\n"));
         // Indices fit the signed integers that readers expect: a section holds at most 2^25 of them.
-        let _ = writeln!(text, "element face {}\nproperty list uchar int vertex_indices", self.triangles.len());
-        self.labels.iter().flat_map(|(names, _)| names).for_each(|name| text += &format!("property int {name}\n"));
+        let _ =
+            writeln!(text, "element face {}\nproperty list uchar int vertex_indices", self.triangles.len());
+        self.labels
+            .iter()
+            .flat_map(|(names, _)| names)
+            .for_each(|name| text += &format!("property int {name}\n"));
         text + "end_header\n"
     }
 }

@@ -46,20 +46,33 @@ fn facts(details: &Details) -> Facts {
     vec![
         ("name", name.clone()),
         ("size", pixels(*size)),
-        ("camera", format!("position {:?}, target {:?}, fov {}°", camera.position, camera.target, camera.fov_deg)),
-        ("geometry", format!("{}, {}", many(*vertices, "vertex", "vertices"), many(*triangles, "triangle", "triangles"))),
+        (
+            "camera",
+            format!("position {:?}, target {:?}, fov {}°", camera.position, camera.target, camera.fov_deg),
+        ),
+        (
+            "geometry",
+            format!(
+                "{}, {}",
+                many(*vertices, "vertex", "vertices"),
+                many(*triangles, "triangle", "triangles")
+            ),
+        ),
         ("objects", list(objects.iter().cloned())),
         ("varies", list(materials.iter().filter(|m| m.varies).map(|m| m.name.clone()))),
         ("fixed", list(materials.iter().filter(|m| !m.varies).map(|m| m.name.clone()))),
     ]
 }
 
-/// `mesh.ply` with the indices of object and material on every face, `scene.json`, `camera.json`, `materials.json`.
+/// `mesh.ply` with the indices of object and material on every face, `scene.json`, `camera.json`,
+/// `materials.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let scene = StoredScene::read_file(path)?;
     let meta = &scene.meta;
-    let labels: Vec<[u32; 2]> =
-        (0..).zip(&meta.objects).flat_map(|(index, o)| std::iter::repeat_n([index, o.material], o.triangles as usize)).collect();
+    let labels: Vec<[u32; 2]> = (0..)
+        .zip(&meta.objects)
+        .flat_map(|(index, o)| std::iter::repeat_n([index, o.material], o.triangles as usize))
+        .collect();
     let mesh = PlyMesh {
         comment: WORLD_SPACE,
         positions: &scene.positions,
@@ -69,8 +82,12 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
         labels: Some((["object", "material"], &labels)),
     };
     out.bytes("mesh.ply", &mesh.encode())?;
-    out.json("camera.json", &CameraFile { camera: meta.camera, tonemap: meta.tonemap.name(), size: meta.size })?;
-    let materials: Vec<_> = meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.textured, m.varies)).collect();
+    out.json(
+        "camera.json",
+        &CameraFile { camera: meta.camera, tonemap: meta.tonemap.name(), size: meta.size },
+    )?;
+    let materials: Vec<_> =
+        meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.textured, m.varies)).collect();
     out.json("materials.json", &materials)?;
     out.json("scene.json", &json!({ "name": meta.name, "mesh": "mesh.ply", "objects": objects(meta) }))
 }

@@ -38,7 +38,13 @@ impl ClipInfo {
     }
 
     fn words(&self) -> String {
-        format!("{} ({} s, {}, {})", self.name, self.duration_s, many(self.tracks, "track", "tracks"), many(self.keys, "key", "keys"))
+        format!(
+            "{} ({} s, {}, {})",
+            self.name,
+            self.duration_s,
+            many(self.tracks, "track", "tracks"),
+            many(self.keys, "key", "keys")
+        )
     }
 }
 
@@ -65,8 +71,8 @@ fn facts(details: &Details) -> Facts {
     vec![("vertices", moved_by), ("clips", list(details.clips.iter().map(ClipInfo::words)))]
 }
 
-/// `positions.npy` [vertices, 3]: at rest in world space, metres; `joint_indices.npy` and `joint_weights.npy` [vertices, 4]; `shape.json`: how many
-/// joints and morph targets there are, and the clips.
+/// `positions.npy` [vertices, 3]: at rest in world space, metres; `joint_indices.npy` and `joint_weights.npy`
+/// [vertices, 4]; `shape.json`: how many joints and morph targets there are, and the clips.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let shape = DeformingMesh::read_file(path)?;
     let mut positions = Vec::new();

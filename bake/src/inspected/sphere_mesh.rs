@@ -25,7 +25,12 @@ pub(super) fn encode(spheres: &[[f32; 4]]) -> Vec<u8> {
         comment: "mesh units",
         positions: &spheres.iter().flat_map(place).collect::<Vec<_>>(),
         normals: &spheres.iter().flat_map(|_| directions.iter().map(Vec3::to_array)).collect::<Vec<_>>(),
-        colours: Some(&colours(spheres).into_iter().flat_map(|colour| std::iter::repeat_n(colour, each)).collect::<Vec<_>>()),
+        colours: Some(
+            &colours(spheres)
+                .into_iter()
+                .flat_map(|colour| std::iter::repeat_n(colour, each))
+                .collect::<Vec<_>>(),
+        ),
         triangles: &(0..spheres.len()).flat_map(of_sphere).collect::<Vec<_>>(),
         labels: None,
     };
@@ -80,13 +85,19 @@ mod tests {
         assert_eq!(colour(0), [240, 72, 72]);
     }
 
-    /// In a grid where each sphere meets its 26 neighbours 13 of them came earlier: there is always a colour left.
+    /// In a grid where each sphere meets its 26 neighbours 13 of them came earlier: there is always a colour
+    /// left.
     #[test]
     fn spheres_that_meet_differ() {
-        let spheres: Vec<[f32; 4]> = (0..512).map(|i| [(i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32, 0.9]).collect();
+        let spheres: Vec<[f32; 4]> =
+            (0..512).map(|i| [(i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32, 0.9]).collect();
         let colours = colours(&spheres);
         for (a, first) in spheres.iter().zip(&colours) {
-            assert_eq!(spheres.iter().zip(&colours).filter(|(b, second)| meet(a, b) && first == *second).count(), 1, "only itself");
+            assert_eq!(
+                spheres.iter().zip(&colours).filter(|(b, second)| meet(a, b) && first == *second).count(),
+                1,
+                "only itself"
+            );
         }
     }
 

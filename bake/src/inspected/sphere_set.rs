@@ -26,7 +26,11 @@ struct Details {
 
 fn describe(path: &Path) -> Result<Described> {
     let set = SphereSet::read_file(path)?;
-    let details = Details { metrics: SphereMetrics::of(&set), points: set.points.len(), iterations_done: set.history.len() };
+    let details = Details {
+        metrics: SphereMetrics::of(&set),
+        points: set.points.len(),
+        iterations_done: set.history.len(),
+    };
     Ok(Described { facts: facts(&details), details: Box::new(details) })
 }
 
@@ -40,8 +44,11 @@ fn facts(details: &Details) -> Facts {
             format!("open or meets itself: inside is where it winds around, on a grid of {cells} cells along")
         }
     };
-    let coverage =
-        if m.tight > 0.0 { format!("up to {} % of the diagonal uncovered", m.tight * 100.0) } else { "complete coverage".to_owned() };
+    let coverage = if m.tight > 0.0 {
+        format!("up to {} % of the diagonal uncovered", m.tight * 100.0)
+    } else {
+        "complete coverage".to_owned()
+    };
     let [mean, p95, max] = [m.protrusion.mean, m.protrusion.p95, m.protrusion.max].map(percent);
     vec![
         (
@@ -58,18 +65,29 @@ fn facts(details: &Details) -> Facts {
         ("spheres", format!("{}, which follow {}", grouped(m.n as u64), many(*points, "point", "points"))),
         (
             "fit",
-            format!("seed {}, {iterations_done} of at most {}, {coverage}", m.seed, many(m.iterations as usize, "iteration", "iterations")),
+            format!(
+                "seed {}, {iterations_done} of at most {}, {coverage}",
+                m.seed,
+                many(m.iterations as usize, "iteration", "iterations")
+            ),
         ),
         ("E/V(T)", format!("{:.6}, of the volume {}", m.relative_outside_volume, m.volume)),
-        ("coverage", format!("{:.4} % of the surface, {:.4} % of the volume", m.coverage_surface * 100.0, m.coverage_volume * 100.0)),
+        (
+            "coverage",
+            format!(
+                "{:.4} % of the surface, {:.4} % of the volume",
+                m.coverage_surface * 100.0,
+                m.coverage_volume * 100.0
+            ),
+        ),
         ("gap", format!("{} of the diagonal at most", percent(m.largest_uncovered_gap))),
         ("protrusion", format!("{mean} of the diagonal in the mean, {p95} at 95 %, {max} at most")),
         ("overlap", format!("{:.4}", m.overlap)),
     ]
 }
 
-/// `spheres.npy` [spheres, 4] centre and radius, `points.npy` [points, 3], `cluster.npy` [points]: the sphere of each point, `history.npy`
-/// [iterations]: E/V(T), `spheres.ply`, `metrics.json`; lengths in mesh units.
+/// `spheres.npy` [spheres, 4] centre and radius, `points.npy` [points, 3], `cluster.npy` [points]: the sphere
+/// of each point, `history.npy` [iterations]: E/V(T), `spheres.ply`, `metrics.json`; lengths in mesh units.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let set = SphereSet::read_file(path)?;
     out.npy("spheres.npy", &[set.spheres.len(), 4], set.spheres.as_flattened().iter().copied())?;

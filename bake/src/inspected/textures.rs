@@ -22,7 +22,10 @@ struct Details {
 
 fn describe(path: &Path) -> Result<Described> {
     let textures = Textures::read_file(path)?;
-    let details = Details { uvs: textures.uvs.len(), sizes: textures.textures.iter().map(|t| t.texture.size).collect() };
+    let details = Details {
+        uvs: textures.uvs.len(),
+        sizes: textures.textures.iter().map(|t| t.texture.size).collect(),
+    };
     let sizes = details.sizes.iter().map(|[width, height]| format!("{width} × {height}"));
     let facts = vec![("vertices", grouped(details.uvs as u64)), ("textures", list(sizes))];
     Ok(Described { facts, details: Box::new(details) })

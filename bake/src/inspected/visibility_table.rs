@@ -8,7 +8,9 @@ use relume_formats::basis::cubemap;
 use relume_formats::basis::two_level::{BYTES, SIDE};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::VisibilityTable;
-use relume_formats::kinds::visibility_table::{DIRECTIONS, RADII, STORED_DIRECTIONS, radius_of, stored_directions};
+use relume_formats::kinds::visibility_table::{
+    DIRECTIONS, RADII, STORED_DIRECTIONS, radius_of, stored_directions,
+};
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
@@ -43,19 +45,25 @@ fn facts(details: &Details) -> Facts {
     let Details { directions, stored_directions, radii, texels, bytes_of_bitmaps } = details;
     let [texels, directions, bytes] = [texels, directions, bytes_of_bitmaps].map(|n| grouped(*n as u64));
     vec![
-        ("table", format!("a bitmap of {texels} texels for each of {directions} directions and {radii} radii")),
+        (
+            "table",
+            format!("a bitmap of {texels} texels for each of {directions} directions and {radii} radii"),
+        ),
         ("stored", format!("{stored_directions} directions, which the symmetries of the cube make all of")),
         ("expanded", format!("{bytes} bytes")),
     ]
 }
 
-/// `visibility.npy` [136, 32, 768], the bitmaps of the stored directions; `directions.npy` [136, 3], unit; `texels.npy` [136], the texels that these are the
-/// centres of; `radii.npy` [32]; `visibility.json`.
+/// `visibility.npy` [136, 32, 768], the bitmaps of the stored directions; `directions.npy` [136, 3], unit;
+/// `texels.npy` [136], the texels that these are the centres of; `radii.npy` [32]; `visibility.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let table = &VisibilityTable::read_file(path)?;
-    let bitmaps = stored_directions().flat_map(|direction| (0..RADII).flat_map(move |radius| *table.bitmap(direction, radius)));
+    let bitmaps = stored_directions()
+        .flat_map(|direction| (0..RADII).flat_map(move |radius| *table.bitmap(direction, radius)));
     // All of them are on the first face.
-    let direction = |texel| cubemap::direction(0, SIDE, (texel % SIDE) as f64 + 0.5, (texel / SIDE) as f64 + 0.5).to_array();
+    let direction = |texel| {
+        cubemap::direction(0, SIDE, (texel % SIDE) as f64 + 0.5, (texel / SIDE) as f64 + 0.5).to_array()
+    };
     out.npy("visibility.npy", &[STORED_DIRECTIONS, RADII, BYTES], bitmaps)?;
     out.npy("directions.npy", &[STORED_DIRECTIONS, 3], stored_directions().flat_map(direction))?;
     out.npy("texels.npy", &[STORED_DIRECTIONS], stored_directions().map(|texel| texel as u32))?;

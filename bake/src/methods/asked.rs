@@ -57,6 +57,14 @@ pub struct Asked {
 impl Asked {
     /// What `bake run SCENE` bakes.
     pub fn of_scene(scene: &Scene) -> Self {
-        Self { size: scene.size, quality: Quality::Preview, samples: None, seed: 0, max_error: scene.max_error, bases: None, terms: None }
+        Self {
+            size: scene.size,
+            quality: Quality::Preview,
+            samples: None,
+            seed: 0,
+            max_error: scene.max_error,
+            bases: None,
+            terms: None,
+        }
     }
 }

@@ -5,7 +5,8 @@ use relume_formats::method::{Materials, Variation};
 use relume_scenes::Vary;
 
 /// All methods, a line each, in the order of their cards: the one whose frames cost least first.
-pub const METHODS: [&Registered; 3] = [&super::transfer_images::METHOD, &super::sparse_transfer::METHOD, &super::sphere_shadows::METHOD];
+pub const METHODS: [&Registered; 3] =
+    [&super::transfer_images::METHOD, &super::sparse_transfer::METHOD, &super::sphere_shadows::METHOD];
 
 impl Registered {
     /// The method called `name`.
@@ -14,7 +15,8 @@ impl Registered {
     }
 }
 
-/// The cheapest method that serves whatever varies of light, view and shape. Materials vary only where none of these does, for no method varies both.
+/// The cheapest method that serves whatever varies of light, view and shape. Materials vary only where none
+/// of these does, for no method varies both.
 pub fn cheapest(vary: &Vary) -> &'static Registered {
     let moves = Variation { materials: Materials::Fixed, ..variation(vary) };
     let [.., last] = METHODS;
@@ -30,7 +32,12 @@ mod tests {
     #[test]
     fn the_cheapest_that_serves_what_moves_is_chosen() {
         use relume_formats::method::{SPARSE_TRANSFER, SPHERE_SHADOWS, TRANSFER_IMAGES};
-        let vary = |light, view, shape, materials: &[usize]| Vary { light, view, shape, materials: materials.to_vec() };
+        let vary = |light, view, shape, materials: &[usize]| Vary {
+            light,
+            view,
+            shape,
+            materials: materials.to_vec(),
+        };
         let cases = [
             (vary(false, false, false, &[0]), TRANSFER_IMAGES, true),
             (vary(false, false, false, &[]), TRANSFER_IMAGES, true),
@@ -42,7 +49,11 @@ mod tests {
             (vary(false, false, true, &[2]), SPHERE_SHADOWS, false),
         ];
         for (vary, expected, all) in cases {
-            assert_eq!((cheapest(&vary).card, cheapest(&vary).serves_all(&vary)), (&expected, all), "{vary:?}");
+            assert_eq!(
+                (cheapest(&vary).card, cheapest(&vary).serves_all(&vary)),
+                (&expected, all),
+                "{vary:?}"
+            );
         }
         assert!(!transfer_images::METHOD.serves_all(&vary(true, false, false, &[0])));
         assert!(sphere_shadows::METHOD.serves_all(&vary(true, true, false, &[])));

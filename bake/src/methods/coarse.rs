@@ -4,20 +4,23 @@ use glam::{DVec3, Vec3A};
 use relume_formats::state::Film;
 use relume_scenes::{Object, Scene};
 
-/// A triangle is coarse if it spans more of the film's height than this: no shadow that is smaller can show in it, and one that is hardly larger is a
-/// blur of its size. A sixteenth is about what the shadow of a chair's leg takes in the view of a room.
+/// A triangle is coarse if it spans more of the film's height than this: no shadow that is smaller can show
+/// in it, and one that is hardly larger is a blur of its size. A sixteenth is about what the shadow of a
+/// chair's leg takes in the view of a room.
 const COARSE: f64 = 1.0 / 16.0;
 /// But on a small film what spans so few pixels hardly shows either way.
 const LEAST_PIXELS: f64 = 16.0;
 /// Objects that are named.
 const MOST_LISTED: usize = 3;
 
-/// What is said of objects whose triangles are coarse in the scene's own view, of whatever else is before them; none if there is none.
+/// What is said of objects whose triangles are coarse in the scene's own view, of whatever else is before
+/// them; none if there is none.
 pub(super) fn notice(scene: &Scene) -> Option<String> {
     let [width, height] = scene.size;
     let view = View::new(&scene.camera.film(width, height), scene.size);
     let least = (COARSE * f64::from(height)).max(LEAST_PIXELS);
-    let mut coarse: Vec<(&str, f64)> = scene.objects.iter().map(|object| (object.name.as_str(), view.largest(object))).collect();
+    let mut coarse: Vec<(&str, f64)> =
+        scene.objects.iter().map(|object| (object.name.as_str(), view.largest(object))).collect();
     coarse.retain(|(_, span)| *span > least);
     coarse.sort_by(|a, b| b.1.total_cmp(&a.1));
     let largest = coarse.first()?.1;
@@ -59,7 +62,9 @@ impl View {
     /// The largest span of a triangle of `object`, pixels.
     fn largest(&self, object: &Object) -> f64 {
         let seen: Vec<Seen> = object.mesh.positions.iter().map(|point| self.seen(*point)).collect();
-        let corners = |triangle: &[u32; 3]| triangle.iter().filter_map(|vertex| seen.get(*vertex as usize).copied()).collect();
+        let corners = |triangle: &[u32; 3]| {
+            triangle.iter().filter_map(|vertex| seen.get(*vertex as usize).copied()).collect()
+        };
         object.mesh.triangles.iter().map(|triangle| self.span(corners(triangle))).fold(0.0, f64::max)
     }
 
@@ -67,10 +72,15 @@ impl View {
     fn span(&self, corners: Vec<Seen>) -> f64 {
         // Depth first, and not at the eye itself, where everything is endlessly large.
         let depth = |[_, _, w]: &Seen| w - 1e-6;
-        let sides: [&dyn Fn(&Seen) -> f64; 5] = [&depth, &|[x, _, w]| w - x, &|[x, _, w]| w + x, &|[_, y, w]| w - y, &|[_, y, w]| w + y];
+        let sides: [&dyn Fn(&Seen) -> f64; 5] =
+            [&depth, &|[x, _, w]| w - x, &|[x, _, w]| w + x, &|[_, y, w]| w - y, &|[_, y, w]| w + y];
         let seen = sides.into_iter().fold(corners, |polygon, side| clipped(&polygon, side));
-        let on_film: Vec<[f64; 2]> = seen.iter().map(|[x, y, w]| [x / w * self.half[0], y / w * self.half[1]]).collect();
-        let pairs = on_film.iter().enumerate().flat_map(|(index, a)| on_film[index + 1..].iter().map(move |b| (a, b)));
+        let on_film: Vec<[f64; 2]> =
+            seen.iter().map(|[x, y, w]| [x / w * self.half[0], y / w * self.half[1]]).collect();
+        let pairs = on_film
+            .iter()
+            .enumerate()
+            .flat_map(|(index, a)| on_film[index + 1..].iter().map(move |b| (a, b)));
         pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
     }
 }
@@ -119,13 +129,17 @@ mod tests {
             // Behind, and beside.
             ([[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]], 0.0),
             ([[9.0, 0.0, -2.0], [10.0, 0.0, -2.0], [9.0, 1.0, -2.0]], 0.0),
-            // A floor 1 m below that goes on behind the eye is seen from the film's lower edge to the horizon at infinity, here to depth 100.
+            // A floor 1 m below that goes on behind the eye is seen from the film's lower edge to the horizon
+            // at infinity, here to depth 100.
             ([[-1e4, -1.0, 50.0], [1e4, -1.0, 50.0], [0.0, -1.0, -100.0]], 0.0),
         ] {
             let given = span(corners);
             match expected {
                 0.0 if corners[0][2] == 50.0 => assert!((200.0..=206.2).contains(&given), "{given}"),
-                expected => assert!((given - expected).abs() < 1e-3 * expected.max(1.0), "{corners:?}: {given} is not {expected}"),
+                expected => assert!(
+                    (given - expected).abs() < 1e-3 * expected.max(1.0),
+                    "{corners:?}: {given} is not {expected}"
+                ),
             }
         }
     }

@@ -1,4 +1,5 @@
-//! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the files of light and textures.
+//! What methods that are lit by the environment alone have in common: what they refuse and leave out, and the
+//! files of light and textures.
 
 use super::coarse;
 use crate::compress::statistics::{median, worst};
@@ -23,8 +24,13 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     }
     if let Some(light) = scene.lights.iter().find(|light| faint_glow(scene, light).is_none()) {
         let remedy = match emitting_material(scene, light) {
-            Some(material) => format!("write `emission = 0` in [materials.\"{material}\"] to let it reflect only"),
-            None => "remove it, in the [[object]] of a glTF file by `lights = false`, or paint it into the map".to_owned(),
+            Some(material) => {
+                format!("write `emission = 0` in [materials.\"{material}\"] to let it reflect only")
+            }
+            None => {
+                "remove it, in the [[object]] of a glTF file by `lights = false`, or paint it into the map"
+                    .to_owned()
+            }
         };
         return refuse(format!("light `{}`: {name} lights by the environment alone; {remedy}", light.name));
     }
@@ -39,10 +45,15 @@ pub(super) fn expect_fit(scene: &Scene, name: &str) -> Result<()> {
     maps.iter().try_for_each(|map| map.validate(&place))?;
     let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref().map(|t| (&m.name, t)));
     if textures.clone().count() > MAX_TEXTURES {
-        return refuse(format!("has {} textures, {name} stores at most {MAX_TEXTURES}; merge some", textures.count()));
+        return refuse(format!(
+            "has {} textures, {name} stores at most {MAX_TEXTURES}; merge some",
+            textures.count()
+        ));
     }
     match textures.into_iter().find(|(_, t)| t.size.iter().any(|n| *n > MAX_SIDE)) {
-        Some((name, _)) => refuse(format!("material `{name}`: a texture has at most {MAX_SIDE} texels a side in a bundle; scale it down")),
+        Some((name, _)) => refuse(format!(
+            "material `{name}`: a texture has at most {MAX_SIDE} texels a side in a bundle; scale it down"
+        )),
         None => Ok(()),
     }
 }
@@ -61,16 +72,22 @@ fn faint_glow<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
     }
 }
 
-/// What is left out, a sentence each: faint glows, highlights, that materials vary, and shadows within large triangles.
+/// What is left out, a sentence each: faint glows, highlights, that materials vary, and shadows within large
+/// triangles.
 pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
     let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
     let share = 100.0 * Glow::FAINT;
-    let glows =
-        glows.into_iter().map(|m| format!("material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"));
+    let glows = glows.into_iter().map(|m| {
+        format!(
+            "material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"
+        )
+    });
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
     let highlights = highlights.map(|m| diffuse_only(m, name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
-    let varying = varying.map(|material| format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them"));
+    let varying = varying.map(|material| {
+        format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them")
+    });
     glows.chain(highlights).chain(varying).chain(coarse::notice(scene)).collect()
 }
 
@@ -98,7 +115,11 @@ pub(super) fn textures(scene: &Scene) -> Option<Textures> {
     let textures: Vec<MaterialTexture> = (0..)
         .zip(&scene.materials)
         .filter_map(|(material, m)| {
-            Some(MaterialTexture { material, alpha_cutoff: m.alpha_cutoff, texture: (**m.texture.as_ref()?).clone() })
+            Some(MaterialTexture {
+                material,
+                alpha_cutoff: m.alpha_cutoff,
+                texture: (**m.texture.as_ref()?).clone(),
+            })
         })
         .collect();
     let mut uvs = Vec::new();
@@ -109,8 +130,8 @@ pub(super) fn textures(scene: &Scene) -> Option<Textures> {
     (!textures.is_empty()).then_some(Textures { uvs, textures })
 }
 
-/// Median and worst error for the manifest of each set of `measured` errors, by what its name ends with. Lights that show nothing have no error, and where none
-/// shows anything there is no figure.
+/// Median and worst error for the manifest of each set of `measured` errors, by what its name ends with.
+/// Lights that show nothing have no error, and where none shows anything there is no figure.
 pub(super) fn figures(measured: &[(&str, &[f64])]) -> BTreeMap<String, f64> {
     let mut figures = BTreeMap::new();
     for (ending, errors) in measured {
@@ -126,12 +147,17 @@ pub(super) fn figures(measured: &[(&str, &[f64])]) -> BTreeMap<String, f64> {
 /// Bytes on disk of what [`environments`] and [`textures`] give.
 pub(super) fn stored_bytes(scene: &Scene) -> Result<usize> {
     let place = || Place::file(&scene.file);
-    let maps = environments(scene).iter().map(|map| Ok(map.to_bytes(place())?.len())).sum::<Result<usize>>()?;
-    Ok(maps + textures(scene).map(|textures| textures.to_bytes(place())).transpose()?.map_or(0, |bytes| bytes.len()))
+    let maps =
+        environments(scene).iter().map(|map| Ok(map.to_bytes(place())?.len())).sum::<Result<usize>>()?;
+    Ok(maps
+        + textures(scene)
+            .map(|textures| textures.to_bytes(place()))
+            .transpose()?
+            .map_or(0, |bytes| bytes.len()))
 }
 
-/// Checks maps and textures among the `files` of a method against the scene of `bundle`; returns the maps. `other` is told of every other file, which come
-/// behind them, and of what came before.
+/// Checks maps and textures among the `files` of a method against the scene of `bundle`; returns the maps.
+/// `other` is told of every other file, which come behind them, and of what came before.
 pub(super) fn verify(
     bundle: &Bundled<'_>,
     files: &[(Kind, PathBuf)],

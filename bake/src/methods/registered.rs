@@ -15,7 +15,8 @@ use std::path::PathBuf;
 /// An option of `bake run`, and whether the user gave it.
 pub type OwnOption = (&'static str, fn(&Asked) -> bool);
 
-/// Checks the files of a method, each of a kind, against what they must agree with; returns the maps that are among them.
+/// Checks the files of a method, each of a kind, against what they must agree with; returns the maps that are
+/// among them.
 pub type Verify = fn(&Bundled<'_>, &[(Kind, PathBuf)]) -> relume_formats::Result<Maps>;
 
 /// A method's line in the registry.
@@ -60,8 +61,14 @@ pub fn variation(vary: &Vary) -> Variation {
     Variation { light: vary.light, view: vary.view, materials, shape: vary.shape, media: false }
 }
 
-/// What to tell a user whose bake with `settings` is not exact enough: to ask for the `next` number of what `setting` counts, `most` at most.
-pub(super) fn more_of(settings: &BTreeMap<String, Value>, setting: &str, next: impl Fn(u64) -> u64, most: u64) -> String {
+/// What to tell a user whose bake with `settings` is not exact enough: to ask for the `next` number of what
+/// `setting` counts, `most` at most.
+pub(super) fn more_of(
+    settings: &BTreeMap<String, Value>,
+    setting: &str,
+    next: impl Fn(u64) -> u64,
+    most: u64,
+) -> String {
     match settings.get(setting).and_then(Value::as_u64) {
         Some(n) if n < most => format!("add --{setting} {}", next(n).min(most)),
         _ => "no more of them does better".to_owned(),

@@ -29,30 +29,45 @@ pub(super) fn of(probe: &Probe<'_>) -> Vec<String> {
 fn narrow(probe: &Probe<'_>) -> Option<String> {
     let given = probe.scene.camera.fov_deg;
     let meant = given.to_degrees();
-    let remedy = if meant <= 170.0 { format!("if that is in radians, write {meant:.1}") } else { "20 to 60 is usual".to_owned() };
+    let remedy = if meant <= 170.0 {
+        format!("if that is in radians, write {meant:.1}")
+    } else {
+        "20 to 60 is usual".to_owned()
+    };
     (given < NARROW_DEG).then(|| format!("[camera] fov_deg {given} is a very narrow view; {remedy}"))
 }
 
 fn little(probe: &Probe<'_>) -> Option<String> {
     let share = probe.meetings.iter().flatten().count() as f64 / probe.meetings.len().max(1) as f64;
     if share == 0.0 {
-        return Some("the camera sees no surface; check its position and target, and the size and place of objects".to_owned());
+        return Some(
+            "the camera sees no surface; check its position and target, and the size and place of objects"
+                .to_owned(),
+        );
     }
     let reason = "of the picture shows a surface; move the camera nearer, lower fov_deg, or give the model's transform another scale";
     (share < SURFACES).then(|| format!("only {:.1} % {reason}", 100.0 * share))
 }
 
 fn backs(probe: &Probe<'_>) -> Option<String> {
-    let surfaces: Vec<&Meeting> = probe.meetings.iter().flatten().filter(|met| matches!(met.owner, Owner::Material(_))).collect();
+    let surfaces: Vec<&Meeting> =
+        probe.meetings.iter().flatten().filter(|met| matches!(met.owner, Owner::Material(_))).collect();
     let mut objects: BTreeMap<usize, usize> = BTreeMap::new();
     for met in surfaces.iter().filter(|met| !met.front) {
         *objects.entry(object_of(probe, met.triangle)).or_default() += 1;
     }
     let share = objects.values().sum::<usize>() as f64 / surfaces.len().max(1) as f64;
-    let most = objects.into_iter().max_by_key(|(_, count)| *count).and_then(|(object, _)| probe.scene.objects.get(object))?;
+    let most = objects
+        .into_iter()
+        .max_by_key(|(_, count)| *count)
+        .and_then(|(object, _)| probe.scene.objects.get(object))?;
     let remedy = "move the camera if it is inside or below that, else turn the object's faces round";
     (share >= BACKS).then(|| {
-        format!("{:.0} % of the surfaces in view are seen from behind, most of them of object `{}`; {remedy}", 100.0 * share, most.name)
+        format!(
+            "{:.0} % of the surfaces in view are seen from behind, most of them of object `{}`; {remedy}",
+            100.0 * share,
+            most.name
+        )
     })
 }
 
@@ -84,7 +99,10 @@ fn exposure(probe: &Probe<'_>) -> Option<String> {
         _ => return None,
     };
     let remedy = format!("set [camera] exposure_ev to about {:.0}", wanted.clamp(-32.0, 32.0));
-    Some(format!("the picture is far too {much}, by {:.0} steps of exposure; {remedy}, or mend the light: {why}", off.abs()))
+    Some(format!(
+        "the picture is far too {much}, by {:.0} steps of exposure; {remedy}, or mend the light: {why}",
+        off.abs()
+    ))
 }
 
 /// Materials that vary and are not in view, where the view stays.
@@ -103,7 +121,8 @@ fn hidden(probe: &Probe<'_>) -> Vec<String> {
     if scene.vary.view { Vec::new() } else { told.collect() }
 }
 
-/// Whether the middle of a triangle that wears material `index` is in view: what is small falls between the pixels of the picture.
+/// Whether the middle of a triangle that wears material `index` is in view: what is small falls between the
+/// pixels of the picture.
 fn is_found(probe: &Probe<'_>, index: usize) -> bool {
     let worn = probe.scene.objects.iter().filter(|object| object.material == index);
     let middles = worn.flat_map(|object| {

@@ -1,15 +1,18 @@
 //! How much of a ball lies in a solid: exactly, from the triangles that bound the solid.
 //!
-//! With c the centre and R the radius, the divergence theorem on (x − c)/3 turns the volume of ball ∩ solid into
+//! With c the centre and R the radius, the divergence theorem on (x − c)/3 turns the volume of ball ∩ solid
+//! into
 //!
 //! V = ⅓ ∑ d·A + ⅓ R³ Ω,
 //!
-//! d a triangle's signed distance from c, A the area of the part of it that lies in the ball, Ω the solid angle of the part of the sphere that lies in
-//! the solid. Branches wholly in the ball are one product. Ω comes from the circular arcs in which the sphere meets triangles, modulo 4π, and only if
-//! it is all or nothing is a winding number needed. So the cost is that of the triangles that the sphere crosses.
+//! d a triangle's signed distance from c, A the area of the part of it that lies in the ball, Ω the solid
+//! angle of the part of the sphere that lies in the solid. Branches wholly in the ball are one product. Ω
+//! comes from the circular arcs in which the sphere meets triangles, modulo 4π, and only if it is all or
+//! nothing is a winding number needed. So the cost is that of the triangles that the sphere crosses.
 //!
-//! Wang et al. 2006 integrate over each triangle the space between it and the sphere along lines from the centre, which counts space twice where such a line
-//! leaves the solid more than once. This does not: it is exact up to rounding for every closed mesh that does not cross itself.
+//! Wang et al. 2006 integrate over each triangle the space between it and the sphere along lines from the
+//! centre, which counts space twice where such a line leaves the solid more than once. This does not: it is
+//! exact up to rounding for every closed mesh that does not cross itself.
 
 use super::triangle_tree::TriangleTree;
 use glam::{DVec2, DVec3};
@@ -35,7 +38,8 @@ pub struct Outside {
     pub gradient: DVec3,
 }
 
-/// Where areas on the sphere are measured from: any unit vector does, best one that no mesh is likely to favour.
+/// Where areas on the sphere are measured from: any unit vector does, best one that no mesh is likely to
+/// favour.
 const POLE: DVec3 = DVec3::new(2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0);
 /// Solid angles this near to none or all may be either.
 const DOUBTFUL: f64 = 1e-6;
@@ -126,29 +130,40 @@ impl Ball {
         circle.add_arcs(&corners, &mut overlap);
         sums.area_vector += overlap.area * normal;
         sums.moment += overlap.area * distance;
-        // About the nearer pole of the circle, so that small circles stay small; the other differs by whole spheres.
+        // About the nearer pole of the circle, so that small circles stay small; the other differs by whole
+        // spheres.
         sums.linear += circle.height.signum() * (1.0 - circle.height.abs()) * overlap.angle / 2.0;
         sums.z = times(sums.z, overlap.z);
         sums.crossings += overlap.crossings;
     }
 
-    /// The parameters in [0, 1] between which the edge lies in the ball; `None` where none of it does. Both triangles of an edge get the same points:
-    /// the edge is always solved from its lower vertex.
-    fn roots(&self, [i, j]: [u32; 2], [p, q]: [DVec3; 2], [p_inside, q_inside]: [bool; 2]) -> Option<[f64; 2]> {
+    /// The parameters in [0, 1] between which the edge lies in the ball; `None` where none of it does. Both
+    /// triangles of an edge get the same points: the edge is always solved from its lower vertex.
+    fn roots(
+        &self,
+        [i, j]: [u32; 2],
+        [p, q]: [DVec3; 2],
+        [p_inside, q_inside]: [bool; 2],
+    ) -> Option<[f64; 2]> {
         if p_inside && q_inside {
             return Some([0.0, 1.0]);
         }
         let (start, end) = if i < j { (p, q) } else { (q, p) };
         let edge = end - start;
-        let (a, half_b, c) = (edge.length_squared(), edge.dot(start), start.length_squared() - self.radius * self.radius);
+        let (a, half_b, c) =
+            (edge.length_squared(), edge.dot(start), start.length_squared() - self.radius * self.radius);
         let root = (half_b * half_b - a * c).max(0.0).sqrt();
         // Without cancellation.
-        let (low, high) =
-            if half_b > 0.0 { ((-half_b - root) / a, c / (-half_b - root)) } else { (c / (root - half_b), (root - half_b) / a) };
+        let (low, high) = if half_b > 0.0 {
+            ((-half_b - root) / a, c / (-half_b - root))
+        } else {
+            (c / (root - half_b), (root - half_b) / a)
+        };
         let (low, high) = if i < j { (low, high) } else { (1.0 - high, 1.0 - low) };
         let low = if p_inside { 0.0 } else { low.clamp(0.0, 1.0) };
         let high = if q_inside { 1.0 } else { high.clamp(0.0, 1.0) };
-        // An edge with one end inside crosses, be it by no more than rounding: what enters a triangle must leave it.
+        // An edge with one end inside crosses, be it by no more than rounding: what enters a triangle must
+        // leave it.
         (p_inside || q_inside || low < high).then_some([low, high.max(low)])
     }
 }
@@ -189,11 +204,13 @@ struct Overlap {
     area: f64,
     /// Angle of the circle's arcs in the triangle.
     angle: f64,
-    /// A complex number whose argument is half of what the arcs add to the solid angle besides sectors of the cap.
+    /// A complex number whose argument is half of what the arcs add to the solid angle besides sectors of the
+    /// cap.
     z: DVec2,
     /// See [`Sums::crossings`].
     crossings: DVec3,
-    /// Where the triangle's boundary, run along counter-clockwise, crosses the circle, in units of its radius; and whether it leaves the disc there.
+    /// Where the triangle's boundary, run along counter-clockwise, crosses the circle, in units of its
+    /// radius; and whether it leaves the disc there.
     events: [(DVec2, bool); 6],
     /// Number of them.
     count: usize,
@@ -210,10 +227,23 @@ impl Default for Overlap {
 
 impl Circle {
     fn new(frame: [DVec3; 3], distance: f64, radius: f64, sphere: f64) -> Self {
-        Self { frame, pole: frame.map(|axis| POLE.dot(axis)), distance, radius, height: distance / sphere, width: radius / sphere }
+        Self {
+            frame,
+            pole: frame.map(|axis| POLE.dot(axis)),
+            distance,
+            radius,
+            height: distance / sphere,
+            width: radius / sphere,
+        }
     }
 
-    fn add_edge(&self, [p, q]: [DVec3; 2], [low, high]: [f64; 2], [p_inside, q_inside]: [bool; 2], overlap: &mut Overlap) {
+    fn add_edge(
+        &self,
+        [p, q]: [DVec3; 2],
+        [low, high]: [f64; 2],
+        [p_inside, q_inside]: [bool; 2],
+        overlap: &mut Overlap,
+    ) {
         let flat = |x: DVec3| DVec2::new(x.dot(self.frame[0]), x.dot(self.frame[1]));
         let (start, end) = (flat(p), flat(q));
         let (enter, leave) = (start.lerp(end, low), start.lerp(end, high));
@@ -228,7 +258,8 @@ impl Circle {
         }
     }
 
-    /// Adds the circle's arcs within the triangle: each runs from where its boundary leaves the disc to where it next enters.
+    /// Adds the circle's arcs within the triangle: each runs from where its boundary leaves the disc to where
+    /// it next enters.
     fn add_arcs(&self, corners: &[DVec3; 3], overlap: &mut Overlap) {
         if !overlap.met {
             // The circle lies in the triangle or beside it.
@@ -245,17 +276,20 @@ impl Circle {
         overlap.area += overlap.angle * self.radius * self.radius / 2.0;
     }
 
-    /// Counter-clockwise angle between two points of the circle, 0 to 2π. `alone`: no other arc of it lies in the triangle.
+    /// Counter-clockwise angle between two points of the circle, 0 to 2π. `alone`: no other arc of it lies in
+    /// the triangle.
     fn angle(&self, corners: &[DVec3; 3], from: DVec2, to: DVec2, alone: bool) -> f64 {
         let angle = from.perp_dot(to).atan2(from.dot(to));
-        // Rounding cannot tell no arc from a whole circle, but the triangle can. Where the sphere touches an edge the points are only good to the square
-        // root of rounding, in parts of what may be a small circle; of a lone arc the triangle tells surely up to half a radian.
+        // Rounding cannot tell no arc from a whole circle, but the triangle can. Where the sphere touches an
+        // edge the points are only good to the square root of rounding, in parts of what may be a small
+        // circle; of a lone arc the triangle tells surely up to half a radian.
         let doubtful = if alone { 0.1 } else { 1e-7 };
         let whole = if angle.abs() < doubtful { self.lies_within(corners, 0.9) } else { angle < 0.0 };
         if whole { angle + TAU } else { angle }
     }
 
-    /// The area on the unit sphere between an arc and its chord's great circle as seen from the pole, less the sector of the cap: two spherical triangles.
+    /// The area on the unit sphere between an arc and its chord's great circle as seen from the pole, less
+    /// the sector of the cap: two spherical triangles.
     fn add_arc(&self, from: DVec2, to: DVec2, angle: f64, overlap: &mut Overlap) {
         if angle > 2.0 {
             // The chord of a half circle has no great circle of its own.

@@ -32,7 +32,8 @@ struct Bidder<'a> {
 
 impl<'a> Bidder<'a> {
     fn of(sphere: &'a Sphere, solid: &TriangleTree) -> Self {
-        let (radius, volume) = if sphere.cluster.is_empty() { (0.0, 0.0) } else { (sphere.ball.radius, sphere.outside.volume) };
+        let (radius, volume) =
+            if sphere.cluster.is_empty() { (0.0, 0.0) } else { (sphere.ball.radius, sphere.outside.volume) };
         Self { growth: sphere.growth(solid), centre: sphere.ball.centre, radius, volume, won: Vec::new() }
     }
 
@@ -53,7 +54,10 @@ impl<'a> Bidder<'a> {
 impl Problem<'_> {
     /// What the search lowers: volume outside, each sphere by itself, in the mean over rest and poses.
     pub fn cost(&self, spheres: &[Sphere]) -> f64 {
-        spheres.iter().map(|s| *s.mean_outside.get_or_init(|| self.motion.mean_outside(s, &self.pieces))).sum()
+        spheres
+            .iter()
+            .map(|s| *s.mean_outside.get_or_init(|| self.motion.mean_outside(s, &self.pieces)))
+            .sum()
     }
 
     /// The sphere about `centre` that just covers some pieces, whose corners are `positions`.
@@ -62,19 +66,24 @@ impl Problem<'_> {
         Sphere::new(self.solid, Ball::new(centre, (farthest - self.slack).max(0.0)), cluster)
     }
 
-    /// Deals the `loose` pieces to spheres whose centres stay: each goes where the volume outside grows least. First come the pieces that are costliest even to
-    /// the sphere that takes them most cheaply, since somebody must cover those, and what is covered then costs nothing. A sphere without pieces starts from no
-    /// radius.
+    /// Deals the `loose` pieces to spheres whose centres stay: each goes where the volume outside grows
+    /// least. First come the pieces that are costliest even to the sphere that takes them most cheaply, since
+    /// somebody must cover those, and what is covered then costs nothing. A sphere without pieces starts from
+    /// no radius.
     pub fn deal(&self, spheres: &[Sphere], loose: &[u32]) -> Vec<Sphere> {
         let mut bidders: Vec<Bidder<'_>> = spheres.iter().map(|s| Bidder::of(s, self.solid)).collect();
         let count = bidders.len();
         let mut reaches = Vec::with_capacity(loose.len() * count);
         for piece in loose {
-            let reach = |b: &Bidder<'_>| (self.pieces.farthest_squared(*piece, b.centre).sqrt() - self.slack).max(0.0);
+            let reach = |b: &Bidder<'_>| {
+                (self.pieces.farthest_squared(*piece, b.centre).sqrt() - self.slack).max(0.0)
+            };
             reaches.extend(bidders.iter().map(reach));
         }
         let row = |index: usize| &reaches[index * count..(index + 1) * count];
-        let least = |index: usize| bidders.iter().zip(row(index)).map(|(b, reach)| b.cost(*reach)).fold(f64::INFINITY, f64::min);
+        let least = |index: usize| {
+            bidders.iter().zip(row(index)).map(|(b, reach)| b.cost(*reach)).fold(f64::INFINITY, f64::min)
+        };
         let (mut costly, mut free) = (Vec::new(), Vec::new());
         for index in 0..loose.len() {
             let cost = least(index);

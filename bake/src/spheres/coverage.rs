@@ -1,8 +1,9 @@
 //! Whether balls cover a solid, surface included: exactly, not by samples.
 //!
-//! What balls leave uncovered of a solid is bounded by flat triangles and by spheres that bulge into it. The extreme points of such a region are therefore
-//! corners: a vertex of the mesh, a point where a sphere crosses an edge, where two spheres cross on a triangle, or where three spheres cross within the
-//! solid. So if every such corner lies within another ball, nothing is uncovered.
+//! What balls leave uncovered of a solid is bounded by flat triangles and by spheres that bulge into it. The
+//! extreme points of such a region are therefore corners: a vertex of the mesh, a point where a sphere
+//! crosses an edge, where two spheres cross on a triangle, or where three spheres cross within the solid. So
+//! if every such corner lies within another ball, nothing is uncovered.
 
 use super::ball::Ball;
 use super::triangle_tree::TriangleTree;
@@ -12,8 +13,8 @@ use rayon::prelude::*;
 /// How far within a ball a point must lie, in radii: more than rounding, less than any tolerance.
 const WITHIN: f64 = 1e-13;
 
-/// The corners of what `balls` leave uncovered of the triangles of `surface`, and of the solid within `solid`, which only matters where the surface is
-/// covered. None if all is covered.
+/// The corners of what `balls` leave uncovered of the triangles of `surface`, and of the solid within
+/// `solid`, which only matters where the surface is covered. None if all is covered.
 pub fn uncovered_corners(surface: &TriangleTree, solid: &TriangleTree, balls: &[Ball]) -> Vec<DVec3> {
     let mut corners = uncovered_on_surface(surface, balls);
     corners.extend(uncovered_within(solid, balls));
@@ -35,7 +36,10 @@ pub fn uncovered_on_surface(surface: &TriangleTree, balls: &[Ball]) -> Vec<DVec3
         if candidates.iter().any(|i| node.farthest_squared(ball(i).centre) <= ball(i).radius.powi(2)) {
             continue;
         }
-        let near: Vec<u32> = candidates.into_iter().filter(|i| node.nearest_squared(ball(i).centre) <= ball(i).radius.powi(2)).collect();
+        let near: Vec<u32> = candidates
+            .into_iter()
+            .filter(|i| node.nearest_squared(ball(i).centre) <= ball(i).radius.powi(2))
+            .collect();
         if node.second == 0 {
             leaves.push((node.range, near));
         } else {
@@ -57,7 +61,9 @@ fn uncovered_of_triangle(triangle: [DVec3; 3], balls: &[Ball], found: &mut Vec<D
     if balls.iter().any(|b| triangle.iter().all(|v| b.contains(*v))) {
         return;
     }
-    let open = |point: DVec3, of: &[usize]| !balls.iter().enumerate().any(|(i, b)| !of.contains(&i) && holds(b, point));
+    let open = |point: DVec3, of: &[usize]| {
+        !balls.iter().enumerate().any(|(i, b)| !of.contains(&i) && holds(b, point))
+    };
     found.extend(triangle.iter().filter(|v| open(**v, &[])));
     for (i, ball) in balls.iter().enumerate() {
         for edge in 0..3 {
@@ -65,13 +71,19 @@ fn uncovered_of_triangle(triangle: [DVec3; 3], balls: &[Ball], found: &mut Vec<D
             found.extend(crossings_of_edge(ball, ends).into_iter().flatten().filter(|p| open(*p, &[i])));
         }
         for (j, other) in balls.iter().enumerate().skip(i + 1) {
-            found.extend(crossings_on_triangle(ball, other, triangle).into_iter().flatten().filter(|p| open(*p, &[i, j])));
+            found.extend(
+                crossings_on_triangle(ball, other, triangle)
+                    .into_iter()
+                    .flatten()
+                    .filter(|p| open(*p, &[i, j])),
+            );
         }
     }
 }
 
-/// Whether a point lies within a ball, not just on it: where four spheres meet in one point, as they do around symmetric solids, none of them closes the void
-/// that may begin there. Whoever asks grows the balls by a tolerance, so that points which the balls themselves cover lie well within.
+/// Whether a point lies within a ball, not just on it: where four spheres meet in one point, as they do
+/// around symmetric solids, none of them closes the void that may begin there. Whoever asks grows the balls
+/// by a tolerance, so that points which the balls themselves cover lie well within.
 fn holds(ball: &Ball, point: DVec3) -> bool {
     let limit = ball.radius * (1.0 - WITHIN);
     point.distance_squared(ball.centre) < limit * limit
@@ -80,7 +92,8 @@ fn holds(ball: &Ball, point: DVec3) -> bool {
 /// Where a sphere crosses an edge.
 fn crossings_of_edge(ball: &Ball, [p, q]: [DVec3; 2]) -> [Option<DVec3>; 2] {
     let (edge, start) = (q - p, p - ball.centre);
-    let (a, half_b, c) = (edge.length_squared(), edge.dot(start), start.length_squared() - ball.radius.powi(2));
+    let (a, half_b, c) =
+        (edge.length_squared(), edge.dot(start), start.length_squared() - ball.radius.powi(2));
     let square = half_b * half_b - a * c;
     if square <= 0.0 || a == 0.0 {
         return [None; 2];
@@ -94,7 +107,9 @@ fn crossings_of_edge(ball: &Ball, [p, q]: [DVec3; 2]) -> [Option<DVec3>; 2] {
 /// Where two spheres cross on a triangle.
 fn crossings_on_triangle(a: &Ball, b: &Ball, triangle: [DVec3; 3]) -> [Option<DVec3>; 2] {
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    let within = |p: DVec3| (0..3).all(|i| (triangle[(i + 1) % 3] - triangle[i]).cross(p - triangle[i]).dot(normal) >= 0.0);
+    let within = |p: DVec3| {
+        (0..3).all(|i| (triangle[(i + 1) % 3] - triangle[i]).cross(p - triangle[i]).dot(normal) >= 0.0)
+    };
     on_plane_and_spheres(a, b, (normal, normal.dot(triangle[0]))).map(|p| p.filter(|p| within(*p)))
 }
 
@@ -130,7 +145,8 @@ fn radical_plane(a: &Ball, b: &Ball) -> Option<(DVec3, f64)> {
 /// Corners of three spheres that lie in the solid and in no other ball.
 pub fn uncovered_within(solid: &TriangleTree, balls: &[Ball]) -> Vec<DVec3> {
     let crossing = |i: usize, j: usize| radical_plane(&balls[i], &balls[j]).is_some();
-    let touches = |i: usize, j: usize| balls[i].centre.distance(balls[j].centre) < balls[i].radius + balls[j].radius;
+    let touches =
+        |i: usize, j: usize| balls[i].centre.distance(balls[j].centre) < balls[i].radius + balls[j].radius;
     let of_ball = |i: usize| {
         let near: Vec<usize> = (0..balls.len()).filter(|j| *j != i && touches(i, *j)).collect();
         let later: Vec<usize> = near.iter().copied().filter(|j| *j > i && crossing(i, *j)).collect();

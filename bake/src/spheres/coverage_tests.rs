@@ -40,8 +40,10 @@ fn a_hole_in_the_middle_is_found() {
     let mesh = tree(cuboid(-DVec3::ONE, DVec3::ONE));
     // Balls of 0.6 at a grid of centres on the surface, half a unit apart, none within.
     let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
-    let grid = steps.iter().flat_map(|x| steps.iter().flat_map(|y| steps.iter().map(|z| DVec3::new(*x, *y, *z))));
-    let mut balls: Vec<Ball> = grid.filter(|c| c.abs().max_element() == 1.0).map(|c| Ball::new(c, 0.6)).collect();
+    let grid =
+        steps.iter().flat_map(|x| steps.iter().flat_map(|y| steps.iter().map(|z| DVec3::new(*x, *y, *z))));
+    let mut balls: Vec<Ball> =
+        grid.filter(|c| c.abs().max_element() == 1.0).map(|c| Ball::new(c, 0.6)).collect();
     assert!(uncovered_on_surface(&mesh, &balls).is_empty());
     let hole = uncovered_within(&mesh, &balls);
     assert!(!hole.is_empty() && hole.iter().all(|p| p.abs().max_element() < 0.6), "{hole:?}");
@@ -56,7 +58,8 @@ fn a_hole_in_the_middle_is_found() {
 
 /// Points of a solid, its surface included.
 fn dense(mesh: &TriangleTree, random: &mut impl FnMut() -> f64) -> (Vec<DVec3>, Vec<DVec3>) {
-    let place = |(t, weights): (usize, [f64; 3])| mesh.corners(t).into_iter().zip(weights).map(|(v, w)| v * w).sum();
+    let place =
+        |(t, weights): (usize, [f64; 3])| mesh.corners(t).into_iter().zip(weights).map(|(v, w)| v * w).sum();
     let surface = stratified(mesh, 20_000).into_iter().map(place).collect();
     let (min, max) = (mesh.nodes[0].min, mesh.nodes[0].max);
     let points = (0..20_000).map(|_| min + DVec3::new(random(), random(), random()) * (max - min));
@@ -71,10 +74,12 @@ fn random_balls_cover_just_when_points_say_so() {
         let (surface, volume) = dense(&mesh, &mut random);
         for case in 0..40 {
             let count = 6 + case % 10;
-            let centres: Vec<DVec3> = (0..count).map(|_| volume[(random() * volume.len() as f64) as usize]).collect();
+            let centres: Vec<DVec3> =
+                (0..count).map(|_| volume[(random() * volume.len() as f64) as usize]).collect();
             // As large as the points need in all, and a bit more or less than that.
             let need = |points: &[DVec3]| {
-                let nearest = |p: &DVec3| centres.iter().map(|c| c.distance(*p)).fold(f64::INFINITY, f64::min);
+                let nearest =
+                    |p: &DVec3| centres.iter().map(|c| c.distance(*p)).fold(f64::INFINITY, f64::min);
                 points.iter().map(nearest).fold(0.0, f64::max)
             };
             let all = need(&surface).max(need(&volume));
@@ -89,7 +94,8 @@ fn random_balls_cover_just_when_points_say_so() {
                 assert!(!covered(&balls, *corner, -1e-9), "{corner} {balls:?}");
                 assert!(mesh.distance(*corner) < 1e-9 || mesh.encloses(*corner));
             }
-            // Points lie this dense on the surface and within: more than that beyond their need nothing can be open.
+            // Points lie this dense on the surface and within: more than that beyond their need nothing can
+            // be open.
             assert!(radius < all * 1.07 || corners.is_empty(), "{radius} {all} {corners:?}");
             *(if corners.is_empty() { &mut complete } else { &mut incomplete }) += 1;
         }
@@ -103,15 +109,21 @@ fn the_growth_that_just_covers_is_the_distance_of_the_farthest_point() {
     let mesh = tree(torus(1.0, 0.35, 16, 8));
     let (surface, volume) = dense(&mesh, &mut random);
     for _ in 0..6 {
-        let balls: Vec<Ball> =
-            (0..12).map(|_| Ball::new(volume[(random() * volume.len() as f64) as usize], 0.1 + 0.2 * random())).collect();
+        let balls: Vec<Ball> = (0..12)
+            .map(|_| Ball::new(volume[(random() * volume.len() as f64) as usize], 0.1 + 0.2 * random()))
+            .collect();
         let grown = |t: f64| balls.iter().map(|b| Ball::new(b.centre, b.radius + t)).collect::<Vec<_>>();
         let (mut low, mut high) = (0.0, 4.0);
         for _ in 0..40 {
             let middle = (low + high) / 2.0;
-            if uncovered_corners(&mesh, &mesh, &grown(middle)).is_empty() { high = middle } else { low = middle }
+            if uncovered_corners(&mesh, &mesh, &grown(middle)).is_empty() {
+                high = middle
+            } else {
+                low = middle
+            }
         }
-        let gap = |p: &DVec3| balls.iter().map(|b| b.centre.distance(*p) - b.radius).fold(f64::INFINITY, f64::min);
+        let gap =
+            |p: &DVec3| balls.iter().map(|b| b.centre.distance(*p) - b.radius).fold(f64::INFINITY, f64::min);
         let most = surface.iter().chain(&volume).chain(&mesh.vertices).map(gap).fold(0.0, f64::max);
         // Points are about 0.03 apart.
         assert!(high >= most - 1e-9 && high < most + 0.05, "{high} {most}");

@@ -26,7 +26,8 @@ pub const MAX_SPHERES: usize = 4096;
 /// Iterations unless told otherwise.
 pub const DEFAULT_ITERATIONS: u32 = 200;
 
-/// Searches side by side, of which the best one's set is kept. A constant, so that the result does not depend on the number of threads.
+/// Searches side by side, of which the best one's set is kept. A constant, so that the result does not depend
+/// on the number of threads.
 const SEARCHES: u64 = 2;
 /// Above this many spheres one search does as well, and keeps all threads busy.
 const MANY_SPHERES: usize = 128;
@@ -36,7 +37,8 @@ const PIECES: (usize, usize) = (60, 2000);
 const REFINE: u32 = 8;
 /// Smallest piece that is split, in parts of the diagonal.
 const SMALLEST_PIECE: f64 = 0.003;
-/// What a change may lose at the start, in parts of the mean volume outside of a sphere, and when losses end, in parts of all iterations.
+/// What a change may lose at the start, in parts of the mean volume outside of a sphere, and when losses end,
+/// in parts of all iterations.
 const LOSS: (f64, f64) = (1.0, 0.75);
 /// Within this of a sphere, in parts of the diagonal, a point counts as covered.
 pub const COVERED: f64 = 1e-5;
@@ -50,7 +52,8 @@ pub struct Settings {
     pub seed: u64,
     /// Rounds of the search.
     pub iterations: u32,
-    /// How far outside every sphere a point of the solid may lie, in parts of the bounding box's diagonal; 0 covers everything.
+    /// How far outside every sphere a point of the solid may lie, in parts of the bounding box's diagonal; 0
+    /// covers everything.
     pub tight: f64,
 }
 
@@ -63,12 +66,20 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
-/// Covers the solid that `mesh` bounds with spheres that have as little volume outside it as the search finds. `name` is the mesh's name in the file. `poses` are
-/// places of the mesh's vertices when it moves: then the mean over these and rest is what is kept small.
+/// Covers the solid that `mesh` bounds with spheres that have as little volume outside it as the search
+/// finds. `name` is the mesh's name in the file. `poses` are places of the mesh's vertices when it moves:
+/// then the mean over these and rest is what is kept small.
 ///
 /// # Errors
 /// If the mesh encloses no volume, the number of spheres is out of range, or the user interrupts.
-pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, settings: &Settings, job: &Job) -> Result<Fit> {
+pub fn fit(
+    mesh: &Mesh,
+    poses: &[Vec<[f32; 3]>],
+    name: &str,
+    place: &Place,
+    settings: &Settings,
+    job: &Job,
+) -> Result<Fit> {
     if !(1..=MAX_SPHERES).contains(&settings.spheres) {
         let reason = format!("{} spheres are asked for; 1 to {MAX_SPHERES} can be fitted", settings.spheres);
         return Err(BakeError::invalid(place, reason));
@@ -77,10 +88,14 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
     let motion = Motion::new(&solid, poses);
     let searches = if settings.spheres > MANY_SPHERES { 1 } else { SEARCHES };
     let progress = job.progress("spheres", u64::from(settings.iterations) * searches);
-    let run = |k: u64| search(&solid, &motion, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &progress);
+    let run = |k: u64| {
+        search(&solid, &motion, settings, settings.seed.wrapping_mul(SEARCHES).wrapping_add(k), &progress)
+    };
     let found = (0..searches).into_par_iter().map(run).collect::<Result<Vec<Found<'_>>>>()?;
     let best = found.into_iter().min_by(|a, b| a.search.lowest().total_cmp(&b.search.lowest()));
-    let Some(Found { search, mut history }) = best else { return Err(BakeError::invalid(place, "holds nothing to cover")) };
+    let Some(Found { search, mut history }) = best else {
+        return Err(BakeError::invalid(place, "holds nothing to cover"));
+    };
     let (spheres, balls) = finished(&search, &solid);
     let outside: f64 = balls.iter().map(|b| b.outside(&solid.boundary).volume).sum();
     // Rounding to single precision adds a hair.
@@ -108,7 +123,10 @@ pub fn fit(mesh: &Mesh, poses: &[Vec<[f32; 3]>], name: &str, place: &Place, sett
         notes.push("its solid is not bounded by the mesh alone, so the spheres are fitted at rest, without a look at its clips".to_owned());
     }
     if slack == 0.0 && meta.quality.coverage_surface.min(meta.quality.coverage_volume) < 1.0 {
-        notes.push(format!("a gap of {:.1e} of the diagonal is left", meta.quality.largest_gap / solid.diagonal));
+        notes.push(format!(
+            "a gap of {:.1e} of the diagonal is left",
+            meta.quality.largest_gap / solid.diagonal
+        ));
     }
     let set = SphereSet {
         meta,
@@ -139,7 +157,13 @@ struct Found<'a> {
     history: Vec<f64>,
 }
 
-fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u64, progress: &Progress) -> Result<Found<'a>> {
+fn search<'a>(
+    solid: &'a Solid,
+    motion: &'a Motion,
+    settings: &Settings,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Found<'a>> {
     let area: f64 = solid.surface.planes.iter().map(|(_, area)| area).sum();
     let wanted = (PIECES.0 * settings.spheres).max(PIECES.1);
     let size = (4.0 * area / wanted as f64).sqrt();
@@ -165,8 +189,8 @@ fn search<'a>(solid: &'a Solid, motion: &'a Motion, settings: &Settings, seed: u
     Ok(Found { search, history })
 }
 
-/// The best spheres and their balls in single precision: rounded so that they still cover their pieces. Spheres that found nothing to cover stand within the
-/// solid, where they add no volume outside.
+/// The best spheres and their balls in single precision: rounded so that they still cover their pieces.
+/// Spheres that found nothing to cover stand within the solid, where they add no volume outside.
 fn finished(search: &Search<'_>, solid: &Solid) -> (Vec<Sphere>, Vec<Ball>) {
     let problem = &search.problem;
     let whole = |s: &Sphere| s.with_cluster(problem.pieces.merged(&s.cluster, |_, _| true));
@@ -178,7 +202,8 @@ fn finished(search: &Search<'_>, solid: &Solid) -> (Vec<Sphere>, Vec<Ball>) {
             return spare.next().copied().unwrap_or(s.ball);
         }
         let centre = s.ball.centre.as_vec3().as_dvec3();
-        let needed = problem.sphere(centre, Arc::clone(&s.cluster), &problem.pieces.positions(&s.cluster)).ball.radius;
+        let needed =
+            problem.sphere(centre, Arc::clone(&s.cluster), &problem.pieces.positions(&s.cluster)).ball.radius;
         // A tight fit may leave nothing of a sphere that covers a point; a sphere has a size.
         let least = f64::from(f32::EPSILON) * solid.diagonal;
         Ball::new(centre, f64::from(((needed * (1.0 + 1e-7)) as f32).next_up()).max(least))
@@ -204,7 +229,8 @@ fn spare_balls(spheres: &[Sphere], solid: &Solid) -> Vec<Ball> {
         let centre = c.as_vec3().as_dvec3();
         Ball::new(centre, f64::from((0.999 * mesh.distance(centre)) as f32))
     };
-    let mut balls: Vec<Ball> = centres.map(ball).filter(|b| b.radius > 0.0 && mesh.encloses(b.centre)).collect();
+    let mut balls: Vec<Ball> =
+        centres.map(ball).filter(|b| b.radius > 0.0 && mesh.encloses(b.centre)).collect();
     balls.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     balls
 }

@@ -4,7 +4,9 @@ use super::ball::Ball;
 use super::coverage::uncovered_corners;
 use super::fit::{Fit, Settings, fit, relative_outside};
 use super::solid::Solid;
-use super::test_meshes::{cuboid, flipped_face_cube, icosphere, l_shape, mesh, open_hemisphere, thin_plate, torus, two_cubes};
+use super::test_meshes::{
+    cuboid, flipped_face_cube, icosphere, l_shape, mesh, open_hemisphere, thin_plate, torus, two_cubes,
+};
 use crate::job::{Job, ProgressMode};
 use glam::{DVec3, Vec3};
 use relume_formats::Place;
@@ -18,7 +20,10 @@ fn fitted(mesh: &Mesh, settings: Settings) -> Fit {
 }
 
 fn balls(set: &SphereSet) -> Vec<Ball> {
-    set.spheres.iter().map(|[x, y, z, r]| Ball::new(Vec3::new(*x, *y, *z).as_dvec3(), f64::from(*r))).collect()
+    set.spheres
+        .iter()
+        .map(|[x, y, z, r]| Ball::new(Vec3::new(*x, *y, *z).as_dvec3(), f64::from(*r)))
+        .collect()
 }
 
 /// Coverage by the exact check, radii, the history, and the stored volume against one computed anew.
@@ -29,14 +34,23 @@ fn assert_whole(mesh: &Mesh, settings: Settings, what: &str) -> Fit {
     assert!(spheres.iter().all(|s| s[3] > 0.0), "{what}: {spheres:?}");
     assert!(history.windows(2).all(|w| w[1] <= w[0]), "{what}: {history:?}");
     let solid = Solid::of(mesh, &Place::file("test.obj")).unwrap();
-    let grown: Vec<Ball> =
-        balls(&found.set).iter().map(|b| Ball::new(b.centre, b.radius + (settings.tight + 1e-6) * solid.diagonal)).collect();
+    let grown: Vec<Ball> = balls(&found.set)
+        .iter()
+        .map(|b| Ball::new(b.centre, b.radius + (settings.tight + 1e-6) * solid.diagonal))
+        .collect();
     assert_eq!(uncovered_corners(&solid.surface, &solid.boundary, &grown), [], "{what}");
     if settings.tight == 0.0 {
-        assert_eq!((meta.quality.coverage_surface, meta.quality.coverage_volume, meta.quality.largest_gap), (1.0, 1.0, 0.0), "{what}");
+        assert_eq!(
+            (meta.quality.coverage_surface, meta.quality.coverage_volume, meta.quality.largest_gap),
+            (1.0, 1.0, 0.0),
+            "{what}"
+        );
     }
     let again = relative_outside(mesh, spheres, &Place::file("test.obj")).unwrap();
-    assert!((again - meta.relative_outside_volume()).abs() < 1e-9 * (1.0 + again), "{what}: {again} {meta:?}");
+    assert!(
+        (again - meta.relative_outside_volume()).abs() < 1e-9 * (1.0 + again),
+        "{what}: {again} {meta:?}"
+    );
     found
 }
 
@@ -58,7 +72,11 @@ fn every_kind_of_mesh_is_covered_whole_and_never_gets_worse() {
 #[test]
 fn one_sphere_is_the_smallest_that_encloses_all() {
     // Of a box it is the one through its corners.
-    let found = assert_whole(&mesh(cuboid(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(2.0, 2.0, 3.0))), Settings { spheres: 1, ..QUICK }, "box");
+    let found = assert_whole(
+        &mesh(cuboid(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(2.0, 2.0, 3.0))),
+        Settings { spheres: 1, ..QUICK },
+        "box",
+    );
     let [x, y, z, r] = found.set.spheres[0].map(f64::from);
     assert!(DVec3::new(x, y, z).distance(DVec3::new(0.5, 1.0, 2.5)) < 1e-4, "{:?}", found.set.spheres);
     assert!((r / (14.0_f64.sqrt() / 2.0) - 1.0).abs() < 1e-5);
@@ -76,9 +94,12 @@ fn more_spheres_than_needed_all_have_a_size() {
 #[test]
 fn more_spheres_and_more_iterations_leave_less_outside() {
     let torus = mesh(torus(1.0, 0.35, 24, 12));
-    let outside = |spheres, iterations| fitted(&torus, Settings { spheres, iterations, ..QUICK }).set.meta.relative_outside_volume();
+    let outside = |spheres, iterations| {
+        fitted(&torus, Settings { spheres, iterations, ..QUICK }).set.meta.relative_outside_volume()
+    };
     let (few, more, longer) = (outside(4, 16), outside(16, 16), outside(16, 64));
-    // Sixteen in a ring stand out by less than a quarter of what four do; see the module of this test's subject for the algebra of a chain.
+    // Sixteen in a ring stand out by less than a quarter of what four do; see the module of this test's
+    // subject for the algebra of a chain.
     assert!(more < 0.5 * few && longer <= more, "{few} {more} {longer}");
 }
 
@@ -106,7 +127,9 @@ fn one_seed_gives_one_set_at_any_number_of_threads() {
 fn what_encloses_nothing_or_too_much_is_asked_for_is_refused() {
     let sheet = mesh((vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]));
     let refused = |mesh: &Mesh, settings| {
-        fit(mesh, &[], "m", &Place::file("m.obj"), &settings, &Job::new(ProgressMode::None)).unwrap_err().to_string()
+        fit(mesh, &[], "m", &Place::file("m.obj"), &settings, &Job::new(ProgressMode::None))
+            .unwrap_err()
+            .to_string()
     };
     assert!(refused(&sheet, QUICK).contains("volume"), "{}", refused(&sheet, QUICK));
     for spheres in [0, 5000] {

@@ -1,6 +1,7 @@
 //! How good a fit is: coverage, gaps, protrusion and overlap.
 //!
-//! Whether all is covered, and the overlap, are exact. Shares of an incomplete coverage and protrusions are means over fixed points.
+//! Whether all is covered, and the overlap, are exact. Shares of an incomplete coverage and protrusions are
+//! means over fixed points.
 
 use super::ball::Ball;
 use super::coverage::{uncovered_corners, uncovered_on_surface};
@@ -25,10 +26,12 @@ const GAP_ACCURACY: f64 = 1e-9;
 /// Turn between neighbouring points of a Fibonacci lattice.
 const GOLDEN_TURN: f64 = 0.381_966_011_250_105_1;
 
-/// Measures `balls` against the solid that they are to cover; what is within `tolerance` of a ball counts as covered.
+/// Measures `balls` against the solid that they are to cover; what is within `tolerance` of a ball counts as
+/// covered.
 ///
-/// Coverages are 1 exactly if nothing is uncovered. Otherwise they are shares over stratified points, below 1: 65,536 on the surface, some 262,144 in the
-/// volume's box. The largest gap is exact to 10⁻⁹ of the diagonal. Protrusions are taken at about 20,000 points on the spheres.
+/// Coverages are 1 exactly if nothing is uncovered. Otherwise they are shares over stratified points, below
+/// 1: 65,536 on the surface, some 262,144 in the volume's box. The largest gap is exact to 10⁻⁹ of the
+/// diagonal. Protrusions are taken at about 20,000 points on the spheres.
 pub fn measure(solid: &Solid, balls: &[Ball], tolerance: f64) -> Quality {
     let grown = grow(balls, tolerance);
     let covers_surface = uncovered_on_surface(&solid.surface, &grown).is_empty();
@@ -36,7 +39,13 @@ pub fn measure(solid: &Solid, balls: &[Ball], tolerance: f64) -> Quality {
     let coverage_surface = if covers_surface { 1.0 } else { surface_share(&solid.surface, &grown) };
     let coverage_volume = if covers_all { 1.0 } else { volume_share(solid, &grown) };
     let largest_gap = if covers_all { 0.0 } else { largest_gap(solid, balls, tolerance) };
-    Quality { coverage_surface, coverage_volume, protrusion: protrusion(solid, balls), largest_gap, overlap: overlap(solid, balls) }
+    Quality {
+        coverage_surface,
+        coverage_volume,
+        protrusion: protrusion(solid, balls),
+        largest_gap,
+        overlap: overlap(solid, balls),
+    }
 }
 
 fn grow(balls: &[Ball], by: f64) -> Vec<Ball> {
@@ -53,13 +62,16 @@ fn is_covered(balls: &[Ball], point: DVec3) -> bool {
 
 /// Share of the area in the balls.
 fn surface_share(surface: &TriangleTree, balls: &[Ball]) -> f64 {
-    let at = |(triangle, weights): &(usize, [f64; 3])| surface.corners(*triangle).into_iter().zip(weights).map(|(v, w)| v * *w).sum();
+    let at = |(triangle, weights): &(usize, [f64; 3])| {
+        surface.corners(*triangle).into_iter().zip(weights).map(|(v, w)| v * *w).sum()
+    };
     let points = stratified(surface, SURFACE_POINTS);
     let hits = points.par_iter().filter(|p| is_covered(balls, at(p))).count();
     below_one(hits as f64 / points.len().max(1) as f64, f64::from(SURFACE_POINTS))
 }
 
-/// Share of the volume in the balls: one random point in each of the cubes that fill the box; only those in no ball are looked at.
+/// Share of the volume in the balls: one random point in each of the cubes that fill the box; only those in
+/// no ball are looked at.
 fn volume_share(solid: &Solid, balls: &[Ball]) -> f64 {
     let Some(root) = solid.boundary.nodes.first() else { return 0.0 };
     let extent = root.max - root.min;
@@ -82,7 +94,8 @@ fn below_one(share: f64, points: f64) -> f64 {
     share.min(1.0 - 0.5 / points)
 }
 
-/// The least growth of all radii that covers the solid, which `tolerance` does not: doubled until it does, then halved.
+/// The least growth of all radii that covers the solid, which `tolerance` does not: doubled until it does,
+/// then halved.
 fn largest_gap(solid: &Solid, balls: &[Ball], tolerance: f64) -> f64 {
     if balls.is_empty() {
         return f64::INFINITY;
@@ -107,7 +120,10 @@ fn protrusion(solid: &Solid, balls: &[Ball]) -> Protrusion {
     let of_ball = |i: usize| {
         let area = area(&balls[i]);
         let points = (SPHERE_POINTS * area / total).max(LEAST_SPHERE_POINTS).ceil();
-        exposed(solid, balls, i, points as u32).into_iter().map(|p| (solid.surface.distance(p), area / points)).collect::<Vec<_>>()
+        exposed(solid, balls, i, points as u32)
+            .into_iter()
+            .map(|p| (solid.surface.distance(p), area / points))
+            .collect::<Vec<_>>()
     };
     let mut distances: Vec<(f64, f64)> = (0..balls.len()).into_par_iter().flat_map_iter(of_ball).collect();
     distances.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -19,11 +19,12 @@ fn one_ball_around_a_cube_has_the_closed_forms() {
     let quality = measure(&solid, &[Ball::new(DVec3::ZERO, radius)], 1e-9);
     assert_eq!((quality.coverage_surface, quality.coverage_volume, quality.largest_gap), (1.0, 1.0, 0.0));
     assert!(quality.overlap.abs() < 1e-12);
-    // The farthest point is above a face's centre; of 20,000 points one is within 0.02 of it, which lowers it by 0.02²/2R.
+    // The farthest point is above a face's centre; of 20,000 points one is within 0.02 of it, which lowers it
+    // by 0.02²/2R.
     let protrusion = quality.protrusion;
     assert!((radius - 1.0 - protrusion.max).abs() < 2e-4 && protrusion.max <= radius - 1.0, "{protrusion:?}");
-    // On the sphere the part above a face is x > |y|, |z|, and the distance is x − 1 where |y|, |z| <= 1: everywhere. The mean of x over the part is
-    // R ∫ cos over a cube's face / (4π/6).
+    // On the sphere the part above a face is x > |y|, |z|, and the distance is x − 1 where |y|, |z| <= 1:
+    // everywhere. The mean of x over the part is R ∫ cos over a cube's face / (4π/6).
     let steps = 1000;
     let middle = |i: i32| (f64::from(i) + 0.5) / f64::from(steps) * 2.0 - 1.0;
     let (mut flux, mut angle, mut area) = (0.0, 0.0, (2.0 / f64::from(steps)).powi(2));
@@ -57,7 +58,10 @@ fn a_ball_that_is_too_small_leaves_a_known_gap_and_share() {
     // A disc of radius 1/2 on each face.
     let quality = measure(&solid, &[Ball::new(DVec3::ZERO, 1.25_f64.sqrt())], 0.0);
     let share = PI / 16.0;
-    assert!((quality.coverage_surface - share).abs() < 4.0 * (share * (1.0 - share) / 65_536.0).sqrt(), "{quality:?}");
+    assert!(
+        (quality.coverage_surface - share).abs() < 4.0 * (share * (1.0 - share) / 65_536.0).sqrt(),
+        "{quality:?}"
+    );
 }
 
 #[test]
@@ -88,7 +92,10 @@ fn two_half_overlapping_balls_in_a_cube_share_a_lens() {
     assert!((quality.overlap - (2.0 * ball / 8.0 - 1.0)).abs() < 1e-12);
     let lens = PI * (4.0 * r + d) * (2.0 * r - d).powi(2) / 12.0;
     let share = (2.0 * ball - lens) / 8.0;
-    assert!((quality.coverage_volume - share).abs() < 4.0 * (share * (1.0 - share) / 262_144.0).sqrt(), "{quality:?} {share}");
+    assert!(
+        (quality.coverage_volume - share).abs() < 4.0 * (share * (1.0 - share) / 262_144.0).sqrt(),
+        "{quality:?} {share}"
+    );
     assert_eq!(quality.coverage_surface, 0.0);
     // From the corner (1, 1, 1) to the nearer centre.
     assert!((quality.largest_gap - (DVec3::new(0.75, 1.0, 1.0).length() - r)).abs() <= 2e-9 * solid.diagonal);
@@ -101,8 +108,9 @@ fn two_half_overlapping_balls_around_an_icosphere_protrude_where_they_show() {
     let quality = measure(&solid, &balls, 1e-6);
     assert_eq!((quality.coverage_surface, quality.coverage_volume), (1.0, 1.0));
     assert!((quality.overlap - 1.0).abs() < 1e-9);
-    // A point of the right sphere with x >= 0 is at |(0.5 + 1.5 z, …)| − 1 from the unit sphere: height z = cos is uniform, from −1/3 to 1. Its mean of
-    // √(2.5 + 1.5 z) is 2/3 (4^1.5 − 2^1.5)/1.5 / (4/3). The facets lie within 0.002 of the sphere.
+    // A point of the right sphere with x >= 0 is at |(0.5 + 1.5 z, …)| − 1 from the unit sphere: height z =
+    // cos is uniform, from −1/3 to 1. Its mean of √(2.5 + 1.5 z) is 2/3 (4^1.5 − 2^1.5)/1.5 / (4/3). The
+    // facets lie within 0.002 of the sphere.
     let mean = 2.0 / 3.0 * (8.0 - 2.0_f64.powf(1.5)) / 1.5 / (4.0 / 3.0) - 1.0;
     assert!((quality.protrusion.mean - mean).abs() < 4e-3, "{quality:?} {mean}");
     assert!((quality.protrusion.max - 1.0).abs() < 4e-3);

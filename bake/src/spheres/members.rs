@@ -1,7 +1,8 @@
 //! Which points of a mesh each sphere covers, so that spheres can follow the mesh when it deforms.
 //!
-//! A sphere that holds the corners of a piece of a triangle holds the piece, wherever the triangle goes. So every sphere keeps the corners of all its pieces,
-//! and what covers a mesh at rest covers it in every pose. A corner where spheres meet belongs to several.
+//! A sphere that holds the corners of a piece of a triangle holds the piece, wherever the triangle goes. So
+//! every sphere keeps the corners of all its pieces, and what covers a mesh at rest covers it in every pose.
+//! A corner where spheres meet belongs to several.
 
 use super::ball::Ball;
 use super::pieces::Pieces;
@@ -10,7 +11,8 @@ use super::sphere::Sphere;
 use relume_scenes::Mesh;
 use std::collections::HashMap;
 
-/// Points with what they are made of and the sphere that each belongs to; the mesh's vertices first, in their order.
+/// Points with what they are made of and the sphere that each belongs to; the mesh's vertices first, in their
+/// order.
 #[derive(Debug, Default)]
 pub struct Members {
     /// At rest.
@@ -24,7 +26,13 @@ pub struct Members {
 }
 
 /// The members of `spheres`, which stand as `balls`.
-pub fn members(mesh: &Mesh, solid: &Solid, pieces: &Pieces<'_>, spheres: &[Sphere], balls: &[Ball]) -> Members {
+pub fn members(
+    mesh: &Mesh,
+    solid: &Solid,
+    pieces: &Pieces<'_>,
+    spheres: &[Sphere],
+    balls: &[Ball],
+) -> Members {
     // For each vertex of the welded mesh, the sphere in which it lies deepest.
     let mut owners: HashMap<u32, (f64, u32)> = HashMap::new();
     let mut held = Vec::new();
@@ -61,7 +69,8 @@ pub fn members(mesh: &Mesh, solid: &Solid, pieces: &Pieces<'_>, spheres: &[Spher
 impl Members {
     fn push(&mut self, mesh: &Mesh, vertices: [u32; 3], weights: [f64; 3], sphere: u32) {
         let position = |axis: usize| {
-            let parts = vertices.iter().zip(weights).map(|(v, w)| w * f64::from(mesh.positions[*v as usize][axis]));
+            let parts =
+                vertices.iter().zip(weights).map(|(v, w)| w * f64::from(mesh.positions[*v as usize][axis]));
             parts.sum::<f64>() as f32
         };
         self.points.push([0, 1, 2].map(position));

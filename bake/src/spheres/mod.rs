@@ -1,6 +1,8 @@
-//! Sphere sets: covers a solid with spheres that have as little volume as possible outside it (sphere shadows §3.2; Wang et al. 2006).
+//! Sphere sets: covers a solid with spheres that have as little volume as possible outside it (sphere shadows
+//! §3.2; Wang et al. 2006).
 //!
-//! * [`solid`]: what a mesh bounds; [`triangle_tree`], [`winding`], [`nearest`], [`ball`]: questions to it, answered exactly;
+//! * [`solid`]: what a mesh bounds; [`triangle_tree`], [`winding`], [`nearest`], [`ball`]: questions to it,
+//!   answered exactly;
 //! * [`pieces`]: what must be covered, in pieces that each go to one sphere whole;
 //! * [`cluster`], [`growth`], [`refit`], [`tighten`]: spheres and the pieces that they cover;
 //! * [`start`], [`moves`], [`search`], [`voids`]: the search for a set with little outside;

@@ -1,7 +1,8 @@
 //! What spheres come to when their mesh moves.
 //!
-//! A sphere that keeps a piece of a leg and one of the belly fits well at rest and swells when the leg swings. So where a mesh moves, the search looks at some
-//! of its poses too: what it lowers is the mean volume outside over rest and poses, each sphere as small in a pose as covers its pieces there.
+//! A sphere that keeps a piece of a leg and one of the belly fits well at rest and swells when the leg
+//! swings. So where a mesh moves, the search looks at some of its poses too: what it lowers is the mean
+//! volume outside over rest and poses, each sphere as small in a pose as covers its pieces there.
 
 use super::ball::Ball;
 use super::pieces::{Anchor, Pieces};
@@ -18,8 +19,11 @@ const POSES: (u32, usize) = (5, 20);
 
 /// Where the vertices of a mesh are in poses spread over its clips; none if nothing moves it.
 pub fn poses(shape: &DeformingMesh) -> Vec<Vec<[f32; 3]>> {
-    let times = |clip: &'_ Clip| (0..POSES.0).map(|k| clip.duration_s * k as f32 / POSES.0 as f32).collect::<Vec<f32>>();
-    let all: Vec<(&Clip, f32)> = shape.clips.iter().flat_map(|clip| times(clip).into_iter().map(move |time| (clip, time))).collect();
+    let times = |clip: &'_ Clip| {
+        (0..POSES.0).map(|k| clip.duration_s * k as f32 / POSES.0 as f32).collect::<Vec<f32>>()
+    };
+    let all: Vec<(&Clip, f32)> =
+        shape.clips.iter().flat_map(|clip| times(clip).into_iter().map(move |time| (clip, time))).collect();
     let pose = |(clip, time_s): &(&Clip, f32)| {
         let mut positions = Vec::new();
         shape.positions_at(clip, *time_s, &mut positions);
@@ -36,13 +40,16 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// `poses` are the places of the mesh's vertices. A solid that is not bounded by the mesh itself cannot be moved with it: then there are none.
+    /// `poses` are the places of the mesh's vertices. A solid that is not bounded by the mesh itself cannot
+    /// be moved with it: then there are none.
     pub fn new(solid: &Solid, poses: &[Vec<[f32; 3]>]) -> Self {
         let boundary = &solid.boundary;
         let moved = |pose: &Vec<[f32; 3]>| {
             let place = |v: &u32| pose.get(*v as usize).map(|p| Vec3::from(*p).as_dvec3());
             let vertices: Option<Vec<DVec3>> = solid.mesh_vertex.iter().map(place).collect();
-            vertices.filter(|v| v.len() == boundary.vertices.len()).map(|v| TriangleTree::new(v, boundary.triangles.clone()))
+            vertices
+                .filter(|v| v.len() == boundary.vertices.len())
+                .map(|v| TriangleTree::new(v, boundary.triangles.clone()))
         };
         let own = solid.kind == SolidKind::Closed;
         Self { poses: poses.iter().filter(|_| own).filter_map(moved).collect() }
@@ -66,7 +73,8 @@ impl Motion {
 
 /// What the smallest ball around some points of a solid has outside it.
 fn outside(solid: &TriangleTree, points: &[Anchor]) -> f64 {
-    let place = |a: &Anchor| a.vertices.iter().zip(a.weights).map(|(v, w)| solid.vertices[*v as usize] * w).sum();
+    let place =
+        |a: &Anchor| a.vertices.iter().zip(a.weights).map(|(v, w)| solid.vertices[*v as usize] * w).sum();
     let points: Vec<DVec3> = points.iter().map(place).collect();
     let Some(first) = points.first() else { return 0.0 };
     let centre = pulled_centre(&points, DVec3::ZERO, 1.0, *first);

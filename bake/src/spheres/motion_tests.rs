@@ -11,7 +11,9 @@ use super::test_meshes::{cuboid, mesh, open_hemisphere, two_cubes};
 use crate::job::{Job, ProgressMode};
 use glam::{DAffine3, DVec3};
 use relume_formats::Place;
-use relume_formats::shape::{Clip, DeformingMesh, Influences, Interpolation, Joint, Node, Property, Track, Transform};
+use relume_formats::shape::{
+    Clip, DeformingMesh, Influences, Interpolation, Joint, Node, Property, Track, Transform,
+};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -32,7 +34,8 @@ fn the_mean_is_over_rest_and_poses_with_the_smallest_ball_in_each() {
     // A centre of its own at rest: a ball about the centre that reaches farther than it must.
     let sphere = Sphere::new(&solid.boundary, Ball::new(DVec3::splat(0.5), 1.5), Arc::new(all));
     let ball = |squared_diameter: f64| PI / 6.0 * squared_diameter.powf(1.5);
-    let (at_rest, twice, thrice) = (4.0 / 3.0 * PI * 1.5_f64.powi(3) - 1.0, ball(12.0) - 8.0, ball(11.0) - 3.0);
+    let (at_rest, twice, thrice) =
+        (4.0 / 3.0 * PI * 1.5_f64.powi(3) - 1.0, ball(12.0) - 8.0, ball(11.0) - 3.0);
     let wanted = (at_rest + twice + thrice) / 3.0;
     assert!((problem.cost(&[sphere]) - wanted).abs() < 1e-9 * wanted);
 }
@@ -47,7 +50,9 @@ fn cubes_that_part_share_no_sphere() {
         let set = fit(&rest, poses, "cubes", &Place::file("cubes"), &settings, &job).unwrap().set;
         assert_eq!((set.meta.poses as usize, set.meta.quality.coverage_surface), (poses.len(), 1.0));
         assert!(set.history.windows(2).all(|w| w[1] <= w[0]));
-        (0..3).filter(|s| [false, true].iter().all(|right| members(&set, *s).any(|p| (p[0] > 1.02) == *right))).count()
+        (0..3)
+            .filter(|s| [false, true].iter().all(|right| members(&set, *s).any(|p| (p[0] > 1.02) == *right)))
+            .count()
     };
     // Three spheres for two cubes: at rest one of them covers some of both.
     assert_eq!((shared(&[]), shared(&[apart])), (1, 0));
@@ -58,7 +63,8 @@ fn a_solid_of_the_winding_number_is_fitted_at_rest_and_says_so() {
     let rest = mesh(open_hemisphere(8, 3));
     let larger = moved(&rest, |p| p.map(|x| 2.0 * x));
     let settings = Settings { spheres: 2, seed: 0, iterations: 2, tight: 0.0 };
-    let found = fit(&rest, &[larger], "bowl", &Place::file("bowl"), &settings, &Job::new(ProgressMode::None)).unwrap();
+    let found = fit(&rest, &[larger], "bowl", &Place::file("bowl"), &settings, &Job::new(ProgressMode::None))
+        .unwrap();
     assert_eq!(found.set.meta.poses, 0);
     assert!(found.notes.iter().any(|note| note.contains("without a look at its clips")), "{:?}", found.notes);
 }
@@ -72,7 +78,12 @@ fn carried(clips: usize) -> DeformingMesh {
     let still = Transform::Parts { translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
     let clip = |k: usize| {
         let values = vec![0.0, 0.0, 0.0, 5.0, 0.0, 0.0];
-        let track = Track { property: Property::Translation(0), interpolation: Interpolation::Linear, times_s: vec![0.0, 5.0], values };
+        let track = Track {
+            property: Property::Translation(0),
+            interpolation: Interpolation::Linear,
+            times_s: vec![0.0, 5.0],
+            values,
+        };
         Clip { name: k.to_string(), duration_s: 5.0, tracks: vec![track] }
     };
     DeformingMesh {

@@ -1,4 +1,5 @@
-//! The moves of the search: each takes a few spheres of a set and gives back as many, covering the same pieces.
+//! The moves of the search: each takes a few spheres of a set and gives back as many, covering the same
+//! pieces.
 
 use super::ball::Ball;
 use super::cluster::Problem;
@@ -64,17 +65,23 @@ impl Problem<'_> {
         self.settled(set, group(set, i), |spheres| spheres, 0)
     }
 
-    /// Lets a sphere grow by a share of its radius and its neighbours shrink to what it leaves them, then settles all.
+    /// Lets a sphere grow by a share of its radius and its neighbours shrink to what it leaves them, then
+    /// settles all.
     pub fn grow(&self, set: &[Sphere], i: usize, share: f64) -> Move {
         let change = |mut spheres: Vec<Sphere>| {
             let Ball { centre, radius } = spheres[0].ball;
-            spheres[0] = Sphere::new(self.solid, Ball::new(centre, radius * (1.0 + share)), spheres[0].cluster.clone());
+            spheres[0] = Sphere::new(
+                self.solid,
+                Ball::new(centre, radius * (1.0 + share)),
+                spheres[0].cluster.clone(),
+            );
             spheres
         };
         self.settled(set, group(set, i), change, 1)
     }
 
-    /// Throws a sphere and its nearest neighbours, `count` in all, away and starts them anew from random clusters of their pieces.
+    /// Throws a sphere and its nearest neighbours, `count` in all, away and starts them anew from random
+    /// clusters of their pieces.
     pub fn shake(&self, set: &[Sphere], i: usize, count: usize, seed: u64) -> Option<Move> {
         let mut indices = group(set, i);
         let count = count.min(indices.len());
@@ -86,7 +93,10 @@ impl Problem<'_> {
         }
         let clusters = clusters(self, &loose, count, seed);
         let replace = |mut spheres: Vec<Sphere>| {
-            spheres.splice(..count, clusters.into_iter().map(|(centre, cluster)| self.fit(centre, cluster, REFIT_STEPS)));
+            spheres.splice(
+                ..count,
+                clusters.into_iter().map(|(centre, cluster)| self.fit(centre, cluster, REFIT_STEPS)),
+            );
             spheres
         };
         Some(self.settled(set, indices, replace, 0))
@@ -113,16 +123,21 @@ impl Problem<'_> {
     pub fn split_gain(&self, set: &[Sphere], i: usize) -> f64 {
         let mut parts: Vec<Sphere> = group(set, i).into_iter().map(|j| set[j].clone()).collect();
         self.shed(&mut parts, 0);
-        self.halves(&parts[0]).map_or(f64::NEG_INFINITY, |halves| set[i].outside.volume - total_outside(&halves))
+        self.halves(&parts[0])
+            .map_or(f64::NEG_INFINITY, |halves| set[i].outside.volume - total_outside(&halves))
     }
 
     /// Gives the pieces of one sphere that others hold too to those.
     fn shed(&self, spheres: &mut [Sphere], i: usize) {
-        let limits: Vec<f64> =
-            spheres.iter().map(|s| if s.cluster.is_empty() { -1.0 } else { (s.ball.radius + self.slack).powi(2) }).collect();
+        let limits: Vec<f64> = spheres
+            .iter()
+            .map(|s| if s.cluster.is_empty() { -1.0 } else { (s.ball.radius + self.slack).powi(2) })
+            .collect();
         let mut clusters: Vec<Vec<u32>> = vec![Vec::new(); spheres.len()];
         for piece in spheres[i].cluster.iter() {
-            let holds = |j: &usize| *j != i && self.pieces.farthest_squared(*piece, spheres[*j].ball.centre) <= limits[*j];
+            let holds = |j: &usize| {
+                *j != i && self.pieces.farthest_squared(*piece, spheres[*j].ball.centre) <= limits[*j]
+            };
             clusters[(0..limits.len()).find(holds).unwrap_or(i)].push(*piece);
         }
         for (j, (sphere, mut cluster)) in spheres.iter_mut().zip(clusters).enumerate() {
@@ -151,7 +166,13 @@ impl Problem<'_> {
     }
 
     /// `change`s some spheres and lets them settle; the first `last` of them come last in every round.
-    fn settled(&self, set: &[Sphere], indices: Vec<usize>, change: impl FnOnce(Vec<Sphere>) -> Vec<Sphere>, last: usize) -> Move {
+    fn settled(
+        &self,
+        set: &[Sphere],
+        indices: Vec<usize>,
+        change: impl FnOnce(Vec<Sphere>) -> Vec<Sphere>,
+        last: usize,
+    ) -> Move {
         let old: Vec<Sphere> = indices.iter().map(|i| set[*i].clone()).collect();
         let before = self.cost(&old);
         let spheres = change(old);
@@ -165,27 +186,34 @@ impl Problem<'_> {
 
     /// Refits those of the `new` spheres whose pieces are not the `old` ones'.
     fn refitted(&self, old: &[Sphere], new: Vec<Sphere>) -> Vec<Sphere> {
-        let refit = |(old, new): (&Sphere, Sphere)| if old.cluster == new.cluster { old.clone() } else { self.refit(&new, REFIT_STEPS) };
+        let refit = |(old, new): (&Sphere, Sphere)| {
+            if old.cluster == new.cluster { old.clone() } else { self.refit(&new, REFIT_STEPS) }
+        };
         old.iter().zip(new).map(refit).collect()
     }
 
-    /// The two spheres with the least outside that share a sphere's pieces, parted by a plane; `None` if there is none.
+    /// The two spheres with the least outside that share a sphere's pieces, parted by a plane; `None` if
+    /// there is none.
     ///
-    /// Half of a ball needs a sphere as large as the whole, so planes that cut off caps matter more than those through the middle.
+    /// Half of a ball needs a sphere as large as the whole, so planes that cut off caps matter more than
+    /// those through the middle.
     fn halves(&self, sphere: &Sphere) -> Option<[Sphere; 2]> {
         let Ball { centre, radius } = sphere.ball;
         let middles: Vec<DVec3> = sphere.cluster.iter().map(|p| self.middle(*p)).collect();
         let parted = |(normal, offset): (DVec3, f64)| {
             let beyond = |middle: &DVec3| (*middle - centre).dot(normal) > offset * radius;
             let half = |wanted: bool| {
-                let chosen = sphere.cluster.iter().zip(&middles).filter(|(_, middle)| beyond(middle) == wanted);
+                let chosen =
+                    sphere.cluster.iter().zip(&middles).filter(|(_, middle)| beyond(middle) == wanted);
                 let (cluster, middles): (Vec<u32>, Vec<DVec3>) = chosen.map(|(p, m)| (*p, *m)).unzip();
-                let start = if wanted { middles.iter().sum::<DVec3>() / middles.len().max(1) as f64 } else { centre };
+                let start =
+                    if wanted { middles.iter().sum::<DVec3>() / middles.len().max(1) as f64 } else { centre };
                 (!cluster.is_empty()).then(|| self.fit(start, cluster, TRIAL_STEPS))
             };
             Some([half(false)?, half(true)?])
         };
-        let planes = self.extremes(sphere).into_iter().flat_map(|normal| OFFSETS.map(|offset| (normal, offset)));
+        let planes =
+            self.extremes(sphere).into_iter().flat_map(|normal| OFFSETS.map(|offset| (normal, offset)));
         let best = planes.filter_map(parted).min_by(|a, b| total_outside(a).total_cmp(&total_outside(b)))?;
         Some(best.map(|half| self.refit(&half, REFIT_STEPS)))
     }
@@ -193,12 +221,20 @@ impl Problem<'_> {
     /// Directions in which a sphere must reach out farthest, apart from each other.
     fn extremes(&self, sphere: &Sphere) -> Vec<DVec3> {
         let limit = (0.98 * (sphere.ball.radius + self.slack)).powi(2);
-        let binding = sphere.cluster.iter().filter(|p| self.pieces.farthest_squared(**p, sphere.ball.centre) >= limit);
-        let directions: Vec<DVec3> = binding.map(|p| (self.middle(*p) - sphere.ball.centre).normalize_or_zero()).collect();
+        let binding =
+            sphere.cluster.iter().filter(|p| self.pieces.farthest_squared(**p, sphere.ball.centre) >= limit);
+        let directions: Vec<DVec3> =
+            binding.map(|p| (self.middle(*p) - sphere.ball.centre).normalize_or_zero()).collect();
         let mut chosen: Vec<DVec3> = directions.first().copied().into_iter().collect();
         while chosen.len() < MOST_EXTREMES {
             let nearest = |d: &DVec3| chosen.iter().map(|c| c.dot(*d)).fold(-1.0, f64::max);
-            let Some(next) = directions.iter().min_by(|a, b| nearest(a).total_cmp(&nearest(b))).filter(|d| nearest(d) < 0.9) else { break };
+            let Some(next) = directions
+                .iter()
+                .min_by(|a, b| nearest(a).total_cmp(&nearest(b)))
+                .filter(|d| nearest(d) < 0.9)
+            else {
+                break;
+            };
             chosen.push(*next);
         }
         chosen

@@ -19,7 +19,8 @@ impl TriangleTree {
             }
             return;
         }
-        let mut children = [index + 1, node.second].map(|child| (self.nodes[child as usize].nearest_squared(point), child));
+        let mut children =
+            [index + 1, node.second].map(|child| (self.nodes[child as usize].nearest_squared(point), child));
         if children[1].0 < children[0].0 {
             children.swap(0, 1);
         }
@@ -31,11 +32,13 @@ impl TriangleTree {
     }
 }
 
-/// Squared distance of a point from a triangle: from its plane where the foot lies within, else from its edges.
+/// Squared distance of a point from a triangle: from its plane where the foot lies within, else from its
+/// edges.
 fn distance_squared(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    let within = (0..3).all(|i| (corners[(i + 1) % 3] - corners[i]).cross(point - corners[i]).dot(normal) >= 0.0);
+    let within =
+        (0..3).all(|i| (corners[(i + 1) % 3] - corners[i]).cross(point - corners[i]).dot(normal) >= 0.0);
     if within && normal != DVec3::ZERO {
         return (point - a).dot(normal).powi(2) / normal.length_squared();
     }

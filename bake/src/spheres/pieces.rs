@@ -1,8 +1,9 @@
 //! What spheres must cover, in pieces that each go to one sphere whole.
 //!
-//! A piece of the surface is given by its corners: balls are convex, so a ball that holds the corners holds the piece, and a set of spheres that has taken
-//! every piece covers the surface, whatever its state. Pieces begin large: branches of the triangle tree, which fall into triangles, which fall into
-//! halves. Only pieces that a sphere must reach out for are ever split, so that there are few, and none too large.
+//! A piece of the surface is given by its corners: balls are convex, so a ball that holds the corners holds
+//! the piece, and a set of spheres that has taken every piece covers the surface, whatever its state. Pieces
+//! begin large: branches of the triangle tree, which fall into triangles, which fall into halves. Only pieces
+//! that a sphere must reach out for are ever split, so that there are few, and none too large.
 
 use super::triangle_tree::TriangleTree;
 use glam::DVec3;
@@ -56,7 +57,8 @@ impl<'a> Pieces<'a> {
         let points = surface.vertices.clone();
         let vertex = |v: u32| Some(Anchor { vertices: [v; 3], weights: [1.0, 0.0, 0.0] });
         let anchors = (0..points.len() as u32).map(vertex).collect();
-        let mut pieces = Self { surface, points, anchors, corners: Vec::new(), places: Vec::new(), pieces: Vec::new() };
+        let mut pieces =
+            Self { surface, points, anchors, corners: Vec::new(), places: Vec::new(), pieces: Vec::new() };
         if !surface.nodes.is_empty() {
             pieces.add_branch(0);
         }
@@ -114,7 +116,9 @@ impl<'a> Pieces<'a> {
 
     /// Diagonal of the box around a piece.
     pub fn extent(&self, piece: u32) -> f64 {
-        let grow = |(min, max): (DVec3, DVec3), corner: &u32| (min.min(self.point(*corner)), max.max(self.point(*corner)));
+        let grow = |(min, max): (DVec3, DVec3), corner: &u32| {
+            (min.min(self.point(*corner)), max.max(self.point(*corner)))
+        };
         let (min, max) = self.corners(piece).iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), grow);
         (max - min).length()
     }
@@ -149,7 +153,8 @@ impl<'a> Pieces<'a> {
         parts
     }
 
-    /// A cluster, which is ascending, with parts put together where it has all parts of a piece that `may` be whole.
+    /// A cluster, which is ascending, with parts put together where it has all parts of a piece that `may` be
+    /// whole.
     pub fn merged(&self, cluster: &[u32], may: impl Fn(&Self, u32) -> bool) -> Vec<u32> {
         let mut left: BTreeSet<u32> = cluster.iter().copied().collect();
         let mut merged = Vec::new();
@@ -160,7 +165,11 @@ impl<'a> Pieces<'a> {
                 continue;
             };
             // Parts of one piece follow each other.
-            let parts: Vec<u32> = left.range(piece.saturating_sub(count)..piece).copied().filter(|p| self.is_part(*p, whole)).collect();
+            let parts: Vec<u32> = left
+                .range(piece.saturating_sub(count)..piece)
+                .copied()
+                .filter(|p| self.is_part(*p, whole))
+                .collect();
             if parts.len() + 1 == count as usize && may(self, whole) {
                 parts.iter().for_each(|p| _ = left.remove(p));
                 left.insert(whole);
@@ -197,7 +206,9 @@ impl<'a> Pieces<'a> {
                     ([corners[p], m, corners[r]], [weights[p], middle, weights[r]]),
                     ([m, corners[q], corners[r]], [middle, weights[q], weights[r]]),
                 ];
-                halves.map(|(corners, weights)| self.add(&corners, Source::Triangle { triangle, weights })).to_vec()
+                halves
+                    .map(|(corners, weights)| self.add(&corners, Source::Triangle { triangle, weights }))
+                    .to_vec()
             }
         }
     }

@@ -1,9 +1,11 @@
 //! Moves one sphere to where it covers its pieces with the least volume outside the solid.
 //!
-//! The radius is the distance of the farthest corner, so the volume as a function of the centre has ridges where two corners are equally far, and searches
-//! along lines (Powell's, as the source has it) stall on them. Here each step minimises a model that has the same ridges: the volume's derivatives by centre
-//! and radius, which its exact evaluation gives for nothing, and the true maximum of distances. That is a smallest enclosing ball under a pull, solved
-//! exactly; a step is taken if, perhaps shortened, it lowers the volume.
+//! The radius is the distance of the farthest corner, so the volume as a function of the centre has ridges
+//! where two corners are equally far, and searches along lines (Powell's, as the source has it) stall on
+//! them. Here each step minimises a model that has the same ridges: the volume's derivatives by centre and
+//! radius, which its exact evaluation gives for nothing, and the true maximum of distances. That is a
+//! smallest enclosing ball under a pull, solved exactly; a step is taken if, perhaps shortened, it lowers the
+//! volume.
 
 use super::ball::Ball;
 use super::cluster::Problem;

@@ -1,8 +1,9 @@
 //! The search for a set of spheres with little outside the solid.
 //!
-//! Each round changes several small groups of spheres that do not meet, side by side; what is kept of the changes depends on their gain alone. At first,
-//! changes that lose a little are kept too, so that the search leaves poor valleys (threshold accepting, Dueck and Scheuer 1990); what counts is the best complete
-//! set that it has seen, and that never gets worse.
+//! Each round changes several small groups of spheres that do not meet, side by side; what is kept of the
+//! changes depends on their gain alone. At first, changes that lose a little are kept too, so that the search
+//! leaves poor valleys (threshold accepting, Dueck and Scheuer 1990); what counts is the best complete set
+//! that it has seen, and that never gets worse.
 
 use super::cluster::Problem;
 use super::moves::{Move, group, neighbours};
@@ -15,14 +16,16 @@ use rayon::prelude::*;
 const BATCH: usize = 8;
 /// Spheres of which it is found out what splitting or deleting them would bring, each time.
 const CANDIDATES: usize = 2 * BATCH;
-/// What a round of small changes must gain to be worth a follow-up, in parts of the mean volume outside of a sphere.
+/// What a round of small changes must gain to be worth a follow-up, in parts of the mean volume outside of a
+/// sphere.
 const LEAST_GAIN: f64 = 0.02;
 /// Pieces as far as this from the centre, in radii, are reached out for.
 const BINDS: f64 = 0.99;
 /// By what shares of their radii spheres are grown, to see whether their neighbours gain more.
 const GROWTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
-/// No more pieces are split when there are so many, and so many a sphere: where a surface hugs its spheres, as a ball's does, all of it binds.
+/// No more pieces are split when there are so many, and so many a sphere: where a surface hugs its spheres,
+/// as a ball's does, all of it binds.
 const MOST_PIECES: (usize, usize) = (20_000, 200);
 /// Most rounds of polishing in a row.
 const POLISHES: usize = 200;
@@ -50,8 +53,16 @@ impl<'a> Search<'a> {
         let n = spheres.len();
         let best = (spheres.clone(), f64::INFINITY);
         let unknown = vec![None; n];
-        let mut search =
-            Self { problem, spheres, best, dirty: vec![true; n], split_gains: unknown.clone(), deletion_costs: unknown, seed, rounds: 0 };
+        let mut search = Self {
+            problem,
+            spheres,
+            best,
+            dirty: vec![true; n],
+            split_gains: unknown.clone(),
+            deletion_costs: unknown,
+            seed,
+            rounds: 0,
+        };
         search.polish();
         search.keep_best();
         search
@@ -86,8 +97,8 @@ impl<'a> Search<'a> {
         self.keep_best();
     }
 
-    /// Goes back to the best set and splits the pieces there that spheres must reach out for, if they are larger than `size`; others are put together
-    /// again.
+    /// Goes back to the best set and splits the pieces there that spheres must reach out for, if they are
+    /// larger than `size`; others are put together again.
     pub fn refine(&mut self, size: f64) {
         self.spheres.clone_from(&self.best.0);
         let most = MOST_PIECES.0 + MOST_PIECES.1 * self.spheres.len();
@@ -96,8 +107,11 @@ impl<'a> Search<'a> {
             let pieces = &mut self.problem.pieces;
             let limit = (BINDS * (sphere.ball.radius + self.problem.slack)).powi(2);
             let mut cluster = Vec::new();
-            for piece in pieces.merged(&sphere.cluster, |pieces, p| pieces.farthest_squared(p, sphere.ball.centre) <= limit) {
-                let binds = pieces.extent(piece) > size && pieces.farthest_squared(piece, sphere.ball.centre) > limit;
+            for piece in pieces
+                .merged(&sphere.cluster, |pieces, p| pieces.farthest_squared(p, sphere.ball.centre) <= limit)
+            {
+                let binds =
+                    pieces.extent(piece) > size && pieces.farthest_squared(piece, sphere.ball.centre) > limit;
                 let parts = if binds && room > 0 { pieces.split(piece) } else { Vec::new() };
                 room = room.saturating_sub(parts.len());
                 if parts.is_empty() { cluster.push(piece) } else { cluster.extend(parts) }
@@ -131,16 +145,18 @@ impl<'a> Search<'a> {
     /// Teleports that promise most, with a little chance.
     fn teleports(&mut self, loss: f64) -> Vec<Move> {
         let mean = self.problem.cost(&self.spheres) / self.spheres.len() as f64;
-        // A split gains no more than there is, so large ones are tried first; which sphere is easily done without is not seen
-        // from outside, unless it covers nothing.
+        // A split gains no more than there is, so large ones are tried first; which sphere is easily done
+        // without is not seen from outside, unless it covers nothing.
         let volume = |i: usize| self.spheres[i].outside.volume + mean * self.chance(4 * i as u64);
         let splits = most((0..self.spheres.len()).collect(), CANDIDATES, volume);
         let idle = |i: usize| f64::from(u8::from(self.spheres[i].cluster.is_empty()));
-        let deletions = most((0..self.spheres.len()).collect(), CANDIDATES, |i| idle(i) + self.chance(4 * i as u64 + 1));
+        let deletions =
+            most((0..self.spheres.len()).collect(), CANDIDATES, |i| idle(i) + self.chance(4 * i as u64 + 1));
         let Self { problem, spheres, split_gains, deletion_costs, .. } = self;
         let (problem, spheres) = (&*problem, &*spheres);
         let fill = |known: &mut Vec<Option<f64>>, wanted: &[usize], value: &(dyn Fn(usize) -> f64 + Sync)| {
-            let values: Vec<f64> = wanted.par_iter().map(|i| known[*i].unwrap_or_else(|| value(*i))).collect();
+            let values: Vec<f64> =
+                wanted.par_iter().map(|i| known[*i].unwrap_or_else(|| value(*i))).collect();
             wanted.iter().zip(values).for_each(|(i, value)| known[*i] = Some(value));
         };
         fill(split_gains, &splits, &|i| problem.split_gain(spheres, i));
@@ -160,7 +176,10 @@ impl<'a> Search<'a> {
 
     fn shakes(&self) -> Vec<Move> {
         let count = 2 + (self.rounds % 3) as usize;
-        self.shuffled().par_iter().filter_map(|i| self.problem.shake(&self.spheres, *i, count, self.key(*i as u64))).collect()
+        self.shuffled()
+            .par_iter()
+            .filter_map(|i| self.problem.shake(&self.spheres, *i, count, self.key(*i as u64)))
+            .collect()
     }
 
     /// Spheres whose groups do not meet, by chance.
@@ -194,7 +213,8 @@ impl<'a> Search<'a> {
         wanted.into_iter().filter(|i| is_free(i)).collect()
     }
 
-    /// Carries out the moves that gain more than `least`, the best first, each unless a better one has changed its spheres.
+    /// Carries out the moves that gain more than `least`, the best first, each unless a better one has
+    /// changed its spheres.
     fn apply(&mut self, mut moves: Vec<Move>, least: f64) {
         moves.retain(|m| m.gain > least);
         moves.sort_by(|a, b| b.gain.total_cmp(&a.gain));

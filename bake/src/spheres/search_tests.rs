@@ -15,7 +15,12 @@ use glam::DVec3;
 use std::sync::Arc;
 
 fn problem(solid: &TriangleTree, size: f64) -> Problem<'_> {
-    Problem { solid, pieces: Pieces::new(solid, size), slack: 0.0, motion: Box::leak(Box::<Motion>::default()) }
+    Problem {
+        solid,
+        pieces: Pieces::new(solid, size),
+        slack: 0.0,
+        motion: Box::leak(Box::<Motion>::default()),
+    }
 }
 
 fn all(problem: &Problem<'_>) -> Vec<u32> {
@@ -29,7 +34,11 @@ fn assert_dealt(problem: &Problem<'_>, spheres: &[Sphere], pieces: &[u32]) {
     assert_eq!(owned, pieces);
     for sphere in spheres {
         let reach = |p: &u32| problem.pieces.farthest_squared(*p, sphere.ball.centre).sqrt();
-        assert!(sphere.cluster.iter().all(|p| reach(p) <= sphere.ball.radius * (1.0 + 1e-12)), "{:?}", sphere.ball);
+        assert!(
+            sphere.cluster.iter().all(|p| reach(p) <= sphere.ball.radius * (1.0 + 1e-12)),
+            "{:?}",
+            sphere.ball
+        );
     }
 }
 
@@ -59,11 +68,16 @@ fn pieces_make_up_the_surface_and_their_parts_make_up_them() {
     assert_eq!(pieces.len(), made, "a piece is split once");
     assert_eq!(pieces.merged(&parts, |_, _| true), whole);
     assert_eq!(pieces.merged(&parts, |_, _| false), parts);
-    assert_eq!(pieces.merged(&parts[1..], |_, _| true).len(), whole.len() + 1, "what lacks a part stays in parts");
+    assert_eq!(
+        pieces.merged(&parts[1..], |_, _| true).len(),
+        whole.len() + 1,
+        "what lacks a part stays in parts"
+    );
     // Points hang on the surface by their weights.
     for corner in parts.iter().flat_map(|p| pieces.corners(*p)) {
         let anchor = pieces.anchor(*corner).unwrap();
-        let place: DVec3 = anchor.vertices.iter().zip(anchor.weights).map(|(v, w)| w * solid.vertices[*v as usize]).sum();
+        let place: DVec3 =
+            anchor.vertices.iter().zip(anchor.weights).map(|(v, w)| w * solid.vertices[*v as usize]).sum();
         assert!(place.distance(pieces.point(*corner)) < 1e-12);
     }
 }
@@ -73,7 +87,8 @@ fn growth_is_exact_at_its_ends_and_close_between() {
     let solid = tree(l_shape());
     let mut random = random(5);
     for _ in 0..50 {
-        let centre = solid.nodes[0].min + DVec3::new(random(), random(), random()) * (solid.nodes[0].max - solid.nodes[0].min);
+        let centre = solid.nodes[0].min
+            + DVec3::new(random(), random(), random()) * (solid.nodes[0].max - solid.nodes[0].min);
         let radius = 0.2 + random();
         let growth = Growth::new(&solid, centre, radius);
         let exact = |r: f64| Ball::new(centre, r).outside(&solid).volume;
@@ -85,8 +100,8 @@ fn growth_is_exact_at_its_ends_and_close_between() {
             let r = radius * 0.03 * f64::from(step);
             let got = growth.volume(r);
             assert!(got >= last - 1e-12, "it never falls");
-            // The volume's second derivative by the radius is at most 8πr, and between knots h apart a cubic with exact ends and slopes strays by less
-            // than h²/8 of it.
+            // The volume's second derivative by the radius is at most 8πr, and between knots h apart a cubic
+            // with exact ends and slopes strays by less than h²/8 of it.
             let step = 1.2 * radius / 7.0;
             let bound = step * step / 8.0 * 8.0 * std::f64::consts::PI * 1.5 * radius;
             if r > 0.3 * radius && r < 1.5 * radius {
@@ -119,7 +134,12 @@ fn a_refitted_sphere_cannot_be_moved_to_advantage() {
                 }
             }
             // Refitting ends when a step gains less than a thousandth.
-            assert!(best.outside.volume > 0.995 * refitted.outside.volume, "{} {}", best.outside.volume, refitted.outside.volume);
+            assert!(
+                best.outside.volume > 0.995 * refitted.outside.volume,
+                "{} {}",
+                best.outside.volume,
+                refitted.outside.volume
+            );
         }
     }
 }
@@ -142,14 +162,17 @@ fn dealing_and_tightening_keep_all_covered_and_tightening_never_adds() {
 
 #[test]
 fn voids_are_filled() {
-    // A ball at each corner of a cube reaches as far as the cube's edges' middles, which covers its faces, but not its middle.
+    // A ball at each corner of a cube reaches as far as the cube's edges' middles, which covers its faces,
+    // but not its middle.
     let solid = tree(cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)));
     let mut problem = problem(&solid, 3.0);
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 1.2 - 0.6;
     let sphere = |i| Sphere::new(&solid, Ball::new(corner(i), 0.94), Arc::new(vec![i]));
     let mut spheres: Vec<Sphere> = (0..8).map(sphere).collect();
     // Four balls meet in each of the void's corners.
-    let balls = |spheres: &[Sphere]| -> Vec<Ball> { spheres.iter().map(|s| Ball::new(s.ball.centre, s.ball.radius + 1e-8)).collect() };
+    let balls = |spheres: &[Sphere]| -> Vec<Ball> {
+        spheres.iter().map(|s| Ball::new(s.ball.centre, s.ball.radius + 1e-8)).collect()
+    };
     assert!(!uncovered_within(&solid, &balls(&spheres)).is_empty());
     let grown = voids::fill(&mut problem, &mut spheres);
     assert_eq!(uncovered_within(&solid, &balls(&spheres)), []);

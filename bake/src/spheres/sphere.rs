@@ -14,7 +14,8 @@ pub struct Sphere {
     pub outside: Outside,
     /// Its pieces, ascending.
     pub cluster: Arc<Vec<u32>>,
-    /// Once refitting has ended: how many of its pieces it just reaches. As long as it must reach all of those, it stays where it is.
+    /// Once refitting has ended: how many of its pieces it just reaches. As long as it must reach all of
+    /// those, it stays where it is.
     pub bound: Option<usize>,
     pub(super) growth: OnceLock<Growth>,
     /// Mean volume outside over rest and poses.
@@ -25,7 +26,14 @@ impl Sphere {
     /// A sphere of this size whatever its pieces.
     pub fn new(solid: &TriangleTree, ball: Ball, cluster: Arc<Vec<u32>>) -> Self {
         let ball = if cluster.is_empty() { Ball::new(ball.centre, 0.0) } else { ball };
-        Self { ball, outside: ball.outside(solid), cluster, bound: None, growth: OnceLock::new(), mean_outside: OnceLock::new() }
+        Self {
+            ball,
+            outside: ball.outside(solid),
+            cluster,
+            bound: None,
+            growth: OnceLock::new(),
+            mean_outside: OnceLock::new(),
+        }
     }
 
     /// The same sphere with other names for its pieces, or none for now.

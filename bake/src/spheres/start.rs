@@ -1,4 +1,5 @@
-//! Where the search starts: clusters of pieces by k-means from seeds that keep their distance (Arthur and Vassilvitskii 2007).
+//! Where the search starts: clusters of pieces by k-means from seeds that keep their distance (Arthur and
+//! Vassilvitskii 2007).
 
 use super::cluster::Problem;
 use super::random::unit;
@@ -14,7 +15,10 @@ const STEPS: usize = 20;
 /// `n` spheres around the problem's pieces, of which there must be at least `n`.
 pub fn start(problem: &Problem<'_>, n: usize, seed: u64) -> Vec<Sphere> {
     let all: Vec<u32> = (0..problem.pieces.len() as u32).collect();
-    clusters(problem, &all, n, seed).into_par_iter().map(|(centre, cluster)| problem.fit(centre, cluster, STEPS)).collect()
+    clusters(problem, &all, n, seed)
+        .into_par_iter()
+        .map(|(centre, cluster)| problem.fit(centre, cluster, STEPS))
+        .collect()
 }
 
 /// Parts pieces, of which there must be at least `n`, into `n` clusters, with their means.
@@ -24,7 +28,8 @@ pub fn clusters(problem: &Problem<'_>, pieces: &[u32], n: usize, seed: u64) -> V
     let mut clusters = Vec::new();
     for _ in 0..ROUNDS {
         clusters = nearest_clusters(&points, &centres);
-        for (centre, cluster) in centres.iter_mut().zip(&clusters).filter(|(_, cluster)| !cluster.is_empty()) {
+        for (centre, cluster) in centres.iter_mut().zip(&clusters).filter(|(_, cluster)| !cluster.is_empty())
+        {
             *centre = cluster.iter().map(|p| points[*p as usize]).sum::<DVec3>() / cluster.len() as f64;
         }
     }
@@ -53,8 +58,10 @@ fn seeds(points: &[DVec3], n: usize, seed: u64) -> Vec<DVec3> {
 }
 
 fn nearest_clusters(points: &[DVec3], centres: &[DVec3]) -> Vec<Vec<u32>> {
-    let nearest =
-        |p: &DVec3| (0..centres.len()).min_by(|a, b| centres[*a].distance_squared(*p).total_cmp(&centres[*b].distance_squared(*p)));
+    let nearest = |p: &DVec3| {
+        (0..centres.len())
+            .min_by(|a, b| centres[*a].distance_squared(*p).total_cmp(&centres[*b].distance_squared(*p)))
+    };
     let owners: Vec<usize> = points.par_iter().map(|p| nearest(p).unwrap_or(0)).collect();
     let mut clusters = vec![Vec::new(); centres.len()];
     owners.into_iter().enumerate().for_each(|(p, owner)| clusters[owner].push(p as u32));

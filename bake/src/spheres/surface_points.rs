@@ -3,7 +3,8 @@
 use super::random::unit;
 use super::triangle_tree::TriangleTree;
 
-/// `count` random points, each in one of as many equal shares of the area: triangle and barycentric coordinates. None if there is no area.
+/// `count` random points, each in one of as many equal shares of the area: triangle and barycentric
+/// coordinates. None if there is no area.
 pub fn stratified(surface: &TriangleTree, count: u32) -> Vec<(usize, [f64; 3])> {
     let add = |sum: &mut f64, (_, area): &(_, f64)| {
         *sum += area;

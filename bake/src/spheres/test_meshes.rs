@@ -5,8 +5,13 @@ use glam::DVec3;
 
 /// A box from `min` to `max`.
 pub fn cuboid(min: DVec3, max: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let corner =
-        |i: u32| DVec3::new([min.x, max.x][(i & 1) as usize], [min.y, max.y][(i >> 1 & 1) as usize], [min.z, max.z][(i >> 2) as usize]);
+    let corner = |i: u32| {
+        DVec3::new(
+            [min.x, max.x][(i & 1) as usize],
+            [min.y, max.y][(i >> 1 & 1) as usize],
+            [min.z, max.z][(i >> 2) as usize],
+        )
+    };
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     ((0..8).map(corner).collect(), triangles)
@@ -17,14 +22,18 @@ pub fn torus(major: f64, minor: f64, around: u32, along: u32) -> (Vec<DVec3>, Ve
     let mut vertices = Vec::new();
     for i in 0..around {
         for j in 0..along {
-            let (a, b) =
-                (std::f64::consts::TAU * f64::from(i) / f64::from(around), std::f64::consts::TAU * f64::from(j) / f64::from(along));
+            let (a, b) = (
+                std::f64::consts::TAU * f64::from(i) / f64::from(around),
+                std::f64::consts::TAU * f64::from(j) / f64::from(along),
+            );
             let r = major + minor * b.cos();
             vertices.push(DVec3::new(r * a.cos(), minor * b.sin(), -r * a.sin()));
         }
     }
     let at = |i: u32, j: u32| i % around * along + j % along;
-    let quad = |i: u32, j: u32| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]];
+    let quad = |i: u32, j: u32| {
+        [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+    };
     let triangles = (0..around).flat_map(|i| (0..along).flat_map(move |j| quad(i, j))).collect();
     (vertices, triangles)
 }
@@ -49,7 +58,8 @@ pub fn l_shape() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let vertices = [0.0, 1.0].into_iter().flat_map(|z| outline.map(|[x, y]| DVec3::new(x, y, z))).collect();
     let caps = [[0, 1, 3], [1, 2, 3], [0, 3, 5], [3, 4, 5]];
     let walls = (0..6).flat_map(|i| [[i, (i + 1) % 6, (i + 1) % 6 + 6], [i, (i + 1) % 6 + 6, i + 6]]);
-    let triangles = caps.iter().flat_map(|[a, b, c]| [[*a, *c, *b], [a + 6, b + 6, c + 6]]).chain(walls).collect();
+    let triangles =
+        caps.iter().flat_map(|[a, b, c]| [[*a, *c, *b], [a + 6, b + 6, c + 6]]).chain(walls).collect();
     (vertices, triangles)
 }
 
@@ -75,12 +85,19 @@ pub fn open_hemisphere(around: u32, up: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut vertices = Vec::new();
     for j in 0..up {
         let (y, r) = angle(j, up, std::f64::consts::FRAC_PI_2).sin_cos();
-        vertices.extend((0..around).map(|i| angle(i, around, std::f64::consts::TAU)).map(|a| DVec3::new(r * a.cos(), y, -r * a.sin())));
+        vertices.extend(
+            (0..around)
+                .map(|i| angle(i, around, std::f64::consts::TAU))
+                .map(|a| DVec3::new(r * a.cos(), y, -r * a.sin())),
+        );
     }
     vertices.push(DVec3::Y);
     let at = |i: u32, j: u32| if j == up { up * around } else { j * around + i % around };
-    let quad = |i: u32, j: u32| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]];
-    let triangles = (0..up).flat_map(|j| (0..around).flat_map(move |i| quad(i, j))).filter(|t| t[1] != t[2]).collect();
+    let quad = |i: u32, j: u32| {
+        [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+    };
+    let triangles =
+        (0..up).flat_map(|j| (0..around).flat_map(move |i| quad(i, j))).filter(|t| t[1] != t[2]).collect();
     (vertices, triangles)
 }
 

@@ -1,6 +1,7 @@
 //! Lets spheres that overlap settle: each in turn covers only what no other does.
 //!
-//! A step never adds volume outside, whatever came before: the others stay, and the one has less to cover than it covered.
+//! A step never adds volume outside, whatever came before: the others stay, and the one has less to cover
+//! than it covered.
 
 use super::ball::Ball;
 use super::cluster::Problem;
@@ -24,7 +25,8 @@ struct Group<'a> {
 }
 
 impl Problem<'_> {
-    /// Refits spheres, those at `order` in this order, for at most so many rounds. Before and after, they cover all their pieces between them.
+    /// Refits spheres, those at `order` in this order, for at most so many rounds. Before and after, they
+    /// cover all their pieces between them.
     pub fn tighten(&self, spheres: Vec<Sphere>, order: &[usize], rounds: usize) -> Vec<Sphere> {
         let mut group = Group::new(self, spheres);
         for _ in 0..rounds {
@@ -47,22 +49,34 @@ impl<'a> Group<'a> {
         group
     }
 
-    /// Largest squared reach that sphere `i` holds; a little more than its radius, for pieces that it just touches.
+    /// Largest squared reach that sphere `i` holds; a little more than its radius, for pieces that it just
+    /// touches.
     fn limit(&self, i: usize) -> f64 {
         let Ball { radius, .. } = self.spheres[i].ball;
-        if self.spheres[i].cluster.is_empty() { -1.0 } else { ((radius + self.problem.slack) * (1.0 + 1e-12)).powi(2) }
+        if self.spheres[i].cluster.is_empty() {
+            -1.0
+        } else {
+            ((radius + self.problem.slack) * (1.0 + 1e-12)).powi(2)
+        }
     }
 
     fn enter(&mut self, i: usize) {
         let centre = self.spheres[i].ball.centre;
-        self.reaches[i] = self.pieces.iter().map(|p| self.problem.pieces.farthest_squared(*p, centre)).collect();
+        self.reaches[i] =
+            self.pieces.iter().map(|p| self.problem.pieces.farthest_squared(*p, centre)).collect();
         let limit = self.limit(i);
-        self.holders.iter_mut().zip(&self.reaches[i]).for_each(|(holders, reach)| *holders += u32::from(*reach <= limit));
+        self.holders
+            .iter_mut()
+            .zip(&self.reaches[i])
+            .for_each(|(holders, reach)| *holders += u32::from(*reach <= limit));
     }
 
     fn leave(&mut self, i: usize) {
         let limit = self.limit(i);
-        self.holders.iter_mut().zip(&self.reaches[i]).for_each(|(holders, reach)| *holders -= u32::from(*reach <= limit));
+        self.holders
+            .iter_mut()
+            .zip(&self.reaches[i])
+            .for_each(|(holders, reach)| *holders -= u32::from(*reach <= limit));
     }
 
     fn tighten(&mut self, i: usize) {
@@ -72,9 +86,14 @@ impl<'a> Group<'a> {
         }
         let limit = self.limit(i);
         let held = self.reaches[i].iter().zip(&self.holders);
-        let alone: Vec<u32> =
-            held.zip(&self.pieces).filter(|((reach, holders), _)| **reach <= limit && **holders == 1).map(|(_, p)| *p).collect();
-        if sphere.bound.is_some_and(|bound| bound > 0 && bound == self.problem.bound(&sphere.ball, alone.iter().copied())) {
+        let alone: Vec<u32> = held
+            .zip(&self.pieces)
+            .filter(|((reach, holders), _)| **reach <= limit && **holders == 1)
+            .map(|(_, p)| *p)
+            .collect();
+        if sphere.bound.is_some_and(|bound| {
+            bound > 0 && bound == self.problem.bound(&sphere.ball, alone.iter().copied())
+        }) {
             return;
         }
         let new = if alone.is_empty() {

@@ -1,6 +1,7 @@
 //! A binary tree over triangles with what sums over whole branches need: boxes, area vectors and moments.
 //!
-//! Balls, winding numbers and nearest points all walk this tree; each can settle a branch without looking at its triangles.
+//! Balls, winding numbers and nearest points all walk this tree; each can settle a branch without looking at
+//! its triangles.
 
 use glam::DVec3;
 
@@ -75,7 +76,8 @@ impl TriangleTree {
         self.triangles[triangle].map(|v| self.vertices[v as usize])
     }
 
-    /// Visits nodes from the root; `descend` says whether a branch's children are visited too, and sees leaves as well.
+    /// Visits nodes from the root; `descend` says whether a branch's children are visited too, and sees
+    /// leaves as well.
     pub fn walk(&self, mut descend: impl FnMut(&Node) -> bool) {
         let mut stack = [0_u32; 96];
         let mut depth = usize::from(!self.nodes.is_empty());
@@ -92,7 +94,12 @@ impl TriangleTree {
     }
 }
 
-fn build(vertices: &[DVec3], triangles: &mut [[u32; 3]], (first, last): (usize, usize), nodes: &mut Vec<Node>) {
+fn build(
+    vertices: &[DVec3],
+    triangles: &mut [[u32; 3]],
+    (first, last): (usize, usize),
+    nodes: &mut Vec<Node>,
+) {
     let index = nodes.len();
     nodes.push(summary(vertices, &triangles[first..last], (first as u32, last as u32)));
     if last - first <= LEAF {
@@ -103,7 +110,8 @@ fn build(vertices: &[DVec3], triangles: &mut [[u32; 3]], (first, last): (usize, 
     let axis = extent.max_position();
     let centre = |t: &[u32; 3]| t.iter().map(|v| vertices[*v as usize][axis]).sum::<f64>();
     let middle = (last - first) / 2;
-    triangles[first..last].select_nth_unstable_by(middle, |a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
+    triangles[first..last]
+        .select_nth_unstable_by(middle, |a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
     build(vertices, triangles, (first, first + middle), nodes);
     nodes[index].second = nodes.len() as u32;
     build(vertices, triangles, (first + middle, last), nodes);

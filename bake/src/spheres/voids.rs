@@ -13,17 +13,21 @@ const TOLERANCE: f64 = 1e-9;
 /// How near to a sphere a corner lies on it, in parts of the radius.
 const ON: f64 = 1e-6;
 
-/// Closes all voids: each becomes a piece of its own and goes to the sphere that covers it most cheaply. Returns the spheres that have grown.
+/// Closes all voids: each becomes a piece of its own and goes to the sphere that covers it most cheaply.
+/// Returns the spheres that have grown.
 pub fn fill(problem: &mut Problem<'_>, spheres: &mut Vec<Sphere>) -> Vec<usize> {
     let mut grown = Vec::new();
     for _ in 0..ATTEMPTS {
-        let balls: Vec<Ball> =
-            spheres.iter().map(|s| Ball::new(s.ball.centre, (s.ball.radius + problem.slack) * (1.0 + TOLERANCE))).collect();
+        let balls: Vec<Ball> = spheres
+            .iter()
+            .map(|s| Ball::new(s.ball.centre, (s.ball.radius + problem.slack) * (1.0 + TOLERANCE)))
+            .collect();
         let corners = uncovered_within(problem.solid, &balls);
         if corners.is_empty() {
             break;
         }
-        let voids: Vec<u32> = connected(&corners, &balls).iter().map(|void| problem.pieces.add_inside(void)).collect();
+        let voids: Vec<u32> =
+            connected(&corners, &balls).iter().map(|void| problem.pieces.add_inside(void)).collect();
         let dealt = problem.deal(spheres, &voids);
         grown.extend((0..dealt.len()).filter(|i| dealt[*i].ball != spheres[*i].ball));
         *spheres = dealt;
@@ -31,7 +35,8 @@ pub fn fill(problem: &mut Problem<'_>, spheres: &mut Vec<Sphere>) -> Vec<usize> 
     grown
 }
 
-/// Corners of the same void: those that are joined by arcs, along which two spheres cross. Spheres bulge into a void, so it lies between its corners.
+/// Corners of the same void: those that are joined by arcs, along which two spheres cross. Spheres bulge into
+/// a void, so it lies between its corners.
 fn connected(corners: &[DVec3], balls: &[Ball]) -> Vec<Vec<DVec3>> {
     let on = |corner: &DVec3| -> Vec<usize> {
         let touches = |b: &Ball| (b.centre.distance(*corner) - b.radius).abs() <= ON * b.radius;

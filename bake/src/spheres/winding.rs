@@ -1,11 +1,13 @@
-//! The generalised winding number (Jacobson et al. 2013): how many times a mesh encloses a point. 1 inside and 0 outside a closed mesh that faces
-//! outwards; in between, smoothly, near the holes of an open one. Distant branches are summed as dipoles (Barill et al. 2018).
+//! The generalised winding number (Jacobson et al. 2013): how many times a mesh encloses a point. 1 inside
+//! and 0 outside a closed mesh that faces outwards; in between, smoothly, near the holes of an open one.
+//! Distant branches are summed as dipoles (Barill et al. 2018).
 
 use super::triangle_tree::TriangleTree;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// A branch is a dipole from this many of its radii away. There the error of a whole closed mesh's number stays far below the 1/2 that matters.
+/// A branch is a dipole from this many of its radii away. There the error of a whole closed mesh's number
+/// stays far below the 1/2 that matters.
 const FAR: f64 = 3.0;
 
 impl TriangleTree {
@@ -21,7 +23,9 @@ impl TriangleTree {
             }
             if node.second == 0 {
                 let (first, last) = node.range;
-                sum += (first..last).map(|t| solid_angle(self.corners(t as usize).map(|v| v - point))).sum::<f64>();
+                sum += (first..last)
+                    .map(|t| solid_angle(self.corners(t as usize).map(|v| v - point)))
+                    .sum::<f64>();
             }
             true
         });
@@ -34,7 +38,8 @@ impl TriangleTree {
     }
 }
 
-/// Signed solid angle of a triangle seen from the origin, positive if its front faces away (Van Oosterom and Strackee 1983).
+/// Signed solid angle of a triangle seen from the origin, positive if its front faces away (Van Oosterom and
+/// Strackee 1983).
 pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let determinant = a.dot(b.cross(c));

@@ -10,8 +10,9 @@ fn a_solid_angle_has_its_closed_forms() {
     // An octant, whichever way it is stretched.
     assert!((solid_angle([DVec3::X, DVec3::Y * 3.0, DVec3::Z * 0.2]) - PI / 2.0).abs() < 1e-14);
     assert!((solid_angle([DVec3::Y, DVec3::X, DVec3::Z]) + PI / 2.0).abs() < 1e-14);
-    // A right-angled triangle at distance d over its corner of angle 45°: half a rectangle's eighth. A rectangle of sides 2a, 2b at distance d has
-    // 4 asin(ab/√((a²+d²)(b²+d²))), and a square is eight such triangles.
+    // A right-angled triangle at distance d over its corner of angle 45°: half a rectangle's eighth. A
+    // rectangle of sides 2a, 2b at distance d has 4 asin(ab/√((a²+d²)(b²+d²))), and a square is eight such
+    // triangles.
     let (a, d) = (0.7_f64, 0.4);
     let square = 4.0 * (a * a / (a * a + d * d)).asin();
     let got = solid_angle([DVec3::new(0.0, 0.0, d), DVec3::new(a, 0.0, d), DVec3::new(a, a, d)]);
@@ -46,8 +47,13 @@ fn dipoles_are_near_the_sum_over_all_triangles() {
         let mesh = tree((vertices, triangles));
         for _ in 0..500 {
             let point = DVec3::new(random(), random(), random()) * 4.0 - 2.0;
-            let all: f64 = corners.iter().map(|t| solid_angle(t.map(|v| v - point))).sum::<f64>() / (2.0 * TAU);
-            assert!((mesh.winding_number(point) - all).abs() < 0.05, "{point} {} {all}", mesh.winding_number(point));
+            let all: f64 =
+                corners.iter().map(|t| solid_angle(t.map(|v| v - point))).sum::<f64>() / (2.0 * TAU);
+            assert!(
+                (mesh.winding_number(point) - all).abs() < 0.05,
+                "{point} {} {all}",
+                mesh.winding_number(point)
+            );
         }
     }
 }
@@ -55,7 +61,8 @@ fn dipoles_are_near_the_sum_over_all_triangles() {
 #[test]
 fn an_open_mesh_winds_by_the_solid_angle_that_it_fills() {
     let (vertices, triangles) = cuboid(-DVec3::ONE, DVec3::ONE);
-    // Without one face five sixths of all directions meet the cube, seen from its middle; at the open face's middle half of them do.
+    // Without one face five sixths of all directions meet the cube, seen from its middle; at the open face's
+    // middle half of them do.
     let open = tree((vertices, triangles[2..].to_vec()));
     assert!((open.winding_number(DVec3::ZERO) - 5.0 / 6.0).abs() < 1e-12);
     assert!((open.winding_number(-DVec3::X) - 0.5).abs() < 1e-12);
@@ -66,9 +73,13 @@ fn an_open_mesh_winds_by_the_solid_angle_that_it_fills() {
 
 #[test]
 fn parts_add_and_cavities_take_away() {
-    let nested = tree(joined(&[cuboid(-DVec3::ONE * 2.0, DVec3::ONE * 2.0), cuboid(-DVec3::ONE, DVec3::ONE)]));
+    let nested =
+        tree(joined(&[cuboid(-DVec3::ONE * 2.0, DVec3::ONE * 2.0), cuboid(-DVec3::ONE, DVec3::ONE)]));
     assert!((nested.winding_number(DVec3::ZERO) - 2.0).abs() < 1e-12);
-    let hollow = tree(joined(&[cuboid(-DVec3::ONE * 2.0, DVec3::ONE * 2.0), inside_out(cuboid(-DVec3::ONE, DVec3::ONE))]));
+    let hollow = tree(joined(&[
+        cuboid(-DVec3::ONE * 2.0, DVec3::ONE * 2.0),
+        inside_out(cuboid(-DVec3::ONE, DVec3::ONE)),
+    ]));
     assert!(hollow.winding_number(DVec3::ZERO).abs() < 1e-12);
     assert!((hollow.winding_number(DVec3::X * 1.5) - 1.0).abs() < 1e-12);
 }
@@ -104,7 +115,8 @@ fn distances_are_those_of_brute_force() {
         let mesh = tree(triangles);
         for _ in 0..1000 {
             let point = DVec3::new(random(), random(), random()) * 4.0 - 2.0;
-            let each = (0..mesh.triangles.len()).map(|t| nearest_point(point, mesh.corners(t)).distance(point));
+            let each =
+                (0..mesh.triangles.len()).map(|t| nearest_point(point, mesh.corners(t)).distance(point));
             let brute = each.fold(f64::INFINITY, f64::min);
             assert!((mesh.distance(point) - brute).abs() < 1e-12, "{point} {brute}");
         }

@@ -18,10 +18,13 @@ struct Coating {
 }
 
 impl Coatings {
-    /// The coatings of `scene`, triangles in the order of its objects. Triangles of no object, which come after, have none.
+    /// The coatings of `scene`, triangles in the order of its objects. Triangles of no object, which come
+    /// after, have none.
     pub fn new(scene: &Scene) -> Self {
         let coating = |m: &relume_scenes::Material| {
-            m.texture.as_ref().map(|texture| Coating { texture: texture.clone(), alpha_cutoff: m.alpha_cutoff })
+            m.texture
+                .as_ref()
+                .map(|texture| Coating { texture: texture.clone(), alpha_cutoff: m.alpha_cutoff })
         };
         let materials: Vec<_> = scene.materials.iter().map(coating).collect();
         let mut uvs = Vec::new();
@@ -44,7 +47,9 @@ impl Coatings {
     /// False where the material's texture has a hole.
     pub fn is_solid(&self, material: u32, triangle: u32, barycentric: [f32; 2]) -> bool {
         match &self.materials[material as usize] {
-            Some(Coating { texture, alpha_cutoff: Some(cutoff) }) => texture.sample(self.uv(triangle, barycentric))[3] >= *cutoff,
+            Some(Coating { texture, alpha_cutoff: Some(cutoff) }) => {
+                texture.sample(self.uv(triangle, barycentric))[3] >= *cutoff
+            }
             _ => true,
         }
     }

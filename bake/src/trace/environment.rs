@@ -33,7 +33,10 @@ impl EnvironmentLight {
             let blurred = |x: usize| -> f64 {
                 let columns = [(x + width - 1) % width, x, (x + 1) % width];
                 let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
-                rows.iter().flat_map(|r| columns.iter().map(move |c| r * width + c)).map(|i| brightness[i]).sum()
+                rows.iter()
+                    .flat_map(|r| columns.iter().map(move |c| r * width + c))
+                    .map(|i| brightness[i])
+                    .sum()
             };
             let row: Vec<f64> = (0..width).map(blurred).collect();
             row_sums.push(row.iter().sum::<f64>() * band_of_row(y, height));
@@ -41,7 +44,14 @@ impl EnvironmentLight {
         }
         let lit = row_sums.iter().sum::<f64>() > 0.0;
         let (sin, cos) = environment.rotation_deg.to_radians().sin_cos();
-        lit.then(|| Self { width, height, map, rotation: [cos, sin], row_cdf: running_share(&row_sums), texel_cdf })
+        lit.then(|| Self {
+            width,
+            height,
+            map,
+            rotation: [cos, sin],
+            row_cdf: running_share(&row_sums),
+            texel_cdf,
+        })
     }
 
     /// Radiance from the unit direction `direction`, bilinear between texel centres, W/(sr·m²).
@@ -71,14 +81,22 @@ impl EnvironmentLight {
         self.texel_density(x, y)
     }
 
-    /// Irradiance on an absorbing sphere per cross section, Σ L·dω of the largest channel: what power is compared by.
+    /// Irradiance on an absorbing sphere per cross section, Σ L·dω of the largest channel: what power is
+    /// compared by.
     pub fn total(&self) -> f32 {
-        let solid_angle = |i: usize| band_of_row(i / self.width, self.height) * std::f64::consts::TAU / self.width as f64;
-        self.map.texels.iter().enumerate().map(|(i, t)| f64::from(Vec3A::from(*t).max_element()) * solid_angle(i)).sum::<f64>() as f32
+        let solid_angle =
+            |i: usize| band_of_row(i / self.width, self.height) * std::f64::consts::TAU / self.width as f64;
+        self.map
+            .texels
+            .iter()
+            .enumerate()
+            .map(|(i, t)| f64::from(Vec3A::from(*t).max_element()) * solid_angle(i))
+            .sum::<f64>() as f32
     }
 
     fn texel_density(&self, x: usize, y: usize) -> f32 {
-        let chance = share(&self.row_cdf, y) * share(&self.texel_cdf[y * self.width..(y + 1) * self.width], x);
+        let chance =
+            share(&self.row_cdf, y) * share(&self.texel_cdf[y * self.width..(y + 1) * self.width], x);
         chance * self.width as f32 / (TAU * band_of_row(y, self.height) as f32)
     }
 
@@ -121,7 +139,8 @@ fn share(cdf: &[f32], index: usize) -> f32 {
     cdf[index] - if index == 0 { 0.0 } else { cdf[index - 1] }
 }
 
-/// The interval of `cdf` that `u` falls in and where within it, both ends excluded from intervals of no width.
+/// The interval of `cdf` that `u` falls in and where within it, both ends excluded from intervals of no
+/// width.
 fn pick(cdf: &[f32], u: f32) -> (usize, f32) {
     let index = cdf.partition_point(|c| *c <= u).min(cdf.len() - 1);
     let start = if index == 0 { 0.0 } else { cdf[index - 1] };
@@ -141,7 +160,8 @@ mod tests {
     }
 
     fn patchy(rotation_deg: f32) -> EnvironmentLight {
-        let texels = (0..8 * 4).map(|i| [((i * 7919) % 13) as f32 * if i == 11 { 40.0 } else { 0.3 }; 3]).collect();
+        let texels =
+            (0..8 * 4).map(|i| [((i * 7919) % 13) as f32 * if i == 11 { 40.0 } else { 0.3 }; 3]).collect();
         light(8, 4, texels, rotation_deg)
     }
 
@@ -187,7 +207,8 @@ mod tests {
 
     #[test]
     fn rotation_turns_counter_clockwise_seen_from_above() {
-        // The middle column of the map looks to -Z; turned by 90° counter-clockwise seen from +Y, -Z goes to -X.
+        // The middle column of the map looks to -Z; turned by 90° counter-clockwise seen from +Y, -Z goes to
+        // -X.
         let mut texels = vec![[0.0; 3]; 8 * 3];
         texels[8 + 3] = [1.0; 3];
         texels[8 + 4] = [1.0; 3];

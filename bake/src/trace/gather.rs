@@ -1,7 +1,9 @@
-//! The paths of the method `transfer-images`: at most two reflections, with what each reflection needs to know left open.
+//! The paths of the method `transfer-images`: at most two reflections, with what each reflection needs to
+//! know left open.
 //!
-//! A path does not depend on the materials that vary: directions at these come from a fixed mixture of lobes. So one set of paths serves every
-//! basis, every state and the reference alike, and noise is the same in all of them.
+//! A path does not depend on the materials that vary: directions at these come from a fixed mixture of lobes.
+//! So one set of paths serves every basis, every state and the reference alike, and noise is the same in all
+//! of them.
 
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
@@ -17,7 +19,10 @@ use relume_scenes::Scene;
 pub const MAX_REFLECTIONS: u32 = 2;
 
 /// One path from the eye.
-#[allow(clippy::large_enum_variant, reason = "lives on the stack for one sample; a box would allocate for every path")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lives on the stack for one sample; a box would allocate for every path"
+)]
 #[derive(Debug, Clone, Copy)]
 pub enum GatherPath {
     /// The eye sees a light or the background: its radiance.
@@ -51,8 +56,8 @@ pub struct EyeVertex {
     pub indirect: Option<FirstVertex>,
 }
 
-/// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the surface's lobes. Both carry the balance
-/// heuristic's weights (Veach 1997), so their sum is the estimate.
+/// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the
+/// surface's lobes. Both carry the balance heuristic's weights (Veach 1997), so their sum is the estimate.
 pub type Reflections = [Option<Reflection>; 2];
 
 /// Light about to be reflected: times the BRDF at these angles it is radiance.
@@ -92,12 +97,31 @@ pub struct Gather<'a> {
 
 impl<'a> Gather<'a> {
     /// Prepares the paths of `scene` for a film of `size` pixels.
-    pub fn new(scene: &Scene, world: &'a World, lights: &'a Lights, size: [u32; 2], reflections: u32, seed: u64) -> Self {
+    pub fn new(
+        scene: &Scene,
+        world: &'a World,
+        lights: &'a Lights,
+        size: [u32; 2],
+        reflections: u32,
+        seed: u64,
+    ) -> Self {
         let mixture = |(index, material): (usize, &relume_scenes::Material)| {
-            if scene.vary.materials.contains(&index) { LobeMixture::for_any_material() } else { LobeMixture::for_material(&material.brdf) }
+            if scene.vary.materials.contains(&index) {
+                LobeMixture::for_any_material()
+            } else {
+                LobeMixture::for_material(&material.brdf)
+            }
         };
         let mixtures = scene.materials.iter().enumerate().map(mixture).collect();
-        Self { world, lights, film: scene.camera.film(size[0], size[1]), width: size[0], mixtures, indirect: reflections >= 2, seed }
+        Self {
+            world,
+            lights,
+            film: scene.camera.film(size[0], size[1]),
+            width: size[0],
+            mixtures,
+            indirect: reflections >= 2,
+            seed,
+        }
     }
 
     /// Traces the first `samples` paths of pixel number `pixel`, in order.
@@ -132,7 +156,13 @@ impl<'a> Gather<'a> {
             (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
             _ => None,
         };
-        EyeVertex { material, albedo: surface.albedo, emitted: self.lights.emitted(surface), direct, indirect }
+        EyeVertex {
+            material,
+            albedo: surface.albedo,
+            emitted: self.lights.emitted(surface),
+            direct,
+            indirect,
+        }
     }
 
     fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
@@ -140,7 +170,8 @@ impl<'a> Gather<'a> {
         let choices = sample.pair(4);
         let mixture = &self.mixtures[material as usize];
         let sampled = self.light_sampled(first, mixture, choices[0], sample.pair(5));
-        let seen = Bounce::sample(first, mixture, choices[1], sample.pair(6)).and_then(|b| self.light_along(first, &b));
+        let seen = Bounce::sample(first, mixture, choices[1], sample.pair(6))
+            .and_then(|b| self.light_along(first, &b));
         let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
         let reflections = [sampled.map(carried), seen.map(carried)];
         let vertex = FirstVertex { material, albedo: first.albedo, eye_angles: bounce.angles, reflections };
@@ -148,8 +179,15 @@ impl<'a> Gather<'a> {
     }
 
     /// Light from a point chosen on a light.
-    fn light_sampled(&self, surface: &Surface, mixture: &LobeMixture, choice: f32, point: [f32; 2]) -> Option<Reflection> {
-        let LightSample { direction, weight, density, .. } = self.lights.sample_visible(self.world, surface, choice, point)?;
+    fn light_sampled(
+        &self,
+        surface: &Surface,
+        mixture: &LobeMixture,
+        choice: f32,
+        point: [f32; 2],
+    ) -> Option<Reflection> {
+        let LightSample { direction, weight, density, .. } =
+            self.lights.sample_visible(self.world, surface, choice, point)?;
         let normal = surface.shading_normal;
         let share = density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, direction)));
         let angles = angles(direction, surface.outgoing, normal);
@@ -159,15 +197,20 @@ impl<'a> Gather<'a> {
     /// Light that a bounce met, `hit` being the first surface in its way.
     fn light_seen(&self, surface: &Surface, bounce: &Bounce, hit: Option<&Surface>) -> Option<Reflection> {
         let (radiance, density) = match hit {
-            None => (self.lights.background(bounce.direction), self.lights.density_of_background(bounce.direction)),
+            None => (
+                self.lights.background(bounce.direction),
+                self.lights.density_of_background(bounce.direction),
+            ),
             Some(hit) => (self.lights.emitted(hit), self.lights.density_of_surface(surface.position, hit)),
         };
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
-        (radiance != Vec3A::ZERO && light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
+        (radiance != Vec3A::ZERO && light != Vec3A::ZERO)
+            .then_some(Reflection { angles: bounce.angles, light })
     }
 
-    /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them and need no ray.
+    /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them
+    /// and need no ray.
     fn light_along(&self, surface: &Surface, bounce: &Bounce) -> Option<Reflection> {
         let from = surface.offset();
         if self.lights.have_meshes() {
@@ -198,7 +241,12 @@ impl Bounce {
         let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
         let cosine = direction.dot(normal);
         let above = cosine > 0.0 && direction.dot(surface.geometric_normal) > 0.0;
-        above.then(|| Self { direction, density, cosine, angles: angles(direction, surface.outgoing, normal) })
+        above.then(|| Self {
+            direction,
+            density,
+            cosine,
+            angles: angles(direction, surface.outgoing, normal),
+        })
     }
 
     fn weight(&self) -> f32 {

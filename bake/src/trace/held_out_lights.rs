@@ -1,4 +1,5 @@
-//! Held-out lights: what methods that the environment lights choose their numbers of terms by, and measure errors under.
+//! Held-out lights: what methods that the environment lights choose their numbers of terms by, and measure
+//! errors under.
 
 use rayon::prelude::*;
 use relume_formats::basis::{EquirectMap, haar};
@@ -10,7 +11,8 @@ use relume_formats::kinds::scene::EnvironmentLook;
 pub const STATES: usize = 16;
 /// Radiances of one receiver under all of them, row-major [states, 3].
 pub const RADIANCES: usize = 3 * STATES;
-/// Turn from one held-out light to the next, degrees: the golden section of a circle, so that any few of them are spread evenly.
+/// Turn from one held-out light to the next, degrees: the golden section of a circle, so that any few of them
+/// are spread evenly.
 const TURN_DEG: f32 = 222.492_24;
 
 /// The lights as rows to multiply with.
@@ -24,12 +26,17 @@ pub struct HeldOutLights {
 impl HeldOutLights {
     /// The maps by turns, each next one turned further. The first is the scene's own, unturned.
     pub fn new(maps: &[Environment], face_size: usize) -> Self {
-        Self::of(std::array::from_fn(|state| (&maps[state % maps.len()].map, (state as f32 * TURN_DEG) % 360.0)), face_size)
+        Self::of(
+            std::array::from_fn(|state| (&maps[state % maps.len()].map, (state as f32 * TURN_DEG) % 360.0)),
+            face_size,
+        )
     }
 
     /// Each map at its rotation in degrees.
     pub fn of(states: [(&EquirectMap, f32); STATES], face_size: usize) -> Self {
-        let of_state = |(map, rotation_deg)| light(map, &EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg }, face_size);
+        let of_state = |(map, rotation_deg)| {
+            light(map, &EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg }, face_size)
+        };
         let planes: Vec<Vec<f32>> = states.into_par_iter().flat_map_iter(of_state).collect();
         let texels = planes.par_iter().map(|plane| {
             let mut texels = plane.clone();

@@ -1,7 +1,8 @@
 //! Points on a mesh that emits light, more of them where a texture lets it emit more.
 //!
-//! Every triangle is cut into congruent cells, about as large as the texture's texels. A cell is chosen by its area times the most it emits, a point
-//! within it evenly. Where a texture glows only between the points that were looked at, no point is chosen: paths by lobes find that light all the same.
+//! Every triangle is cut into congruent cells, about as large as the texture's texels. A cell is chosen by
+//! its area times the most it emits, a point within it evenly. Where a texture glows only between the points
+//! that were looked at, no point is chosen: paths by lobes find that light all the same.
 
 use super::world::rounding_of;
 use glam::{Vec2, Vec3A};
@@ -78,9 +79,11 @@ pub(super) struct Chosen {
 impl LightMesh {
     /// Prepares `mesh`, which has at least one triangle and wears `material`.
     pub fn new(mesh: &Mesh, glow: Option<&Glow>, material: Option<&Material>) -> Self {
-        let triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(|i| Vec3A::from(mesh.positions[i as usize]))).collect();
+        let triangles: Vec<_> =
+            mesh.triangles.iter().map(|t| t.map(|i| Vec3A::from(mesh.positions[i as usize]))).collect();
         let glow = glow.map(|glow| Coat::new(&glow.texture, &glow.uvs, mesh));
-        let mask = material.and_then(|m| Some((Coat::new(m.texture.as_ref()?, &mesh.uvs, mesh), m.alpha_cutoff?)));
+        let mask =
+            material.and_then(|m| Some((Coat::new(m.texture.as_ref()?, &mesh.uvs, mesh), m.alpha_cutoff?)));
         let (grids, points) = grids(glow.as_ref(), triangles.len());
         let mut light = Self { triangles, glow, mask, grids, weights: Vec::new(), sums: Vec::new() };
         light.weigh(points);
@@ -93,7 +96,10 @@ impl LightMesh {
             let cells = grid.side * grid.side;
             let area = 0.5 * f64::from((b - a).cross(c - a).length()) / f64::from(cells);
             for cell in 0..cells {
-                let weight = self.glow.as_ref().map_or(1.0, |glow| most(glow, triangle, cell_corners(grid.side, cell), points));
+                let weight = self
+                    .glow
+                    .as_ref()
+                    .map_or(1.0, |glow| most(glow, triangle, cell_corners(grid.side, cell), points));
                 sum += area * f64::from(weight);
                 self.weights.push(weight);
                 self.sums.push(sum);
@@ -124,7 +130,12 @@ impl LightMesh {
         let point = a * (1.0 - barycentric.x - barycentric.y) + b * barycentric.x + c * barycentric.y;
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let share = self.share(triangle as u32, barycentric.to_array());
-        Some(Chosen { point: point + normal * rounding_of(&[a, b, c]), normal, area: self.area_over(self.weights[cell]), share })
+        Some(Chosen {
+            point: point + normal * rounding_of(&[a, b, c]),
+            normal,
+            area: self.area_over(self.weights[cell]),
+            share,
+        })
     }
 
     /// What is emitted at a point of a triangle, as a share of the light's radiance.
@@ -135,7 +146,8 @@ impl LightMesh {
         self.glow.as_ref().map_or(Vec3A::ONE, |glow| Vec3A::from_slice(&glow.sample(triangle, barycentric)))
     }
 
-    /// 1 over the density per m² with which [`LightMesh::sample`] chooses a point of a triangle, m²; infinite where it chooses none.
+    /// 1 over the density per m² with which [`LightMesh::sample`] chooses a point of a triangle, m²; infinite
+    /// where it chooses none.
     pub fn area_at(&self, triangle: u32, barycentric: [f32; 2]) -> f32 {
         let grid = &self.grids[triangle as usize];
         self.area_over(self.weights[(grid.first + cell_at(grid.side, barycentric)) as usize])
@@ -149,7 +161,8 @@ impl LightMesh {
 /// How every triangle is cut, and the points to look at along a side of a cell.
 fn grids(glow: Option<&Coat>, triangles: usize) -> (Vec<Grid>, u32) {
     let extent = |triangle: usize| glow.map_or(1.0, |glow| glow.extent(triangle));
-    let side = |triangle: usize, step: u32| ((extent(triangle) / step as f32).ceil() as u32).clamp(1, MAX_SIDE);
+    let side =
+        |triangle: usize, step: u32| ((extent(triangle) / step as f32).ceil() as u32).clamp(1, MAX_SIDE);
     let cells = |step: u32| (0..triangles).map(|t| u64::from(side(t, step)).pow(2)).sum::<u64>();
     let fits = |step: &u32| cells(*step) <= MAX_CELLS.max(triangles as u64);
     let step = (0..16).map(|k| 1 << k).find(fits).unwrap_or(1 << 16);
@@ -170,13 +183,18 @@ fn most(glow: &Coat, triangle: u32, [p, q, r]: [Vec2; 3], points: u32) -> f32 {
     inner.chain([p, q, r]).map(channels).fold(0.0, |most, [r, g, b, _]| most.max(r).max(g).max(b))
 }
 
-/// The corners of a cell, as weights of the second and third corner of its triangle. Row i, from the first corner's side, has 2(side − i) − 1 cells.
+/// The corners of a cell, as weights of the second and third corner of its triangle. Row i, from the first
+/// corner's side, has 2(side − i) − 1 cells.
 fn cell_corners(side: u32, cell: u32) -> [Vec2; 3] {
     let left = side * side - cell;
     let rows_left = (left - 1).isqrt() + 1;
     let (row, at) = (side - rows_left, cell - (side * side - rows_left * rows_left));
     let (x, y) = (row as f32, (at / 2) as f32);
-    let corners = if at % 2 == 0 { [[x, y], [x + 1.0, y], [x, y + 1.0]] } else { [[x + 1.0, y + 1.0], [x, y + 1.0], [x + 1.0, y]] };
+    let corners = if at % 2 == 0 {
+        [[x, y], [x + 1.0, y], [x, y + 1.0]]
+    } else {
+        [[x + 1.0, y + 1.0], [x, y + 1.0], [x + 1.0, y]]
+    };
     corners.map(|corner| Vec2::from(corner) / side as f32)
 }
 
@@ -196,8 +214,20 @@ mod tests {
 
     /// Two triangles of areas 2 and 0.5, apart and in different planes.
     fn two_triangles() -> Mesh {
-        let positions = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [5.0, 0.0, 0.0], [5.0, 1.0, 0.0], [5.0, 0.0, 1.0]];
-        Mesh { normals: vec![[0.0, 0.0, 1.0]; 6], positions, uvs: Vec::new(), triangles: vec![[0, 1, 2], [3, 4, 5]] }
+        let positions = vec![
+            [0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [0.0, 2.0, 0.0],
+            [5.0, 0.0, 0.0],
+            [5.0, 1.0, 0.0],
+            [5.0, 0.0, 1.0],
+        ];
+        Mesh {
+            normals: vec![[0.0, 0.0, 1.0]; 6],
+            positions,
+            uvs: Vec::new(),
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+        }
     }
 
     fn regular(n: usize) -> impl Iterator<Item = [f32; 2]> {
@@ -221,7 +251,11 @@ mod tests {
         }
         assert!((first as f32 / (n * n) as f32 - 0.8).abs() < 0.003, "{first}");
         // A regular grid of n² points: the mean is off by the order of 1/n.
-        assert!((mean / first as f32).distance(Vec3A::new(2.0 / 3.0, 2.0 / 3.0, 0.0)) < 0.01, "{}", mean / first as f32);
+        assert!(
+            (mean / first as f32).distance(Vec3A::new(2.0 / 3.0, 2.0 / 3.0, 0.0)) < 0.01,
+            "{}",
+            mean / first as f32
+        );
     }
 
     #[test]
@@ -236,18 +270,22 @@ mod tests {
                 assert_eq!(cell_at(side, centre.to_array()), cell, "{side}");
             }
             assert!((area - 0.5).abs() < 1e-4, "{side}: {area}");
-            for outside in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1e-7], [0.5, 0.5], [1e-8, 1.0], [0.0, 1.1]] {
+            for outside in
+                [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1e-7], [0.5, 0.5], [1e-8, 1.0], [0.0, 1.1]]
+            {
                 assert!(cell_at(side, outside) < side * side);
             }
         }
     }
 
-    /// One glowing texel in 64: points lie on it and nowhere else, and estimate the light of the whole exactly.
+    /// One glowing texel in 64: points lie on it and nowhere else, and estimate the light of the whole
+    /// exactly.
     #[test]
     fn points_lie_where_the_texture_glows() {
         let mut texels = vec![[0, 0, 0, 255]; 64];
         texels[8 * 5 + 2] = [255, 0, 0, 255];
-        let texture = Arc::new(Texture { size: [8, 8], wrap: [Wrap::Clamp; 2], filter: Filter::Nearest, texels });
+        let texture =
+            Arc::new(Texture { size: [8, 8], wrap: [Wrap::Clamp; 2], filter: Filter::Nearest, texels });
         let mesh = Mesh {
             positions: vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0]],
             normals: vec![[0.0, 0.0, 1.0]; 4],

@@ -1,5 +1,5 @@
-//! The path tracer that is our truth: any number of reflections, directions by the actual materials, lights and directions combined by the balance
-//! heuristic (Veach 1997).
+//! The path tracer that is our truth: any number of reflections, directions by the actual materials, lights
+//! and directions combined by the balance heuristic (Veach 1997).
 
 use super::lights::Lights;
 use super::sampler::{PixelSampler, Sample};
@@ -28,9 +28,25 @@ pub struct PathTracer<'a> {
 
 impl<'a> PathTracer<'a> {
     /// Prepares paths of at most `max_reflections` reflections for a film of `size` pixels.
-    pub fn new(scene: &Scene, world: &'a World, lights: &'a Lights, size: [u32; 2], max_reflections: u32, seed: u64) -> Self {
-        let materials = scene.materials.iter().map(|m| (m.brdf, LobeMixture::for_material(&m.brdf))).collect();
-        Self { world, lights, film: scene.camera.film(size[0], size[1]), width: size[0], materials, max_reflections, seed }
+    pub fn new(
+        scene: &Scene,
+        world: &'a World,
+        lights: &'a Lights,
+        size: [u32; 2],
+        max_reflections: u32,
+        seed: u64,
+    ) -> Self {
+        let materials =
+            scene.materials.iter().map(|m| (m.brdf, LobeMixture::for_material(&m.brdf))).collect();
+        Self {
+            world,
+            lights,
+            film: scene.camera.film(size[0], size[1]),
+            width: size[0],
+            materials,
+            max_reflections,
+            seed,
+        }
     }
 
     /// Radiance estimates of the first `samples` paths of pixel number `pixel`, in order.
@@ -53,13 +69,17 @@ impl<'a> PathTracer<'a> {
         for reflection in 0.. {
             let hit = self.world.intersect(origin, direction);
             radiance += throughput * self.emitted(origin, direction, hit.as_ref(), density);
-            let Some((surface, material)) = hit.and_then(|s| self.material_of(&s).map(|m| (s, m))) else { break };
+            let Some((surface, material)) = hit.and_then(|s| self.material_of(&s).map(|m| (s, m))) else {
+                break;
+            };
             if reflection == self.max_reflections {
                 break;
             }
             let first_pair = 1 + reflection * PAIRS_PER_REFLECTION;
             radiance += throughput * self.direct(&surface, material, sample, first_pair);
-            let Some((next, chance, factor)) = self.reflect(&surface, material, sample, first_pair) else { break };
+            let Some((next, chance, factor)) = self.reflect(&surface, material, sample, first_pair) else {
+                break;
+            };
             throughput *= factor;
             if reflection >= SURE_REFLECTIONS {
                 let survival = throughput.max_element().min(0.95);
@@ -80,7 +100,8 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Light met by a ray, weighted against the chance that [`PathTracer::direct`] had found it; `density` is `None` for rays from the eye.
+    /// Light met by a ray, weighted against the chance that [`PathTracer::direct`] had found it; `density` is
+    /// `None` for rays from the eye.
     fn emitted(&self, origin: Vec3A, direction: Vec3A, hit: Option<&Surface>, density: Option<f32>) -> Vec3A {
         let (light, light_density) = match hit {
             None => (self.lights.background(direction), self.lights.density_of_background(direction)),
@@ -90,14 +111,28 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that arrives straight from a light and is reflected.
-    fn direct(&self, surface: &Surface, (material, mixture): &(Brdf, LobeMixture), sample: &Sample, first_pair: u32) -> Vec3A {
+    fn direct(
+        &self,
+        surface: &Surface,
+        (material, mixture): &(Brdf, LobeMixture),
+        sample: &Sample,
+        first_pair: u32,
+    ) -> Vec3A {
         let choice = sample.pair(first_pair)[0];
-        let Some(light) = self.lights.sample_visible(self.world, surface, choice, sample.pair(first_pair + 1)) else {
+        let Some(light) =
+            self.lights.sample_visible(self.world, surface, choice, sample.pair(first_pair + 1))
+        else {
             return Vec3A::ZERO;
         };
         let normal = surface.shading_normal;
-        let brdf = brdf::evaluate(material, surface.albedo, &brdf::angles(light.direction, surface.outgoing, normal));
-        let share = light.density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, light.direction)));
+        let brdf = brdf::evaluate(
+            material,
+            surface.albedo,
+            &brdf::angles(light.direction, surface.outgoing, normal),
+        );
+        let share = light
+            .density
+            .map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, light.direction)));
         brdf * light.weight * (light.direction.dot(normal) * share)
     }
 
@@ -111,12 +146,14 @@ impl<'a> PathTracer<'a> {
     ) -> Option<(Vec3A, f32, Vec3A)> {
         let normal = surface.shading_normal;
         let choice = sample.pair(first_pair)[1];
-        let (direction, density) = mixture.sample(normal, surface.outgoing, choice, sample.pair(first_pair + 2));
+        let (direction, density) =
+            mixture.sample(normal, surface.outgoing, choice, sample.pair(first_pair + 2));
         let cosine = direction.dot(normal);
         if cosine <= 0.0 || direction.dot(surface.geometric_normal) <= 0.0 {
             return None;
         }
-        let brdf = brdf::evaluate(material, surface.albedo, &brdf::angles(direction, surface.outgoing, normal));
+        let brdf =
+            brdf::evaluate(material, surface.albedo, &brdf::angles(direction, surface.outgoing, normal));
         let factor = brdf * (cosine / density);
         (factor != Vec3A::ZERO).then_some((direction, density, factor))
     }

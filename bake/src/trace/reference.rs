@@ -42,7 +42,8 @@ pub struct Settings {
 pub struct Estimate {
     /// Linear radiance, W/(sr·m²).
     pub radiance: Vec<[f32; 3]>,
-    /// Variance of each radiance: the samples' variance over their number, an upper bound as samples are stratified.
+    /// Variance of each radiance: the samples' variance over their number, an upper bound as samples are
+    /// stratified.
     pub variance: Vec<[f32; 3]>,
 }
 
@@ -70,24 +71,35 @@ impl PixelSums {
     }
 }
 
-/// Renders `scenes`, which must differ in their materials only. With [`Paths::Gather`] they share one set of paths, whose directions follow the
-/// materials of `base`.
+/// Renders `scenes`, which must differ in their materials only. With [`Paths::Gather`] they share one set of
+/// paths, whose directions follow the materials of `base`.
 ///
 /// # Errors
 /// If the job is interrupted.
-pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Result<Vec<Estimate>, Interrupted> {
+pub fn render(
+    base: &Scene,
+    scenes: &[Scene],
+    settings: &Settings,
+    job: &Job,
+) -> Result<Vec<Estimate>, Interrupted> {
     let world = World::new(base);
     let lights = Lights::new(base, &world);
     match settings.paths {
-        Paths::Best => scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect(),
+        Paths::Best => {
+            scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect()
+        }
         Paths::Gather => {
-            let gather = Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed);
-            let states: Vec<Vec<Brdf>> = scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
+            let gather =
+                Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed);
+            let states: Vec<Vec<Brdf>> =
+                scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {
                 let mut sums = vec![PixelSums::default(); states.len()];
                 gather.pixel(pixel, settings.samples, |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
-                        sums.add(radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles)));
+                        sums.add(radiance_of(path, |m, albedo, angles| {
+                            brdf::evaluate(&materials[m as usize], albedo, angles)
+                        }));
                     }
                 });
                 sums
@@ -97,7 +109,8 @@ pub fn render(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) ->
     }
 }
 
-/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a certain colour, at some angles.
+/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a
+/// certain colour, at some angles.
 pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
     let reflect = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
         reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
@@ -114,7 +127,13 @@ pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3
     }
 }
 
-fn render_best(scene: &Scene, world: &World, lights: &Lights, settings: &Settings, job: &Job) -> Result<Estimate, Interrupted> {
+fn render_best(
+    scene: &Scene,
+    world: &World,
+    lights: &Lights,
+    settings: &Settings,
+    job: &Job,
+) -> Result<Estimate, Interrupted> {
     let tracer = PathTracer::new(scene, world, lights, settings.size, settings.reflections, settings.seed);
     let pixel = |pixel| {
         let mut sums = PixelSums::default();
@@ -125,7 +144,12 @@ fn render_best(scene: &Scene, world: &World, lights: &Lights, settings: &Setting
 }
 
 /// Computes every pixel, a row at a time on all threads.
-fn film(settings: &Settings, images: usize, job: &Job, pixel: impl Fn(u32) -> Vec<PixelSums> + Sync) -> Result<Vec<Estimate>, Interrupted> {
+fn film(
+    settings: &Settings,
+    images: usize,
+    job: &Job,
+    pixel: impl Fn(u32) -> Vec<PixelSums> + Sync,
+) -> Result<Vec<Estimate>, Interrupted> {
     let [width, height] = settings.size;
     let progress = job.progress("tracing", u64::from(height));
     let rows: Vec<Vec<Vec<PixelSums>>> = (0..height)

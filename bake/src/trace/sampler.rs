@@ -1,8 +1,9 @@
-//! Low-discrepancy points: the Sobol (0,2)-sequence, Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", with
-//! N. Vegdahl's constants).
+//! Low-discrepancy points: the Sobol (0,2)-sequence, Owen-scrambled by hashing (Burley 2020, "Practical
+//! Hash-based Owen Scrambling", with N. Vegdahl's constants).
 //!
-//! Every pair of dimensions of every pixel gets its own scrambling and its own order, derived from (seed, pixel, pair) alone, so results depend
-//! neither on threads nor on what other pixels do, and any prefix of 2ᵏ samples of a pixel is stratified.
+//! Every pair of dimensions of every pixel gets its own scrambling and its own order, derived from (seed,
+//! pixel, pair) alone, so results depend neither on threads nor on what other pixels do, and any prefix of 2ᵏ
+//! samples of a pixel is stratified.
 
 /// The sample sequence of one pixel.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +107,8 @@ mod tests {
         }
     }
 
-    /// Pixels, pairs and seeds must not be correlated: the mean of xy over independent uniform numbers is 1/4 with variance 7/144.
+    /// Pixels, pairs and seeds must not be correlated: the mean of xy over independent uniform numbers is 1/4
+    /// with variance 7/144.
     #[test]
     fn pixels_pairs_and_seeds_are_independent() {
         let n = 4096;

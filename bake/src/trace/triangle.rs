@@ -1,8 +1,9 @@
 //! A watertight ray-triangle test (Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection").
 //!
-//! The ray is sheared onto an axis; whether it passes an edge is then the sign of a difference of two products of the edge's projected ends.
-//! Both triangles at the edge compute the very same products, and rounding never turns the sign around, it can only make it zero. Zeros are
-//! decided again in double precision, where the products are exact, and count as inside. So no ray slips between two neighbours.
+//! The ray is sheared onto an axis; whether it passes an edge is then the sign of a difference of two
+//! products of the edge's projected ends. Both triangles at the edge compute the very same products, and
+//! rounding never turns the sign around, it can only make it zero. Zeros are decided again in double
+//! precision, where the products are exact, and count as inside. So no ray slips between two neighbours.
 
 use glam::{DVec2, Vec3A};
 
@@ -50,7 +51,10 @@ impl ShearedRay {
         let mut v = ax * cy - ay * cx;
         let mut w = bx * ay - by * ax;
         if u == 0.0 || v == 0.0 || w == 0.0 {
-            let exact = |px, py, qx, qy| DVec2::new(f64::from(px), f64::from(py)).perp_dot(DVec2::new(f64::from(qx), f64::from(qy))) as f32;
+            let exact = |px, py, qx, qy| {
+                DVec2::new(f64::from(px), f64::from(py)).perp_dot(DVec2::new(f64::from(qx), f64::from(qy)))
+                    as f32
+            };
             (u, v, w) = (exact(cx, cy, bx, by), exact(ax, ay, cx, cy), exact(bx, by, ax, ay));
         }
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
@@ -75,7 +79,9 @@ mod tests {
 
     #[test]
     fn hits_from_both_sides_with_barycentrics() {
-        for (origin, direction) in [(vec3a(0.5, 1.0, 3.0), vec3a(0.0, 0.0, -1.5)), (vec3a(0.5, 1.0, -3.0), vec3a(0.0, 0.0, 1.5))] {
+        for (origin, direction) in
+            [(vec3a(0.5, 1.0, 3.0), vec3a(0.0, 0.0, -1.5)), (vec3a(0.5, 1.0, -3.0), vec3a(0.0, 0.0, 1.5))]
+        {
             let hit = ShearedRay::new(origin, direction).intersect(&TRIANGLE, f32::INFINITY).unwrap();
             assert!((hit.t - 2.0).abs() < 1e-6);
             assert!((hit.barycentric[0] - 0.25).abs() < 1e-6 && (hit.barycentric[1] - 0.5).abs() < 1e-6);

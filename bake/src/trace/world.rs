@@ -1,7 +1,8 @@
 //! A scene prepared for rays: all triangles in one hierarchy, with what a hit needs to know.
 //!
-//! Inside, lengths are scaled by a power of two so that the scene is some 2¹⁴ units large. That costs no rounding and makes every decision independent
-//! of the scene's scale; and obvhs passes over boxes that end within 10⁻⁴ units of a ray's origin, which must not be a length that matters.
+//! Inside, lengths are scaled by a power of two so that the scene is some 2¹⁴ units large. That costs no
+//! rounding and makes every decision independent of the scene's scale; and obvhs passes over boxes that end
+//! within 10⁻⁴ units of a ray's origin, which must not be a length that matters.
 
 use super::coating::Coatings;
 use super::triangle::{ShearedRay, TriangleHit};
@@ -113,8 +114,9 @@ impl Surface {
     }
 }
 
-/// Rounding errors of a hit point and of tests against it, relative to the largest coordinate. A hit point is a sum of three products and a ray test
-/// subtracts it from vertices, each off by at most a few 2⁻²⁴; 2⁻¹⁸ leaves a factor of about ten.
+/// Rounding errors of a hit point and of tests against it, relative to the largest coordinate. A hit point is
+/// a sum of three products and a ray test subtracts it from vertices, each off by at most a few 2⁻²⁴; 2⁻¹⁸
+/// leaves a factor of about ten.
 const ROUNDING: f32 = 1.0 / 262_144.0;
 
 /// Binary logarithm of the scene's size in hierarchy units.
@@ -146,17 +148,27 @@ impl World {
         Self::from_triangles(given, Coatings::new(scene), Vec3A::from(scene.camera.position))
     }
 
-    fn from_triangles(Given { triangles, normals, owners, lights }: Given, coatings: Coatings, eye: Vec3A) -> Self {
+    fn from_triangles(
+        Given { triangles, normals, owners, lights }: Given,
+        coatings: Coatings,
+        eye: Vec3A,
+    ) -> Self {
         // What rounding errors are relative to.
-        let extent = triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let extent =
+            triangles.iter().flatten().fold(eye.abs().max_element(), |m, v| m.max(v.abs().max_element()));
         let bounds = Aabb::from_points(triangles.as_flattened());
         let radius = if triangles.is_empty() { 0.0 } else { 0.5 * bounds.diagonal().length() };
         let exponent = (EXTENT_LOG2 - extent.max(f32::MIN_POSITIVE).log2().ceil()).clamp(-100.0, 100.0);
         let units_per_metre = exponent.exp2();
         let triangles: Vec<[Vec3A; 3]> = triangles.iter().map(|t| t.map(|v| v * units_per_metre)).collect();
-        // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a triangle it hits.
+        // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a
+        // triangle it hits.
         let boxes = padded(&triangles, extent * units_per_metre * ROUNDING);
-        let hierarchy = build_cwbvh(&boxes, BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() }, &mut Duration::default());
+        let hierarchy = build_cwbvh(
+            &boxes,
+            BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() },
+            &mut Duration::default(),
+        );
         let order = hierarchy.primitive_indices.iter().map(|i| *i as usize);
         Self {
             triangles: order.clone().map(|i| triangles[i]).collect(),
@@ -172,15 +184,23 @@ impl World {
 
     /// The nearest surface along the ray. `direction` must be a unit vector.
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
-        self.nearest(origin, direction).map(|(leaf, hit)| self.surface(leaf as usize, hit.barycentric, direction))
+        self.nearest(origin, direction)
+            .map(|(leaf, hit)| self.surface(leaf as usize, hit.barycentric, direction))
     }
 
-    /// The triangle that the nearest surface along the ray belongs to, and where on it. `direction` must be a unit vector.
+    /// The triangle that the nearest surface along the ray belongs to, and where on it. `direction` must be a
+    /// unit vector.
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
         let (leaf, hit) = self.nearest(origin, direction)?;
         let surface = self.surface(leaf as usize, hit.barycentric, direction);
         let triangle = *self.hierarchy.primitive_indices.get(leaf as usize)?;
-        Some(Meeting { triangle, barycentric: hit.barycentric, front: surface.front, owner: surface.owner, albedo: surface.albedo })
+        Some(Meeting {
+            triangle,
+            barycentric: hit.barycentric,
+            front: surface.front,
+            owner: surface.owner,
+            albedo: surface.albedo,
+        })
     }
 
     /// The nearest leaf along the ray and where it is met.
@@ -206,13 +226,15 @@ impl World {
         nearest
     }
 
-    /// Whether anything stands in the way from `from` along the unit vector `direction`, nearer than `distance`.
+    /// Whether anything stands in the way from `from` along the unit vector `direction`, nearer than
+    /// `distance`.
     pub fn occluded(&self, from: Vec3A, direction: Vec3A, distance: f32) -> bool {
         RAYS.set(RAYS.get() + 1);
         if self.hierarchy.nodes.is_empty() {
             return false;
         }
-        // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes up for it only at unit length.
+        // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes
+        // up for it only at unit length.
         let (from, distance) = (from * self.units_per_metre, distance * self.units_per_metre);
         let direction = without_negative_zeros(direction);
         let ray = Ray::new(from, direction, 0.0, distance);
@@ -255,8 +277,19 @@ impl World {
             Owner::Material(material) => self.coatings.albedo(material, triangle as u32, [v, w]),
             Owner::Light(_) => Vec3A::ONE,
         };
-        let light = self.lights[triangle].map(|[light, triangle]| OnLight { light, triangle, barycentric: [v, w] });
-        Surface { position, geometric_normal, shading_normal, owner, light, albedo, front, outgoing: -direction, rounding }
+        let light =
+            self.lights[triangle].map(|[light, triangle]| OnLight { light, triangle, barycentric: [v, w] });
+        Surface {
+            position,
+            geometric_normal,
+            shading_normal,
+            owner,
+            light,
+            albedo,
+            front,
+            outgoing: -direction,
+            rounding,
+        }
     }
 }
 
@@ -280,7 +313,8 @@ impl Given {
     }
 }
 
-/// obvhs inverts −0 to a large negative number but takes it for positive where it orders boxes, and so passes over some.
+/// obvhs inverts −0 to a large negative number but takes it for positive where it orders boxes, and so passes
+/// over some.
 fn without_negative_zeros(direction: Vec3A) -> Vec3A {
     direction + Vec3A::ZERO
 }
@@ -292,8 +326,8 @@ fn parallelogram(corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3]) -> Mesh {
     Mesh { positions, normals, uvs: Vec::new(), triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
-/// The boxes of triangles, padded by at least `pad`. Of triangles that coincide each has a little more, for equal boxes in their thousands make the
-/// builder's tree as deep as they are many.
+/// The boxes of triangles, padded by at least `pad`. Of triangles that coincide each has a little more, for
+/// equal boxes in their thousands make the builder's tree as deep as they are many.
 fn padded(triangles: &[[Vec3A; 3]], pad: f32) -> Vec<Padded> {
     let mut met: HashMap<[u32; 9], u32> = HashMap::new();
     let more = |triangle: &[Vec3A; 3]| {
@@ -304,7 +338,11 @@ fn padded(triangles: &[[Vec3A; 3]], pad: f32) -> Vec<Padded> {
         ((*before - 1).wrapping_mul(0x9E37_79B9) >> 8) as f32 / (1 << 24) as f32
     };
     let more: Vec<f32> = triangles.iter().map(more).collect();
-    triangles.iter().zip(more).map(|(triangle, more)| Padded { triangle: *triangle, pad: pad * (1.0 + more) }).collect()
+    triangles
+        .iter()
+        .zip(more)
+        .map(|(triangle, more)| Padded { triangle: *triangle, pad: pad * (1.0 + more) })
+        .collect()
 }
 
 struct Padded {
@@ -331,8 +369,12 @@ mod tests {
         scene.objects.truncate(1);
         let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
         let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        *mesh =
-            Mesh { positions: positions.to_vec(), normals: vec![[0.0, 0.0, 1.0]; 3], uvs: Vec::new(), triangles: vec![[0, 1, 2]; 100_000] };
+        *mesh = Mesh {
+            positions: positions.to_vec(),
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            uvs: Vec::new(),
+            triangles: vec![[0, 1, 2]; 100_000],
+        };
         scene.lights.clear();
         let world = World::new(&scene);
         let hit = world.intersect(Vec3A::new(0.2, 0.2, 3.0), Vec3A::NEG_Z).unwrap();

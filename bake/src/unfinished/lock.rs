@@ -1,5 +1,5 @@
-//! One bake at a time in a folder: two would mix their files. The lock is the operating system's on a file that says who holds it, so that it ends with the
-//! process however that ends.
+//! One bake at a time in a folder: two would mix their files. The lock is the operating system's on a file
+//! that says who holds it, so that it ends with the process however that ends.
 
 use super::names::{LOCK, UNFINISHED};
 use crate::error::{BakeError, Result};
@@ -32,7 +32,8 @@ impl FolderLock {
     /// Takes the folder at `path`, which is made if it is not there.
     ///
     /// # Errors
-    /// [`BakeError::Busy`] if another process works there; if it is no folder, or nothing can be written there.
+    /// [`BakeError::Busy`] if another process works there; if it is no folder, or nothing can be written
+    /// there.
     pub fn take(path: &Path) -> Result<Self> {
         let is_new = create_folder(path)?;
         for _ in 0..ATTEMPTS {
@@ -60,7 +61,9 @@ fn try_take(folder: &Path) -> Result<Option<File>> {
     };
     match file.try_lock() {
         Ok(()) => {}
-        Err(TryLockError::WouldBlock) => return Err(BakeError::Busy { folder: Place::file(folder), process: holder(&path) }),
+        Err(TryLockError::WouldBlock) => {
+            return Err(BakeError::Busy { folder: Place::file(folder), process: holder(&path) });
+        }
         Err(TryLockError::Error(e)) => return Err(Error::output(&place, e).into()),
     }
     let ours = format!("{} {}", std::process::id(), TAKEN.fetch_add(1, Ordering::Relaxed));
@@ -73,7 +76,8 @@ fn try_take(folder: &Path) -> Result<Option<File>> {
 /// " (process 123)", if the lock tells.
 fn holder(path: &Path) -> String {
     let text = read_regular(path, MAX_BYTES, "").ok().and_then(|bytes| String::from_utf8(bytes).ok());
-    let number = text.as_deref().and_then(|text| text.split(' ').next()).and_then(|number| number.parse::<u32>().ok());
+    let number =
+        text.as_deref().and_then(|text| text.split(' ').next()).and_then(|number| number.parse::<u32>().ok());
     number.map_or_else(String::new, |number| format!(" (process {number})"))
 }
 
@@ -100,7 +104,10 @@ mod tests {
         let folder = here.path().join("bundle");
         let lock = FolderLock::take(&folder).unwrap();
         let refused = FolderLock::take(&folder).unwrap_err();
-        let expected = format!("another bake is at work here (process {}); wait for it, or bake elsewhere with -o", std::process::id());
+        let expected = format!(
+            "another bake is at work here (process {}); wait for it, or bake elsewhere with -o",
+            std::process::id()
+        );
         assert!(refused.to_string().ends_with(&expected) && refused.exit_code() == 1, "{refused}");
         drop(lock);
         assert!(!folder.exists(), "it was new and is empty");
@@ -109,7 +116,9 @@ mod tests {
         // What a killed bake leaves holds nobody up.
         std::fs::write(folder.join(UNFINISHED).join(LOCK), "1").unwrap();
         drop(FolderLock::take(&folder).unwrap());
-        assert!(folder.join(UNFINISHED).join("a.log").exists() && !folder.join(UNFINISHED).join(LOCK).exists());
+        assert!(
+            folder.join(UNFINISHED).join("a.log").exists() && !folder.join(UNFINISHED).join(LOCK).exists()
+        );
     }
 
     /// Threads stand for processes: each opens the file anew, and locks belong to what was opened.

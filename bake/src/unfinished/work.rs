@@ -44,10 +44,12 @@ pub struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Makes the pieces of `stage` that are missing and fall to this bake; returns their log, or `None` if others make some of them.
+    /// Makes the pieces of `stage` that are missing and fall to this bake; returns their log, or `None` if
+    /// others make some of them.
     ///
     /// # Errors
-    /// If what an interrupted bake left belongs to another, a piece fails, or the user asks to stop; finished pieces stay in the log.
+    /// If what an interrupted bake left belongs to another, a piece fails, or the user asks to stop; finished
+    /// pieces stay in the log.
     pub fn run(&self, stage: &dyn Stage) -> Result<Option<WorkLog>> {
         let log = self.open_log(stage)?;
         let traced = fill(stage, &log, self.share, self.job)?;
@@ -61,8 +63,10 @@ impl Work<'_> {
         if self.leftover != Leftover::Resume || !WorkLog::exists(&path) {
             return Ok(WorkLog::create(&path, stage.key())?);
         }
-        let reason = "holds an unfinished bake of another scene or other settings; add --force to start again";
-        WorkLog::reopen(&path, stage.key())?.ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
+        let reason =
+            "holds an unfinished bake of another scene or other settings; add --force to start again";
+        WorkLog::reopen(&path, stage.key())?
+            .ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
     }
 
     /// What was traced since the last call.
@@ -117,13 +121,17 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 
 /// Whether the bundle in `folder` has unfinished work of the methods called `names`, or of sphere sets.
 pub fn holds_work(folder: &Path, names: &[&str]) -> bool {
-    let is_work = |(name, path): &(String, PathBuf)| has_extension(path, "log") && is_own_log(name, names) && WorkLog::holds_pieces(path);
+    let is_work = |(name, path): &(String, PathBuf)| {
+        has_extension(path, "log") && is_own_log(name, names) && WorkLog::holds_pieces(path)
+    };
     files(&folder.join(UNFINISHED)).iter().any(is_work)
 }
 
 /// Whether there is work on any stage of the method called `name`.
 pub(crate) fn has_logs(unfinished: &Path, name: &str) -> bool {
-    let is_log = |(file, path): &(String, PathBuf)| has_extension(path, "log") && is_of_method(file, name) && WorkLog::exists(path);
+    let is_log = |(file, path): &(String, PathBuf)| {
+        has_extension(path, "log") && is_of_method(file, name) && WorkLog::exists(path)
+    };
     files(unfinished).iter().any(is_log)
 }
 
@@ -132,7 +140,8 @@ pub(crate) fn has_log(unfinished: &Path, stage: &str) -> bool {
     WorkLog::exists(&unfinished.join(log_name(stage)))
 }
 
-/// Takes away what a bake by the methods called `names` left in the folder of unfinished work. Work of other methods stays, and what is not ours.
+/// Takes away what a bake by the methods called `names` left in the folder of unfinished work. Work of other
+/// methods stays, and what is not ours.
 ///
 /// # Errors
 /// If a file cannot be removed.
@@ -154,7 +163,8 @@ pub(crate) fn tidy(folder: &Path, names: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file of a bundle into `folder`, and reads it back: what its readers would refuse is no file of a bundle.
+/// Writes a file of a bundle into `folder`, and reads it back: what its readers would refuse is no file of a
+/// bundle.
 ///
 /// # Errors
 /// If it cannot be written, is called as no file may be, or would be refused.
@@ -162,14 +172,18 @@ pub(crate) fn write_entry<S: Stored>(content: &S, folder: &Path, file: &str) -> 
     let path = folder.join(file);
     let place = Place::file(&path);
     if !is_plain_name(file) {
-        return Err(BakeError::invalid(&place, "is no plain file name of a-z A-Z 0-9 . _ - and blanks; rename what it is called after"));
+        return Err(BakeError::invalid(
+            &place,
+            "is no plain file name of a-z A-Z 0-9 . _ - and blanks; rename what it is called after",
+        ));
     }
     let bytes = content.write_file(&path)?;
     match S::read_file(&path) {
         Ok(_) => Ok(FileEntry::of(file, &bytes)),
-        Err(error) if error.is_bad_input() => {
-            Err(BakeError::invalid(&place, format!("its readers would refuse it ({error}); change what of the scene it says")))
-        }
+        Err(error) if error.is_bad_input() => Err(BakeError::invalid(
+            &place,
+            format!("its readers would refuse it ({error}); change what of the scene it says"),
+        )),
         Err(error) => Err(error.into()),
     }
 }
@@ -195,11 +209,23 @@ mod tests {
         // A key, and a piece of 4 bytes.
         let mut work = [0; 36];
         work[20] = 4;
-        for file in ["a.log", "b.log", "spheres-x.log", "scene.relume", "scene.relume.partial-12", "lock", "manifest.json", "notes.txt"] {
+        for file in [
+            "a.log",
+            "b.log",
+            "spheres-x.log",
+            "scene.relume",
+            "scene.relume.partial-12",
+            "lock",
+            "manifest.json",
+            "notes.txt",
+        ] {
             std::fs::write(unfinished.join(file), work).unwrap();
         }
         std::fs::write(unfinished.join("empty.log"), [7; 3]).unwrap();
-        assert!(holds_work(folder.path(), &["a"]) && holds_work(folder.path(), &[]), "the spheres are anybody's");
+        assert!(
+            holds_work(folder.path(), &["a"]) && holds_work(folder.path(), &[]),
+            "the spheres are anybody's"
+        );
         tidy(folder.path(), &["a"]).unwrap();
         // The manifest was put aside and is the only one.
         assert_eq!(names(&unfinished), ["b.log", "folder", "lock", "manifest.json", "notes.txt"]);
@@ -210,7 +236,10 @@ mod tests {
         tidy(folder.path(), &["a", "b"]).unwrap();
         assert_eq!(
             (names(&unfinished), names(folder.path())),
-            (vec!["folder".into(), "lock".into(), "notes.txt".into()], vec![MANIFEST.to_owned(), UNFINISHED.to_owned()])
+            (
+                vec!["folder".into(), "lock".into(), "notes.txt".into()],
+                vec![MANIFEST.to_owned(), UNFINISHED.to_owned()]
+            )
         );
     }
 

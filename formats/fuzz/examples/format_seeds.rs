@@ -86,11 +86,23 @@ fn main() -> std::io::Result<()> {
         seed_kind("scene", number, &scenes::scene(number))?;
         seed_kind("animation", number, &scenes::animation(number))?;
         seed_kind("brdf_basis", number, &samples::ggx_basis(number, 2 + number as usize, 3))?;
-        seed_kind("transfer_images", number, &samples::images(number, 1 + number as usize % 2, 2, number % 2 == 0, [3, 2]))?;
+        seed_kind(
+            "transfer_images",
+            number,
+            &samples::images(number, 1 + number as usize % 2, 2, number % 2 == 0, [3, 2]),
+        )?;
         seed_kind("environment", number, &relighting::environment(number, number % 2 == 0))?;
         seed_kind("textures", number, &relighting::textures(number))?;
-        seed_kind("sparse_transfer", number, &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]))?;
-        seed_kind("sphere_set", number, &spheres::sphere_set(number, 4, 4 + number as usize, 1 + number as usize, 0.5))?;
+        seed_kind(
+            "sparse_transfer",
+            number,
+            &relighting::rows(number, 3, 4, number % 2 == 0, &[(1, true), (2, false)]),
+        )?;
+        seed_kind(
+            "sphere_set",
+            number,
+            &spheres::sphere_set(number, 4, 4 + number as usize, 1 + number as usize, 0.5),
+        )?;
         seed_kind("shape", number, &shapes::shape(number, number as usize))?;
     }
     seed("haar_table", "file", &[&[1], &write(&HaarTable::bake())[..]].concat())?;

@@ -60,12 +60,14 @@ impl Input<'_> {
         match self {
             Self::Bytes(bytes) => bytes.to_vec(),
             Self::Table { kind, kind_version, table, payload } => {
-                let fields = [0, u32::from(*kind), u32::from(*kind_version), table.len() as u32].map(u32::to_le_bytes);
+                let fields =
+                    [0, u32::from(*kind), u32::from(*kind_version), table.len() as u32].map(u32::to_le_bytes);
                 let sum = xxh3_64(&[fields.as_flattened(), table].concat()).to_le_bytes();
                 [&MAGIC, fields.as_flattened(), &sum, table, payload].concat()
             }
             Self::Sections { kind, sections, count_error, tail, length_error } => {
-                let mut file = RawFile::new(1 + u32::from(*kind % 9), sections.iter().map(Section::raw).collect());
+                let mut file =
+                    RawFile::new(1 + u32::from(*kind % 9), sections.iter().map(Section::raw).collect());
                 file.section_count = file.section_count.wrapping_add(*count_error);
                 (file.table_tail, file.table_bytes_error) = (tail.to_vec(), *length_error);
                 file.bytes()

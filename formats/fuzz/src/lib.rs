@@ -1,4 +1,5 @@
-//! What the fuzz targets share: files that get past every checksum, and what must hold of whatever a reader makes of them.
+//! What the fuzz targets share: files that get past every checksum, and what must hold of whatever a reader
+//! makes of them.
 
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/playing.rs"]
@@ -35,8 +36,9 @@ pub fn write<T: Stored>(value: &T) -> Vec<u8> {
     writer.finish().expect("what can be read can be written")
 }
 
-/// Reads `data` as a file of one kind: the first byte says whether the rest is a file or a [`recipe`] of one. What is accepted must survive
-/// `play`, and writing and reading again; what is refused must be refused in one line.
+/// Reads `data` as a file of one kind: the first byte says whether the rest is a file or a [`recipe`] of one.
+/// What is accepted must survive `play`, and writing and reading again; what is refused must be refused in
+/// one line.
 pub fn read_and_play<T: Stored>(data: &[u8], play: impl Fn(&T)) {
     let Some((mode, data)) = data.split_first() else { return };
     let file = if mode & 1 == 0 { recipe::file(T::KIND, data) } else { data.to_vec() };

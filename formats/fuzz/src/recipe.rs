@@ -1,8 +1,10 @@
-//! A flat form of a file that a fuzzer can mutate to some purpose: no checksums, offsets or compression, and no length that can be wrong.
+//! A flat form of a file that a fuzzer can mutate to some purpose: no checksums, offsets or compression, and
+//! no length that can be wrong.
 //!
-//! A recipe is a list of sections, each `name length u8, name, element u8, flags u8, dimensions u8, shape u32…, content length u32, content`, integers
-//! little-endian. The low bits of the flags are the codec. Content is repeated until it fills the shape, so that a few bytes make an array of any
-//! size, unless the flag [`AS_IT_IS`] is set.
+//! A recipe is a list of sections, each `name length u8, name, element u8, flags u8, dimensions u8, shape
+//! u32…, content length u32, content`, integers little-endian. The low bits of the flags are the codec.
+//! Content is repeated until it fills the shape, so that a few bytes make an array of any size, unless the
+//! flag [`AS_IT_IS`] is set.
 
 use crate::raw_file::{RawFile, RawSection};
 use relume_formats::container::Kind;
@@ -53,8 +55,10 @@ fn section(cursor: &mut Cursor<'_>) -> RawSection {
     let length = cursor.u32();
     let content = cursor.bytes(length as usize);
     let width = RawSection::width(element) as u64;
-    let filled =
-        shape.iter().try_fold(width, |product, n| product.checked_mul(*n)).filter(|n| flags & AS_IT_IS == 0 && *n <= MAX_FILLED_BYTES);
+    let filled = shape
+        .iter()
+        .try_fold(width, |product, n| product.checked_mul(*n))
+        .filter(|n| flags & AS_IT_IS == 0 && *n <= MAX_FILLED_BYTES);
     let raw = match filled {
         Some(bytes) if content.is_empty() => vec![0; bytes as usize],
         Some(bytes) => content.iter().copied().cycle().take(bytes as usize).collect(),

@@ -1,13 +1,15 @@
 //! Non-linear approximation: the few coefficients that matter most (sphere shadows §3.4).
 //!
-//! What matters is |coefficient| × weight. With weight 1 the kept terms are the largest, which leaves the least squared error. Weighted with the area of
-//! their supports, terms of low frequency come first, which matter more under the light of most maps. Which is better depends on the light.
+//! What matters is |coefficient| × weight. With weight 1 the kept terms are the largest, which leaves the
+//! least squared error. Weighted with the area of their supports, terms of low frequency come first, which
+//! matter more under the light of most maps. Which is better depends on the light.
 
 use super::haar::support;
 use std::cmp::Reverse;
 
-/// Index and value of the `k` coefficients of largest |coefficient| × `weight`(index), most important first; of equals the one of lower index. Coefficients
-/// that are 0 are never kept, so there may be fewer. `weight` must not be negative. O(N + k log k).
+/// Index and value of the `k` coefficients of largest |coefficient| × `weight`(index), most important first;
+/// of equals the one of lower index. Coefficients that are 0 are never kept, so there may be fewer. `weight`
+/// must not be negative. O(N + k log k).
 pub fn largest(coefficients: &[f32], k: usize, weight: impl Fn(usize) -> f32) -> Vec<(u32, f32)> {
     if k == 0 {
         return Vec::new();
@@ -16,7 +18,8 @@ pub fn largest(coefficients: &[f32], k: usize, weight: impl Fn(usize) -> f32) ->
     let mut least = Reverse(0);
     for (index, value) in coefficients.iter().enumerate() {
         let importance = value.abs() * weight(index);
-        // Bits of positive floats are ordered as the floats are; with the index behind them every key is different.
+        // Bits of positive floats are ordered as the floats are; with the index behind them every key is
+        // different.
         let key = Reverse((u64::from(importance.to_bits()) << 32) | u64::from(!(index as u32)));
         if importance > 0.0 && key < least {
             keys.push(key);
@@ -29,7 +32,10 @@ pub fn largest(coefficients: &[f32], k: usize, weight: impl Fn(usize) -> f32) ->
     }
     keys.sort_unstable();
     keys.truncate(k);
-    keys.into_iter().map(|Reverse(key)| !(key as u32)).filter_map(|index| Some((index, *coefficients.get(index as usize)?))).collect()
+    keys.into_iter()
+        .map(|Reverse(key)| !(key as u32))
+        .filter_map(|index| Some((index, *coefficients.get(index as usize)?)))
+        .collect()
 }
 
 /// The weight of choosing by size alone.

@@ -1,7 +1,8 @@
 //! The angle grid (θi, θo, φ) on which BRDFs are tabulated for the PCA and for exports (thesis eq. 4-17).
 //!
-//! 30 × 30 × 60 nodes spaced evenly over [0, π/2] × [0, π/2] × [0, π], both ends included; φ is the angle between the projections of the
-//! two directions on the surface. Look-ups in images never use this grid: at high exponents it is too coarse for that.
+//! 30 × 30 × 60 nodes spaced evenly over [0, π/2] × [0, π/2] × [0, π], both ends included; φ is the angle
+//! between the projections of the two directions on the surface. Look-ups in images never use this grid: at
+//! high exponents it is too coarse for that.
 
 use super::Angles;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -28,7 +29,8 @@ pub fn cos_half_angle(i: usize, o: usize, p: usize) -> f64 {
     let (theta_i, theta_o, phi) = (theta(i), theta(o), phi(p));
     let z = theta_i.cos() + theta_o.cos();
     // |ωi + ωo|² = 2 + 2 ωi·ωo; it vanishes only for opposite directions in the surface plane, where the normal component vanishes too.
-    let length_squared = 2.0 + 2.0 * (theta_i.sin() * theta_o.sin() * phi.cos() + theta_i.cos() * theta_o.cos());
+    let length_squared =
+        2.0 + 2.0 * (theta_i.sin() * theta_o.sin() * phi.cos() + theta_i.cos() * theta_o.cos());
     if length_squared <= 1e-18 { 0.0 } else { (z / length_squared.sqrt()).clamp(0.0, 1.0) }
 }
 
@@ -40,7 +42,8 @@ pub fn angles(i: usize, o: usize, p: usize) -> Angles {
     let cos_difference = (0.5 * (1.0 + cosine)).clamp(0.0, 1.0).sqrt();
     // cos(π/2) is a rounding error above 0.
     let cos_node = |index: usize| if index == THETA_NODES - 1 { 0.0 } else { theta(index).cos() };
-    let [cos_half, cos_difference, cos_in, cos_out] = [cos_half_angle(i, o, p), cos_difference, cos_node(i), cos_node(o)].map(|c| c as f32);
+    let [cos_half, cos_difference, cos_in, cos_out] =
+        [cos_half_angle(i, o, p), cos_difference, cos_node(i), cos_node(o)].map(|c| c as f32);
     Angles { cos_half, cos_difference, cos_in, cos_out }
 }
 
@@ -57,10 +60,14 @@ mod tests {
             let expected = h[2] / h.iter().map(|x| x * x).sum::<f64>().sqrt();
             assert!((cos_half_angle(i, o, p) - expected).abs() < 1e-12);
             let angles = angles(i, o, p);
-            let cos_difference = h.iter().zip(a).map(|(h, a)| h * a).sum::<f64>() / h.iter().map(|x| x * x).sum::<f64>().sqrt();
-            for (ours, truth) in
-                [(angles.cos_half, expected), (angles.cos_difference, cos_difference), (angles.cos_in, a[2]), (angles.cos_out, b[2])]
-            {
+            let cos_difference = h.iter().zip(a).map(|(h, a)| h * a).sum::<f64>()
+                / h.iter().map(|x| x * x).sum::<f64>().sqrt();
+            for (ours, truth) in [
+                (angles.cos_half, expected),
+                (angles.cos_difference, cos_difference),
+                (angles.cos_in, a[2]),
+                (angles.cos_out, b[2]),
+            ] {
                 assert!((f64::from(ours) - truth).abs() < 1e-7);
             }
         }

@@ -1,15 +1,19 @@
-//! The texels of a cube of 32 × 32 a face whose centres lie in a cap: what a sphere blocks (sphere shadows §3.3), without the source's table of directions
-//! and radii, so neither is rounded.
+//! The texels of a cube of 32 × 32 a face whose centres lie in a cap: what a sphere blocks (sphere shadows
+//! §3.3), without the source's table of directions and radii, so neither is rounded.
 //!
-//! A texel belongs to the cap of a sphere of radius R at the offset v if its centre direction d has d·v ≥ C·|d|, C² = |v|² − R². On a face d = (s, t, 1)
-//! in the face's own frame, where v = (a, b, g): along a row, with k = b·t + g, that is a·s + k ≥ C·√(s² + 1 + t²). As a cap is less than a hemisphere its
-//! cone is convex, and what it has in common with a row is one interval. With q = C² − a² its ends are the roots (a·k ± C·√(k² − q·(1 + t²)))/q. If q > 0 the
-//! row's direction lies outside the cone and the interval between the roots counts, where k > 0; else the cone holds one end of the row, that of the
-//! sign of a. The root that would lose its digits is taken from the product of both, (C²·(1 + t²) − k²)/q.
+//! A texel belongs to the cap of a sphere of radius R at the offset v if its centre direction d has d·v ≥
+//! C·|d|, C² = |v|² − R². On a face d = (s, t, 1) in the face's own frame, where v = (a, b, g): along a row,
+//! with k = b·t + g, that is a·s + k ≥ C·√(s² + 1 + t²). As a cap is less than a hemisphere its cone is
+//! convex, and what it has in common with a row is one interval. With q = C² − a² its ends are the roots (a·k
+//! ± C·√(k² − q·(1 + t²)))/q. If q > 0 the row's direction lies outside the cone and the interval between the
+//! roots counts, where k > 0; else the cone holds one end of the row, that of the sign of a. The root that
+//! would lose its digits is taken from the product of both, (C²·(1 + t²) − k²)/q.
 //!
-//! The rows that a cap reaches on a face follow from the same formula with (b, g, R, g² − R²) for (a, k, C, q).
+//! The rows that a cap reaches on a face follow from the same formula with (b, g, R, g² − R²) for (a, k, C,
+//! q).
 //!
-//! All is branch-free arithmetic on plain `f32`, without fused multiplications, so that the same code gives the same bits in scalar and in vector form.
+//! All is branch-free arithmetic on plain `f32`, without fused multiplications, so that the same code gives
+//! the same bits in scalar and in vector form.
 
 use super::cubemap::FACES;
 use super::two_level::{BYTES, SIDE};
@@ -18,8 +22,8 @@ use glam::Vec3;
 /// Rows of a cube.
 pub const ROWS: usize = FACES * SIDE;
 
-/// A bitmap of 6 × 32 × 32 texels, a row each: texel (x, y) of `face` is bit x, lowest first, of row face·32 + y. In little-endian order these are the
-/// bytes of [`super::two_level`].
+/// A bitmap of 6 × 32 × 32 texels, a row each: texel (x, y) of `face` is bit x, lowest first, of row face·32
+/// + y. In little-endian order these are the bytes of [`super::two_level`].
 pub type Bitmap = [u32; ROWS];
 
 /// The bytes of a bitmap in the order of [`super::two_level`].
@@ -36,18 +40,21 @@ pub fn rows(bytes: &[u8; BYTES]) -> Bitmap {
     bitmap
 }
 
-/// Adds the texels whose centres are in the cap about the unit vector `direction` with the relative radius `r` in 0..1, the sine of its half angle.
+/// Adds the texels whose centres are in the cap about the unit vector `direction` with the relative radius
+/// `r` in 0..1, the sine of its half angle.
 pub fn add_cap(bitmap: &mut Bitmap, direction: Vec3, r: f32) {
     add_cone(bitmap, direction, r, (1.0 - r) * (1.0 + r));
 }
 
-/// Adds the texels that a sphere of `radius` blocks whose centre is `offset` away; all of them if it holds the origin.
+/// Adds the texels that a sphere of `radius` blocks whose centre is `offset` away; all of them if it holds
+/// the origin.
 pub fn add_sphere(bitmap: &mut Bitmap, offset: Vec3, radius: f32) {
     let c2 = tangent2(offset.to_array(), radius);
     if c2 > 0.0 { add_cone(bitmap, offset, radius, c2) } else { bitmap.fill(u32::MAX) }
 }
 
-/// The square of the distance at which rays from the origin touch a sphere; not above 0 if the sphere holds the origin.
+/// The square of the distance at which rays from the origin touch a sphere; not above 0 if the sphere holds
+/// the origin.
 #[inline(always)]
 pub(crate) fn tangent2([x, y, z]: [f32; 3], radius: f32) -> f32 {
     (x * x + y * y + z * z) - radius * radius
@@ -78,12 +85,14 @@ pub(crate) const FRAMES: [[(usize, f32); 3]; FACES] = [
 /// Whether a sphere reaches into the pyramid over a face; sometimes it does and does not reach a texel.
 #[inline(always)]
 pub(crate) fn may_reach([a, b, g]: [f32; 3], radius: f32) -> bool {
-    // The pyramid's sides are at 45°, so a centre outside of one is |a| − g over √2 away from it. A thousandth more covers roundings.
+    // The pyramid's sides are at 45°, so a centre outside of one is |a| − g over √2 away from it. A
+    // thousandth more covers roundings.
     let reach = 1.416 * radius;
     (a.abs() - g <= reach) & (b.abs() - g <= reach)
 }
 
-/// First row that a cap may reach on a face, and the one behind the last, 0..=32; none if the first is not below.
+/// First row that a cap may reach on a face, and the one behind the last, 0..=32; none if the first is not
+/// below.
 #[inline(always)]
 pub(crate) fn row_range([a, b, g]: [f32; 3], radius: f32, c2: f32) -> [u32; 2] {
     let q = c2 - a * a;
@@ -142,7 +151,14 @@ impl FaceCone {
         let k = self.b * row.t + self.g;
         let square = k * k;
         let inside = square - self.q * row.e;
-        let [low, high] = interval(self.a, k, self.c * at_least(inside, 0.0).sqrt(), self.q, self.one_over_q, self.c2 * row.e - square);
+        let [low, high] = interval(
+            self.a,
+            k,
+            self.c * at_least(inside, 0.0).sqrt(),
+            self.q,
+            self.one_over_q,
+            self.c2 * row.e - square,
+        );
         let mask = from(edge(low)) & !from(edge(high));
         if inside >= 0.0 { mask } else { 0 }
     }
@@ -151,8 +167,8 @@ impl FaceCone {
 /// Beyond every texel.
 const FAR: f32 = 4.0;
 
-/// Where a·s + k ≥ C·√(s² + e): between (a·k ± `root`)/q, `conjugate` being q times the product of these; an empty interval may have any ends that are not
-/// in order, or none on the face.
+/// Where a·s + k ≥ C·√(s² + e): between (a·k ± `root`)/q, `conjugate` being q times the product of these; an
+/// empty interval may have any ends that are not in order, or none on the face.
 #[inline(always)]
 fn interval(a: f32, k: f32, root: f32, q: f32, one_over_q: f32, conjugate: f32) -> [f32; 2] {
     // For a ≥ 0, to be mirrored otherwise.
@@ -170,7 +186,8 @@ fn interval(a: f32, k: f32, root: f32, q: f32, one_over_q: f32, conjugate: f32) 
 /// How many of the 32 texel centres along a line lie below `s`, to rounding.
 #[inline(always)]
 fn edge(s: f32) -> u32 {
-    // The last bits of a float of this size are whole numbers, and adding it rounds to the nearest: a conversion that vector units have.
+    // The last bits of a float of this size are whole numbers, and adding it rounds to the nearest: a
+    // conversion that vector units have.
     const WHOLE: f32 = (1 << 23) as f32;
     let below = at_least(16.0 * s + 16.0, 0.0);
     let centres = if below < SIDE as f32 { below } else { SIDE as f32 };
@@ -198,14 +215,19 @@ mod tests {
 
     /// Unit directions of all texel centres, in the order of bits.
     fn centres() -> Vec<DVec3> {
-        (0..ROWS * SIDE).map(|i| direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5)).collect()
+        (0..ROWS * SIDE)
+            .map(|i| {
+                direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5)
+            })
+            .collect()
     }
 
     fn bit(bitmap: &Bitmap, texel: usize) -> bool {
         (bitmap[texel / SIDE] >> (texel % SIDE)) & 1 == 1
     }
 
-    /// Compares with the test of every texel in f64; rounding may decide those within `tolerance` of the limit.
+    /// Compares with the test of every texel in f64; rounding may decide those within `tolerance` of the
+    /// limit.
     fn check(bitmap: &Bitmap, centres: &[DVec3], axis: DVec3, limit: f64, tolerance: f64) {
         for (texel, d) in centres.iter().enumerate() {
             let beyond = d.dot(axis) - limit;
@@ -226,7 +248,9 @@ mod tests {
     /// Axes, edges and corners of the cube, texel centres and borders, and others near them.
     fn special_directions() -> Vec<Vec3> {
         let places = [-1.0, -0.968_75, -0.5, -1e-4, 0.0, 1e-7, 0.031_25, 0.999_999, 1.0];
-        let cube = places.iter().flat_map(|x| places.iter().flat_map(|y| places.iter().map(|z| Vec3::new(*x, *y, *z))));
+        let cube = places
+            .iter()
+            .flat_map(|x| places.iter().flat_map(|y| places.iter().map(|z| Vec3::new(*x, *y, *z))));
         cube.filter(|v| v.abs().max_element() > 0.9).map(Vec3::normalize).collect()
     }
 
@@ -234,7 +258,20 @@ mod tests {
     fn caps_are_those_of_the_definition() {
         let centres = centres();
         for v in special_directions() {
-            for r in [1e-6, 1e-3, 0.02, 0.05, 0.1, 0.3, 0.5, std::f32::consts::FRAC_1_SQRT_2, 0.8, 0.95, 0.999, 0.999_999] {
+            for r in [
+                1e-6,
+                1e-3,
+                0.02,
+                0.05,
+                0.1,
+                0.3,
+                0.5,
+                std::f32::consts::FRAC_1_SQRT_2,
+                0.8,
+                0.95,
+                0.999,
+                0.999_999,
+            ] {
                 check_cap(&centres, v, r);
             }
         }
@@ -243,9 +280,11 @@ mod tests {
     #[test]
     fn spheres_hold_back_what_is_behind_them() {
         let centres = centres();
-        for (offset, radius) in
-            [(Vec3::new(3.0, -1.0, 0.5), 2.9), (Vec3::new(300.0, 200.0, -500.0), 70.0), (Vec3::new(1e-3, 2e-3, 0.0), 5e-4)]
-        {
+        for (offset, radius) in [
+            (Vec3::new(3.0, -1.0, 0.5), 2.9),
+            (Vec3::new(300.0, 200.0, -500.0), 70.0),
+            (Vec3::new(1e-3, 2e-3, 0.0), 5e-4),
+        ] {
             let mut bitmap = [0; ROWS];
             add_sphere(&mut bitmap, offset, radius);
             let (v, r) = (offset.as_dvec3().normalize(), f64::from(radius) / offset.as_dvec3().length());
@@ -267,10 +306,15 @@ mod tests {
         add_cap(&mut alone, Vec3::new(0.6, 0.0, 0.8), 0.4);
         assert_eq!(bitmap, std::array::from_fn(|row| before[row] | alone[row]));
         assert_eq!(rows(&bytes(&bitmap)), bitmap);
-        assert_eq!(bytes(&bitmap)[4 * 37 + 1] >> 3 & 1, (bitmap[37] >> 11 & 1) as u8, "texel 11 of row 5 of the second face");
+        assert_eq!(
+            bytes(&bitmap)[4 * 37 + 1] >> 3 & 1,
+            (bitmap[37] >> 11 & 1) as u8,
+            "texel 11 of row 5 of the second face"
+        );
     }
 
-    /// A row that the bounds leave out has no texel in the cap even to rounding: so it makes no difference how many rows are looked at.
+    /// A row that the bounds leave out has no texel in the cap even to rounding: so it makes no difference
+    /// how many rows are looked at.
     #[test]
     fn bounds_leave_no_texel_out() {
         for v in special_directions() {
@@ -278,8 +322,9 @@ mod tests {
                 let mut bounded = [0; ROWS];
                 add_cap(&mut bounded, v, r);
                 let c2 = (1.0 - r) * (1.0 + r);
-                let all: Bitmap =
-                    std::array::from_fn(|row| FaceCone::new(FRAMES[row / SIDE].map(|(k, sign)| sign * v[k]), c2).span(&ROW[row % SIDE]));
+                let all: Bitmap = std::array::from_fn(|row| {
+                    FaceCone::new(FRAMES[row / SIDE].map(|(k, sign)| sign * v[k]), c2).span(&ROW[row % SIDE])
+                });
                 assert_eq!(bounded, all, "{v} {r}");
             }
         }

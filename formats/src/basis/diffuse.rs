@@ -1,14 +1,16 @@
-//! The diffuse lobe ρ̃ = max(0, n·ω)/π · dω of a normal n (sphere shadows §2, eq. 2) over the texels of a cube of 32 × 32 a face, and the grid of normals
-//! between which lobes are blended (§4.1: 6 × 8 × 8).
+//! The diffuse lobe ρ̃ = max(0, n·ω)/π · dω of a normal n (sphere shadows §2, eq. 2) over the texels of a
+//! cube of 32 × 32 a face, and the grid of normals between which lobes are blended (§4.1: 6 × 8 × 8).
 //!
-//! **Texels.** A texel's value is the integral of max(0, n·ω)/π over it, by Lambert's formula for the polygon that the horizon leaves of it; so a white sky
-//! without blockers gives 1 to rounding, whatever the normal.
+//! **Texels.** A texel's value is the integral of max(0, n·ω)/π over it, by Lambert's formula for the polygon
+//! that the horizon leaves of it; so a white sky without blockers gives 1 to rounding, whatever the normal.
 //!
-//! **Grid.** Node (i, j) of `face` is the unit vector through the place s = −1 + 2i/7, t = −1 + 2j/7 of [`super::cubemap`], i, j in 0..8, and has index
-//! face·64 + j·8 + i. The nodes on edges belong to both faces, so blends go over edges without a jump. A normal n that meets the cube at p lies in a cell
-//! with corners p_k; the bilinear weights w_k have Σ w_k p_k = p. With weights w_k·|p_k|/|p| on the lobes of the unit nodes p_k/|p_k| the blend is exactly
-//! n·ω wherever all four lobes are positive. Where ω is below the horizon of some node it is too large: 1.8 % of the lobe's norm in the
-//! mean over normals, 3.8 % at worst, and at most 2 % of the light of a white sky.
+//! **Grid.** Node (i, j) of `face` is the unit vector through the place s = −1 + 2i/7, t = −1 + 2j/7 of
+//! [`super::cubemap`], i, j in 0..8, and has index face·64 + j·8 + i. The nodes on edges belong to both
+//! faces, so blends go over edges without a jump. A normal n that meets the cube at p lies in a cell with
+//! corners p_k; the bilinear weights w_k have Σ w_k p_k = p. With weights w_k·|p_k|/|p| on the lobes of the
+//! unit nodes p_k/|p_k| the blend is exactly n·ω wherever all four lobes are positive. Where ω is below the
+//! horizon of some node it is too large: 1.8 % of the lobe's norm in the mean over normals, 3.8 % at worst,
+//! and at most 2 % of the light of a white sky.
 
 use super::cubemap::{FACES, direction, place_of};
 use super::haar::forward_cube;
@@ -31,7 +33,8 @@ pub fn lobe(normal: Vec3) -> Vec<f32> {
 
 /// The integral of max(0, n·ω)/π over each texel, [6·32·32].
 fn texels(normal: Vec3) -> Vec<f32> {
-    static TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| (0..FACES * SIDE * SIDE).map(Texel::new).collect());
+    static TEXELS: LazyLock<Vec<Texel>> =
+        LazyLock::new(|| (0..FACES * SIDE * SIDE).map(Texel::new).collect());
     let normal = normal.as_dvec3();
     TEXELS.iter().map(|texel| (texel.irradiance(normal) / PI) as f32).collect()
 }
@@ -46,7 +49,8 @@ struct Texel {
 impl Texel {
     fn new(i: usize) -> Self {
         let (face, x, y) = (i / (SIDE * SIDE), i % SIDE, i / SIDE % SIDE);
-        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| direction(face, SIDE, x as f64, y as f64));
+        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)]
+            .map(|(x, y)| direction(face, SIDE, x as f64, y as f64));
         Self { corners, vector: light_vector(&corners) }
     }
 
@@ -76,8 +80,9 @@ fn above(corners: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// The vector whose product with n is ± ∫ n·ω dω over a polygon above the horizon, given by vectors to its corners in either sense (Lambert 1760): half the
-/// sum over its edges of the angle that they span times the normal of their plane.
+/// The vector whose product with n is ± ∫ n·ω dω over a polygon above the horizon, given by vectors to its
+/// corners in either sense (Lambert 1760): half the sum over its edges of the angle that they span times the
+/// normal of their plane.
 fn light_vector(corners: &[DVec3]) -> DVec3 {
     let edge = |k: usize| {
         let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
@@ -133,7 +138,12 @@ mod tests {
 
     #[test]
     fn a_white_sky_gives_one() {
-        for normal in normals(50).chain([Vec3::X, Vec3::NEG_Y, Vec3::ONE.normalize(), Vec3::new(1.0, 1.0, 0.0).normalize()]) {
+        for normal in normals(50).chain([
+            Vec3::X,
+            Vec3::NEG_Y,
+            Vec3::ONE.normalize(),
+            Vec3::new(1.0, 1.0, 0.0).normalize(),
+        ]) {
             let sum: f64 = texels(normal).iter().map(|x| f64::from(*x)).sum();
             // 6144 values of at most 1e-3 rounded once, and a normal whose length is off by a rounding.
             assert!((sum - 1.0).abs() < 3e-7, "{normal}: {sum}");
@@ -157,8 +167,13 @@ mod tests {
                     direction(face, SIDE, x, y).dot(normal.as_dvec3()).max(0.0) * solid_angle / PI
                 };
                 let sum: f64 = (0..points * points).map(point).sum();
-                // The midpoint rule's error, of the second order in 1/64 of a texel, most at the horizon; texels are up to 1.2e-3.
-                assert!((sum - f64::from(values[i])).abs() < 2e-8, "texel {i} about {normal}: {sum} {}", values[i]);
+                // The midpoint rule's error, of the second order in 1/64 of a texel, most at the horizon;
+                // texels are up to 1.2e-3.
+                assert!(
+                    (sum - f64::from(values[i])).abs() < 2e-8,
+                    "texel {i} about {normal}: {sum} {}",
+                    values[i]
+                );
             }
         }
     }
@@ -172,9 +187,13 @@ mod tests {
             let sum = found.iter().fold(Vec3::ZERO, |sum, (k, w)| sum + grid_normal(*k as usize) * *w);
             assert!(sum.distance(normal) < 1e-6);
             let (nearest, weight) = found.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-            assert!((weight - 1.0).abs() < 1e-5 && grid_normal(nearest as usize).distance(normal) < 1e-6, "{node} {found:?}");
+            assert!(
+                (weight - 1.0).abs() < 1e-5 && grid_normal(nearest as usize).distance(normal) < 1e-6,
+                "{node} {found:?}"
+            );
         }
-        let finite = blend(Vec3::ZERO).iter().all(|(node, weight)| (*node as usize) < NODES && weight.is_finite());
+        let finite =
+            blend(Vec3::ZERO).iter().all(|(node, weight)| (*node as usize) < NODES && weight.is_finite());
         assert!(finite, "the null vector");
     }
 
@@ -186,7 +205,8 @@ mod tests {
             let mut compared = 0;
             for i in 0..exact.len() {
                 let (face, x, y) = (i / 1024, i % 32, i / 32 % 32);
-                let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| direction(face, SIDE, (x + dx) as f64, (y + dy) as f64));
+                let corners = [(0, 0), (1, 0), (0, 1), (1, 1)]
+                    .map(|(dx, dy)| direction(face, SIDE, (x + dx) as f64, (y + dy) as f64));
                 if nodes.iter().all(|node| corners.iter().all(|corner| corner.dot(*node) > 0.0)) {
                     compared += 1;
                     assert!((exact[i] - ours[i]).abs() < 1e-9, "{normal} {i}: {} {}", exact[i], ours[i]);
@@ -197,33 +217,46 @@ mod tests {
         }
     }
 
-    /// Over 300 normals: 1.8 % of the lobe's norm in the mean, 3.8 % at worst; under a white sky 2 % too bright at
-    /// worst, in the middle of a face's middle cell, whose corners are √(1 + 2/49) away where it is 1.
+    /// Over 300 normals: 1.8 % of the lobe's norm in the mean, 3.8 % at worst; under a white sky 2 % too
+    /// bright at worst, in the middle of a face's middle cell, whose corners are √(1 + 2/49) away where it is
+    /// 1.
     #[test]
     fn blends_are_near_the_lobe() {
         let nodes: Vec<Vec<f32>> = (0..NODES).map(|node| texels(grid_normal(node))).collect();
         let error = |normal: Vec3| {
             let (exact, ours) = (texels(normal), blended(normal, |node| nodes[node].clone()));
             let square = |x: f32| f64::from(x).powi(2);
-            let (off, norm) = exact.iter().zip(&ours).fold((0.0, 0.0), |(off, norm), (e, o)| (off + square(e - o), norm + square(*e)));
+            let (off, norm) = exact
+                .iter()
+                .zip(&ours)
+                .fold((0.0, 0.0), |(off, norm), (e, o)| (off + square(e - o), norm + square(*e)));
             (off / norm).sqrt()
         };
         let errors: Vec<f64> = normals(300).map(error).collect();
-        let (mean, worst) = (errors.iter().sum::<f64>() / 300.0, errors.iter().fold(0.0f64, |a, b| a.max(*b)));
+        let (mean, worst) =
+            (errors.iter().sum::<f64>() / 300.0, errors.iter().fold(0.0f64, |a, b| a.max(*b)));
         println!("relative L2 error of a blend: mean {mean:.5}, worst {worst:.5}");
         assert!(mean < 0.02 && worst < 0.042);
-        let bright = normals(10_000).fold(0.0f32, |most, normal| most.max(blend(normal).iter().map(|(_, w)| w).sum()));
+        let bright =
+            normals(10_000).fold(0.0f32, |most, normal| most.max(blend(normal).iter().map(|(_, w)| w).sum()));
         println!("white sky: at most {bright:.5}");
         assert!(bright < (51.0f32 / 49.0).sqrt() + 1e-5);
     }
 
     #[test]
     fn blends_go_over_edges_without_a_jump() {
-        for (inside, along) in
-            [(Vec3::new(1.0, 1.0, 0.37), Vec3::X), (Vec3::new(-0.2, 1.0, -1.0), Vec3::Z), (Vec3::new(-1.0, 0.81, 1.0), Vec3::X)]
-        {
-            let [one, other] = [-1e-5, 1e-5].map(|step| blended(inside + along * step, |node| lobe(grid_normal(node))));
-            assert_ne!(blend(inside - along * 1e-5)[0].0 / 64, blend(inside + along * 1e-5)[0].0 / 64, "two faces");
+        for (inside, along) in [
+            (Vec3::new(1.0, 1.0, 0.37), Vec3::X),
+            (Vec3::new(-0.2, 1.0, -1.0), Vec3::Z),
+            (Vec3::new(-1.0, 0.81, 1.0), Vec3::X),
+        ] {
+            let [one, other] =
+                [-1e-5, 1e-5].map(|step| blended(inside + along * step, |node| lobe(grid_normal(node))));
+            assert_ne!(
+                blend(inside - along * 1e-5)[0].0 / 64,
+                blend(inside + along * 1e-5)[0].0 / 64,
+                "two faces"
+            );
             let step = one.iter().zip(&other).fold(0.0f32, |most, (a, b)| most.max((a - b).abs()));
             assert!(step < 1e-6, "{step}");
         }

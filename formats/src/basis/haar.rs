@@ -39,7 +39,8 @@ pub enum Wavelet {
     },
 }
 
-/// What stands at `index` of a face of `n` × `n`, `n` a power of two; indices of a cube count as those of their face.
+/// What stands at `index` of a face of `n` × `n`, `n` a power of two; indices of a cube count as those of
+/// their face.
 pub fn describe(index: usize, n: usize) -> Wavelet {
     let index = index & (n * n - 1);
     let Some(log) = index.checked_ilog2() else { return Wavelet::Scaling };
@@ -53,7 +54,8 @@ pub fn index(level: u32, m: usize, i: usize, j: usize) -> usize {
     (m << (2 * level)) + (j << level) + i
 }
 
-/// Texels on which the function at `index` is not 0, of a face of `n` × `n`; indices of a cube count as those of their face.
+/// Texels on which the function at `index` is not 0, of a face of `n` × `n`; indices of a cube count as those
+/// of their face.
 pub fn support(index: usize, n: usize) -> usize {
     match describe(index, n) {
         Wavelet::Scaling => n * n,
@@ -61,14 +63,16 @@ pub fn support(index: usize, n: usize) -> usize {
     }
 }
 
-/// Transforms the row-major texels of a face of `n` × `n` to coefficients, in place. `scratch` is resized as needed; keep it for the next face.
+/// Transforms the row-major texels of a face of `n` × `n` to coefficients, in place. `scratch` is resized as
+/// needed; keep it for the next face.
 ///
 /// # Panics
 /// If `n` is not a power of two, or `face` not `n` × `n` long.
 pub fn forward<T: Number>(face: &mut [T], n: usize, scratch: &mut Vec<T>) {
     let levels = prepare(face, n, scratch);
     for pass in 0..levels {
-        // From the finest level up; results stand now in one buffer, now in the other, but details always belong in the face.
+        // From the finest level up; results stand now in one buffer, now in the other, but details always
+        // belong in the face.
         let h = n >> (pass + 1);
         if pass % 2 == 0 {
             split(face, scratch, h);
@@ -80,7 +84,8 @@ pub fn forward<T: Number>(face: &mut [T], n: usize, scratch: &mut Vec<T>) {
     }
 }
 
-/// Transforms the coefficients of a face of `n` × `n` to row-major texels, in place: the inverse of [`forward`].
+/// Transforms the coefficients of a face of `n` × `n` to row-major texels, in place: the inverse of
+/// [`forward`].
 ///
 /// # Panics
 /// If `n` is not a power of two, or `face` not `n` × `n` long.
@@ -130,13 +135,17 @@ fn prepare<T: Number>(face: &[T], n: usize, scratch: &mut Vec<T>) -> u32 {
     n.ilog2()
 }
 
-/// Splits the image of 2h × 2h at the start of `from` into its averages and three details, images of h × h behind each other in `to`.
+/// Splits the image of 2h × 2h at the start of `from` into its averages and three details, images of h × h
+/// behind each other in `to`.
 fn split<T: Number>(from: &[T], to: &mut [T], h: usize) {
     let (averages, details) = to[..4 * h * h].split_at_mut(h * h);
     let (left_right, rest) = details.split_at_mut(h * h);
     let (up_down, crossed) = rest.split_at_mut(h * h);
-    let rows =
-        averages.chunks_exact_mut(h).zip(left_right.chunks_exact_mut(h)).zip(up_down.chunks_exact_mut(h)).zip(crossed.chunks_exact_mut(h));
+    let rows = averages
+        .chunks_exact_mut(h)
+        .zip(left_right.chunks_exact_mut(h))
+        .zip(up_down.chunks_exact_mut(h))
+        .zip(crossed.chunks_exact_mut(h));
     for (pair, (((a, x), y), d)) in from[..4 * h * h].chunks_exact(4 * h).zip(rows) {
         let (top, bottom) = pair.split_at(2 * h);
         split_rows(top, bottom, a, x, y, d);
@@ -164,7 +173,11 @@ fn join<T: Number>(from: &[T], to: &mut [T], h: usize) {
     let (averages, details) = from[..4 * h * h].split_at(h * h);
     let (left_right, rest) = details.split_at(h * h);
     let (up_down, crossed) = rest.split_at(h * h);
-    let rows = averages.chunks_exact(h).zip(left_right.chunks_exact(h)).zip(up_down.chunks_exact(h)).zip(crossed.chunks_exact(h));
+    let rows = averages
+        .chunks_exact(h)
+        .zip(left_right.chunks_exact(h))
+        .zip(up_down.chunks_exact(h))
+        .zip(crossed.chunks_exact(h));
     for (pair, (((a, x), y), d)) in to[..4 * h * h].chunks_exact_mut(4 * h).zip(rows) {
         let (top, bottom) = pair.split_at_mut(2 * h);
         join_rows(a, x, y, d, top, bottom);

@@ -1,6 +1,8 @@
-//! Pairs of directions by half and difference angle (Rusinkiewicz 1998), on which lobes of GGX are integrated.
+//! Pairs of directions by half and difference angle (Rusinkiewicz 1998), on which lobes of GGX are
+//! integrated.
 //!
-//! Nodes crowd towards the peak, so that they resolve a lobe of any width. The integral is over both directions, with both cosines.
+//! Nodes crowd towards the peak, so that they resolve a lobe of any width. The integral is over both
+//! directions, with both cosines.
 
 use super::Angles;
 use std::f64::consts::FRAC_PI_2;
@@ -34,9 +36,11 @@ impl HalfDifference {
                 for a in 0..azimuths {
                     // Lobes are symmetric in both directions, so a quarter of the circle tells all.
                     let across = sin_half * sin_difference * (FRAC_PI_2 * middle(a, azimuths)).cos();
-                    let [cos_in, cos_out] = [cos_half * cos_difference - across, cos_half * cos_difference + across];
+                    let [cos_in, cos_out] =
+                        [cos_half * cos_difference - across, cos_half * cos_difference + across];
                     if cos_in > 0.0 {
-                        let [cos_half, cos_difference, c_in, c_out] = [cos_half, cos_difference, cos_in, cos_out].map(|c| c as f32);
+                        let [cos_half, cos_difference, c_in, c_out] =
+                            [cos_half, cos_difference, cos_in, cos_out].map(|c| c as f32);
                         angles.push(Angles { cos_half, cos_difference, cos_in: c_in, cos_out: c_out });
                         weight.push((measure * cos_in * cos_out).sqrt());
                     }
@@ -60,13 +64,15 @@ mod tests {
 
     #[test]
     fn the_quadrature_integrates_over_both_directions() {
-        // ∫∫ cos θi cos θo dωi dωo = π². The grid covers a quarter of the azimuth and leaves out constant factors: π/2·π·4/2 per unit of x and
-        // angles, over the numbers of nodes, times 2π for turning both directions together.
+        // ∫∫ cos θi cos θo dωi dωo = π². The grid covers a quarter of the azimuth and leaves out constant
+        // factors: π/2·π·4/2 per unit of x and angles, over the numbers of nodes, times 2π for turning both
+        // directions together.
         let grid = HalfDifference::new();
         let [h, d, a] = QUADRATURE.map(|n| n as f64);
         let steps = (PI / h) * (FRAC_PI_2 / d) * (4.0 * FRAC_PI_2 / a) * TAU;
         let sum: f64 = grid.weight.iter().map(|w| w * w).sum::<f64>() * steps;
-        // Pairs close to the horizon are cut off cell by cell; what is lost or won there is of the order of a cell's share.
+        // Pairs close to the horizon are cut off cell by cell; what is lost or won there is of the order of a
+        // cell's share.
         assert!((sum / PI.powi(2) - 1.0).abs() < 2e-3, "{sum}");
     }
 }

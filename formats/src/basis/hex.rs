@@ -28,15 +28,19 @@ mod tests {
 
     #[test]
     fn digits_are_srgb() {
-        for (text, hex, grey) in
-            [("#bcbcbc", "#bcbcbc", 0.5), (" 808080 ", "#808080", 0.2158605), ("#FFF", "#ffffff", 1.0), ("000", "#000000", 0.0)]
-        {
+        for (text, hex, grey) in [
+            ("#bcbcbc", "#bcbcbc", 0.5),
+            (" 808080 ", "#808080", 0.2158605),
+            ("#FFF", "#ffffff", 1.0),
+            ("000", "#000000", 0.0),
+        ] {
             let linear = linear_from_hex(text).unwrap();
             assert!(linear.iter().all(|v| (v - grey).abs() < 3e-3), "{text}: {linear:?}");
             assert_eq!(hex_from_linear(linear), hex);
         }
         assert_eq!(linear_from_hex("#ff8000").map(hex_from_linear).as_deref(), Some("#ff8000"));
-        for wrong in ["", "#", "#ff", "#ffff", "#fffff", "#gggggg", "0.5", "#ff00000", "#+f0000", "#ｆｆｆ"] {
+        for wrong in ["", "#", "#ff", "#ffff", "#fffff", "#gggggg", "0.5", "#ff00000", "#+f0000", "#ｆｆｆ"]
+        {
             assert_eq!(linear_from_hex(wrong), None, "{wrong}");
         }
     }

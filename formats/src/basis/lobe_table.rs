@@ -1,7 +1,8 @@
 //! One-dimensional tables of lobes that depend on the half angle δ alone.
 //!
-//! The abscissa is the chord |h − n| = √(2 − 2 cos δ), which grows like δ near the peak: equal steps of it resolve a lobe of any width
-//! evenly, and computing it needs no inverse cosine. Between nodes the lobe is interpolated linearly.
+//! The abscissa is the chord |h − n| = √(2 − 2 cos δ), which grows like δ near the peak: equal steps of it
+//! resolve a lobe of any width evenly, and computing it needs no inverse cosine. Between nodes the lobe is
+//! interpolated linearly.
 
 /// Nodes of a table, the last one at δ = π/2.
 pub const NODES: usize = 4097;
@@ -24,7 +25,8 @@ mod tests {
 
     #[test]
     fn the_sharpest_lobe_is_resolved() {
-        // The second derivative of (1 - x²)^200 is at most 400, so linear interpolation errs by at most 400/(8·4096²) = 3e-6 of the peak.
+        // The second derivative of (1 - x²)^200 is at most 400, so linear interpolation errs by at most
+        // 400/(8·4096²) = 3e-6 of the peak.
         let lobe: Vec<f64> = (0..NODES).map(|i| cos_delta(i).powi(200)).collect();
         for step in 0..50_000 {
             let c = step as f32 / 50_000.0;

@@ -9,8 +9,9 @@ pub fn schlick(cos_difference: f32) -> f32 {
     x * x * x * x * x
 }
 
-/// D·V of roughness α² = `alpha_squared`, sr⁻¹: the Trowbridge-Reitz distribution times Smith's height-correlated visibility, which holds the
-/// denominator 4 (n·l)(n·v). Bounded wherever one cosine is above 0; 0 where both vanish.
+/// D·V of roughness α² = `alpha_squared`, sr⁻¹: the Trowbridge-Reitz distribution times Smith's
+/// height-correlated visibility, which holds the denominator 4 (n·l)(n·v). Bounded wherever one cosine is
+/// above 0; 0 where both vanish.
 pub fn distribution_visibility(alpha_squared: f32, angles: &Angles) -> f32 {
     let Angles { cos_half, cos_in, cos_out, .. } = *angles;
     let half_squared = cos_half * cos_half;

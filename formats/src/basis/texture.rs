@@ -36,13 +36,15 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Linear red, green and blue, and alpha, each in 0..=1, at texture coordinates `uv`; between texel centres as the filter says.
+    /// Linear red, green and blue, and alpha, each in 0..=1, at texture coordinates `uv`; between texel
+    /// centres as the filter says.
     pub fn sample(&self, uv: [f32; 2]) -> [f32; 4] {
         if self.filter == Filter::Nearest {
             let [x, y] = std::array::from_fn(|axis| nearest(uv[axis], self.size[axis], self.wrap[axis]));
             return self.texel(x, y);
         }
-        let [(x0, x1, fx), (y0, y1, fy)] = std::array::from_fn(|axis| neighbours(uv[axis], self.size[axis], self.wrap[axis]));
+        let [(x0, x1, fx), (y0, y1, fy)] =
+            std::array::from_fn(|axis| neighbours(uv[axis], self.size[axis], self.wrap[axis]));
         let [a, b, c, d] = [self.texel(x0, y0), self.texel(x1, y0), self.texel(x0, y1), self.texel(x1, y1)];
         std::array::from_fn(|k| {
             let (top, bottom) = (a[k] + (b[k] - a[k]) * fx, c[k] + (d[k] - c[k]) * fx);
@@ -93,7 +95,8 @@ pub fn linear_from_srgb(byte: u8) -> f32 {
     TABLE[usize::from(byte)]
 }
 
-/// One channel, linear in 0..=1 to sRGB (IEC 61966-2-1), rounded to 8 bits; what is below is 0, what is above 255, and what is no number 0.
+/// One channel, linear in 0..=1 to sRGB (IEC 61966-2-1), rounded to 8 bits; what is below is 0, what is above
+/// 255, and what is no number 0.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8
@@ -110,7 +113,9 @@ mod tests {
 
     #[test]
     fn the_nearest_texel_is_a_sharp_rectangle() {
-        for (wrap, beyond) in [(Wrap::Clamp, [0.0, 0.6]), (Wrap::Repeat, [0.6, 0.0]), (Wrap::Mirror, [0.0, 0.6])] {
+        for (wrap, beyond) in
+            [(Wrap::Clamp, [0.0, 0.6]), (Wrap::Repeat, [0.6, 0.0]), (Wrap::Mirror, [0.0, 0.6])]
+        {
             let sharp = Texture { filter: Filter::Nearest, ..ramp(wrap) };
             let alpha = |u, v| sharp.sample([u, v])[3];
             let within = [0.0, 0.01, 0.249, 0.25, 0.499, 0.5, 0.75, 0.999].map(|u| alpha(u, 0.499));
@@ -123,7 +128,13 @@ mod tests {
     #[test]
     fn texel_centres_are_exact_and_between_them_it_is_linear() {
         let texture = ramp(Wrap::Clamp);
-        for (uv, alpha) in [([0.125, 0.25], 0.0), ([0.375, 0.25], 0.2), ([0.25, 0.25], 0.1), ([0.125, 0.75], 0.8), ([0.125, 0.5], 0.4)] {
+        for (uv, alpha) in [
+            ([0.125, 0.25], 0.0),
+            ([0.375, 0.25], 0.2),
+            ([0.25, 0.25], 0.1),
+            ([0.125, 0.75], 0.8),
+            ([0.125, 0.5], 0.4),
+        ] {
             assert!((texture.sample(uv)[3] - alpha).abs() < 1e-6, "{uv:?}");
         }
     }
@@ -162,9 +173,16 @@ mod tests {
     #[test]
     fn known_points_of_the_curve() {
         // 0.5 encodes to 187.5 within a hundredth: 1.055·0.5^(1/2.4) − 0.055 = 0.735357.
-        for (linear, expected) in
-            [(0.0, 0), (1.0, 255), (0.5, 188), (0.001, 3), (0.215_860_5, 128), (0.003_130_8, 10), (-1.0, 0), (2.0, 255)]
-        {
+        for (linear, expected) in [
+            (0.0, 0),
+            (1.0, 255),
+            (0.5, 188),
+            (0.001, 3),
+            (0.215_860_5, 128),
+            (0.003_130_8, 10),
+            (-1.0, 0),
+            (2.0, 255),
+        ] {
             assert_eq!(srgb_from_linear(linear), expected, "{linear}");
         }
     }

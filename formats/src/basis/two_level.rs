@@ -1,8 +1,10 @@
-//! The Haar transform of a bitmap in two levels (sphere shadows §3.4): table look-ups for tiles of 4 × 4 texels, then the plain transform of the 8 × 8
-//! averages of each face. It is the plain transform of the image of zeros and ones, bit for bit, for about 1/16 of its additions and multiplications.
+//! The Haar transform of a bitmap in two levels (sphere shadows §3.4): table look-ups for tiles of 4 × 4
+//! texels, then the plain transform of the 8 × 8 averages of each face. It is the plain transform of the
+//! image of zeros and ones, bit for bit, for about 1/16 of its additions and multiplications.
 //!
-//! **Order of bits.** A bitmap has 6 × 32 × 32 bits in 768 bytes, 128 a face: texel (x, y) of `face` is bit x mod 8, lowest first, of byte
-//! (face·32 + y)·4 + ⌊x/8⌋. A tile has 16: texel (x, y) of the tile is bit 4y + x.
+//! **Order of bits.** A bitmap has 6 × 32 × 32 bits in 768 bytes, 128 a face: texel (x, y) of `face` is bit x
+//! mod 8, lowest first, of byte (face·32 + y)·4 + ⌊x/8⌋. A tile has 16: texel (x, y) of the tile is bit 4y +
+//! x.
 
 use super::cubemap::FACES;
 use super::haar::{Number, forward, index};
@@ -34,7 +36,9 @@ pub fn two_level<T: Number>(bitmap: &[u8; BYTES], table: &HaarTable, out: &mut [
 /// The averages of the tiles to the front of the face, details to their places.
 fn look_up<T: Number>(bits: &[u8; SIDE * SIDE / 8], table: &HaarTable, face: &mut [T; SIDE * SIDE]) {
     for (tile_y, rows) in bits.as_chunks::<16>().0.iter().enumerate() {
-        let rows: [u32; 4] = std::array::from_fn(|y| u32::from_le_bytes([rows[4 * y], rows[4 * y + 1], rows[4 * y + 2], rows[4 * y + 3]]));
+        let rows: [u32; 4] = std::array::from_fn(|y| {
+            u32::from_le_bytes([rows[4 * y], rows[4 * y + 1], rows[4 * y + 2], rows[4 * y + 3]])
+        });
         for tile_x in 0..TILES {
             let tile = rows.iter().rev().fold(0, |tile, row| (tile << 4) | (row >> (4 * tile_x)) & 15);
             put(&table.tile(tile as u16).map(T::from), tile_x, tile_y, face);

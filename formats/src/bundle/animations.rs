@@ -1,8 +1,9 @@
 //! Whether an animation can be played: it sets nothing but what varies, and all of it legally at every key.
 //!
-//! Every leaf is linear between its keys and every legal range is convex, so if the looks at all keys are legal, all are, but for one thing that is not
-//! convex: a camera must not meet its target. What is legal depends on one thing at a time, a material, a shape, the camera or the environment. So each is
-//! looked at by itself, at its own keys, and an animation of many keys and tracks costs no more than it is long.
+//! Every leaf is linear between its keys and every legal range is convex, so if the looks at all keys are
+//! legal, all are, but for one thing that is not convex: a camera must not meet its target. What is legal
+//! depends on one thing at a time, a material, a shape, the camera or the environment. So each is looked at
+//! by itself, at its own keys, and an animation of many keys and tracks costs no more than it is long.
 
 use super::{Look, Scope};
 use crate::error::{Error, Place, Result};
@@ -18,7 +19,8 @@ use std::collections::{HashMap, HashSet};
 pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place: &Place) -> Result<()> {
     let varies = scope.varies();
     let names = Names::new(&varies);
-    let check = Check { base, scope, shapes: scope.scene.shapes.iter().map(|s| (s.object.as_str(), s)).collect() };
+    let check =
+        Check { base, scope, shapes: scope.scene.shapes.iter().map(|s| (s.object.as_str(), s)).collect() };
     for part in parts(animation) {
         let mut last: Option<Camera> = None;
         for time_s in part.key_times_s() {
@@ -31,7 +33,8 @@ pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place:
             let Some(change) = &state.camera else { continue };
             let camera = base.camera.with(change, &place)?;
             if last.is_some_and(|last| passes_its_target(&last, &camera)) {
-                let reason = "camera: on the way here the position meets the target; add a key that leads around it";
+                let reason =
+                    "camera: on the way here the position meets the target; add a key that leads around it";
                 return Err(Error::invalid(&place, reason));
             }
             last = Some(camera);
@@ -40,7 +43,8 @@ pub fn expect_playable(animation: &Animation, base: &Look, scope: &Scope, place:
     Ok(())
 }
 
-/// Fails unless one of the methods of a bundle, which see the same scene by `scopes`, can play `animation`, at `place`.
+/// Fails unless one of the methods of a bundle, which see the same scene by `scopes`, can play `animation`,
+/// at `place`.
 ///
 /// # Errors
 /// `Invalid` with what the last of them does not play.
@@ -82,7 +86,11 @@ struct Names<'a> {
 
 impl<'a> Names<'a> {
     fn new(varies: &'a Varies<'a>) -> Self {
-        Self { varies, materials: varies.materials.iter().copied().collect(), shapes: varies.shapes.iter().copied().collect() }
+        Self {
+            varies,
+            materials: varies.materials.iter().copied().collect(),
+            shapes: varies.shapes.iter().copied().collect(),
+        }
     }
 
     /// Whether all that the tracks set varies.

@@ -26,12 +26,14 @@ pub struct Brdfs {
 impl Brdfs {
     /// The default parameters of `materials`.
     pub fn of(materials: &[StoredMaterial]) -> Self {
-        let names = materials.iter().enumerate().map(|(index, material)| (material.name.clone(), index)).collect();
+        let names =
+            materials.iter().enumerate().map(|(index, material)| (material.name.clone(), index)).collect();
         let brdfs = materials.iter().map(|material| material.brdf).collect();
         Self { names: Arc::new(names), brdfs: Arc::new(brdfs), revision: new_revision() }
     }
 
-    /// A number that is another whenever parameters have changed: what has the same revision has the same parameters, whatever it was copied from.
+    /// A number that is another whenever parameters have changed: what has the same revision has the same
+    /// parameters, whatever it was copied from.
     pub fn revision(&self) -> u64 {
         self.revision
     }
@@ -96,7 +98,12 @@ mod tests {
     }
 
     fn brdfs() -> Brdfs {
-        let material = |name: &str, kd| StoredMaterial { name: name.to_owned(), brdf: matte(kd), varies: true, textured: false };
+        let material = |name: &str, kd| StoredMaterial {
+            name: name.to_owned(),
+            brdf: matte(kd),
+            varies: true,
+            textured: false,
+        };
         Brdfs::of(&[material("b", 0.1), material("a", 0.2)])
     }
 

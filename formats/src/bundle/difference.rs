@@ -2,16 +2,24 @@
 
 use super::{Brdfs, Look};
 use crate::kinds::scene::EnvironmentLook;
-use crate::state::{Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ShapeState, State, ViewState};
+use crate::state::{
+    Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ShapeState, State, ViewState,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Look {
-    /// The change that makes this look of `from`, a look of the same scene, bit for bit: 0 and -0 differ. It names no leaf in which the two agree, but for
-    /// materials and shapes that differ, which it names whole.
+    /// The change that makes this look of `from`, a look of the same scene, bit for bit: 0 and -0 differ. It
+    /// names no leaf in which the two agree, but for materials and shapes that differ, which it names whole.
     pub fn difference(&self, from: &Self) -> State {
         State {
-            environment: self.environment.as_ref().zip(from.environment.as_ref()).and_then(|(now, was)| environment(now, was)),
-            view: Some(self.tonemap).filter(|now| *now != from.tonemap).map(|tonemap| ViewState { tonemap: Some(tonemap) }),
+            environment: self
+                .environment
+                .as_ref()
+                .zip(from.environment.as_ref())
+                .and_then(|(now, was)| environment(now, was)),
+            view: Some(self.tonemap)
+                .filter(|now| *now != from.tonemap)
+                .map(|tonemap| ViewState { tonemap: Some(tonemap) }),
             camera: camera(&self.camera, &from.camera),
             lights: BTreeMap::new(),
             materials: materials(&self.materials, &from.materials),
@@ -52,14 +60,21 @@ fn materials(now: &Brdfs, was: &Brdfs) -> BTreeMap<String, MaterialState> {
     if now.revision() == was.revision() {
         return BTreeMap::new();
     }
-    let pairs = now.iter().filter_map(|(name, brdf)| Some((name, MaterialState::from(*brdf), MaterialState::from(*was.get(name)?))));
-    pairs.filter(|(_, now, was)| !same_material(now, was)).map(|(name, now, _)| (name.to_owned(), now)).collect()
+    let pairs = now.iter().filter_map(|(name, brdf)| {
+        Some((name, MaterialState::from(*brdf), MaterialState::from(*was.get(name)?)))
+    });
+    pairs
+        .filter(|(_, now, was)| !same_material(now, was))
+        .map(|(name, now, _)| (name.to_owned(), now))
+        .collect()
 }
 
 fn same_material(a: &MaterialState, b: &MaterialState) -> bool {
     let bits = |state: &MaterialState| {
-        let colours = [state.kd, state.ks, state.base_color].map(|colour| colour.map(|colour| colour.map(f32::to_bits)));
-        let numbers = [state.shininess, state.metallic, state.roughness].map(|number| number.map(f32::to_bits));
+        let colours = [state.kd, state.ks, state.base_color]
+            .map(|colour| colour.map(|colour| colour.map(f32::to_bits)));
+        let numbers =
+            [state.shininess, state.metallic, state.roughness].map(|number| number.map(f32::to_bits));
         (colours, numbers)
     };
     bits(a) == bits(b)
@@ -78,7 +93,9 @@ fn shapes(now: &BTreeMap<String, Posed>, was: &BTreeMap<String, Posed>) -> BTree
 /// The change after which a shape shows `posed`, whatever it showed before.
 fn showing(posed: Option<&Posed>) -> ShapeState {
     match posed {
-        Some(Posed { clip, time_s }) => ShapeState { clip: Some(clip.clone()), time_s: Some(*time_s), pose: None },
+        Some(Posed { clip, time_s }) => {
+            ShapeState { clip: Some(clip.clone()), time_s: Some(*time_s), pose: None }
+        }
         None => ShapeState { pose: Some(Pose::Rest), ..ShapeState::default() },
     }
 }

@@ -7,7 +7,8 @@ use crate::kinds::scene::{self, StoredMaterial};
 use crate::kinds::transfer_images::Head;
 use std::collections::{HashMap, HashSet};
 
-/// Fails unless size, bases and materials of the images at `place` are those of `basis` and `scene`: a material has images exactly if it varies.
+/// Fails unless size, bases and materials of the images at `place` are those of `basis` and `scene`: a
+/// material has images exactly if it varies.
 pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place: &Place) -> Result<()> {
     let (meta, place) = (&head.meta, place.part("section `meta`"));
     if meta.size != scene.size {
@@ -16,7 +17,8 @@ pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place:
     if meta.bases as usize != basis.bases() {
         return refuse(&place, format!("{} bases, the BRDF basis has {}", meta.bases, basis.bases()));
     }
-    let known: HashMap<&str, &StoredMaterial> = scene.materials.iter().map(|m| (m.name.as_str(), m)).collect();
+    let known: HashMap<&str, &StoredMaterial> =
+        scene.materials.iter().map(|m| (m.name.as_str(), m)).collect();
     for name in &meta.materials {
         match known.get(name.as_str()) {
             Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
@@ -29,7 +31,10 @@ pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place:
     }
     let shown: HashSet<&str> = meta.materials.iter().map(String::as_str).collect();
     match scene.materials.iter().find(|m| m.varies && !shown.contains(m.name.as_str())) {
-        Some(left_out) => refuse(&place, format!("material `{}` varies in the scene, but there are no images of it", left_out.name)),
+        Some(left_out) => refuse(
+            &place,
+            format!("material `{}` varies in the scene, but there are no images of it", left_out.name),
+        ),
         None => Ok(()),
     }
 }

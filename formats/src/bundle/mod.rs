@@ -1,14 +1,18 @@
-//! What must agree between the files of a bundle: files of different bakes can each be sound and yet not fit together.
+//! What must agree between the files of a bundle: files of different bakes can each be sound and yet not fit
+//! together.
 //!
-//! Everything that reads bundles calls these: `bake verify`, `bake info` and `bake export` on all files, a player on those that it reads, as they arrive.
-//! No check needs more of another file than its head, so that nothing large must be kept.
+//! Everything that reads bundles calls these: `bake verify`, `bake info` and `bake export` on all files, a
+//! player on those that it reads, as they arrive. No check needs more of another file than its head, so that
+//! nothing large must be kept.
 //!
 //! * [`expect_name`]: what the manifest calls a file's content;
 //! * [`expect_images`]: images against basis and scene;
-//! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file of a method that they light;
+//! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file
+//!   of a method that they light;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
 //! * [`Settings`]: what the manifest says of settings against the files;
-//! * [`Scope`], [`Look`], [`Brdfs`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be set, and whether an animation sets nothing else.
+//! * [`Scope`], [`Look`], [`Brdfs`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be
+//!   set, and whether an animation sets nothing else.
 
 mod animations;
 mod brdfs;

@@ -18,8 +18,13 @@ pub struct Settings {
 impl Settings {
     /// Those of `method` in the `manifest` at `place`.
     pub fn of(method: &MethodEntry, manifest: &Manifest, place: &Place) -> Self {
-        let sphere_sets = manifest.sphere_sets.iter().map(|(object, set)| (object.clone(), set.settings.clone())).collect();
-        Self { place: place.part(format!("method `{}`", method.name)), method: method.settings.clone(), sphere_sets }
+        let sphere_sets =
+            manifest.sphere_sets.iter().map(|(object, set)| (object.clone(), set.settings.clone())).collect();
+        Self {
+            place: place.part(format!("method `{}`", method.name)),
+            method: method.settings.clone(),
+            sphere_sets,
+        }
     }
 
     /// Fails unless the settings of the method are as a file of it says, by their names.
@@ -35,7 +40,8 @@ impl Settings {
     /// # Errors
     /// As [`Settings::expect`].
     pub fn expect_images(&self, meta: &transfer_images::Meta) -> Result<()> {
-        let [size, samples, seed, bases] = [json!(meta.size), json!(meta.samples), json!(meta.seed), json!(meta.bases)];
+        let [size, samples, seed, bases] =
+            [json!(meta.size), json!(meta.samples), json!(meta.seed), json!(meta.bases)];
         self.expect(&[("size", size), ("samples", samples), ("seed", seed), ("bases", bases)])
     }
 
@@ -47,17 +53,23 @@ impl Settings {
         self.expect(&[("terms", json!(meta.terms())), ("rays_per_texel", json!(meta.rays_per_texel))])
     }
 
-    /// Fails unless the objects of `scene` are those of the settings, and those with spheres have a set in `objects`.
+    /// Fails unless the objects of `scene` are those of the settings, and those with spheres have a set in
+    /// `objects`.
     ///
     /// # Errors
     /// As [`Settings::expect`].
     pub fn expect_objects(&self, scene: &scene::Meta, objects: &Objects) -> Result<()> {
         let Some(listed) = self.method.get("objects").and_then(Value::as_array) else { return Ok(()) };
-        let listed = listed.iter().map(|object| (object[0].as_str().unwrap_or_default(), !object[1].is_null()));
-        if listed.eq(scene.objects.iter().map(|object| (object.name.as_str(), objects.has_set(&object.name)))) {
+        let listed =
+            listed.iter().map(|object| (object[0].as_str().unwrap_or_default(), !object[1].is_null()));
+        if listed.eq(scene.objects.iter().map(|object| (object.name.as_str(), objects.has_set(&object.name))))
+        {
             return Ok(());
         }
-        refuse(&self.place, "setting `objects` does not list the objects of the scene, with spheres where there are some")
+        refuse(
+            &self.place,
+            "setting `objects` does not list the objects of the scene, with spheres where there are some",
+        )
     }
 
     /// Fails unless the spheres of `object` are those that its settings ask for, or fewer.
@@ -67,18 +79,29 @@ impl Settings {
     pub fn expect_set(&self, set: &SphereSet, object: &str) -> Result<()> {
         let Some(listed) = self.sphere_sets.get(object) else { return Ok(()) };
         let place = Place::file(&self.place.file).part(format!("spheres of `{object}`"));
-        expect(listed, &[("seed", json!(set.meta.seed)), ("iterations", json!(set.meta.iterations))], &place)?;
+        expect(
+            listed,
+            &[("seed", json!(set.meta.seed)), ("iterations", json!(set.meta.iterations))],
+            &place,
+        )?;
         let count = set.spheres.len() as u64;
         match listed.get("spheres").and_then(Value::as_u64) {
-            Some(most) if most < count => refuse(&place, format!("setting `spheres` is {most}, the file has {count}")),
+            Some(most) if most < count => {
+                refuse(&place, format!("setting `spheres` is {most}, the file has {count}"))
+            }
             _ => Ok(()),
         }
     }
 }
 
 fn expect(listed: &BTreeMap<String, Value>, there: &[(&str, Value)], place: &Place) -> Result<()> {
-    match there.iter().find_map(|(name, value)| Some((name, value, listed.get(*name).filter(|listed| *listed != value)?))) {
+    match there
+        .iter()
+        .find_map(|(name, value)| Some((name, value, listed.get(*name).filter(|listed| *listed != value)?)))
+    {
         None => Ok(()),
-        Some((name, value, listed)) => refuse(place, format!("setting `{name}` is {listed}, the file has {value}")),
+        Some((name, value, listed)) => {
+            refuse(place, format!("setting `{name}` is {listed}, the file has {value}"))
+        }
     }
 }

@@ -68,7 +68,8 @@ mod tests {
     use super::{by_c, in_rust, most_stored_bytes};
     use zstd::zstd_safe::CParameter;
 
-    /// Noise, runs, text-like repetitions at many distances, and smooth numbers: what every kind of block and of table is made of.
+    /// Noise, runs, text-like repetitions at many distances, and smooth numbers: what every kind of block and
+    /// of table is made of.
     fn samples() -> Vec<Vec<u8>> {
         let mut state = 1u64;
         let mut noise = || {
@@ -76,13 +77,17 @@ mod tests {
             (state >> 56) as u8
         };
         let mut samples = Vec::new();
-        for length in [0, 1, 2, 31, 255, 256, 1000, 65_535, (128 << 10) - 1, 128 << 10, (128 << 10) + 1, 700_001] {
+        for length in
+            [0, 1, 2, 31, 255, 256, 1000, 65_535, (128 << 10) - 1, 128 << 10, (128 << 10) + 1, 700_001]
+        {
             samples.push(vec![7; length]);
             samples.push((0..length).map(|_| noise()).collect());
             samples.push((0..length).map(|_| noise() & noise() & noise()).collect());
             samples.push((0..length).flat_map(|i| (i as f32 * 1e-3).sin().to_le_bytes()).collect());
             let words: Vec<Vec<u8>> = (1..40).map(|n| (0..n).map(|_| noise()).collect()).collect();
-            samples.push((0..length / 20).flat_map(|_| words[usize::from(noise()) % words.len()].clone()).collect());
+            samples.push(
+                (0..length / 20).flat_map(|_| words[usize::from(noise()) % words.len()].clone()).collect(),
+            );
         }
         samples
     }
@@ -92,11 +97,22 @@ mod tests {
         for raw in samples() {
             for level in [-5, 1, 3, 9, 19] {
                 let stored = zstd::bulk::compress(&raw, level).unwrap();
-                assert!(by_c::decompress(&stored, raw.len()).unwrap() == raw, "{} bytes, level {level}", raw.len());
-                assert!(in_rust::decompress(&stored, raw.len()).unwrap() == raw, "{} bytes, level {level}", raw.len());
+                assert!(
+                    by_c::decompress(&stored, raw.len()).unwrap() == raw,
+                    "{} bytes, level {level}",
+                    raw.len()
+                );
+                assert!(
+                    in_rust::decompress(&stored, raw.len()).unwrap() == raw,
+                    "{} bytes, level {level}",
+                    raw.len()
+                );
             }
             let stored = in_rust::compress(&raw).unwrap();
-            assert!(by_c::decompress(&stored, raw.len()).unwrap() == raw && stored.len() as u64 <= most_stored_bytes(raw.len() as u64));
+            assert!(
+                by_c::decompress(&stored, raw.len()).unwrap() == raw
+                    && stored.len() as u64 <= most_stored_bytes(raw.len() as u64)
+            );
         }
     }
 
@@ -130,7 +146,8 @@ mod tests {
         for at in 0..stored.len() {
             let mut damaged = stored.clone();
             damaged[at] ^= 0x41;
-            // What is still a frame is found by the checksums of sections; no decoder may panic, or give more than there is room for.
+            // What is still a frame is found by the checksums of sections; no decoder may panic, or give more
+            // than there is room for.
             if let Ok(found) = in_rust::decompress(&damaged, raw.len()) {
                 assert!(found.len() <= raw.len());
             }

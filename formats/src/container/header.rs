@@ -2,14 +2,16 @@
 
 use super::codec;
 use super::{
-    CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, Sections, Stored as _, expect_decoded,
+    CONTAINER_VERSION, FIXED_HEADER_BYTES, MAGIC, MAX_SECTION_BYTES, MAX_SECTIONS, MAX_TABLE_BYTES, Sections,
+    Stored as _, expect_decoded,
 };
 use crate::error::{Error, Place, Result};
 use crate::kinds;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Writes down what there is to say of each kind, a line each: number, name, type, and most sections of a file.
+/// Writes down what there is to say of each kind, a line each: number, name, type, and most sections of a
+/// file.
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident = $number:literal, $name:literal, $stored:ty, $sections:expr;)*) => {
         /// What a file holds. The number is what stands in the file.
@@ -28,7 +30,8 @@ macro_rules! kinds {
                 match self { $(Kind::$kind => $name),* }
             }
 
-            /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a hostile one can ask for.
+            /// Most sections that a file of this kind has. Small kinds are read whole, so this bounds what a
+            /// hostile one can ask for.
             pub fn max_sections(self) -> usize {
                 match self { $(Kind::$kind => $sections),* }
             }
@@ -128,8 +131,8 @@ impl Element {
 pub enum Codec {
     /// zstd over the raw bytes.
     Zstd,
-    /// zstd over the raw bytes regrouped by significance: first the lowest byte of every element, then the next, and so on.
-    /// Neighbouring floats share their high bytes, so these then compress well.
+    /// zstd over the raw bytes regrouped by significance: first the lowest byte of every element, then the
+    /// next, and so on. Neighbouring floats share their high bytes, so these then compress well.
     ZstdPlanes,
 }
 
@@ -189,9 +192,16 @@ fn u32_at(bytes: &[u8; FIXED_HEADER_BYTES as usize], at: usize) -> u32 {
 
 impl Fixed {
     /// Checks magic, container version and table length.
-    pub(super) fn parse(bytes: &[u8; FIXED_HEADER_BYTES as usize], file_bytes: u64, place: &Place) -> Result<Self> {
+    pub(super) fn parse(
+        bytes: &[u8; FIXED_HEADER_BYTES as usize],
+        file_bytes: u64,
+        place: &Place,
+    ) -> Result<Self> {
         if bytes[..8] != MAGIC {
-            return Err(Error::invalid(place, "not a .relume file (wrong magic); give a file that `bake run` wrote"));
+            return Err(Error::invalid(
+                place,
+                "not a .relume file (wrong magic); give a file that `bake run` wrote",
+            ));
         }
         let version = u32_at(bytes, 8);
         if version != CONTAINER_VERSION {
@@ -203,19 +213,33 @@ impl Fixed {
             ));
         }
         let table_bytes = u32_at(bytes, 20);
-        if table_bytes > MAX_TABLE_BYTES || u64::from(table_bytes) > file_bytes.saturating_sub(FIXED_HEADER_BYTES) {
+        if table_bytes > MAX_TABLE_BYTES
+            || u64::from(table_bytes) > file_bytes.saturating_sub(FIXED_HEADER_BYTES)
+        {
             return Err(Error::invalid(
                 place,
-                format!("section table of {table_bytes} bytes does not fit; the file is damaged or cut short, bake it again"),
+                format!(
+                    "section table of {table_bytes} bytes does not fit; the file is damaged or cut short, bake it again"
+                ),
             ));
         }
         let mut sum = [0; 8];
         sum.copy_from_slice(&bytes[24..32]);
-        Ok(Self { kind: u32_at(bytes, 12), kind_version: u32_at(bytes, 16), table_bytes, checksum: u64::from_le_bytes(sum) })
+        Ok(Self {
+            kind: u32_at(bytes, 12),
+            kind_version: u32_at(bytes, 16),
+            table_bytes,
+            checksum: u64::from_le_bytes(sum),
+        })
     }
 
     /// Bytes 0..32 of a file.
-    pub(super) fn encode(kind: Kind, kind_version: u32, table: &[u8], table_bytes: u32) -> [u8; FIXED_HEADER_BYTES as usize] {
+    pub(super) fn encode(
+        kind: Kind,
+        kind_version: u32,
+        table: &[u8],
+        table_bytes: u32,
+    ) -> [u8; FIXED_HEADER_BYTES as usize] {
         let mut bytes = [0; FIXED_HEADER_BYTES as usize];
         bytes[..8].copy_from_slice(&MAGIC);
         bytes[8..12].copy_from_slice(&CONTAINER_VERSION.to_le_bytes());
@@ -250,14 +274,21 @@ impl Header {
         place: &Place,
     ) -> Result<Self> {
         if header_checksum(bytes, table) != fixed.checksum {
-            return Err(Error::invalid(place, "header checksum does not match; the file is damaged, bake it again"));
+            return Err(Error::invalid(
+                place,
+                "header checksum does not match; the file is damaged, bake it again",
+            ));
         }
-        let kind = Kind::ALL
-            .into_iter()
-            .find(|k| *k as u32 == fixed.kind)
-            .ok_or_else(|| Error::unsupported(place, format!("kind number {} is unknown to this program; use a newer one", fixed.kind)))?;
-        let (sections, used): (Vec<SectionInfo>, usize) = bincode::serde::decode_from_slice(table, table_config())
-            .map_err(|e| Error::invalid(place, format!("section table is malformed ({e}); bake it again")))?;
+        let kind = Kind::ALL.into_iter().find(|k| *k as u32 == fixed.kind).ok_or_else(|| {
+            Error::unsupported(
+                place,
+                format!("kind number {} is unknown to this program; use a newer one", fixed.kind),
+            )
+        })?;
+        let (sections, used): (Vec<SectionInfo>, usize) =
+            bincode::serde::decode_from_slice(table, table_config()).map_err(|e| {
+                Error::invalid(place, format!("section table is malformed ({e}); bake it again"))
+            })?;
         if used != table.len() {
             return Err(Error::invalid(place, "section table has bytes left over; bake it again"));
         }
@@ -269,7 +300,11 @@ impl Header {
     pub(super) fn validate(&self, payload_start: u64, file_bytes: u64, place: &Place) -> Result<()> {
         let most = self.kind.max_sections();
         if self.sections.len() > most {
-            let reason = format!("{} sections, kind `{}` has at most {most}; bake it again", self.sections.len(), self.kind.name());
+            let reason = format!(
+                "{} sections, kind `{}` has at most {most}; bake it again",
+                self.sections.len(),
+                self.kind.name()
+            );
             return Err(Error::invalid(place, reason));
         }
         let mut names = std::collections::BTreeSet::new();
@@ -283,11 +318,15 @@ impl Header {
             if info.offset != expected_offset {
                 return Err(Error::invalid(
                     &part,
-                    format!("starts at byte {}, expected {expected_offset}: sections must be contiguous", info.offset),
+                    format!(
+                        "starts at byte {}, expected {expected_offset}: sections must be contiguous",
+                        info.offset
+                    ),
                 ));
             }
-            expected_offset =
-                expected_offset.checked_add(info.stored_bytes).ok_or_else(|| Error::invalid(&part, "stored length overflows"))?;
+            expected_offset = expected_offset
+                .checked_add(info.stored_bytes)
+                .ok_or_else(|| Error::invalid(&part, "stored length overflows"))?;
         }
         expect_decoded(self.decoded_bytes(), file_bytes, place)?;
         if expected_offset != file_bytes {
@@ -309,7 +348,10 @@ impl Header {
     /// Fails by name unless the file holds `kind` at `version`.
     pub fn expect_kind(&self, kind: Kind, version: u32, place: &Place) -> Result<()> {
         if self.kind != kind {
-            return Err(Error::invalid(place, format!("holds kind `{}`, expected `{}`", self.kind.name(), kind.name())));
+            return Err(Error::invalid(
+                place,
+                format!("holds kind `{}`, expected `{}`", self.kind.name(), kind.name()),
+            ));
         }
         if self.kind_version != version {
             return Err(Error::unsupported(
@@ -328,25 +370,42 @@ impl Header {
 impl SectionInfo {
     fn validate(&self, place: &Place) -> Result<()> {
         let name_ok = (1..=64).contains(&self.name.len())
-            && self.name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"-_./".contains(&b));
+            && self
+                .name
+                .bytes()
+                .all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"-_./".contains(&b));
         if !name_ok {
             return Err(Error::invalid(place, "section names have 1 to 64 characters of a-z 0-9 - _ . /"));
         }
         if self.shape.len() > 8 {
-            return Err(Error::invalid(place, format!("{} dimensions, at most 8 are allowed", self.shape.len())));
+            return Err(Error::invalid(
+                place,
+                format!("{} dimensions, at most 8 are allowed", self.shape.len()),
+            ));
         }
         let raw = self.shape.iter().try_fold(self.element.bytes(), |product, &n| product.checked_mul(n));
         if raw != Some(self.raw_bytes) {
             return Err(Error::invalid(
                 place,
-                format!("shape {:?} of {} does not make {} bytes", self.shape, self.element.name(), self.raw_bytes),
+                format!(
+                    "shape {:?} of {} does not make {} bytes",
+                    self.shape,
+                    self.element.name(),
+                    self.raw_bytes
+                ),
             ));
         }
         if self.raw_bytes > MAX_SECTION_BYTES {
-            return Err(Error::invalid(place, format!("{} bytes, at most {MAX_SECTION_BYTES} are allowed in a section", self.raw_bytes)));
+            return Err(Error::invalid(
+                place,
+                format!("{} bytes, at most {MAX_SECTION_BYTES} are allowed in a section", self.raw_bytes),
+            ));
         }
         if self.stored_bytes > codec::most_stored_bytes(self.raw_bytes) {
-            return Err(Error::invalid(place, format!("stored as {} bytes, more than {} can need", self.stored_bytes, self.raw_bytes)));
+            return Err(Error::invalid(
+                place,
+                format!("stored as {} bytes, more than {} can need", self.stored_bytes, self.raw_bytes),
+            ));
         }
         Ok(())
     }

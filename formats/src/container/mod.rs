@@ -39,10 +39,11 @@ pub const MAGIC: [u8; 8] = *b"\x89RELUME\n";
 pub const CONTAINER_VERSION: u32 = 0;
 /// No section is larger than this when decoded: the smallest binding limit a GPU may have.
 pub const MAX_SECTION_BYTES: u64 = 128 << 20;
-/// A file, and the files of a bundle together, decode to no more than this, or [`MAX_RATIO`] times their length if that is more. So memory follows the
-/// file however well it compresses.
+/// A file, and the files of a bundle together, decode to no more than this, or [`MAX_RATIO`] times their
+/// length if that is more. So memory follows the file however well it compresses.
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
-/// See [`MAX_DECODED_BYTES`]. Images compress best, for whole slots may be 0; a black film of Full HD that takes next to nothing is below the other limit.
+/// See [`MAX_DECODED_BYTES`]. Images compress best, for whole slots may be 0; a black film of Full HD that
+/// takes next to nothing is below the other limit.
 pub const MAX_RATIO: u64 = 64;
 /// Upper bound on the section table, in bytes.
 pub const MAX_TABLE_BYTES: u32 = 16 << 20;
@@ -51,7 +52,8 @@ pub const MAX_SECTIONS: usize = 1 << 16;
 /// Length of the fixed part of the header.
 pub const FIXED_HEADER_BYTES: u64 = 32;
 
-/// A thing that one file holds. A kind lists its sections in order of importance and can be rebuilt from them.
+/// A thing that one file holds. A kind lists its sections in order of importance and can be rebuilt from
+/// them.
 pub trait Stored: Sized {
     /// Which kind of file this is.
     const KIND: Kind;
@@ -64,7 +66,8 @@ pub trait Stored: Sized {
     /// Rebuilds the value, checking every invariant. `sections` delivers them in file order.
     fn decode(sections: &mut Sections<'_>) -> Result<Self>;
 
-    /// Checks what [`Stored::decode`] checks. Kinds whose files are large keep no more than a part of them at a time.
+    /// Checks what [`Stored::decode`] checks. Kinds whose files are large keep no more than a part of them at
+    /// a time.
     fn check(sections: &mut Sections<'_>) -> Result<()> {
         Self::decode(sections).map(drop)
     }
@@ -75,7 +78,8 @@ pub trait Stored: Sized {
     /// For a value that readers would refuse: what they check is checked here, by the same code.
     fn to_bytes(&self, place: Place) -> Result<Vec<u8>> {
         let bytes = self.to_bytes_unchecked(place.clone())?;
-        let read = Reader::new(&bytes[..], bytes.len() as u64, place).and_then(|reader| reader.read(Self::check));
+        let read =
+            Reader::new(&bytes[..], bytes.len() as u64, place).and_then(|reader| reader.read(Self::check));
         read.map_err(unwritable).map(|()| bytes)
     }
 
@@ -118,7 +122,9 @@ fn unwritable(error: Error) -> Error {
             let reason = reason.strip_suffix(section::DAMAGED).unwrap_or(&reason).to_owned();
             Error::Invalid {
                 place,
-                reason: format!("{reason}; no reader would accept that, so it is not written; change what it comes from"),
+                reason: format!(
+                    "{reason}; no reader would accept that, so it is not written; change what it comes from"
+                ),
             }
         }
         other => other,
@@ -142,7 +148,10 @@ impl Sections<'_> {
                 &self.place.part(format!("section `{}`", section.info.name)),
                 format!("expected section `{name}` here; the file is damaged, bake it again"),
             )),
-            None => Err(Error::invalid(&self.place, format!("section `{name}` is missing; the file is damaged, bake it again"))),
+            None => Err(Error::invalid(
+                &self.place,
+                format!("section `{name}` is missing; the file is damaged, bake it again"),
+            )),
         }
     }
 
@@ -167,7 +176,9 @@ impl Sections<'_> {
 pub fn expect_decoded(decoded: u64, stored: u64, place: &Place) -> Result<()> {
     let most = MAX_DECODED_BYTES.max(stored.saturating_mul(MAX_RATIO));
     if decoded > most {
-        let reason = format!("{stored} bytes decode to {decoded}, more than {most} are not read; bake it again, smaller");
+        let reason = format!(
+            "{stored} bytes decode to {decoded}, more than {most} are not read; bake it again, smaller"
+        );
         return Err(Error::invalid(place, reason));
     }
     Ok(())

@@ -9,8 +9,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 const CUT_SHORT: &str = "the file ends early; it is cut short, bake it again";
 
-/// Makes the sections of one file of its bytes, which come in their order from wherever they may. It never waits, and it asks for no more than one section
-/// needs.
+/// Makes the sections of one file of its bytes, which come in their order from wherever they may. It never
+/// waits, and it asks for no more than one section needs.
 pub struct Unpacker {
     file_bytes: u64,
     place: Place,
@@ -35,11 +35,14 @@ impl Unpacker {
         match &self.stage {
             Stage::Fixed => Some(FIXED_HEADER_BYTES as usize),
             Stage::Table(_, fixed) => Some(fixed.table_bytes as usize),
-            Stage::Sections(header, next) => header.sections.get(*next).map(|info| info.stored_bytes as usize),
+            Stage::Sections(header, next) => {
+                header.sections.get(*next).map(|info| info.stored_bytes as usize)
+            }
         }
     }
 
-    /// Takes the next bytes of the file, as many as are [`wanted`](Self::wanted), and checks them; returns the section that they are, if they are one.
+    /// Takes the next bytes of the file, as many as are [`wanted`](Self::wanted), and checks them; returns
+    /// the section that they are, if they are one.
     pub fn take(&mut self, bytes: Vec<u8>) -> Result<Option<Section>> {
         match &mut self.stage {
             Stage::Fixed => {
@@ -59,7 +62,10 @@ impl Unpacker {
                     return Err(Error::invalid(&place, CUT_SHORT));
                 }
                 if xxh3_64(&bytes) != info.checksum {
-                    return Err(Error::invalid(&place, "checksum does not match; the file is damaged, bake it again"));
+                    return Err(Error::invalid(
+                        &place,
+                        "checksum does not match; the file is damaged, bake it again",
+                    ));
                 }
                 let bytes = decode(&info, bytes, &place)?;
                 return Ok(Some(Section { place: self.place.clone(), info, bytes }));
@@ -83,9 +89,10 @@ impl Unpacker {
 
     fn place_of_next(&self) -> Place {
         match &self.stage {
-            Stage::Sections(header, next) => {
-                header.sections.get(*next).map_or_else(|| self.place.clone(), |info| self.place.part(format!("section `{}`", info.name)))
-            }
+            Stage::Sections(header, next) => header.sections.get(*next).map_or_else(
+                || self.place.clone(),
+                |info| self.place.part(format!("section `{}`", info.name)),
+            ),
             _ => self.place.clone(),
         }
     }
@@ -159,7 +166,10 @@ fn decode(info: &SectionInfo, stored: Vec<u8>, place: &Place) -> Result<Vec<u8>>
     let raw = codec::decompress(&stored, info.raw_bytes as usize)
         .map_err(|e| Error::invalid(place, format!("cannot be decompressed ({e}); bake it again")))?;
     if raw.len() as u64 != info.raw_bytes {
-        return Err(Error::invalid(place, format!("decompresses to {} bytes, expected {}; bake it again", raw.len(), info.raw_bytes)));
+        return Err(Error::invalid(
+            place,
+            format!("decompresses to {} bytes, expected {}; bake it again", raw.len(), info.raw_bytes),
+        ));
     }
     drop(stored);
     Ok(match info.codec {

@@ -62,19 +62,39 @@ impl Section {
     pub fn f32_rows<const N: usize>(&self) -> Result<Vec<[f32; N]>> {
         self.expect_element(Element::F32)?;
         self.expect_shape(&[self.bytes.len() as u64 / (4 * N as u64), N as u64])?;
-        Ok(self.bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().map(|row| row.map(f32::from_le_bytes)).collect())
+        Ok(self
+            .bytes
+            .as_chunks::<4>()
+            .0
+            .as_chunks::<N>()
+            .0
+            .iter()
+            .map(|row| row.map(f32::from_le_bytes))
+            .collect())
     }
 
     /// Rows of `N` indices, which the shape must say.
     pub fn u32_rows<const N: usize>(&self) -> Result<Vec<[u32; N]>> {
         self.expect_element(Element::U32)?;
         self.expect_shape(&[self.bytes.len() as u64 / (4 * N as u64), N as u64])?;
-        Ok(self.bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().map(|row| row.map(u32::from_le_bytes)).collect())
+        Ok(self
+            .bytes
+            .as_chunks::<4>()
+            .0
+            .as_chunks::<N>()
+            .0
+            .iter()
+            .map(|row| row.map(u32::from_le_bytes))
+            .collect())
     }
 
     fn expect_element(&self, element: Element) -> Result<()> {
         if self.info.element != element {
-            return Err(self.invalid(format!("holds {}, expected {}", self.info.element.name(), element.name())));
+            return Err(self.invalid(format!(
+                "holds {}, expected {}",
+                self.info.element.name(),
+                element.name()
+            )));
         }
         Ok(())
     }
@@ -119,7 +139,10 @@ impl Section {
         self.expect_finite(values)?;
         match values.iter().position(|v| v.abs() > most) {
             None => Ok(()),
-            Some(at) => Err(self.invalid(format!("element {at}, {:?}, is beyond {most:?}, the most that makes sense", values[at]))),
+            Some(at) => Err(self.invalid(format!(
+                "element {at}, {:?}, is beyond {most:?}, the most that makes sense",
+                values[at]
+            ))),
         }
     }
 
@@ -138,6 +161,9 @@ impl Section {
 
     /// An [`Error::Invalid`] that names this section.
     pub fn invalid(&self, reason: impl AsRef<str>) -> Error {
-        Error::invalid(&self.place.part(format!("section `{}`", self.info.name)), format!("{}{DAMAGED}", reason.as_ref()))
+        Error::invalid(
+            &self.place.part(format!("section `{}`", self.info.name)),
+            format!("{}{DAMAGED}", reason.as_ref()),
+        )
     }
 }

@@ -2,15 +2,20 @@
 
 use super::codec;
 use super::header::{Fixed, encode_table};
-use super::{Codec, Element, FIXED_HEADER_BYTES, Header, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo};
+use super::{
+    Codec, Element, FIXED_HEADER_BYTES, Header, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo,
+};
 use crate::error::{Error, Place, Result};
 use half::f16;
 use std::io::Write as _;
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
-type RecordConfig =
-    bincode::config::Configuration<bincode::config::LittleEndian, bincode::config::Fixint, bincode::config::Limit<{ 16 << 20 }>>;
+type RecordConfig = bincode::config::Configuration<
+    bincode::config::LittleEndian,
+    bincode::config::Fixint,
+    bincode::config::Limit<{ 16 << 20 }>,
+>;
 
 pub(super) fn record_config() -> RecordConfig {
     bincode::config::standard().with_fixed_int_encoding().with_limit()
@@ -33,8 +38,9 @@ impl Writer {
 
     /// Adds a small record as a `u8` section.
     pub fn record<T: serde::Serialize>(&mut self, name: &str, value: &T) -> Result<()> {
-        let bytes = bincode::serde::encode_to_vec(value, record_config())
-            .map_err(|e| Error::invalid(&self.place.part(format!("section `{name}`")), format!("cannot be encoded: {e}")))?;
+        let bytes = bincode::serde::encode_to_vec(value, record_config()).map_err(|e| {
+            Error::invalid(&self.place.part(format!("section `{name}`")), format!("cannot be encoded: {e}"))
+        })?;
         self.bytes(name, Element::U8, &[bytes.len() as u64], Codec::Zstd, &bytes)
     }
 
@@ -82,12 +88,17 @@ impl Writer {
         let place = self.place.part(format!("section `{name}`"));
         let raw_bytes = raw.len() as u64;
         if shape.iter().try_fold(element.bytes(), |product, n| product.checked_mul(*n)) != Some(raw_bytes) {
-            return Err(Error::invalid(&place, format!("shape {shape:?} does not fit {raw_bytes} bytes of {}", element.name())));
+            return Err(Error::invalid(
+                &place,
+                format!("shape {shape:?} does not fit {raw_bytes} bytes of {}", element.name()),
+            ));
         }
         if raw_bytes > MAX_SECTION_BYTES {
             return Err(Error::unsupported(
                 &place,
-                format!("{raw_bytes} bytes, a section holds at most {MAX_SECTION_BYTES}; bake a smaller size"),
+                format!(
+                    "{raw_bytes} bytes, a section holds at most {MAX_SECTION_BYTES}; bake a smaller size"
+                ),
             ));
         }
         let stored = match codec {
@@ -113,9 +124,13 @@ impl Writer {
     pub fn finish(mut self) -> Result<Vec<u8>> {
         // Fixed-size integers: the table is as long with offset 0 as with any other.
         let table_length = encode_table(&self.sections, &self.place)?.len();
-        let table_bytes = u32::try_from(table_length).ok().filter(|n| *n <= MAX_TABLE_BYTES).ok_or_else(|| {
-            Error::unsupported(&self.place, format!("section table of {table_length} bytes, at most {MAX_TABLE_BYTES} are allowed"))
-        })?;
+        let table_bytes =
+            u32::try_from(table_length).ok().filter(|n| *n <= MAX_TABLE_BYTES).ok_or_else(|| {
+                Error::unsupported(
+                    &self.place,
+                    format!("section table of {table_length} bytes, at most {MAX_TABLE_BYTES} are allowed"),
+                )
+            })?;
         for section in &mut self.sections {
             section.offset += FIXED_HEADER_BYTES + u64::from(table_bytes);
         }
@@ -137,8 +152,8 @@ pub(super) fn planes(raw: &[u8], width: usize) -> Vec<u8> {
     (0..width).flat_map(|byte| raw.iter().skip(byte).step_by(width).copied()).collect()
 }
 
-/// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where something else than a file stands, a pipe or a
-/// device, it is written to instead of replaced.
+/// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where
+/// something else than a file stands, a pipe or a device, it is written to instead of replaced.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let place = Place::file(path);
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {

@@ -11,10 +11,15 @@ use super::Rgb;
 
 type Matrix = [[f32; 3]; 3];
 
-const REC2020_FROM_REC709: Matrix = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
-const REC709_FROM_REC2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
-const INSET: Matrix =
-    [[0.856_627_15, 0.095_121_24, 0.048_251_606], [0.137_318_97, 0.761_242, 0.101_439_04], [0.111_898_21, 0.076_799_42, 0.811_302_37]];
+const REC2020_FROM_REC709: Matrix =
+    [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
+const REC709_FROM_REC2020: Matrix =
+    [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+const INSET: Matrix = [
+    [0.856_627_15, 0.095_121_24, 0.048_251_606],
+    [0.137_318_97, 0.761_242, 0.101_439_04],
+    [0.111_898_21, 0.076_799_42, 0.811_302_37],
+];
 const OUTSET: Matrix = [
     [1.127_100_6, -0.110_606_64, -0.016_493_939],
     [-0.141_329_76, 1.157_823_7, -0.016_493_939],
@@ -34,7 +39,8 @@ const POWER: f32 = 2.2;
 /// little.
 pub(super) fn shown(exposed: Rgb) -> Rgb {
     let drawn_in = times(&INSET, times(&REC2020_FROM_REC709, exposed));
-    let bent = drawn_in.map(|v| contrast(((v.max(TINY).log2() - LEAST_EV) / (MOST_EV - LEAST_EV)).clamp(0.0, 1.0)));
+    let bent =
+        drawn_in.map(|v| contrast(((v.max(TINY).log2() - LEAST_EV) / (MOST_EV - LEAST_EV)).clamp(0.0, 1.0)));
     times(&REC709_FROM_REC2020, times(&OUTSET, bent).map(|v| v.max(0.0).powf(POWER)))
 }
 
@@ -77,7 +83,10 @@ mod tests {
     fn values_are_those_that_three_js_shows() {
         for (exposed, expected) in PUBLISHED {
             let shown = shown(exposed).map(|v| v.clamp(0.0, 1.0));
-            assert!((0..3).all(|c| (shown[c] - expected[c]).abs() < 2e-5), "{exposed:?}: {shown:?} {expected:?}");
+            assert!(
+                (0..3).all(|c| (shown[c] - expected[c]).abs() < 2e-5),
+                "{exposed:?}: {shown:?} {expected:?}"
+            );
         }
     }
 
@@ -85,7 +94,9 @@ mod tests {
     /// 0.0058 at most, at number 3897.
     #[test]
     fn contrast_is_that_of_the_published_table() {
-        let table = [0.0, 0.0094135, 0.0302774, 0.0810636, 0.2000341, 0.3992467, 0.6209258, 0.8224253, 0.9467863, 1.0];
+        let table = [
+            0.0, 0.0094135, 0.0302774, 0.0810636, 0.2000341, 0.3992467, 0.6209258, 0.8224253, 0.9467863, 1.0,
+        ];
         for (number, expected) in (0..).step_by(455).zip(table) {
             let bent = contrast(number as f32 / 4095.0);
             assert!((bent - expected).abs() < 0.0059, "{number}: {bent} {expected}");
@@ -126,7 +137,10 @@ mod tests {
             let [r, g, b] = shown([10_f32.powf(step as f32 / 20.0 - 3.0); 3]);
             assert!((r - g).abs().max((g - b).abs()) < 3e-4, "{r} {g} {b}");
         }
-        assert!((LEAST_EV - (0.18_f32.log2() - 10.0)).abs() < 1e-4 && (MOST_EV - (0.18_f32.log2() + 6.5)).abs() < 1e-4);
+        assert!(
+            (LEAST_EV - (0.18_f32.log2() - 10.0)).abs() < 1e-4
+                && (MOST_EV - (0.18_f32.log2() + 6.5)).abs() < 1e-4
+        );
     }
 
     #[test]
@@ -136,7 +150,10 @@ mod tests {
                 let shown = shown(colour.map(|v| v * gain)).map(|v| v.clamp(0.0, 1.0));
                 shown.iter().copied().fold(0.0, f32::max) - shown.iter().copied().fold(1.0, f32::min)
             };
-            assert!(spread(1.0) > 0.2 && spread(20.0) < 0.7 * spread(1.0) && spread(1000.0) < 0.01, "{colour:?}");
+            assert!(
+                spread(1.0) > 0.2 && spread(20.0) < 0.7 * spread(1.0) && spread(1000.0) < 0.01,
+                "{colour:?}"
+            );
         }
     }
 }

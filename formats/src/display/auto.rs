@@ -14,7 +14,8 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// the range that exposures have. Pixels that are black, as where nothing is seen, or no number do not count;
 /// `None` if no pixel does.
 pub fn auto_exposure_ev(radiance: &[Rgb]) -> Option<f32> {
-    let luminance = |rgb: &Rgb| rgb.iter().zip(LUMINANCE).map(|(v, weight)| f64::from(*v) * weight).sum::<f64>();
+    let luminance =
+        |rgb: &Rgb| rgb.iter().zip(LUMINANCE).map(|(v, weight)| f64::from(*v) * weight).sum::<f64>();
     let (sum, count) = radiance
         .iter()
         .map(luminance)
@@ -43,7 +44,10 @@ mod tests {
         assert!(auto_exposure_ev(&picture).unwrap().abs() < 1e-6);
         // A green surface of luminance 0.18, by the weight of its channel.
         assert!(auto_exposure_ev(&[[0.0, 0.18 / 0.7152, 0.0]]).unwrap().abs() < 1e-6);
-        assert_eq!([auto_exposure_ev(&[]), auto_exposure_ev(&[[0.0; 3]]), auto_exposure_ev(&[[-1.0; 3]])], [None; 3]);
+        assert_eq!(
+            [auto_exposure_ev(&[]), auto_exposure_ev(&[[0.0; 3]]), auto_exposure_ev(&[[-1.0; 3]])],
+            [None; 3]
+        );
     }
 
     #[test]

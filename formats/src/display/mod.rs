@@ -52,7 +52,10 @@ impl Tonemap {
     /// Linear display values, 0..=1, of exposed linear radiance, both Rec. 709. What is negative or no number
     /// counts as 0, what is above 10⁹ as 10⁹.
     pub fn shown(self, exposed: Rgb) -> Rgb {
-        #[allow(clippy::manual_clamp, reason = "`clamp` would keep what is no number, which `max` passes over")]
+        #[allow(
+            clippy::manual_clamp,
+            reason = "`clamp` would keep what is no number, which `max` passes over"
+        )]
         let exposed = exposed.map(|v| v.max(0.0).min(MOST));
         let shown = match self {
             Self::Clamp => exposed,
@@ -92,7 +95,10 @@ mod tests {
         assert_eq!(clamp(-3.0).shown([f32::NEG_INFINITY, f32::INFINITY, 4.0]), [0.0, 1.0, 0.5]);
         for tonemap in Tonemap::ALL {
             let bright = Display { exposure_ev: 1.5, tonemap };
-            assert_eq!(bright.shown([0.1, 0.2, 0.3]), tonemap.shown([0.1, 0.2, 0.3].map(|v: f32| v * 1.5_f32.exp2())));
+            assert_eq!(
+                bright.shown([0.1, 0.2, 0.3]),
+                tonemap.shown([0.1, 0.2, 0.3].map(|v: f32| v * 1.5_f32.exp2()))
+            );
         }
     }
 
@@ -112,12 +118,19 @@ mod tests {
             assert_eq!(black, [0.0; 3], "{tonemap:?}");
             for none in [-0.0, -1.0, f32::NEG_INFINITY, f32::NAN] {
                 assert_eq!(tonemap.shown([none; 3]), black, "{tonemap:?} {none}");
-                assert_eq!(tonemap.shown([none, 0.5, 0.25]), tonemap.shown([0.0, 0.5, 0.25]), "{tonemap:?} {none}");
+                assert_eq!(
+                    tonemap.shown([none, 0.5, 0.25]),
+                    tonemap.shown([0.0, 0.5, 0.25]),
+                    "{tonemap:?} {none}"
+                );
             }
             let white = tonemap.shown([f32::INFINITY; 3]);
             assert_eq!(tonemap.shown([f32::MAX; 3]), white);
             // AgX's polynomial ends a little below 1; all are the 255 of a byte.
-            assert!(white.iter().all(|v| *v > 0.9965 && crate::basis::srgb_from_linear(*v) == 255), "{tonemap:?}: {white:?}");
+            assert!(
+                white.iter().all(|v| *v > 0.9965 && crate::basis::srgb_from_linear(*v) == 255),
+                "{tonemap:?}: {white:?}"
+            );
         }
     }
 

@@ -60,7 +60,10 @@ mod tests {
     fn values_are_those_of_the_specification() {
         for (exposed, expected) in PUBLISHED {
             let shown = shown(exposed);
-            assert!((0..3).all(|c| (shown[c] - expected[c]).abs() < 2e-6), "{exposed:?}: {shown:?} {expected:?}");
+            assert!(
+                (0..3).all(|c| (shown[c] - expected[c]).abs() < 2e-6),
+                "{exposed:?}: {shown:?} {expected:?}"
+            );
         }
     }
 

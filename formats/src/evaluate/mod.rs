@@ -1,4 +1,5 @@
-//! The CPU meaning of a bundle at a state, one file per method: clear, not fast. The player's shaders must equal it.
+//! The CPU meaning of a bundle at a state, one file per method: clear, not fast. The player's shaders must
+//! equal it.
 
 pub mod sparse_transfer;
 pub mod sphere_set;

@@ -1,12 +1,13 @@
-//! Method `sparse-transfer`: the radiance of a vertex is the sum over its terms of value × coefficient of the light.
+//! Method `sparse-transfer`: the radiance of a vertex is the sum over its terms of value × coefficient of the
+//! light.
 
 use crate::basis::{EquirectMap, cubemap, haar};
 use crate::kinds::SparseTransfer;
 use crate::kinds::scene::EnvironmentLook;
 use crate::state::Rgb;
 
-/// Haar coefficients of the light that `map` sends, as a cube of `face_size`² texels a face: gain and rotation are those of `look`. One plane per
-/// channel, each of 6·`face_size`² coefficients.
+/// Haar coefficients of the light that `map` sends, as a cube of `face_size`² texels a face: gain and
+/// rotation are those of `look`. One plane per channel, each of 6·`face_size`² coefficients.
 pub fn light(map: &EquirectMap, look: &EnvironmentLook, face_size: usize) -> [Vec<f32>; 3] {
     let texels = cubemap::from_equirect(map, look.rotation_deg, face_size);
     std::array::from_fn(|channel| {

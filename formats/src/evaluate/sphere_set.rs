@@ -1,18 +1,24 @@
-//! How the spheres of a [`SphereSet`] follow their mesh when it deforms. The source (sphere shadows §3.2) does not say; this is ours.
+//! How the spheres of a [`SphereSet`] follow their mesh when it deforms. The source (sphere shadows §3.2)
+//! does not say; this is ours.
 //!
-//! A sphere follows the points of its cluster. Their best similarity from rest to now (rotation, translation, uniform scale) takes the centre along;
-//! rigid motion and scaling of the mesh are so followed exactly. If the points then reach farther from the centre than they did at rest, scale
-//! allowed for, the centre goes towards that of the smallest ball around them, no farther than it takes to bring all points back within that distance.
-//! The way begins at 0, so centres do not jump when a point starts to reach out.
+//! A sphere follows the points of its cluster. Their best similarity from rest to now (rotation, translation,
+//! uniform scale) takes the centre along; rigid motion and scaling of the mesh are so followed exactly. If
+//! the points then reach farther from the centre than they did at rest, scale allowed for, the centre goes
+//! towards that of the smallest ball around them, no farther than it takes to bring all points back within
+//! that distance. The way begins at 0, so centres do not jump when a point starts to reach out.
 //!
-//! The radius covers every point of the cluster, in every pose, plus the *slack* that the sphere has at rest beyond its farthest point, scaled: that
-//! keeps covering what lies between points. In a set fitted with [`Meta::tight`](crate::kinds::sphere_set::Meta::tight) above 0, whose spheres may
-//! leave their points outside, the radius keeps its share of the farthest point's distance instead. At rest all spheres are those of the file.
+//! The radius covers every point of the cluster, in every pose, plus the *slack* that the sphere has at rest
+//! beyond its farthest point, scaled: that keeps covering what lies between points. In a set fitted with
+//! [`Meta::tight`](crate::kinds::sphere_set::Meta::tight) above 0, whose spheres may leave their points
+//! outside, the radius keeps its share of the farthest point's distance instead. At rest all spheres are
+//! those of the file.
 //!
-//! A sphere without points goes, and grows, with the similarity of the nearest sphere that has some. Two points, or collinear ones, leave a turn about
-//! their line open, one point leaves all turns open: of those that fit equally well the smallest is taken.
+//! A sphere without points goes, and grows, with the similarity of the nearest sphere that has some. Two
+//! points, or collinear ones, leave a turn about their line open, one point leaves all turns open: of those
+//! that fit equally well the smallest is taken.
 //!
-//! The cost is linear in the points, but for the few rounds in which a smallest ball is found; sums are in f64.
+//! The cost is linear in the points, but for the few rounds in which a smallest ball is found; sums are in
+//! f64.
 
 mod enclosing;
 mod similarity;
@@ -27,8 +33,8 @@ use std::ops::Range;
 
 /// How much farther than at rest points may be before the centre moves: more than f64 sums round.
 const TOLERANCE: f64 = 1e-9;
-/// Room for roundings to f32, in parts of 2⁻²⁴ of coordinates and distance: a point's own, those of computing its distance, and the radius', make up
-/// to 2 of the one and 7 of the other.
+/// Room for roundings to f32, in parts of 2⁻²⁴ of coordinates and distance: a point's own, those of computing
+/// its distance, and the radius', make up to 2 of the one and 7 of the other.
 const MARGIN: f64 = 8.0 / (1 << 24) as f64;
 
 /// What spheres follow, prepared once.
@@ -74,11 +80,16 @@ impl Follower {
     pub fn new(set: &SphereSet) -> Self {
         let vertices = set.meta.vertices as usize;
         let (order, ranges) = by_cluster(&set.clusters, set.spheres.len());
-        let mut points: Vec<Point> = order.iter().map(|at| Point::new(set.point_vertices[*at], set.point_weights[*at])).collect();
+        let mut points: Vec<Point> =
+            order.iter().map(|at| Point::new(set.point_vertices[*at], set.point_weights[*at])).collect();
         let rest = &set.points[..vertices];
         points.iter_mut().for_each(|point| point.rest = point.place(rest));
-        let mut clusters: Vec<_> =
-            ranges.into_iter().zip(&set.spheres).enumerate().map(|(at, (range, s))| Cluster::new(at, range, s, &points)).collect();
+        let mut clusters: Vec<_> = ranges
+            .into_iter()
+            .zip(&set.spheres)
+            .enumerate()
+            .map(|(at, (range, s))| Cluster::new(at, range, s, &points))
+            .collect();
         for cluster in &mut clusters {
             let tight = set.meta.tight > 0.0;
             cluster.settle(&mut points, tight);
@@ -87,9 +98,11 @@ impl Follower {
         Self { mesh: set.meta.mesh.clone(), vertices, points, clusters }
     }
 
-    /// Replaces `spheres` by the spheres (centre and radius) of the pose in which the mesh's vertices stand at `positions`, mesh units.
+    /// Replaces `spheres` by the spheres (centre and radius) of the pose in which the mesh's vertices stand
+    /// at `positions`, mesh units.
     ///
-    /// Every point of a cluster lies in the cluster's sphere, also when distances are computed in f32. Spheres of [`MAX_SPHERES`] follow in order.
+    /// Every point of a cluster lies in the cluster's sphere, also when distances are computed in f32.
+    /// Spheres of [`MAX_SPHERES`] follow in order.
     ///
     /// # Errors
     /// `Invalid` unless there is one finite position for every vertex.
@@ -104,11 +117,14 @@ impl Follower {
             let points = &self.points[cluster.points.clone()];
             now.clear();
             now.extend(points.iter().map(|p| p.place(positions)));
-            let motion = Similarity::between(cluster.centroid, points.iter().map(|p| p.rest), &now, cluster.centre);
+            let motion =
+                Similarity::between(cluster.centroid, points.iter().map(|p| p.rest), &now, cluster.centre);
             spheres.push(cluster.covering(&motion, &now));
             motions.push(motion);
         }
-        for (cluster, sphere) in self.clusters.iter().zip(spheres).filter(|(cluster, _)| cluster.points.is_empty()) {
+        for (cluster, sphere) in
+            self.clusters.iter().zip(spheres).filter(|(cluster, _)| cluster.points.is_empty())
+        {
             *sphere = cluster.carried(&motions[cluster.leader]);
         }
         Ok(())
@@ -117,12 +133,19 @@ impl Follower {
     fn expect_pose(&self, positions: &[[f32; 3]]) -> Result<()> {
         let place = Place::file(&self.mesh);
         if positions.len() != self.vertices {
-            let reason = format!("{} vertices, its spheres were fitted to {}; fit them to this mesh", positions.len(), self.vertices);
+            let reason = format!(
+                "{} vertices, its spheres were fitted to {}; fit them to this mesh",
+                positions.len(),
+                self.vertices
+            );
             return Err(Error::invalid(&place, reason));
         }
         match positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
             None => Ok(()),
-            Some(at) => Err(Error::invalid(&place, format!("vertex {at} is not at a finite place; mend the deformation"))),
+            Some(at) => Err(Error::invalid(
+                &place,
+                format!("vertex {at} is not at a finite place; mend the deformation"),
+            )),
         }
     }
 }
@@ -144,10 +167,15 @@ fn by_cluster(clusters: &[u32], count: usize) -> (Vec<usize>, Vec<Range<usize>>)
 
 /// Clusters without points join the nearest sphere that has some, the first of equally near ones.
 fn join_leaders(clusters: &mut [Cluster]) {
-    let leaders: Vec<_> = clusters.iter().filter(|c| !c.points.is_empty()).map(|c| (c.leader, c.centroid, c.centroid + c.centre)).collect();
+    let leaders: Vec<_> = clusters
+        .iter()
+        .filter(|c| !c.points.is_empty())
+        .map(|c| (c.leader, c.centroid, c.centroid + c.centre))
+        .collect();
     for cluster in clusters.iter_mut().filter(|c| c.points.is_empty()) {
         let place = cluster.centre;
-        let nearest = leaders.iter().min_by(|a, b| a.2.distance_squared(place).total_cmp(&b.2.distance_squared(place)));
+        let nearest =
+            leaders.iter().min_by(|a, b| a.2.distance_squared(place).total_cmp(&b.2.distance_squared(place)));
         if let Some((leader, centroid, _)) = nearest {
             (cluster.leader, cluster.centroid, cluster.centre) = (*leader, *centroid, place - centroid);
         }
@@ -163,7 +191,11 @@ impl Point {
     }
 
     fn place(&self, positions: &[[f32; 3]]) -> DVec3 {
-        self.vertices.iter().zip(self.weights).map(|(v, w)| Vec3::from(positions[*v as usize]).as_dvec3() * w).sum()
+        self.vertices
+            .iter()
+            .zip(self.weights)
+            .map(|(v, w)| Vec3::from(positions[*v as usize]).as_dvec3() * w)
+            .sum()
     }
 }
 
@@ -174,10 +206,19 @@ impl Cluster {
         let own = &points[range.clone()];
         let farthest = own.iter().map(|p| p.rest.distance(centre)).fold(0.0, f64::max);
         let centroid = own.iter().map(|p| p.rest).sum::<DVec3>() / own.len().max(1) as f64;
-        Self { points: range, leader, centroid, centre: centre - centroid, radius: radius.into(), farthest, share: 1.0 }
+        Self {
+            points: range,
+            leader,
+            centroid,
+            centre: centre - centroid,
+            radius: radius.into(),
+            farthest,
+            share: 1.0,
+        }
     }
 
-    /// Moves the cluster's points to where they are from its centroid, and decides what becomes of points outside the sphere.
+    /// Moves the cluster's points to where they are from its centroid, and decides what becomes of points
+    /// outside the sphere.
     fn settle(&mut self, points: &mut [Point], tight: bool) {
         points[self.points.clone()].iter_mut().for_each(|point| point.rest -= self.centroid);
         if tight && self.radius < self.farthest {
@@ -201,7 +242,8 @@ impl Cluster {
     }
 }
 
-/// The first centre on the way from `start` to that of the smallest ball around `points` that has all of them within `wanted`; the latter if none has.
+/// The first centre on the way from `start` to that of the smallest ball around `points` that has all of them
+/// within `wanted`; the latter if none has.
 fn nearer(start: DVec3, wanted: f64, points: &[DVec3]) -> DVec3 {
     let wanted = wanted * (1.0 + TOLERANCE);
     if farthest(start, points) <= wanted {

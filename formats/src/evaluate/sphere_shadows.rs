@@ -1,17 +1,23 @@
-//! Method `sphere-shadows`: the radiance of a white diffuse surface under a map of light that spheres block (sphere shadows §3.3-§4.1).
+//! Method `sphere-shadows`: the radiance of a white diffuse surface under a map of light that spheres block
+//! (sphere shadows §3.3-§4.1).
 //!
-//! Radiance is ∫ L·ρ̃·V, with L the light, ρ̃ = max(0, n·ω)/π·dω the lobe of the receiver's normal and V its visibility, 1 where no sphere blocks the
-//! centre of a texel. Spheres are OR-ed as bitmaps; the product is summed from Haar coefficients by the three cases of [`triple`]:
+//! Radiance is ∫ L·ρ̃·V, with L the light, ρ̃ = max(0, n·ω)/π·dω the lobe of the receiver's normal and V its
+//! visibility, 1 where no sphere blocks the centre of a texel. Spheres are OR-ed as bitmaps; the product is
+//! summed from Haar coefficients by the three cases of [`triple`]:
 //!
-//! * cases 1, 2 and the two parts of 3 in which ρ̃ is one of the equal wavelets run over the kept terms of ρ̃, the other factors whole;
-//! * the part of case 3 in which L and V are the equal wavelets runs over the kept terms of L, with the means of ρ̃.
+//! * cases 1, 2 and the two parts of 3 in which ρ̃ is one of the equal wavelets run over the kept terms of
+//!   ρ̃, the other factors whole;
+//! * the part of case 3 in which L and V are the equal wavelets runs over the kept terms of L, with the means
+//!   of ρ̃.
 //!
-//! How fine V is in these is [`Levels`]. The source leaves open which level case 2 uses; here it is that of the other sums over terms of ρ̃.
+//! How fine V is in these is [`Levels`]. The source leaves open which level case 2 uses; here it is that of
+//! the other sums over terms of ρ̃.
 //!
-//! **Who blocks whom** is ours, the source has no self-shadowing. A receiver on an object that has spheres leaves out of that object's set the sphere
-//! of its own cluster, every sphere that overlaps that one at rest, and any that holds it now: these reach beyond the surface right where it is.
-//! Spheres of other objects always count, and inside one of them all is blocked. A sphere that is wholly below the horizon of the normal counts nowhere:
-//! there the lobe is 0, and what its blend or its kept terms have there is error.
+//! **Who blocks whom** is ours, the source has no self-shadowing. A receiver on an object that has spheres
+//! leaves out of that object's set the sphere of its own cluster, every sphere that overlaps that one at
+//! rest, and any that holds it now: these reach beyond the surface right where it is. Spheres of other
+//! objects always count, and inside one of them all is blocked. A sphere that is wholly below the horizon of
+//! the normal counts nowhere: there the lobe is 0, and what its blend or its kept terms have there is error.
 
 mod placing;
 
@@ -55,7 +61,10 @@ pub struct Detail {
 impl Detail {
     /// What a bake asks to be shown with.
     pub fn of(meta: &Meta) -> Self {
-        Self { terms: Some(meta.terms as usize), levels: if meta.second_level { Levels::Two } else { Levels::One } }
+        Self {
+            terms: Some(meta.terms as usize),
+            levels: if meta.second_level { Levels::Two } else { Levels::One },
+        }
     }
 }
 
@@ -69,7 +78,8 @@ pub struct Function {
 
 impl Function {
     fn new(coefficients: Vec<f32>, kept: &[u32]) -> Self {
-        let terms = kept.iter().filter_map(|index| Some((*index, *coefficients.get(*index as usize)?))).collect();
+        let terms =
+            kept.iter().filter_map(|index| Some((*index, *coefficients.get(*index as usize)?))).collect();
         Self { psums: psum(&coefficients, SIDE), coefficients, terms }
     }
 
@@ -93,7 +103,8 @@ impl Function {
     }
 }
 
-/// A lobe of the `coefficients` that [`crate::basis::diffuse::lobe`] makes, with its `terms` of largest size, the scaling functions first.
+/// A lobe of the `coefficients` that [`crate::basis::diffuse::lobe`] makes, with its `terms` of largest size,
+/// the scaling functions first.
 ///
 /// # Panics
 /// If `coefficients` are no whole faces of 32 × 32.
@@ -102,7 +113,8 @@ pub fn lobe(coefficients: Vec<f32>, terms: Option<usize>) -> Function {
     Function::new(coefficients, &kept)
 }
 
-/// Light of the `coefficients` of red, green and blue, with the terms whose norm over the three is largest, the scaling functions first.
+/// Light of the `coefficients` of red, green and blue, with the terms whose norm over the three is largest,
+/// the scaling functions first.
 ///
 /// # Panics
 /// If the channels are not of one length, whole faces of 32 × 32.
@@ -116,7 +128,8 @@ pub fn light(coefficients: [Vec<f32>; 3], terms: Option<usize>) -> [Function; 3]
 /// Indices of what is kept, in order.
 fn kept(sizes: &[f32], terms: Option<usize>) -> Vec<u32> {
     let first = |index: usize| if index.is_multiple_of(FACE) { f32::MAX } else { by_size(index) };
-    let mut kept: Vec<u32> = largest(sizes, terms.unwrap_or(sizes.len()), first).into_iter().map(|(index, _)| index).collect();
+    let mut kept: Vec<u32> =
+        largest(sizes, terms.unwrap_or(sizes.len()), first).into_iter().map(|(index, _)| index).collect();
     kept.sort_unstable();
     kept
 }
@@ -131,7 +144,8 @@ pub struct Spheres {
 }
 
 impl Spheres {
-    /// The spheres of `set` at rest; [`crate::evaluate::sphere_set::Follower`] says where they are in other poses.
+    /// The spheres of `set` at rest; [`crate::evaluate::sphere_set::Follower`] says where they are in other
+    /// poses.
     pub fn at_rest(set: &SphereSet) -> Self {
         Self { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }
     }
@@ -139,8 +153,9 @@ impl Spheres {
 
 /// For each sphere the spheres that overlap it at rest, itself among them, in order.
 pub fn neighbours(rest: &[[f32; 4]]) -> Vec<Vec<u32>> {
-    let overlap =
-        |[x, y, z, r]: [f32; 4], [u, v, w, s]: [f32; 4]| Vec3::new(x, y, z).distance_squared(Vec3::new(u, v, w)) < (r + s) * (r + s);
+    let overlap = |[x, y, z, r]: [f32; 4], [u, v, w, s]: [f32; 4]| {
+        Vec3::new(x, y, z).distance_squared(Vec3::new(u, v, w)) < (r + s) * (r + s)
+    };
     let of = |(at, sphere): (usize, &[f32; 4])| {
         let near = |(other, _): &(usize, &[f32; 4])| *other == at || overlap(*sphere, rest[*other]);
         rest.iter().enumerate().filter(near).map(|(other, _)| other as u32).collect()
@@ -164,7 +179,8 @@ pub struct Receiver {
     pub position: Vec3,
     /// Unit normal.
     pub normal: Vec3,
-    /// Lobes whose weighted sum is that of the normal, as [`crate::basis::diffuse::blend`] gives them; weight 0 for those not needed.
+    /// Lobes whose weighted sum is that of the normal, as [`crate::basis::diffuse::blend`] gives them; weight
+    /// 0 for those not needed.
     pub lobes: [(u32, f32); 4],
     /// Set if its object has spheres.
     pub own: Option<Own>,
@@ -173,7 +189,10 @@ pub struct Receiver {
 impl Receiver {
     /// Whether a sphere of its own object is left out: the `sphere`th of `spheres`, at `offset` from it.
     fn leaves_out(&self, spheres: &Spheres, own: Own, sphere: usize, offset: Vec3) -> bool {
-        let near = spheres.neighbours.get(own.sphere as usize).is_some_and(|near| near.binary_search(&(sphere as u32)).is_ok());
+        let near = spheres
+            .neighbours
+            .get(own.sphere as usize)
+            .is_some_and(|near| near.binary_search(&(sphere as u32)).is_ok());
         near || cap::tangent2(offset.to_array(), spheres.now[sphere][3]) <= 0.0
     }
 
@@ -190,7 +209,9 @@ pub fn blocked(receiver: &Receiver, sets: &[Spheres]) -> Bitmap {
         let own = receiver.own.filter(|own| own.set as usize == set);
         for (sphere, [x, y, z, radius]) in spheres.now.iter().enumerate() {
             let offset = Vec3::new(*x, *y, *z) - receiver.position;
-            if receiver.faces(offset, *radius) && !own.is_some_and(|own| receiver.leaves_out(spheres, own, sphere, offset)) {
+            if receiver.faces(offset, *radius)
+                && !own.is_some_and(|own| receiver.leaves_out(spheres, own, sphere, offset))
+            {
                 add_sphere(&mut bitmap, offset, *radius);
             }
         }
@@ -198,7 +219,8 @@ pub fn blocked(receiver: &Receiver, sets: &[Spheres]) -> Bitmap {
     bitmap
 }
 
-/// Linear radiance that a white diffuse surface shows at each receiver, W/(sr·m²). `lobes` and `light` carry the terms of [`Detail::terms`].
+/// Linear radiance that a white diffuse surface shows at each receiver, W/(sr·m²). `lobes` and `light` carry
+/// the terms of [`Detail::terms`].
 ///
 /// # Panics
 /// If a receiver has a lobe, of weight other than 0, beyond `lobes`.
@@ -214,7 +236,9 @@ pub fn radiance(
         let visibility = Visibility::new(&blocked(receiver, sets).map(|row| !row), table);
         let used = receiver.lobes.iter().filter(|(_, weight)| *weight != 0.0);
         used.fold([0.0; 3], |sum: Rgb, (lobe, weight)| {
-            std::array::from_fn(|c| sum[c] + weight * product(&light[c], &lobes[*lobe as usize], &visibility, levels))
+            std::array::from_fn(|c| {
+                sum[c] + weight * product(&light[c], &lobes[*lobe as usize], &visibility, levels)
+            })
         })
     };
     receivers.iter().map(of).collect()
@@ -268,7 +292,10 @@ mod tests {
                 let both = if level < 3 { visible.clone() } else { none };
                 let visibility = Visibility { all: visible, first_level: both };
                 let expected = (1 << level) as f32 / 32.0;
-                assert_eq!(product(&wavelet(level, l), &wavelet(level, p), &visibility, Levels::All), expected);
+                assert_eq!(
+                    product(&wavelet(level, l), &wavelet(level, p), &visibility, Levels::All),
+                    expected
+                );
                 let first = if level < 3 { expected } else { 0.0 };
                 assert_eq!(product(&wavelet(level, l), &wavelet(level, p), &visibility, Levels::One), first);
             }

@@ -1,12 +1,15 @@
-//! Method `transfer-images`: a pixel is the sum over its fragments of image × coefficient (thesis eq. 4-26, 4-27).
+//! Method `transfer-images`: a pixel is the sum over its fragments of image × coefficient (thesis eq. 4-26,
+//! 4-27).
 
 use crate::kinds::transfer_images::{FirstReflection, Head, Layout, TransferImages};
 use crate::state::Rgb;
 
-/// Factors on the stored halves of every slot for every class of fragment: row-major [materials + 1, slots], the last row for fixed
-/// fragments. Scale and, for single-channel slots, the colour of the light are multiplied in.
+/// Factors on the stored halves of every slot for every class of fragment: row-major [materials + 1, slots],
+/// the last row for fixed fragments. Scale and, for single-channel slots, the colour of the light are
+/// multiplied in.
 ///
-/// `on_bases` holds, for every editable material in the order of the file, its coefficients ([`crate::kinds::BrdfBasis::coefficients_of`]).
+/// `on_bases` holds, for every editable material in the order of the file, its coefficients
+/// ([`crate::kinds::BrdfBasis::coefficients_of`]).
 pub fn coefficients(head: &Head, layout: &Layout, on_bases: &[Vec<Rgb>]) -> Vec<Rgb> {
     let of_first = |first: FirstReflection| match first {
         FirstReflection::None | FirstReflection::Fixed => [1.0; 3],

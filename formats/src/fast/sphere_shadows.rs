@@ -1,10 +1,13 @@
-//! Method `sphere-shadows` for many receivers: the same radiance as [`crate::evaluate::sphere_shadows`] gives.
+//! Method `sphere-shadows` for many receivers: the same radiance as [`crate::evaluate::sphere_shadows`]
+//! gives.
 //!
-//! * Receivers go in groups of 16, a lane each: caps are added to all of their bitmaps at once, row by row ([`caps`]). Only rows that the cap reaches
-//!   for one of them are looked at, so receivers that follow each other should be near each other: [`order`] makes them so.
-//! * With light and lobe given, the product is linear in the visibility, whatever terms and levels are kept. So both are folded once per change of the light
-//!   into one weight per lobe and tile ([`fold`]), and a receiver's radiance is the sum of its tiles' visible texels times these ([`sum`]). The
-//!   second level of visibility enters at the few tiles where light has kept terms of it.
+//! * Receivers go in groups of 16, a lane each: caps are added to all of their bitmaps at once, row by row
+//!   ([`caps`]). Only rows that the cap reaches for one of them are looked at, so receivers that follow each
+//!   other should be near each other: [`order`] makes them so.
+//! * With light and lobe given, the product is linear in the visibility, whatever terms and levels are kept.
+//!   So both are folded once per change of the light into one weight per lobe and tile ([`fold`]), and a
+//!   receiver's radiance is the sum of its tiles' visible texels times these ([`sum`]). The second level of
+//!   visibility enters at the few tiles where light has kept terms of it.
 //! * A blend of lobes is the blend of their sums.
 
 mod caps;
@@ -48,10 +51,12 @@ impl Shading {
     }
 }
 
-/// The indices of `positions` in an order in which those that follow each other are near each other: along the Z-curve through their bounding box
-/// (Morton 1966). Receivers may be given in any order, but in this one a frame takes less time.
+/// The indices of `positions` in an order in which those that follow each other are near each other: along
+/// the Z-curve through their bounding box (Morton 1966). Receivers may be given in any order, but in this one
+/// a frame takes less time.
 pub fn order(positions: &[Vec3]) -> Vec<u32> {
-    let (low, high) = positions.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
+    let (low, high) =
+        positions.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
     // One scale for all axes, so that cells are cubes. What is no number falls somewhere legal.
     let scale = f32::from(1u16 << 10) / (high - low).max_element();
     let code = |index: &u32| {
@@ -105,13 +110,19 @@ mod tests {
             (state >> 40) as f32 / (1 << 23) as f32 - 1.0
         };
         let sets = [40, 25].map(|count| {
-            let now: Vec<[f32; 4]> = (0..count).map(|_| [random(), random(), random(), 0.2 + 0.15 * random()]).collect();
+            let now: Vec<[f32; 4]> =
+                (0..count).map(|_| [random(), random(), random(), 0.2 + 0.15 * random()]).collect();
             Spheres { neighbours: neighbours(&now), now }
         });
         let receiver = |k: u32| {
             let normal = Vec3::new(random(), random(), random()).normalize();
             let own = (k % 3).checked_sub(1).map(|set| Own { set, sphere: k % 25 });
-            Receiver { position: 2.0 * Vec3::new(random(), random(), random()), normal, lobes: blend(normal), own }
+            Receiver {
+                position: 2.0 * Vec3::new(random(), random(), random()),
+                normal,
+                lobes: blend(normal),
+                own,
+            }
         };
         (sets.into(), (0..200).map(receiver).collect())
     }
@@ -135,10 +146,13 @@ mod tests {
     #[test]
     fn all_processors_get_the_same() {
         let (sets, receivers) = scene();
-        let lobes: Vec<Function> =
-            (0..diffuse::NODES).map(|node| sphere_shadows::lobe(diffuse::lobe(diffuse::grid_normal(node)), Some(100))).collect();
-        let light =
-            sphere_shadows::light(std::array::from_fn(|c| (0..6144).map(|i| ((i * 37 + c) % 101) as f32 - 30.0).collect()), Some(100));
+        let lobes: Vec<Function> = (0..diffuse::NODES)
+            .map(|node| sphere_shadows::lobe(diffuse::lobe(diffuse::grid_normal(node)), Some(100)))
+            .collect();
+        let light = sphere_shadows::light(
+            std::array::from_fn(|c| (0..6144).map(|i| ((i * 37 + c) % 101) as f32 - 30.0).collect()),
+            Some(100),
+        );
         let table = HaarTable::bake();
         for levels in [Levels::One, Levels::Two, Levels::All] {
             let best = Shading::new(&lobes, &light, levels);

@@ -14,7 +14,8 @@ use crate::error::{Error, Place, Result};
 use half::f16;
 use serde::{Deserialize, Serialize};
 
-/// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree, backgrounds a little more.
+/// Largest width of a stored map; the height is at most as large. Lights are a few texels a degree,
+/// backgrounds a little more.
 pub const MAX_WIDTH: u32 = 4096;
 
 /// Width to which maps are brought that are wider before a bundle or a player keeps them: light needs less,
@@ -64,7 +65,9 @@ impl Environment {
     /// # Errors
     /// `Invalid` with what is wrong.
     pub fn validate(&self, place: &Place) -> Result<()> {
-        self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, format!("environment map `{}`: {fault}", self.name))))
+        self.fault().map_or(Ok(()), |fault| {
+            Err(Error::invalid(place, format!("environment map `{}`: {fault}", self.name)))
+        })
     }
 
     /// Checks the map, whatever its name.
@@ -72,7 +75,8 @@ impl Environment {
     /// # Errors
     /// `Invalid` with what is wrong.
     pub fn validate_map(&self, place: &Place) -> Result<()> {
-        self.fault_of_map().map_or(Ok(()), |fault| Err(Error::invalid(place, format!("{fault}; mend or scale the picture"))))
+        self.fault_of_map()
+            .map_or(Ok(()), |fault| Err(Error::invalid(place, format!("{fault}; mend or scale the picture"))))
     }
 
     fn fault(&self) -> Option<String> {
@@ -90,7 +94,8 @@ impl Environment {
         (!sound).then(|| format!("a radiance is outside 0..{MAX_RADIANCE:e}"))
     }
 
-    /// The unit, a power of two, and the texels as halves in it, row-major [height, width, 3]: what is stored.
+    /// The unit, a power of two, and the texels as halves in it, row-major [height, width, 3]: what is
+    /// stored.
     pub fn halves(&self) -> (f32, Vec<f16>) {
         let values = self.map.texels.as_flattened();
         let unit = unit_for(values.iter().copied().fold(0.0, f32::max));
@@ -119,9 +124,14 @@ impl Stored for Environment {
             [height, width, 3] => u32::try_from(width).ok().zip(u32::try_from(height).ok()),
             _ => None,
         }
-        .ok_or_else(|| section.invalid(format!("has shape {:?}, expected [height, width, 3]", section.info.shape)))?;
+        .ok_or_else(|| {
+            section.invalid(format!("has shape {:?}, expected [height, width, 3]", section.info.shape))
+        })?;
         let values: Vec<f32> = section.f16s()?.iter().map(|h| h.to_f32() * meta.unit).collect();
-        let environment = Self { name: meta.name, map: EquirectMap { width, height, texels: values.as_chunks().0.to_vec() } };
+        let environment = Self {
+            name: meta.name,
+            map: EquirectMap { width, height, texels: values.as_chunks().0.to_vec() },
+        };
         section.expect(environment.fault())?;
         Ok(environment)
     }

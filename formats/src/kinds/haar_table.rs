@@ -71,7 +71,11 @@ impl Stored for HaarTable {
         let differs = |(stored, right): (&f16, &f16)| stored.to_bits() != right.to_bits();
         match section.f16s()?.iter().zip(&table.columns()).position(differs) {
             None => Ok(table),
-            Some(at) => Err(section.invalid(format!("coefficient {} of bitmap {} is wrong", at / BITMAPS, at % BITMAPS))),
+            Some(at) => Err(section.invalid(format!(
+                "coefficient {} of bitmap {} is wrong",
+                at / BITMAPS,
+                at % BITMAPS
+            ))),
         }
     }
 }

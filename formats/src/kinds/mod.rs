@@ -31,7 +31,8 @@ use crate::container::{Header, open};
 use crate::error::Result;
 use std::path::Path;
 
-/// Checks every checksum and value of the file at `path`, whatever its kind; returns its header. No more than a part of a large file is kept in memory.
+/// Checks every checksum and value of the file at `path`, whatever its kind; returns its header. No more than
+/// a part of a large file is kept in memory.
 ///
 /// # Errors
 /// The first thing found wrong, with file and section.

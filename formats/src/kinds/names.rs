@@ -1,4 +1,5 @@
-//! What a name may be that stands in a file: of a scene, a material, an object, a map, a clip, an animation or a mesh.
+//! What a name may be that stands in a file: of a scene, a material, an object, a map, a clip, an animation
+//! or a mesh.
 
 use crate::name::{MAX_MADE_CHARS, plain, shortened, steers};
 use std::collections::HashSet;
@@ -8,7 +9,9 @@ pub(crate) fn fault_of_name(what: &str, name: &str) -> Option<String> {
     if name.chars().nth(MAX_MADE_CHARS).is_some() {
         return Some(format!("the name of {what} has more than {MAX_MADE_CHARS} characters"));
     }
-    name.chars().any(steers).then(|| format!("the name `{}` of {what} has control characters", plain(&shortened(name))))
+    name.chars()
+        .any(steers)
+        .then(|| format!("the name `{}` of {what} has control characters", plain(&shortened(name))))
 }
 
 /// What is wrong with the first of some names that are all of `what`, in the plural, and must differ.
@@ -27,7 +30,10 @@ mod tests {
     #[test]
     fn names_are_short_plain_and_differ() {
         assert_eq!(fault_of_names("materials", ["a", "päper", &"é".repeat(MAX_MADE_CHARS)]), None);
-        assert_eq!(fault_of_name("object", &"é".repeat(MAX_MADE_CHARS + 1)).unwrap(), "the name of object has more than 272 characters");
+        assert_eq!(
+            fault_of_name("object", &"é".repeat(MAX_MADE_CHARS + 1)).unwrap(),
+            "the name of object has more than 272 characters"
+        );
         assert_eq!(
             fault_of_names("maps", ["a", "b\u{1b}[2J"]).unwrap(),
             "the name `b\\u{1b}[2J` of one of the maps has control characters"

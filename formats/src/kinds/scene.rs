@@ -18,7 +18,9 @@ use crate::display::Tonemap;
 use crate::error::{Error, Place, Result};
 use crate::method::{Card, Materials};
 use crate::shape::MAX_CLIPS;
-use crate::state::{Brdf, Camera, EnvironmentState, MAX_COORDINATE, MaterialState, Posed, Rgb, ShapeState, Varies};
+use crate::state::{
+    Brdf, Camera, EnvironmentState, MAX_COORDINATE, MaterialState, Posed, Rgb, ShapeState, Varies,
+};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
@@ -88,7 +90,10 @@ impl EnvironmentLook {
     /// Checks gain and rotation.
     pub fn validate(&self, place: &Place) -> Result<()> {
         if !self.gain.iter().all(|g| (0.0..=MAX_GAIN).contains(g)) {
-            return Err(Error::invalid(place, format!("environment: gain {:?} is outside 0..{MAX_GAIN}", self.gain)));
+            return Err(Error::invalid(
+                place,
+                format!("environment: gain {:?} is outside 0..{MAX_GAIN}", self.gain),
+            ));
         }
         if !self.rotation_deg.is_finite() {
             return Err(Error::invalid(place, "environment: rotation_deg must be a finite number"));
@@ -97,7 +102,8 @@ impl EnvironmentLook {
     }
 }
 
-/// Largest gain of an environment: times the largest radiance of any map, 10¹², summed up by rows of as many terms as there can be, it is still a number.
+/// Largest gain of an environment: times the largest radiance of any map, 10¹², summed up by rows of as many
+/// terms as there can be, it is still a number.
 pub const MAX_GAIN: f32 = 1e9;
 
 /// A material and its default parameters.
@@ -117,7 +123,8 @@ pub struct StoredMaterial {
 pub const MAX_MATERIALS: usize = 4096;
 /// Most objects: each is drawn by itself.
 pub const MAX_OBJECTS: usize = 1 << 16;
-/// How far the length of a normal may be from 1. Normals are normalised in double precision and rounded, which is off by 10⁻⁷.
+/// How far the length of a normal may be from 1. Normals are normalised in double precision and rounded,
+/// which is off by 10⁻⁷.
 pub const NORMAL_TOLERANCE: f32 = 1e-5;
 
 impl Meta {
@@ -140,7 +147,9 @@ impl Meta {
         }
         let (materials, objects) = (self.materials.len(), self.objects.len());
         if materials > MAX_MATERIALS || objects > MAX_OBJECTS {
-            return Some(format!("{materials} materials and {objects} objects, at most {MAX_MATERIALS} and {MAX_OBJECTS} are possible"));
+            return Some(format!(
+                "{materials} materials and {objects} objects, at most {MAX_MATERIALS} and {MAX_OBJECTS} are possible"
+            ));
         }
         let map = self.environment.as_ref().and_then(|look| fault_of_name("the environment map", &look.map));
         fault_of_name("the scene", &self.name)
@@ -159,7 +168,9 @@ impl Meta {
         let ghost = self.shapes.iter().find(|shape| !objects.contains(shape.object.as_str()));
         ghost
             .map(|shape| format!("shape `{}` is no object", shape.object))
-            .or_else(|| fault_of_names("objects that deform", self.shapes.iter().map(|shape| shape.object.as_str())))
+            .or_else(|| {
+                fault_of_names("objects that deform", self.shapes.iter().map(|shape| shape.object.as_str()))
+            })
             .or_else(|| self.shapes.iter().find_map(StoredShape::fault))
     }
 
@@ -178,7 +189,8 @@ impl Meta {
 }
 
 impl StoredMaterial {
-    /// Checks parameters that the material has, or is to have: first the narrower range of one that varies, whose message is of more use.
+    /// Checks parameters that the material has, or is to have: first the narrower range of one that varies,
+    /// whose message is of more use.
     ///
     /// # Errors
     /// `Invalid` with the range that is left.
@@ -230,12 +242,24 @@ impl StoredShape {
 
     fn fault(&self) -> Option<String> {
         if self.clips.len() > MAX_CLIPS {
-            return Some(format!("shape `{}` has {} clips, at most {MAX_CLIPS} are possible", self.object, self.clips.len()));
+            return Some(format!(
+                "shape `{}` has {} clips, at most {MAX_CLIPS} are possible",
+                self.object,
+                self.clips.len()
+            ));
         }
-        if let Some(clip) = self.clips.iter().find(|clip| !(clip.duration_s.is_finite() && clip.duration_s >= 0.0)) {
-            return Some(format!("the duration of a clip of shape `{}`, {} s, is no number of at least 0", self.object, clip.duration_s));
+        if let Some(clip) =
+            self.clips.iter().find(|clip| !(clip.duration_s.is_finite() && clip.duration_s >= 0.0))
+        {
+            return Some(format!(
+                "the duration of a clip of shape `{}`, {} s, is no number of at least 0",
+                self.object, clip.duration_s
+            ));
         }
-        fault_of_names(&format!("clips of shape `{}`", self.object), self.clips.iter().map(|clip| clip.name.as_str()))
+        fault_of_names(
+            &format!("clips of shape `{}`", self.object),
+            self.clips.iter().map(|clip| clip.name.as_str()),
+        )
     }
 }
 
@@ -265,7 +289,8 @@ pub struct StoredScene {
 
 /// Largest film side, so that a product of two fits in 32 bits with room to spare.
 pub const MAX_SIDE: u32 = 16_384;
-/// Most pixels of a film: an RGB image of halves must fit one section, with a tenth of the pixels showing a second class.
+/// Most pixels of a film: an RGB image of halves must fit one section, with a tenth of the pixels showing a
+/// second class.
 pub const MAX_PIXELS: u64 = MAX_SECTION_BYTES / 6 * 10 / 11;
 
 /// Whether a film may have this size.
@@ -307,9 +332,12 @@ impl StoredScene {
         self.meta.validate(place)?;
         let elements = self.positions.len().max(self.triangles.len());
         let most = MAX_SECTION_BYTES as usize / size_of::<[f32; 3]>();
-        let too_many =
-            (elements > most).then(|| format!("{elements} vertices or triangles, at most {most} of each fit; simplify the meshes"));
-        let uneven = || (self.normals.len() != self.positions.len()).then(|| "not every vertex has a normal".to_owned());
+        let too_many = (elements > most).then(|| {
+            format!("{elements} vertices or triangles, at most {most} of each fit; simplify the meshes")
+        });
+        let uneven = || {
+            (self.normals.len() != self.positions.len()).then(|| "not every vertex has a normal".to_owned())
+        };
         let fault = too_many
             .or_else(uneven)
             .or_else(|| fault_of_positions(&self.positions))
@@ -319,7 +347,8 @@ impl StoredScene {
     }
 }
 
-/// A section of vectors, `count` of them where that is known, without `fault`. Its bytes are gone on return: a hostile scene's sections are large together.
+/// A section of vectors, `count` of them where that is known, without `fault`. Its bytes are gone on return:
+/// a hostile scene's sections are large together.
 fn vectors(
     sections: &mut Sections<'_>,
     name: &str,
@@ -337,8 +366,11 @@ fn fault_of_positions(positions: &[[f32; 3]]) -> Option<String> {
     // Not so with NaN either.
     let at = positions.as_flattened().iter().position(|x| x.is_nan() || x.abs() > MAX_COORDINATE)?;
     let value = positions.as_flattened()[at];
-    let fault =
-        if value.is_finite() { format!("is {value:?}, farther from the origin than {MAX_COORDINATE:e} m") } else { NOT_FINITE.to_owned() };
+    let fault = if value.is_finite() {
+        format!("is {value:?}, farther from the origin than {MAX_COORDINATE:e} m")
+    } else {
+        NOT_FINITE.to_owned()
+    };
     Some(format!("element {at} {fault}"))
 }
 
@@ -347,11 +379,18 @@ fn fault_of_normals(normals: &[[f32; 3]]) -> Option<String> {
     let vertex = normals.iter().position(|n| !is_unit(n))?;
     match normals[vertex].iter().position(|x| !x.is_finite()) {
         Some(axis) => Some(format!("element {} {NOT_FINITE}", 3 * vertex + axis)),
-        None => Some(format!("the normal of vertex {vertex} is of length {}, not 1", Vec3::from(normals[vertex]).length())),
+        None => Some(format!(
+            "the normal of vertex {vertex} is of length {}, not 1",
+            Vec3::from(normals[vertex]).length()
+        )),
     }
 }
 
-fn fault_of_triangles(triangles: &[[u32; 3]], positions: &[[f32; 3]], objects: &[StoredObject]) -> Option<String> {
+fn fault_of_triangles(
+    triangles: &[[u32; 3]],
+    positions: &[[f32; 3]],
+    objects: &[StoredObject],
+) -> Option<String> {
     for (triangle, corners) in triangles.iter().enumerate() {
         let [Some(a), Some(b), Some(c)] = corners.map(|vertex| positions.get(vertex as usize)) else {
             return Some(format!("triangle {triangle} names a vertex that is not there"));

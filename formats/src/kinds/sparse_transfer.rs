@@ -26,8 +26,9 @@ use serde::{Deserialize, Serialize};
 pub const MAX_FACE_SIZE: u32 = 64;
 /// Most bounces.
 pub const MAX_BOUNCES: u32 = 2;
-/// Largest value. A white surface reflects what arrives and no more, each of [`MAX_BOUNCES`] bounces brings at most as much again, and no function of the
-/// light's basis is above 1: that makes 3, and this leaves room for the errors of a coarse gather.
+/// Largest value. A white surface reflects what arrives and no more, each of [`MAX_BOUNCES`] bounces brings
+/// at most as much again, and no function of the light's basis is above 1: that makes 3, and this leaves room
+/// for the errors of a coarse gather.
 pub const MAX_VALUE: f32 = 16.0;
 /// Number of sections of a block.
 pub const BLOCK_SECTIONS: usize = 3;
@@ -115,26 +116,35 @@ impl Meta {
 
     fn validate(&self, section: &Section) -> Result<()> {
         if !self.face_size.is_power_of_two() || self.face_size > MAX_FACE_SIZE || self.bounces > MAX_BOUNCES {
-            return Err(
-                section.invalid(format!("a light of {} texels a side and {} bounces are out of range", self.face_size, self.bounces))
-            );
+            return Err(section.invalid(format!(
+                "a light of {} texels a side and {} bounces are out of range",
+                self.face_size, self.bounces
+            )));
         }
         if !(self.unit.is_finite() && self.unit > 0.0) {
             return Err(section.invalid(format!("unit {} is not above 0", self.unit)));
         }
         let terms = self.blocks.iter().map(|b| u64::from(b.terms)).sum::<u64>();
-        if self.vertices == 0 || self.blocks.iter().any(|b| b.terms == 0) || !(1..=self.coefficients() as u64).contains(&terms) {
+        if self.vertices == 0
+            || self.blocks.iter().any(|b| b.terms == 0)
+            || !(1..=self.coefficients() as u64).contains(&terms)
+        {
             let (vertices, most) = (self.vertices, self.coefficients());
-            return Err(section.invalid(format!("{vertices} vertices of {terms} terms; a row has 1 to {most}, and no block is empty")));
+            return Err(section.invalid(format!(
+                "{vertices} vertices of {terms} terms; a row has 1 to {most}, and no block is empty"
+            )));
         }
         Ok(())
     }
 
     /// Reads block number `block`: its [`BLOCK_SECTIONS`] sections.
     pub fn decode_block(&self, block: usize, sections: &mut Sections<'_>) -> Result<Block> {
-        let shape =
-            self.blocks.get(block).ok_or_else(|| Error::invalid(&sections.place, "has more blocks than it lists; bake it again"))?;
-        let (terms, vertices, channels) = (u64::from(shape.terms), u64::from(self.vertices), self.channels() as u64);
+        let shape = self
+            .blocks
+            .get(block)
+            .ok_or_else(|| Error::invalid(&sections.place, "has more blocks than it lists; bake it again"))?;
+        let (terms, vertices, channels) =
+            (u64::from(shape.terms), u64::from(self.vertices), self.channels() as u64);
         let section = sections.take(&format!("index/{block:04}"))?;
         section.expect_shape(&[terms, vertices])?;
         let indices = section.u16s()?;
@@ -160,12 +170,16 @@ impl Meta {
         let step = self.unit * if wide { f32::from(i16::MAX) } else { f32::from(i8::MAX) };
         // What rounding up to halves adds is far less than the room above what is possible.
         let at = scales.iter().position(|scale| !(0.0..=MAX_VALUE).contains(&(scale.to_f32() * step)))?;
-        Some(format!("the values of vertex {at} reach {}, outside 0..{MAX_VALUE}", scales[at].to_f32() * step))
+        Some(format!(
+            "the values of vertex {at} reach {}, outside 0..{MAX_VALUE}",
+            scales[at].to_f32() * step
+        ))
     }
 }
 
 impl Block {
-    /// The value of `term` (within the block) at `vertex`; one number stands for all three channels if the file is not RGB.
+    /// The value of `term` (within the block) at `vertex`; one number stands for all three channels if the
+    /// file is not RGB.
     pub fn value(&self, meta: &Meta, term: usize, vertex: usize) -> Rgb {
         let first = (term * meta.vertices as usize + vertex) * meta.channels();
         let step = self.scales[vertex].to_f32() * meta.unit;
@@ -210,7 +224,8 @@ impl Stored for SparseTransfer {
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let meta = Meta::decode(sections)?;
-        let blocks = (0..meta.blocks.len()).map(|block| meta.decode_block(block, sections)).collect::<Result<_>>()?;
+        let blocks =
+            (0..meta.blocks.len()).map(|block| meta.decode_block(block, sections)).collect::<Result<_>>()?;
         Ok(Self { meta, blocks })
     }
 

@@ -22,16 +22,18 @@ use serde::{Deserialize, Serialize};
 
 /// Most spheres of a set. Players compare every two of them.
 pub const MAX_SPHERES: u64 = 4096;
-/// How far spheres may be from the box of the vertices, and how large, in its diagonals. One diagonal covers all there is.
+/// How far spheres may be from the box of the vertices, and how large, in its diagonals. One diagonal covers
+/// all there is.
 const REACH: f64 = 2.0;
-/// How far the diagonal of the vertices' box may be from what is stored, in parts of it: for rounding, and for vertices that were moved to meet.
+/// How far the diagonal of the vertices' box may be from what is stored, in parts of it: for rounding, and
+/// for vertices that were moved to meet.
 const DIAGONAL_TOLERANCE: f64 = 1e-4;
 /// How far outside its sphere a point may lie for roundings, in parts of the diagonal.
 const COVER_TOLERANCE: f64 = 1e-5;
 /// How far the weights of a point may be from summing to 1.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-5;
-/// How far a point may be from where its vertices and weights put it, in parts of the largest coordinate and the diagonal: what the tolerance of the
-/// sum and roundings to f32 can make.
+/// How far a point may be from where its vertices and weights put it, in parts of the largest coordinate and
+/// the diagonal: what the tolerance of the sum and roundings to f32 can make.
 const POINT_TOLERANCE: f64 = 2e-5;
 /// How much `history` may rise, for its rounding to f32.
 const HISTORY_TOLERANCE: f64 = 1e-6;
@@ -43,7 +45,8 @@ pub struct SphereSet {
     pub meta: Meta,
     /// Centre x, y, z and radius of each sphere, mesh units.
     pub spheres: Vec<[f32; 4]>,
-    /// The points that the spheres cover and follow, at rest, mesh units: the mesh's vertices in their order, then points within triangles.
+    /// The points that the spheres cover and follow, at rest, mesh units: the mesh's vertices in their order,
+    /// then points within triangles.
     pub points: Vec<[f32; 3]>,
     /// The vertices that each point is made of; three times itself for a vertex.
     pub point_vertices: Vec<[u32; 3]>,
@@ -51,8 +54,8 @@ pub struct SphereSet {
     pub point_weights: Vec<[f32; 3]>,
     /// Which sphere each point belongs to.
     pub clusters: Vec<u32>,
-    /// What each iteration of the fit left, never rising; the last is that of the spheres stored: E/V(T), or where the fit looked at poses besides
-    /// rest, the mean E over all of them, over V(T) at rest.
+    /// What each iteration of the fit left, never rising; the last is that of the spheres stored: E/V(T), or
+    /// where the fit looked at poses besides rest, the mean E over all of them, over V(T) at rest.
     pub history: Vec<f32>,
 }
 
@@ -69,7 +72,8 @@ pub struct Meta {
     pub seed: u64,
     /// Most iterations that were asked for.
     pub iterations: u32,
-    /// How far outside every sphere a point of the solid may lie, in parts of the diagonal; 0: complete coverage.
+    /// How far outside every sphere a point of the solid may lie, in parts of the diagonal; 0: complete
+    /// coverage.
     pub tight: f32,
     /// How many poses of the mesh the fit looked at besides rest.
     pub poses: u32,
@@ -91,7 +95,8 @@ pub struct Meta {
 pub enum Solid {
     /// The mesh is closed and bounds its solid: volumes are exact up to rounding.
     Closed,
-    /// The mesh is open or meets itself: inside is where the generalised winding number (Jacobson et al. 2013) is at least 1/2, on a grid.
+    /// The mesh is open or meets itself: inside is where the generalised winding number (Jacobson et al.
+    /// 2013) is at least 1/2, on a grid.
     WindingNumber {
         /// Cells of the grid along the longest side.
         cells: u32,
@@ -109,11 +114,13 @@ pub struct Quality {
     pub protrusion: Protrusion,
     /// Largest distance from a point of the solid to the nearest sphere, mesh units; 0 where all is covered.
     pub largest_gap: f64,
-    /// Σ V(Sᵢ ∩ T) / V(T) − 1: how often the solid is covered more than once; below 0 where it is not covered whole.
+    /// Σ V(Sᵢ ∩ T) / V(T) − 1: how often the solid is covered more than once; below 0 where it is not covered
+    /// whole.
     pub overlap: f64,
 }
 
-/// Distance to the mesh over those parts of the spheres' surfaces that lie outside the solid and every other sphere, mesh units.
+/// Distance to the mesh over those parts of the spheres' surfaces that lie outside the solid and every other
+/// sphere, mesh units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Protrusion {
     /// Mean over the area.
@@ -142,7 +149,10 @@ impl Meta {
     fn fault(&self) -> Option<String> {
         let Self { vertices, triangles, diagonal, volume, .. } = self;
         if *vertices == 0 || *triangles == 0 || matches!(self.solid, Solid::WindingNumber { cells: 0 }) {
-            return Some(format!("{vertices} vertices, {triangles} triangles and {:?} are no solid", self.solid));
+            return Some(format!(
+                "{vertices} vertices, {triangles} triangles and {:?} are no solid",
+                self.solid
+            ));
         }
         if !(is_measure(f64::from(*diagonal)) && is_measure(*volume) && *diagonal > 0.0 && *volume > 0.0) {
             return Some(format!("diagonal {diagonal} and volume {volume} must be numbers above 0"));
@@ -178,13 +188,17 @@ impl Quality {
     fn fault(&self) -> Option<String> {
         let Protrusion { mean, p95, max } = self.protrusion;
         if self.coverage_surface > 1.0 || self.coverage_volume > 1.0 {
-            return Some(format!("coverages {} and {} must be at most 1", self.coverage_surface, self.coverage_volume));
+            return Some(format!(
+                "coverages {} and {} must be at most 1",
+                self.coverage_surface, self.coverage_volume
+            ));
         }
         if !self.overlap.is_finite() || self.overlap < -1.0 {
             return Some(format!("overlap {} must be a number of at least -1", self.overlap));
         }
         // A mean of equal values may round up.
-        (mean.max(p95) > max * (1.0 + 1e-9)).then(|| format!("protrusions {mean} and {p95} must be at most the largest, {max}"))
+        (mean.max(p95) > max * (1.0 + 1e-9))
+            .then(|| format!("protrusions {mean} and {p95} must be at most the largest, {max}"))
     }
 }
 
@@ -216,9 +230,14 @@ impl Stored for SphereSet {
         let of_spheres = sections.take("spheres")?;
         let spheres = decode_spheres(&of_spheres)?;
         let points = decode_points(&sections.take("points")?, &meta)?;
-        of_spheres.expect(fault_of_spheres(&spheres, points.get(..meta.vertices as usize).unwrap_or_default(), &meta))?;
+        of_spheres.expect(fault_of_spheres(
+            &spheres,
+            points.get(..meta.vertices as usize).unwrap_or_default(),
+            &meta,
+        ))?;
         let point_vertices = decode_vertices(&sections.take("point-vertices")?, &meta, points.len())?;
-        let point_weights = decode_weights(&sections.take("point-weights")?, &meta, &points, &point_vertices)?;
+        let point_weights =
+            decode_weights(&sections.take("point-weights")?, &meta, &points, &point_vertices)?;
         let section = sections.take("clusters")?;
         section.expect_shape(&[points.len() as u64])?;
         let clusters = section.u32s()?;
@@ -234,7 +253,10 @@ impl Stored for SphereSet {
 fn decode_spheres(section: &Section) -> Result<Vec<[f32; 4]>> {
     match section.info.shape[..] {
         [1..=MAX_SPHERES, 4] => {}
-        _ => return Err(section.invalid(format!("has shape {:?}, expected [1 to {MAX_SPHERES}, 4]", section.info.shape))),
+        _ => {
+            return Err(section
+                .invalid(format!("has shape {:?}, expected [1 to {MAX_SPHERES}, 4]", section.info.shape)));
+        }
     }
     let spheres: Vec<[f32; 4]> = finite_rows(section)?;
     match spheres.iter().position(|[.., radius]| *radius <= 0.0) {
@@ -254,14 +276,23 @@ fn fault_of_spheres(spheres: &[[f32; 4]], vertices: &[[f32; 3]], meta: &Meta) ->
         return Some(format!("a mesh of diagonal {stored} is covered, but that of the points is {diagonal}"));
     }
     let most = REACH * stored;
-    let is_near = |s: &[f32; 4]| (0..3).all(|k| (low[k] - most..=high[k] + most).contains(&f64::from(s[k]))) && f64::from(s[3]) <= most;
+    let is_near = |s: &[f32; 4]| {
+        (0..3).all(|k| (low[k] - most..=high[k] + most).contains(&f64::from(s[k]))) && f64::from(s[3]) <= most
+    };
     let at = spheres.iter().position(|sphere| !is_near(sphere))?;
     let [x, y, z, radius] = spheres[at];
-    Some(format!("sphere {at} of radius {radius:?} about [{x:?}, {y:?}, {z:?}] is larger than {most}, or so far from the mesh"))
+    Some(format!(
+        "sphere {at} of radius {radius:?} about [{x:?}, {y:?}, {z:?}] is larger than {most}, or so far from the mesh"
+    ))
 }
 
 /// Every point lies in its sphere, as far as the set promises.
-fn fault_of_cover(spheres: &[[f32; 4]], points: &[[f32; 3]], clusters: &[u32], meta: &Meta) -> Option<String> {
+fn fault_of_cover(
+    spheres: &[[f32; 4]],
+    points: &[[f32; 3]],
+    clusters: &[u32],
+    meta: &Meta,
+) -> Option<String> {
     let allowed = (f64::from(meta.tight) + COVER_TOLERANCE) * f64::from(meta.diagonal);
     let outside = |point: &[f32; 3], [x, y, z, radius]: &[f32; 4]| {
         let squares = point.iter().zip([x, y, z]).map(|(p, c)| (f64::from(*p) - f64::from(*c)).powi(2));
@@ -269,7 +300,8 @@ fn fault_of_cover(spheres: &[[f32; 4]], points: &[[f32; 3]], clusters: &[u32], m
     };
     points.iter().zip(clusters).enumerate().find_map(|(at, (point, cluster))| {
         let outside = spheres.get(*cluster as usize).map_or(f64::INFINITY, |sphere| outside(point, sphere));
-        (outside > allowed).then(|| format!("point {at} is {outside} outside its sphere {cluster}, {allowed} is allowed"))
+        (outside > allowed)
+            .then(|| format!("point {at} is {outside} outside its sphere {cluster}, {allowed} is allowed"))
     })
 }
 
@@ -280,7 +312,10 @@ fn decode_points(section: &Section, meta: &Meta) -> Result<Vec<[f32; 3]>> {
             section.expect_at_most(points.as_flattened(), MAX_COORDINATE)?;
             Ok(points)
         }
-        _ => Err(section.invalid(format!("has shape {:?}, expected [at least {}, 3]", section.info.shape, meta.vertices))),
+        _ => Err(section.invalid(format!(
+            "has shape {:?}, expected [at least {}, 3]",
+            section.info.shape, meta.vertices
+        ))),
     }
 }
 
@@ -296,20 +331,35 @@ fn decode_vertices(section: &Section, meta: &Meta, points: usize) -> Result<Vec<
     Ok(rows)
 }
 
-fn decode_weights(section: &Section, meta: &Meta, points: &[[f32; 3]], vertices: &[[u32; 3]]) -> Result<Vec<[f32; 3]>> {
+fn decode_weights(
+    section: &Section,
+    meta: &Meta,
+    points: &[[f32; 3]],
+    vertices: &[[u32; 3]],
+) -> Result<Vec<[f32; 3]>> {
     section.expect_shape(&[points.len() as u64, 3])?;
     let rows: Vec<[f32; 3]> = finite_rows(section)?;
     let sum = |row: &[f32; 3]| row.iter().map(|w| f64::from(*w)).sum::<f64>();
-    if let Some(at) = rows.iter().position(|row| row.iter().any(|w| *w < 0.0) || (sum(row) - 1.0).abs() > WEIGHT_SUM_TOLERANCE) {
+    if let Some(at) = rows
+        .iter()
+        .position(|row| row.iter().any(|w| *w < 0.0) || (sum(row) - 1.0).abs() > WEIGHT_SUM_TOLERANCE)
+    {
         return Err(section.invalid(format!("the weights of point {at} are below 0 or do not sum to 1")));
     }
     if let Some(vertex) = rows.iter().take(meta.vertices as usize).position(|row| *row != [1.0, 0.0, 0.0]) {
         return Err(section.invalid(format!("the weights of vertex {vertex} are not 1, 0, 0")));
     }
     let scale = points.as_flattened().iter().fold(f64::from(meta.diagonal), |m, x| m.max(f64::from(x.abs())));
-    for (at, ((point, corners), weights)) in points.iter().zip(vertices).zip(&rows).enumerate().skip(meta.vertices as usize) {
-        let made =
-            |axis: usize| corners.iter().zip(weights).map(|(v, w)| f64::from(points[*v as usize][axis]) * f64::from(*w)).sum::<f64>();
+    for (at, ((point, corners), weights)) in
+        points.iter().zip(vertices).zip(&rows).enumerate().skip(meta.vertices as usize)
+    {
+        let made = |axis: usize| {
+            corners
+                .iter()
+                .zip(weights)
+                .map(|(v, w)| f64::from(points[*v as usize][axis]) * f64::from(*w))
+                .sum::<f64>()
+        };
         if (0..3).any(|axis| (made(axis) - f64::from(point[axis])).abs() > POINT_TOLERANCE * scale) {
             return Err(section.invalid(format!("point {at} is not where its vertices and weights put it")));
         }

@@ -31,7 +31,8 @@ pub const ORDERED: usize = 200;
 pub const MAX_ROWS: u64 = 4096;
 /// How far the length of a normal may be from 1, and each coordinate of a node from where the grid has it.
 const NORMAL_TOLERANCE: f32 = 1e-5;
-/// How far a coefficient of a lobe may be from what its normal gives: some roundings of the largest, 0.04, and what other mathematical libraries make of it.
+/// How far a coefficient of a lobe may be from what its normal gives: some roundings of the largest, 0.04,
+/// and what other mathematical libraries make of it.
 const LOBE_TOLERANCE: f32 = 1e-6;
 
 /// The receivers of a scene, and the lobes of their normals.
@@ -79,8 +80,9 @@ pub struct ShadowObject {
     pub deforms: bool,
 }
 
-/// The [`ORDERED`] coefficients of `lobe` that matter most: the scaling functions of the faces in their order, for they carry the light as a whole, then
-/// wavelets by |coefficient|, the largest first; of equals the one of lower index.
+/// The [`ORDERED`] coefficients of `lobe` that matter most: the scaling functions of the faces in their
+/// order, for they carry the light as a whole, then wavelets by |coefficient|, the largest first; of equals
+/// the one of lower index.
 ///
 /// # Panics
 /// If `lobe` has not [`COEFFICIENTS`] elements.
@@ -128,7 +130,9 @@ impl Meta {
     fn fault(&self) -> Option<String> {
         if [self.face_size, self.normal_grid] != [SIDE as u32, GRID as u32] {
             let (face_size, grid) = (self.face_size, self.normal_grid);
-            return Some(format!("faces of {face_size} texels and a grid of {grid} nodes a side, expected {SIDE} and {GRID}"));
+            return Some(format!(
+                "faces of {face_size} texels and a grid of {grid} nodes a side, expected {SIDE} and {GRID}"
+            ));
         }
         if !(FACES..=ORDERED).contains(&(self.terms as usize)) {
             return Some(format!("keeps {} terms, expected {FACES} to {ORDERED}", self.terms));
@@ -136,7 +140,9 @@ impl Meta {
         let mut next = Some(0u32);
         for ShadowObject { name, first_vertex, vertices, .. } in &self.objects {
             if *vertices == 0 || Some(*first_vertex) != next {
-                return Some(format!("object `{name}` has {vertices} vertices from {first_vertex} on, which do not follow those before"));
+                return Some(format!(
+                    "object `{name}` has {vertices} vertices from {first_vertex} on, which do not follow those before"
+                ));
             }
             next = first_vertex.checked_add(*vertices);
         }
@@ -187,7 +193,12 @@ impl Stored for SphereShadows {
 fn decode_normals(section: &Section) -> Result<Vec<[f32; 3]>> {
     match section.info.shape[..] {
         [rows, 3] if (NODES as u64..=MAX_ROWS).contains(&rows) => {}
-        _ => return Err(section.invalid(format!("has shape {:?}, expected [{NODES} to {MAX_ROWS}, 3]", section.info.shape))),
+        _ => {
+            return Err(section.invalid(format!(
+                "has shape {:?}, expected [{NODES} to {MAX_ROWS}, 3]",
+                section.info.shape
+            )));
+        }
     }
     let normals: Vec<[f32; 3]> = section.f32_rows()?;
     // Not so with NaN either.
@@ -195,7 +206,8 @@ fn decode_normals(section: &Section) -> Result<Vec<[f32; 3]>> {
     if let Some(row) = normals.iter().position(|n| !is_unit(n)) {
         return Err(section.invalid(format!("the normal of row {row} is not of length 1")));
     }
-    let is_node = |(node, n): (usize, &[f32; 3])| Vec3::from(*n).abs_diff_eq(grid_normal(node), NORMAL_TOLERANCE);
+    let is_node =
+        |(node, n): (usize, &[f32; 3])| Vec3::from(*n).abs_diff_eq(grid_normal(node), NORMAL_TOLERANCE);
     match normals.iter().take(NODES).enumerate().position(|node| !is_node(node)) {
         None => Ok(normals),
         Some(node) => Err(section.invalid(format!("row {node} is not that node of the grid"))),
@@ -208,18 +220,32 @@ fn fault_of_lobes(lobes: &[f32], normals: &[[f32; 3]]) -> Option<String> {
     let mut rows = lobes.as_chunks::<COEFFICIENTS>().0.iter().zip(normals).enumerate();
     rows.find_map(|(row, (lobe, normal))| {
         let at = lobe.iter().zip(&diffuse::lobe((*normal).into())).position(is_off)?;
-        Some(format!("coefficient {at} of row {row} is {}, which is not that of the lobe of its normal", lobe[at]))
+        Some(format!(
+            "coefficient {at} of row {row} is {}, which is not that of the lobe of its normal",
+            lobe[at]
+        ))
     })
 }
 
 fn fault_of_rows(meta: &Meta, rows: &[u32], count: usize) -> Option<String> {
     let exact = NODES as u32..count as u32;
     if let Some(vertex) = rows.iter().position(|row| *row != NO_ROW && !exact.contains(row)) {
-        return Some(format!("vertex {vertex} has row {}, expected one of {NODES}..{count} or none", rows[vertex]));
+        return Some(format!(
+            "vertex {vertex} has row {}, expected one of {NODES}..{count} or none",
+            rows[vertex]
+        ));
     }
-    let range = |object: &ShadowObject| object.first_vertex as usize..(object.first_vertex + object.vertices) as usize;
-    let turns = meta.objects.iter().filter(|object| object.deforms).find(|object| rows[range(object)].iter().any(|row| *row != NO_ROW));
-    turns.map(|object| format!("object `{}` deforms, so its vertices cannot have rows of their own", object.name))
+    let range = |object: &ShadowObject| {
+        object.first_vertex as usize..(object.first_vertex + object.vertices) as usize
+    };
+    let turns = meta
+        .objects
+        .iter()
+        .filter(|object| object.deforms)
+        .find(|object| rows[range(object)].iter().any(|row| *row != NO_ROW));
+    turns.map(|object| {
+        format!("object `{}` deforms, so its vertices cannot have rows of their own", object.name)
+    })
 }
 
 fn decode_order(section: &Section, lobes: &[f32]) -> Result<Vec<u16>> {
@@ -228,6 +254,8 @@ fn decode_order(section: &Section, lobes: &[f32]) -> Result<Vec<u16>> {
     let terms = section.u16s()?;
     match terms.as_chunks::<ORDERED>().0.iter().zip(lobes).position(|(terms, lobe)| *terms != order(lobe)) {
         None => Ok(terms),
-        Some(row) => Err(section.invalid(format!("the terms of row {row} are not the largest of its lobe in order"))),
+        Some(row) => {
+            Err(section.invalid(format!("the terms of row {row} are not the largest of its lobe in order")))
+        }
     }
 }

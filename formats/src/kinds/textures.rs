@@ -58,7 +58,10 @@ impl TextureMeta {
             _ => None,
         };
         let (width, height) = size.ok_or_else(|| {
-            section.invalid(format!("has shape {:?}, expected [height, width, 4] of at most {MAX_SIDE} a side", section.info.shape))
+            section.invalid(format!(
+                "has shape {:?}, expected [height, width, 4] of at most {MAX_SIDE} a side",
+                section.info.shape
+            ))
         })?;
         if self.alpha_cutoff.is_some_and(|cutoff| !(cutoff > 0.0 && cutoff <= 1.0)) {
             return Err(section.invalid("its alpha cutoff is outside 0..1"));
@@ -93,7 +96,9 @@ impl Stored for Textures {
         let section = sections.take("meta")?;
         let meta: Vec<TextureMeta> = section.record()?;
         if meta.len() > MAX_TEXTURES {
-            return Err(section.invalid(format!("{} textures, at most {MAX_TEXTURES} are allowed", meta.len())));
+            return Err(
+                section.invalid(format!("{} textures, at most {MAX_TEXTURES} are allowed", meta.len()))
+            );
         }
         if meta.iter().map(|m| m.material).collect::<BTreeSet<_>>().len() != meta.len() {
             return Err(section.invalid("two textures are of one material"));
@@ -101,7 +106,8 @@ impl Stored for Textures {
         let section = sections.take("uvs")?;
         let uvs: Vec<[f32; 2]> = section.f32_rows()?;
         section.expect_finite(uvs.as_flattened())?;
-        let texture = |(index, meta): (usize, TextureMeta)| meta.decode(&sections.take(&texture_name(index))?);
+        let texture =
+            |(index, meta): (usize, TextureMeta)| meta.decode(&sections.take(&texture_name(index))?);
         Ok(Self { uvs, textures: meta.into_iter().enumerate().map(texture).collect::<Result<_>>()? })
     }
 }

@@ -1,8 +1,10 @@
-//! Radiance pictures (`.hdr`, `.pic`), as the reference manual's "file formats" describes them: a header of lines, the resolution with its axis order,
-//! and scan lines of RGBE texels, flat or run-length encoded in either of two ways.
+//! Radiance pictures (`.hdr`, `.pic`), as the reference manual's "file formats" describes them: a header of
+//! lines, the resolution with its axis order, and scan lines of RGBE texels, flat or run-length encoded in
+//! either of two ways.
 //!
-//! What programs multiplied into the picture, `EXPOSURE` and `COLORCORR`, each of them cumulative, is divided out again: texels are the radiance
-//! that was. A picture without `PRIMARIES` is taken for Rec. 709, which is what nearly all programs mean by it.
+//! What programs multiplied into the picture, `EXPOSURE` and `COLORCORR`, each of them cumulative, is divided
+//! out again: texels are the radiance that was. A picture without `PRIMARIES` is taken for Rec. 709, which is
+//! what nearly all programs mean by it.
 
 use super::expect_equirect;
 use super::primaries::Primaries;
@@ -31,11 +33,18 @@ pub(super) fn read(input: impl BufRead, place: &Place) -> Result<(EquirectMap, O
     let (mut texels, mut line) = (Vec::new(), Vec::with_capacity(length));
     for number in 0..count {
         line.clear();
-        read_scan_line(&mut input, length, &mut line)
-            .map_err(|reason| Error::invalid(place, format!("scan line {} of {count} {reason}; save the picture again", number + 1)))?;
+        read_scan_line(&mut input, length, &mut line).map_err(|reason| {
+            Error::invalid(
+                place,
+                format!("scan line {} of {count} {reason}; save the picture again", number + 1),
+            )
+        })?;
         texels.extend(line.iter().map(|texel| header.radiance(*texel)));
     }
-    Ok((EquirectMap { width: order.width, height: order.height, texels: order.upright(texels) }, header.primaries))
+    Ok((
+        EquirectMap { width: order.width, height: order.height, texels: order.upright(texels) },
+        header.primaries,
+    ))
 }
 
 /// Lines of text before the picture.
@@ -47,7 +56,12 @@ struct Lines<'a, R> {
 impl<R: BufRead> Lines<'_, R> {
     /// The next line without its end; `what` was expected there.
     fn next(&mut self, what: &str) -> Result<String> {
-        let refuse = || Error::invalid(self.place, format!("not a Radiance map: {what} is missing; save the picture again"));
+        let refuse = || {
+            Error::invalid(
+                self.place,
+                format!("not a Radiance map: {what} is missing; save the picture again"),
+            )
+        };
         self.until_end()?.ok_or_else(refuse)
     }
 
@@ -71,7 +85,10 @@ impl Header {
     fn read<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<Self> {
         let signature = lines.until_end()?.filter(|line| line.starts_with("#?"));
         if signature.is_none() {
-            return Err(Error::invalid(lines.place, "not a Radiance map: it does not begin with `#?RADIANCE`, `#?RGBE` or the like"));
+            return Err(Error::invalid(
+                lines.place,
+                "not a Radiance map: it does not begin with `#?RADIANCE`, `#?RGBE` or the like",
+            ));
         }
         let mut header = Self { factor: [1.0; 3], primaries: None };
         loop {
@@ -80,32 +97,45 @@ impl Header {
                 return Ok(header);
             }
             // Indented lines tell of the pictures that this one was made from.
-            if let Some((name, value)) = line.split_once('=').filter(|_| !line.starts_with([' ', '\t', '#'])) {
+            if let Some((name, value)) = line.split_once('=').filter(|_| !line.starts_with([' ', '\t', '#']))
+            {
                 header.set(name.trim_end(), value.trim(), lines.place)?;
             }
         }
     }
 
     fn set(&mut self, name: &str, value: &str, place: &Place) -> Result<()> {
-        let refuse = |what: &str| Err(Error::invalid(place, format!("{name}={value} in its header: {what}; save the picture again")));
-        let numbers: Option<Vec<f64>> = value.split_whitespace().map(|word| word.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let refuse = |what: &str| {
+            Err(Error::invalid(
+                place,
+                format!("{name}={value} in its header: {what}; save the picture again"),
+            ))
+        };
+        let numbers: Option<Vec<f64>> =
+            value.split_whitespace().map(|word| word.parse().ok().filter(|x: &f64| x.is_finite())).collect();
         let factors = numbers.as_ref().filter(|numbers| numbers.iter().all(|x| *x > 0.0)).map(Vec::as_slice);
         match (name, factors, numbers.as_deref()) {
             ("FORMAT", ..) if value.is_empty() || value == "32-bit_rle_rgbe" => {}
             ("FORMAT", ..) if value == "32-bit_rle_xyze" => {
-                let reason =
-                    "its texels are CIE XYZ (FORMAT=32-bit_rle_xyze), this version reads RGB; convert it (ra_xyze -r map.hdr > rgb.hdr)";
+                let reason = "its texels are CIE XYZ (FORMAT=32-bit_rle_xyze), this version reads RGB; convert it (ra_xyze -r map.hdr > rgb.hdr)";
                 return Err(Error::unsupported(place, reason));
             }
-            ("FORMAT", ..) => return refuse("a format that no Radiance picture has, 32-bit_rle_rgbe is expected"),
+            ("FORMAT", ..) => {
+                return refuse("a format that no Radiance picture has, 32-bit_rle_rgbe is expected");
+            }
             ("EXPOSURE", Some(&[all]), _) => self.factor = self.factor.map(|f| f * all),
-            ("COLORCORR", Some(&[r, g, b]), _) => self.factor = [self.factor[0] * r, self.factor[1] * g, self.factor[2] * b],
+            ("COLORCORR", Some(&[r, g, b]), _) => {
+                self.factor = [self.factor[0] * r, self.factor[1] * g, self.factor[2] * b]
+            }
             ("PRIMARIES", _, Some(&[rx, ry, gx, gy, bx, by, wx, wy])) => {
-                self.primaries = Some(Primaries { red: [rx, ry], green: [gx, gy], blue: [bx, by], white: [wx, wy] });
+                self.primaries =
+                    Some(Primaries { red: [rx, ry], green: [gx, gy], blue: [bx, by], white: [wx, wy] });
             }
             ("EXPOSURE", ..) => return refuse("a number above 0 is expected"),
             ("COLORCORR", ..) => return refuse("three numbers above 0 are expected"),
-            ("PRIMARIES", ..) => return refuse("eight numbers are expected, x and y of red, green, blue and white"),
+            ("PRIMARIES", ..) => {
+                return refuse("eight numbers are expected, x and y of red, green, blue and white");
+            }
             _ => {}
         }
         Ok(())
@@ -134,7 +164,9 @@ impl Order {
     fn parse(line: &str, place: &Place) -> Result<Self> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let parsed = match words[..] {
-            [slow, m, fast, n] => m.parse().ok().zip(n.parse().ok()).and_then(|(m, n)| Self::of([(slow, m), (fast, n)])),
+            [slow, m, fast, n] => {
+                m.parse().ok().zip(n.parse().ok()).and_then(|(m, n)| Self::of([(slow, m), (fast, n)]))
+            }
             _ => None,
         };
         parsed.ok_or_else(|| {
@@ -168,7 +200,10 @@ impl Order {
             let x = if self.from_right { width - 1 - column } else { column };
             texels[if self.by_columns { x * height + y } else { y * width + x }]
         };
-        (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).map(|(row, column)| at(row, column)).collect()
+        (0..height)
+            .flat_map(|row| (0..width).map(move |column| (row, column)))
+            .map(|(row, column)| at(row, column))
+            .collect()
     }
 }
 
@@ -176,7 +211,11 @@ impl Order {
 type Fault = String;
 
 /// Reads `length` texels into `line`, which is empty.
-fn read_scan_line(input: &mut impl Read, length: usize, line: &mut Vec<Rgbe>) -> std::result::Result<(), Fault> {
+fn read_scan_line(
+    input: &mut impl Read,
+    length: usize,
+    line: &mut Vec<Rgbe>,
+) -> std::result::Result<(), Fault> {
     let first: Rgbe = bytes(input)?;
     match first {
         [2, 2, high @ 0..128, low] if RUN_LENGTHS.contains(&length) => {
@@ -214,13 +253,21 @@ fn read_runs(input: &mut impl Read, line: &mut [Rgbe], channel: usize) -> std::r
     Ok(())
 }
 
-/// The older encoding and flat texels: (1, 1, 1, n) repeats the texel before it n times; several of them in a row are digits of n, the lowest first.
-fn read_repeats(input: &mut impl Read, first: Rgbe, length: usize, line: &mut Vec<Rgbe>) -> std::result::Result<(), Fault> {
+/// The older encoding and flat texels: (1, 1, 1, n) repeats the texel before it n times; several of them in a
+/// row are digits of n, the lowest first.
+fn read_repeats(
+    input: &mut impl Read,
+    first: Rgbe,
+    length: usize,
+    line: &mut Vec<Rgbe>,
+) -> std::result::Result<(), Fault> {
     let (mut texel, mut shift) = (first, 0);
     loop {
         if let [1, 1, 1, digit] = texel {
             let count = if shift < 32 { usize::from(digit) << shift } else { 0 };
-            let Some(last) = line.last().copied() else { return Err("repeats a texel before there is one".to_owned()) };
+            let Some(last) = line.last().copied() else {
+                return Err("repeats a texel before there is one".to_owned());
+            };
             if count > length - line.len() {
                 return Err(format!("repeats a texel {count} times where {} are left", length - line.len()));
             }

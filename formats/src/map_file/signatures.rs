@@ -7,7 +7,10 @@ const SIGNATURES: [(&[u8], &str); 14] = [
     (&[0x76, 0x2f, 0x31, 0x01], "an OpenEXR picture; end its name in .exr"),
     (b"#?R", "a Radiance picture; end its name in .hdr"),
     (b"\x89PNG", "a PNG picture, which has no range for light; convert the picture that it was made from"),
-    (&[0xff, 0xd8, 0xff], "a JPEG picture, which has no range for light; convert the picture that it was made from"),
+    (
+        &[0xff, 0xd8, 0xff],
+        "a JPEG picture, which has no range for light; convert the picture that it was made from",
+    ),
     (b"GIF8", "a GIF picture, which has no range for light; convert the picture that it was made from"),
     (b"II*\0", "a TIFF picture; convert it to .exr"),
     (b"MM\0*", "a TIFF picture; convert it to .exr"),
@@ -23,10 +26,13 @@ const SIGNATURES: [(&[u8], &str); 14] = [
 /// What a file that begins with `start` seems to be, and the remedy.
 pub(super) fn seems(start: &[u8]) -> &'static str {
     let text = start.trim_ascii_start();
-    match SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature) || text.starts_with(signature)) {
+    match SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature) || text.starts_with(signature))
+    {
         Some((_, what)) => what,
         None if start.is_empty() => "empty; fetch or save it again",
-        None if start.iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace()) => "a text; save the picture again",
+        None if start.iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace()) => {
+            "a text; save the picture again"
+        }
         None => "of no kind that is known here; save the picture again",
     }
 }

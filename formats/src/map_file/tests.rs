@@ -1,6 +1,7 @@
 use super::*;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Vec2, WritableImage, f16,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
+    Vec2, WritableImage, f16,
 };
 
 const SIZE: (usize, usize) = (64, 32);
@@ -16,10 +17,15 @@ fn texels() -> Vec<Rgb> {
 fn write_exr(path: &Path, texels: &[Rgb], half: bool, compression: Compression) {
     let channel = |k: usize, name: &str| {
         let values = texels.iter().map(|t| t[k]);
-        let samples = if half { FlatSamples::F16(values.map(f16::from_f32).collect()) } else { FlatSamples::F32(values.collect()) };
+        let samples = if half {
+            FlatSamples::F16(values.map(f16::from_f32).collect())
+        } else {
+            FlatSamples::F32(values.collect())
+        };
         AnyChannel::new(name, samples)
     };
-    let channels = AnyChannels::sort(SmallVec::from_vec(vec![channel(0, "R"), channel(1, "G"), channel(2, "B")]));
+    let channels =
+        AnyChannels::sort(SmallVec::from_vec(vec![channel(0, "R"), channel(1, "G"), channel(2, "B")]));
     let encoding = Encoding { compression, ..Encoding::SMALL_LOSSLESS };
     let layer = Layer::new(Vec2(SIZE.0, SIZE.1), LayerAttributes::named("sky"), encoding, channels);
     Image::from_layer(layer).write().to_file(path).unwrap();
@@ -34,7 +40,9 @@ fn read(path: &Path) -> (EquirectMap, Vec<String>) {
 fn exr_maps_read_back_in_any_lossless_encoding() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.exr");
-    for compression in [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PIZ] {
+    for compression in
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PIZ]
+    {
         for half in [false, true] {
             write_exr(&path, &texels(), half, compression);
             let (map, warnings) = read(&path);
@@ -57,15 +65,25 @@ fn illegal_texels_are_mended_and_reported() {
     broken[90] = [1e6, -0.001, 2e6];
     write_exr(&path, &broken, false, Compression::ZIP16);
     let (map, warnings) = read(&path);
-    assert_eq!((map.texels[3], map.texels[70], map.texels[4]), ([0.0, 0.0, 2.0], [65_504.0, 1.0, 0.0], texel(4, 0)));
+    assert_eq!(
+        (map.texels[3], map.texels[70], map.texels[4]),
+        ([0.0, 0.0, 2.0], [65_504.0, 1.0, 0.0], texel(4, 0))
+    );
     assert_eq!(map.texels[90], [1e6, 0.0, 2e6]);
-    assert!(warnings[0].ends_with("mended 3 of 2048 texels, which are negative, infinite or NaN"), "{warnings:?}");
+    assert!(
+        warnings[0].ends_with("mended 3 of 2048 texels, which are negative, infinite or NaN"),
+        "{warnings:?}"
+    );
 }
 
 /// A Radiance picture of that size, all its texels of radiance 1.
 fn write_hdr(path: &Path, header: &str, width: usize, height: usize) {
     let texels = [128, 128, 128, 129].repeat(width * height);
-    std::fs::write(path, [format!("#?RADIANCE\n{header}\n-Y {height} +X {width}\n").as_bytes(), &texels].concat()).unwrap();
+    std::fs::write(
+        path,
+        [format!("#?RADIANCE\n{header}\n-Y {height} +X {width}\n").as_bytes(), &texels].concat(),
+    )
+    .unwrap();
 }
 
 #[test]
@@ -87,7 +105,10 @@ fn only_maps_twice_as_wide_as_high_are_read() {
     ] {
         write_hdr(&path, "", width, height);
         let message = read_map(&path, &mut Vec::new()).unwrap_err().to_string();
-        let expected = format!("{}: {what}; an equirectangular map is twice as wide as high, convert it to one", path.display());
+        let expected = format!(
+            "{}: {what}; an equirectangular map is twice as wide as high, convert it to one",
+            path.display()
+        );
         assert_eq!(message, expected);
     }
 }
@@ -110,10 +131,16 @@ fn colours_of_other_primaries_become_rec_709() {
     assert_eq!(warnings, [] as [&str; 0]);
     let (green, warnings) = texel(p3, [0, 128, 0, 130]);
     assert!(green[0] == 0.0 && green[2] == 0.0 && (green[1] - 1.0420571).abs() < 1e-4, "{green:?}");
-    assert!(warnings[0].ends_with("clipped the colours of 2 of 2 texels, which Rec. 709 does not reach"), "{warnings:?}");
+    assert!(
+        warnings[0].ends_with("clipped the colours of 2 of 2 texels, which Rec. 709 does not reach"),
+        "{warnings:?}"
+    );
     let (colour, warnings) = texel("PRIMARIES= 0 0 0 0 0 0 0 0\n", [128, 64, 32, 129]);
     assert_eq!(colour, [1.0, 0.5, 0.25]);
-    assert!(warnings[0].ends_with("its chromaticities span no colour space; its colours are taken for Rec. 709"), "{warnings:?}");
+    assert!(
+        warnings[0].ends_with("its chromaticities span no colour space; its colours are taken for Rec. 709"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -121,10 +148,18 @@ fn broken_and_oversized_maps_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let header = |size: &str| format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
     for (name, content, part) in [
-        ("a.hdr", b"hello".to_vec(), "is no Radiance file, though its name says so, but a text; save the picture again"),
+        (
+            "a.hdr",
+            b"hello".to_vec(),
+            "is no Radiance file, though its name says so, but a text; save the picture again",
+        ),
         ("a.hdr", header("-Y 99999 +X 99999"), "99999 × 99999 texels"),
         ("a.hdr", header("-Y 1 +X 2"), "scan line 1 of 1 is cut short"),
-        ("a.exr", b"hello".to_vec(), "is no OpenEXR file, though its name says so, but a text; save the picture again"),
+        (
+            "a.exr",
+            b"hello".to_vec(),
+            "is no OpenEXR file, though its name says so, but a text; save the picture again",
+        ),
         ("a.png", Vec::new(), "it reads .hdr and .exr, convert it"),
     ] {
         let path = folder.path().join(name);
@@ -138,12 +173,21 @@ fn broken_and_oversized_maps_are_refused() {
 fn light_that_mending_adds_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.exr");
-    // Every fourth column takes away a quarter of what the others bring, whatever their solid angle: 2.25 without it is 3.
-    let taking = |texel: f32| (0..SIZE.0 * SIZE.1).map(|i| [if i % 4 == 0 { texel } else { 1.0 }; 3]).collect::<Vec<_>>();
+    // Every fourth column takes away a quarter of what the others bring, whatever their solid angle: 2.25
+    // without it is 3.
+    let taking = |texel: f32| {
+        (0..SIZE.0 * SIZE.1).map(|i| [if i % 4 == 0 { texel } else { 1.0 }; 3]).collect::<Vec<_>>()
+    };
     for (texel, ending) in [
-        (-0.75, "mended 512 of 2048 texels, which are negative, infinite or NaN; that adds 33.3 % to its light"),
+        (
+            -0.75,
+            "mended 512 of 2048 texels, which are negative, infinite or NaN; that adds 33.3 % to its light",
+        ),
         (-0.002, "mended 512 of 2048 texels, which are negative, infinite or NaN"),
-        (-3.0, "mended 512 of 2048 texels, which are negative, infinite or NaN; with its negative values it has no light in all"),
+        (
+            -3.0,
+            "mended 512 of 2048 texels, which are negative, infinite or NaN; with its negative values it has no light in all",
+        ),
     ] {
         write_exr(&path, &taking(texel), false, Compression::ZIP16);
         let (map, warnings) = read(&path);

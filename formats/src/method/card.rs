@@ -11,7 +11,8 @@ pub struct Card {
     pub name: &'static str,
     /// What it lets vary at playback.
     pub lets_vary: Variation,
-    /// The kinds of its files in the order in which a player needs them, the main one last; none if nothing is baked for it.
+    /// The kinds of its files in the order in which a player needs them, the main one last; none if nothing
+    /// is baked for it.
     pub files: &'static [(Kind, Count)],
     /// Index of the section of the main file with which the first piece is complete that a player can show.
     pub first_piece: usize,
@@ -79,24 +80,32 @@ pub enum Materials {
 
 impl Variation {
     /// Nothing varies.
-    pub const NONE: Self = Self { light: false, view: false, materials: Materials::Fixed, shape: false, media: false };
+    pub const NONE: Self =
+        Self { light: false, view: false, materials: Materials::Fixed, shape: false, media: false };
 
     /// Whether this includes all that `other` has.
     pub fn includes(&self, other: &Self) -> bool {
         self.materials >= other.materials
-            && [(self.light, other.light), (self.view, other.view), (self.shape, other.shape), (self.media, other.media)]
-                .into_iter()
-                .all(|(ours, theirs)| ours || !theirs)
+            && [
+                (self.light, other.light),
+                (self.view, other.view),
+                (self.shape, other.shape),
+                (self.media, other.media),
+            ]
+            .into_iter()
+            .all(|(ours, theirs)| ours || !theirs)
     }
 }
 
 impl Card {
-    /// The kind of the main file, which comes last and arrives piece by piece; `None` for a method that nothing is baked for.
+    /// The kind of the main file, which comes last and arrives piece by piece; `None` for a method that
+    /// nothing is baked for.
     pub fn main(&self) -> Option<Kind> {
         self.files.last().map(|(kind, _)| *kind)
     }
 
-    /// Fails unless these are the `files` of the method, in order, each with its kind as the manifest lists them.
+    /// Fails unless these are the `files` of the method, in order, each with its kind as the manifest lists
+    /// them.
     ///
     /// # Errors
     /// `Invalid` with the order that is right.
@@ -115,7 +124,10 @@ impl Card {
             return Ok(());
         }
         let list: Vec<String> = self.files.iter().map(|(kind, count)| count.words(*kind)).collect();
-        Err(Error::invalid(place, format!("its files are not {}, in this order; bake the whole bundle again", list.join(", "))))
+        Err(Error::invalid(
+            place,
+            format!("its files are not {}, in this order; bake the whole bundle again", list.join(", ")),
+        ))
     }
 }
 

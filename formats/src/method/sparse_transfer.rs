@@ -8,10 +8,19 @@ use crate::kinds::sparse_transfer;
 pub const SPARSE_TRANSFER: Card = Card {
     name: "sparse-transfer",
     lets_vary: Variation { light: true, view: true, ..Variation::NONE },
-    files: &[(Kind::Environment, Count::Some), (Kind::Textures, Count::Perhaps), (Kind::SparseTransfer, Count::One)],
+    files: &[
+        (Kind::Environment, Count::Some),
+        (Kind::Textures, Count::Perhaps),
+        (Kind::SparseTransfer, Count::One),
+    ],
     // Behind the meta.
     first_piece: sparse_transfer::BLOCK_SECTIONS,
-    settings: &[("revision", Form::Count), ("rays_per_texel", Form::Count), ("terms", Form::Count), ("max_error", Form::Positive)],
+    settings: &[
+        ("revision", Form::Count),
+        ("rays_per_texel", Form::Count),
+        ("terms", Form::Count),
+        ("max_error", Form::Positive),
+    ],
     sphere_sets: false,
     lies_over: false,
 };

@@ -32,8 +32,8 @@ pub struct Track {
     pub interpolation: Interpolation,
     /// Key times, seconds, at least one, increasing.
     pub times_s: Vec<f32>,
-    /// [`Property::components`] numbers per key; with [`Interpolation::CubicSpline`] three times as many: the tangent on arrival, per second, the
-    /// value, the tangent on departure.
+    /// [`Property::components`] numbers per key; with [`Interpolation::CubicSpline`] three times as many: the
+    /// tangent on arrival, per second, the value, the tangent on departure.
     pub values: Vec<f32>,
 }
 
@@ -97,7 +97,8 @@ impl Track {
         match self.interpolation {
             Interpolation::Step => self.key(between.before),
             Interpolation::Linear if rotation => {
-                let [from, to] = [between.before, between.after].map(|key| normalized(DQuat::from_array(self.key(key))));
+                let [from, to] =
+                    [between.before, between.after].map(|key| normalized(DQuat::from_array(self.key(key))));
                 slerp(from, to, between.share).to_array()
             }
             Interpolation::Linear => {
@@ -116,7 +117,8 @@ impl Track {
         }
     }
 
-    /// Cubic Hermite: glTF 2.0, appendix C.5. A spline of quaternions has no unit length, its user sees to that.
+    /// Cubic Hermite: glTF 2.0, appendix C.5. A spline of quaternions has no unit length, its user sees to
+    /// that.
     fn spline(&self, between: &Between) -> [f64; 4] {
         let s = between.share;
         let (departure, arrival) = (self.entry(3 * between.before + 2), self.entry(3 * between.after));
@@ -148,7 +150,8 @@ impl Track {
     }
 }
 
-/// Along the shorter great circle at even speed. glam's own takes a polynomial for the arc cosine, which double precision need not put up with.
+/// Along the shorter great circle at even speed. glam's own takes a polynomial for the arc cosine, which
+/// double precision need not put up with.
 fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let angle = 2.0 * (to - from).length().atan2((to + from).length());

@@ -26,11 +26,17 @@ fn distance(a: [f64; 4], b: [f64; 4]) -> f64 {
 #[test]
 fn step_holds_and_linear_is_straight_and_both_hold_at_the_ends() {
     let values = [1.0, 10.0, -1.0, 3.0, 20.0, -2.0, 4.0, 0.0, 0.0];
-    let at = |interpolation, time_s| track(Property::Translation(0), interpolation, &[0.5, 1.5, 2.0], &values).sample(time_s)[..3].to_vec();
+    let at = |interpolation, time_s| {
+        track(Property::Translation(0), interpolation, &[0.5, 1.5, 2.0], &values).sample(time_s)[..3].to_vec()
+    };
     for interpolation in [Interpolation::Step, Interpolation::Linear] {
-        for (time_s, value) in
-            [(-3.0, [1.0, 10.0, -1.0]), (0.5, [1.0, 10.0, -1.0]), (1.5, [3.0, 20.0, -2.0]), (2.0, [4.0, 0.0, 0.0]), (9.0, [4.0, 0.0, 0.0])]
-        {
+        for (time_s, value) in [
+            (-3.0, [1.0, 10.0, -1.0]),
+            (0.5, [1.0, 10.0, -1.0]),
+            (1.5, [3.0, 20.0, -2.0]),
+            (2.0, [4.0, 0.0, 0.0]),
+            (9.0, [4.0, 0.0, 0.0]),
+        ] {
             assert_eq!(at(interpolation, time_s), value, "{interpolation:?} at {time_s} s");
         }
     }
@@ -56,8 +62,14 @@ fn rotations_turn_evenly_along_the_shorter_way() {
             );
         }
     }
-    let twice = turns(Interpolation::Linear, &[about(axis, 0.0).map(|x| 2.0 * x), about(axis, 90.0).map(|x| 5.0 * x)]);
-    assert!(distance(twice.sample(0.5), about(axis, 45.0)) < 2e-7, "the length of a quaternion means nothing");
+    let twice = turns(
+        Interpolation::Linear,
+        &[about(axis, 0.0).map(|x| 2.0 * x), about(axis, 90.0).map(|x| 5.0 * x)],
+    );
+    assert!(
+        distance(twice.sample(0.5), about(axis, 45.0)) < 2e-7,
+        "the length of a quaternion means nothing"
+    );
 }
 
 #[test]
@@ -69,7 +81,8 @@ fn a_held_rotation_does_not_turn() {
 
 #[test]
 fn a_spline_with_the_tangents_of_a_cubic_is_the_cubic() {
-    // p(t) = 2 − t + 3t² − ½t³ and two like it: Hermite interpolation of any cubic is exact, over unequal spans too.
+    // p(t) = 2 − t + 3t² − ½t³ and two like it: Hermite interpolation of any cubic is exact, over unequal
+    // spans too.
     let cubics = [[2.0, -1.0, 3.0, -0.5], [0.0, 1.0, 0.0, 0.25], [-1.0, 0.0, -2.0, 1.0]];
     let value = |c: [f64; 4], t: f64| c[0] + t * (c[1] + t * (c[2] + t * c[3]));
     let slope = |c: [f64; 4], t: f64| c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
@@ -96,7 +109,8 @@ fn a_spline_with_the_tangents_of_a_cubic_is_the_cubic() {
 
 #[test]
 fn departure_comes_after_the_value_and_arrival_before() {
-    // glTF 2.0, appendix C.5, with v = 0 at both keys: halfway p = t_d/8 · (departure of the first − arrival of the second).
+    // glTF 2.0, appendix C.5, with v = 0 at both keys: halfway p = t_d/8 · (departure of the first − arrival
+    // of the second).
     let values = [7.0, 0.0, 3.0, 1.0, 0.0, 9.0];
     let track = track(Property::MorphWeight(0), Interpolation::CubicSpline, &[1.0, 3.0], &values);
     assert_eq!(track.sample(2.0)[0], 2.0 / 8.0 * (3.0 - 1.0));

@@ -1,8 +1,9 @@
-//! Shapes that deform: a mesh, what moves its vertices, and clips that say how. After glTF 2.0 (sections 3.7.2.2, 3.7.3 and 3.11), which has the
-//! same nodes, skins, morph targets and animations.
+//! Shapes that deform: a mesh, what moves its vertices, and clips that say how. After glTF 2.0 (sections
+//! 3.7.2.2, 3.7.3 and 3.11), which has the same nodes, skins, morph targets and animations.
 //!
-//! Every vertex follows up to four [`Joint`]s. A mesh without a skin follows its own node alone, so that there is one rule for all:
-//! morph first, then blend the joints' maps (linear blend skinning), then apply the blend.
+//! Every vertex follows up to four [`Joint`]s. A mesh without a skin follows its own node alone, so that
+//! there is one rule for all: morph first, then blend the joints' maps (linear blend skinning), then apply
+//! the blend.
 
 mod clip;
 mod node;
@@ -18,7 +19,8 @@ pub use normals::ShadingNormals;
 pub use pose::Pose;
 pub use skin::{Influences, Joint, MorphTarget, morphed};
 
-/// A mesh that deforms. [`DeformingMesh::validate`] says what the fields must hold; nothing here panics on what it has accepted.
+/// A mesh that deforms. [`DeformingMesh::validate`] says what the fields must hold; nothing here panics on
+/// what it has accepted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DeformingMesh {
     /// Vertices before they are morphed and skinned, each in the space that its joints map from.

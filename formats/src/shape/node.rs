@@ -31,7 +31,9 @@ impl Transform {
     /// The map from the node to its parent. A rotation of length 0 is none.
     pub fn parent_from_node(&self) -> DAffine3 {
         match self {
-            Self::Parts { translation, rotation, scale } => Parts::new(*translation, *rotation, *scale).parent_from_node(),
+            Self::Parts { translation, rotation, scale } => {
+                Parts::new(*translation, *rotation, *scale).parent_from_node()
+            }
             Self::Fixed(parent_from_node) => *parent_from_node,
         }
     }
@@ -44,16 +46,21 @@ pub(super) fn normalized(quaternion: DQuat) -> DQuat {
 }
 
 /// The map from each node to the world; `parent_from_node` is one per node.
-pub(super) fn world_from_nodes(nodes: &[Node], parent_from_node: impl Iterator<Item = DAffine3>) -> Vec<DAffine3> {
+pub(super) fn world_from_nodes(
+    nodes: &[Node],
+    parent_from_node: impl Iterator<Item = DAffine3>,
+) -> Vec<DAffine3> {
     let mut world_from_node: Vec<DAffine3> = Vec::with_capacity(nodes.len());
     for (node, parent_from_node) in nodes.iter().zip(parent_from_node) {
         let parent = node.parent.and_then(|parent| world_from_node.get(parent as usize));
-        world_from_node.push(parent.map_or(parent_from_node, |world_from_parent| *world_from_parent * parent_from_node));
+        world_from_node
+            .push(parent.map_or(parent_from_node, |world_from_parent| *world_from_parent * parent_from_node));
     }
     world_from_node
 }
 
-/// A node's frame in parts, while a clip moves them; double precision, as every factor of a long chain of nodes counts.
+/// A node's frame in parts, while a clip moves them; double precision, as every factor of a long chain of
+/// nodes counts.
 #[derive(Clone, Copy)]
 pub(super) struct Parts {
     pub translation: DVec3,

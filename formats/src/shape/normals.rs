@@ -1,8 +1,9 @@
 //! Shading normals of a mesh that has deformed.
 //!
-//! A normal turns as the surface around its vertex does: by the smallest turn that takes the mean normal of the triangles there, weighted by area, from
-//! rest to now. So normals at rest are those of the file whatever their making, creases stay, and morph targets, skins and shear are all
-//! treated alike; the maps of joints alone would not do, for weights that differ along a surface shear it. Triangles meet at a vertex, or at a
+//! A normal turns as the surface around its vertex does: by the smallest turn that takes the mean normal of
+//! the triangles there, weighted by area, from rest to now. So normals at rest are those of the file whatever
+//! their making, creases stay, and morph targets, skins and shear are all treated alike; the maps of joints
+//! alone would not do, for weights that differ along a surface shear it. Triangles meet at a vertex, or at a
 //! place where vertices with one position and one normal at rest lie, as along seams of texture coordinates.
 
 use glam::{DVec3, Vec3};
@@ -21,7 +22,8 @@ pub struct ShadingNormals {
 }
 
 impl ShadingNormals {
-    /// Of the mesh whose vertices rest at `positions` with unit `normals`. What triangles name beyond these is left out.
+    /// Of the mesh whose vertices rest at `positions` with unit `normals`. What triangles name beyond these
+    /// is left out.
     pub fn new(positions: &[[f32; 3]], normals: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let mut places = HashMap::new();
         let mut place_of_vertex = |(position, normal): (&[f32; 3], &[f32; 3])| {
@@ -37,8 +39,8 @@ impl ShadingNormals {
         shading
     }
 
-    /// Writes the unit normals of the mesh with its vertices at `positions` over `out`, one for each vertex. Where the triangles have no area,
-    /// normals are those at rest.
+    /// Writes the unit normals of the mesh with its vertices at `positions` over `out`, one for each vertex.
+    /// Where the triangles have no area, normals are those at rest.
     pub fn at(&self, positions: &[[f32; 3]], out: &mut Vec<[f32; 3]>) {
         let means = self.means(positions);
         out.clear();
@@ -48,15 +50,19 @@ impl ShadingNormals {
         }));
     }
 
-    /// For each place the unit vector along the sum of the area vectors of its triangles; zero where there is none.
+    /// For each place the unit vector along the sum of the area vectors of its triangles; zero where there is
+    /// none.
     fn means(&self, positions: &[[f32; 3]]) -> Vec<DVec3> {
         let mut sums = vec![DVec3::ZERO; self.rest_means.len()];
         for triangle in &self.triangles {
-            let corner = |k: usize| positions.get(triangle[k] as usize).map_or(DVec3::ZERO, |p| Vec3::from(*p).as_dvec3());
+            let corner = |k: usize| {
+                positions.get(triangle[k] as usize).map_or(DVec3::ZERO, |p| Vec3::from(*p).as_dvec3())
+            };
             let (a, b, c) = (corner(0), corner(1), corner(2));
             let area = (b - a).cross(c - a);
             for vertex in triangle {
-                let place = self.place_of.get(*vertex as usize).and_then(|place| sums.get_mut(*place as usize));
+                let place =
+                    self.place_of.get(*vertex as usize).and_then(|place| sums.get_mut(*place as usize));
                 place.into_iter().for_each(|sum| *sum += area);
             }
         }
@@ -64,8 +70,8 @@ impl ShadingNormals {
     }
 }
 
-/// `v` after the smallest turn that takes the unit vector `from` to the unit vector `to` (Möller & Hughes 1999), exactly `v` if they are equal.
-/// Opposite ones turn it around; zero vectors leave it.
+/// `v` after the smallest turn that takes the unit vector `from` to the unit vector `to` (Möller & Hughes
+/// 1999), exactly `v` if they are equal. Opposite ones turn it around; zero vectors leave it.
 fn turned(v: DVec3, from: DVec3, to: DVec3) -> DVec3 {
     if from == DVec3::ZERO || to == DVec3::ZERO {
         return v;

@@ -6,7 +6,10 @@ use glam::{DMat3, DVec3, Vec3};
 /// A grid of (n + 1)² vertices over the square from -1 to 1, at `place`(u, v), its front towards u × v.
 fn grid(n: usize, place: impl Fn(f64, f64) -> DVec3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let at = |k: usize| 2.0 * k as f64 / n as f64 - 1.0;
-    let positions = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| place(at(i), at(j)).as_vec3().to_array()).collect();
+    let positions = (0..=n)
+        .flat_map(|j| (0..=n).map(move |i| (i, j)))
+        .map(|(i, j)| place(at(i), at(j)).as_vec3().to_array())
+        .collect();
     let triangles = (0..n * (n + 1)).filter(|k| k % (n + 1) < n).flat_map(|k| {
         let [a, b, c, d] = [k, k + 1, k + n + 1, k + n + 2].map(|v| v as u32);
         [[a, b, d], [a, d, c]]
@@ -22,7 +25,8 @@ fn angle(a: [f32; 3], b: DVec3) -> f64 {
 fn at_rest_they_are_those_given_bit_by_bit() {
     let (positions, triangles) = grid(8, |u, v| DVec3::new(u, v, 0.3 * (3.0 * u).sin() * v));
     // Nothing that the triangles would give.
-    let normals: Vec<[f32; 3]> = (0..positions.len()).map(|k| Vec3::new((k as f32).sin(), 0.3, 1.0).normalize().to_array()).collect();
+    let normals: Vec<[f32; 3]> =
+        (0..positions.len()).map(|k| Vec3::new((k as f32).sin(), 0.3, 1.0).normalize().to_array()).collect();
     let mut out = vec![[f32::NAN; 3]; 3];
     ShadingNormals::new(&positions, &normals, &triangles).at(&positions, &mut out);
     assert_eq!(out, normals);
@@ -37,7 +41,8 @@ fn a_plane_under_an_affine_map_takes_its_cofactors() {
         DMat3::from_cols(DVec3::new(1.0, 0.0, 0.7), DVec3::new(0.2, 3.0, -0.4), DVec3::new(0.0, 0.5, 0.1)),
     ];
     for map in maps {
-        let moved: Vec<[f32; 3]> = rest.iter().map(|p| (map * Vec3::from(*p).as_dvec3()).as_vec3().to_array()).collect();
+        let moved: Vec<[f32; 3]> =
+            rest.iter().map(|p| (map * Vec3::from(*p).as_dvec3()).as_vec3().to_array()).collect();
         let expected = (map * DVec3::X).cross(map * DVec3::Y).normalize();
         let mut out = Vec::new();
         shading.at(&moved, &mut out);
@@ -54,7 +59,8 @@ fn what_shears_turns_the_normals_although_no_joint_turns() {
     let mut out = Vec::new();
     ShadingNormals::new(&rest, &vec![[0.0, 0.0, 1.0]; rest.len()], &triangles).at(&saddle, &mut out);
     for (normal, [x, y, _]) in out.iter().zip(&saddle).filter(|(_, p)| p[0].abs() < 1.0 && p[1].abs() < 1.0) {
-        // Second differences are exact on quadrics: only the weights by area tilt the mean, by the square of the side.
+        // Second differences are exact on quadrics: only the weights by area tilt the mean, by the square of
+        // the side.
         let expected = DVec3::new(-2.0 * f64::from(*x), 2.0 * f64::from(*y), 1.0);
         assert!(angle(*normal, expected) < (1.0f64 / 32.0).powi(2) * 4.0, "{normal:?} {expected}");
     }
@@ -75,7 +81,8 @@ fn seams_stay_closed_and_creases_open() {
     ];
     let triangles = [[0, 2, 3], [0, 3, 1], [4, 7, 6], [4, 5, 7]];
     let mut folded = positions;
-    (folded[2], folded[3], folded[6], folded[7]) = ([0.8, 0.0, -0.6], [0.8, 1.0, -0.6], [-0.8, 0.0, -0.6], [-0.8, 1.0, -0.6]);
+    (folded[2], folded[3], folded[6], folded[7]) =
+        ([0.8, 0.0, -0.6], [0.8, 1.0, -0.6], [-0.8, 0.0, -0.6], [-0.8, 1.0, -0.6]);
     let flat = [[0.0, 0.0, 1.0]; 8];
     let mut out = Vec::new();
     ShadingNormals::new(&positions, &flat, &triangles).at(&folded, &mut out);

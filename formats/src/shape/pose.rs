@@ -1,4 +1,5 @@
-//! Poses: where joints and morph weights are at rest or at a time of a clip, and where that leaves the vertices.
+//! Poses: where joints and morph weights are at rest or at a time of a clip, and where that leaves the
+//! vertices.
 
 use super::node::{Parts, normalized, world_from_nodes};
 use super::{Clip, DeformingMesh, Node, Property, Transform};
@@ -20,14 +21,17 @@ impl DeformingMesh {
         self.pose(self.nodes.iter().map(|node| node.rest.parent_from_node()), self.rest_weights())
     }
 
-    /// The pose of `clip` at `time_s`. Before its start and after its end it holds; repeating it is up to the caller.
+    /// The pose of `clip` at `time_s`. Before its start and after its end it holds; repeating it is up to the
+    /// caller.
     pub fn pose_at(&self, clip: &Clip, time_s: f32) -> Pose {
         let mut parts: Vec<Option<Parts>> = self.nodes.iter().map(parts_of).collect();
         let mut weights = self.rest_weights();
         for track in &clip.tracks {
             let value = track.sample(time_s);
             match track.property {
-                Property::MorphWeight(target) => weights.get_mut(target as usize).into_iter().for_each(|w| *w = value[0] as f32),
+                Property::MorphWeight(target) => {
+                    weights.get_mut(target as usize).into_iter().for_each(|w| *w = value[0] as f32)
+                }
                 Property::Translation(node) | Property::Rotation(node) | Property::Scale(node) => {
                     if let Some(Some(parts)) = parts.get_mut(node as usize) {
                         set(parts, track.property, value);
@@ -36,12 +40,19 @@ impl DeformingMesh {
             }
         }
         let locals = self.nodes.iter().zip(&parts);
-        self.pose(locals.map(|(node, parts)| parts.map_or_else(|| node.rest.parent_from_node(), |p| p.parent_from_node())), weights)
+        self.pose(
+            locals.map(|(node, parts)| {
+                parts.map_or_else(|| node.rest.parent_from_node(), |p| p.parent_from_node())
+            }),
+            weights,
+        )
     }
 
-    /// The pose that a state asks for, its clip repeated; at rest if it asks for none, or for a clip that is not there.
+    /// The pose that a state asks for, its clip repeated; at rest if it asks for none, or for a clip that is
+    /// not there.
     pub fn pose_of(&self, posed: Option<&Posed>) -> Pose {
-        let clip = posed.and_then(|posed| Some((self.clips.iter().find(|clip| clip.name == posed.clip)?, posed.time_s)));
+        let clip = posed
+            .and_then(|posed| Some((self.clips.iter().find(|clip| clip.name == posed.clip)?, posed.time_s)));
         clip.map_or_else(|| self.rest_pose(), |(clip, time_s)| self.pose_at(clip, clip.looped(time_s)))
     }
 
@@ -65,7 +76,8 @@ impl DeformingMesh {
     fn pose(&self, parent_from_node: impl Iterator<Item = DAffine3>, morph_weights: Vec<f32>) -> Pose {
         let world_from_node = world_from_nodes(&self.nodes, parent_from_node);
         let world_from = |node: u32| world_from_node.get(node as usize).copied().unwrap_or_default();
-        let world_from_mesh = self.joints.iter().map(|joint| world_from(joint.node) * joint.node_from_mesh).collect();
+        let world_from_mesh =
+            self.joints.iter().map(|joint| world_from(joint.node) * joint.node_from_mesh).collect();
         Pose { world_from_mesh, morph_weights }
     }
 
@@ -77,7 +89,9 @@ impl DeformingMesh {
 /// None for a node that no clip can move.
 fn parts_of(node: &Node) -> Option<Parts> {
     match &node.rest {
-        Transform::Parts { translation, rotation, scale } => Some(Parts::new(*translation, *rotation, *scale)),
+        Transform::Parts { translation, rotation, scale } => {
+            Some(Parts::new(*translation, *rotation, *scale))
+        }
         Transform::Fixed(_) => None,
     }
 }
@@ -93,7 +107,8 @@ fn set(parts: &mut Parts, property: Property, value: [f64; 4]) {
     }
 }
 
-/// Rounds once, after all that is done in double precision. Adding 0 turns −0 into +0, so that equal positions have equal bits.
+/// Rounds once, after all that is done in double precision. Adding 0 turns −0 into +0, so that equal
+/// positions have equal bits.
 fn place(world_from_mesh: &DAffine3, position: [f32; 3]) -> [f32; 3] {
     (world_from_mesh.transform_point3(Vec3::from(position).as_dvec3()).as_vec3() + 0.0).to_array()
 }

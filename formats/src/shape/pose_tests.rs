@@ -11,8 +11,8 @@ fn joint(node: u32, bound_at: [f64; 3]) -> Joint {
     Joint { node, node_from_mesh: DAffine3::from_translation(-glam::DVec3::from(bound_at)) }
 }
 
-/// Two bones along x: the shoulder at the origin, the elbow 1 m on. Vertices at the shoulder's end, on the elbow and at the tip; the vertex on the
-/// elbow's outside follows both bones alike.
+/// Two bones along x: the shoulder at the origin, the elbow 1 m on. Vertices at the shoulder's end, on the
+/// elbow and at the tip; the vertex on the elbow's outside follows both bones alike.
 fn arm() -> DeformingMesh {
     let shared = Influences { joints: [0, 1, 7, 7], weights: [0.5, 0.5, 0.0, 0.0] };
     DeformingMesh {
@@ -33,7 +33,8 @@ fn held(property: Property, value: &[f32]) -> Track {
     Track { property, interpolation: Interpolation::Linear, times_s: vec![0.0], values: value.to_vec() }
 }
 
-const QUARTER_ABOUT_Z: [f32; 4] = [0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2];
+const QUARTER_ABOUT_Z: [f32; 4] =
+    [0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2];
 
 fn assert_near(positions: &[[f32; 3]], expected: &[[f32; 3]]) {
     assert_eq!(positions.len(), expected.len());
@@ -61,23 +62,31 @@ fn at_the_bind_pose_skinning_changes_nothing() {
 
 #[test]
 fn an_arm_bends_at_its_elbow() {
-    // The forearm turns by 90° about (1, 0, 0): the tip goes up, the shared vertex to the mean of (1, 0.2, 0) and (0.8, 0, 0).
+    // The forearm turns by 90° about (1, 0, 0): the tip goes up, the shared vertex to the mean of (1, 0.2, 0)
+    // and (0.8, 0, 0).
     let bent = posed(&arm(), vec![held(Property::Rotation(1), &QUARTER_ABOUT_Z)]);
     assert_near(&bent, &[[0.5, 0.0, 0.0], [0.9, 0.1, 0.0], [1.0, 1.0, 0.0]]);
     // Then the whole arm about the shoulder too: everything follows.
-    let both = posed(&arm(), vec![held(Property::Rotation(1), &QUARTER_ABOUT_Z), held(Property::Rotation(0), &QUARTER_ABOUT_Z)]);
+    let both = posed(
+        &arm(),
+        vec![held(Property::Rotation(1), &QUARTER_ABOUT_Z), held(Property::Rotation(0), &QUARTER_ABOUT_Z)],
+    );
     assert_near(&both, &[[0.0, 0.5, 0.0], [-0.1, 0.9, 0.0], [-1.0, 1.0, 0.0]]);
 }
 
 #[test]
 fn ancestors_scale_turn_and_move_in_this_order() {
     let mut mesh = arm();
-    // The placement: twice as large, then turned by 90° about z, then 10 up; above it nothing, below it the arm.
-    let placement = Transform::Parts { translation: [0.0, 0.0, 10.0], rotation: QUARTER_ABOUT_Z, scale: [2.0; 3] };
-    mesh.nodes = vec![Node { parent: None, rest: placement }, node(Some(0), [0.0; 3]), node(Some(1), [1.0, 0.0, 0.0])];
+    // The placement: twice as large, then turned by 90° about z, then 10 up; above it nothing, below it the
+    // arm.
+    let placement =
+        Transform::Parts { translation: [0.0, 0.0, 10.0], rotation: QUARTER_ABOUT_Z, scale: [2.0; 3] };
+    mesh.nodes =
+        vec![Node { parent: None, rest: placement }, node(Some(0), [0.0; 3]), node(Some(1), [1.0, 0.0, 0.0])];
     mesh.joints.iter_mut().for_each(|joint| joint.node += 1);
     assert_near(&posed(&mesh, Vec::new()), &[[0.0, 1.0, 10.0], [-0.4, 2.0, 10.0], [0.0, 4.0, 10.0]]);
-    // The elbow slides by 1 along the arm's x, which is the world's y at twice the size; the shared vertex goes half the way.
+    // The elbow slides by 1 along the arm's x, which is the world's y at twice the size; the shared vertex
+    // goes half the way.
     let slid = posed(&mesh, vec![held(Property::Translation(2), &[2.0, 0.0, 0.0])]);
     assert_near(&slid, &[[0.0, 1.0, 10.0], [-0.4, 3.0, 10.0], [0.0, 6.0, 10.0]]);
     let stretched = posed(&mesh, vec![held(Property::Scale(2), &[3.0, 1.0, 1.0])]);
@@ -86,7 +95,8 @@ fn ancestors_scale_turn_and_move_in_this_order() {
 
 #[test]
 fn a_fixed_matrix_places_like_its_parts() {
-    let parts = Transform::Parts { translation: [1.0, 2.0, 3.0], rotation: QUARTER_ABOUT_Z, scale: [2.0, 3.0, 4.0] };
+    let parts =
+        Transform::Parts { translation: [1.0, 2.0, 3.0], rotation: QUARTER_ABOUT_Z, scale: [2.0, 3.0, 4.0] };
     let fixed = Transform::Fixed(parts.parent_from_node());
     let mut mesh = arm();
     mesh.nodes[0].rest = parts;
@@ -101,7 +111,11 @@ fn a_fixed_matrix_places_like_its_parts() {
 fn morphs_add_up_before_joints_move() {
     let mut mesh = arm();
     mesh.morph_targets = vec![
-        MorphTarget { rest_weight: 0.25, vertices: vec![0, 2], deltas: vec![[0.0, 4.0, 0.0], [0.0, 0.0, 8.0]] },
+        MorphTarget {
+            rest_weight: 0.25,
+            vertices: vec![0, 2],
+            deltas: vec![[0.0, 4.0, 0.0], [0.0, 0.0, 8.0]],
+        },
         MorphTarget { rest_weight: 0.0, vertices: vec![2], deltas: vec![[1.0, 0.0, 0.0]] },
     ];
     assert_near(&posed(&mesh, Vec::new()), &[[0.5, 1.0, 0.0], [1.0, 0.2, 0.0], [2.0, 0.0, 2.0]]);
@@ -132,7 +146,8 @@ fn a_clip_holds_before_its_start_and_after_its_end() {
 
 #[test]
 fn a_clip_of_another_mesh_does_no_harm() {
-    let stray = [Property::Translation(99), Property::Rotation(99), Property::Scale(99), Property::MorphWeight(99)];
+    let stray =
+        [Property::Translation(99), Property::Rotation(99), Property::Scale(99), Property::MorphWeight(99)];
     let clip = clip(stray.map(|property| held(property, &[1.0; 4])).to_vec());
     let mut out = Vec::new();
     arm().positions_at(&clip, 0.0, &mut out);

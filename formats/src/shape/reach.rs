@@ -1,12 +1,12 @@
-//! How far the vertices of a mesh can get, whatever its clips do: a bound from the sizes of all factors. It keeps products of long chains of nodes within
-//! numbers, and costs no more than reading the mesh.
+//! How far the vertices of a mesh can get, whatever its clips do: a bound from the sizes of all factors. It
+//! keeps products of long chains of nodes within numbers, and costs no more than reading the mesh.
 
 use super::{Clip, DeformingMesh, Interpolation, MorphTarget, Node, Property, Track, Transform};
 use crate::state::MAX_COORDINATE;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Farthest that the bound may be: squared lengths are still numbers in single precision. The bound adds up what seldom points the same way, so it is far
-/// beyond [`MAX_COORDINATE`].
+/// Farthest that the bound may be: squared lengths are still numbers in single precision. The bound adds up
+/// what seldom points the same way, so it is far beyond [`MAX_COORDINATE`].
 const MOST: f64 = MAX_COORDINATE as f64 * MAX_COORDINATE as f64;
 
 /// How much a map can enlarge, and how far it moves the origin.
@@ -39,13 +39,19 @@ impl DeformingMesh {
         if reach <= MOST {
             return Ok(());
         }
-        Err(format!("its nodes, joints, morph targets and keys together may take vertices {reach:e} m away, {MOST:e} m are possible"))
+        Err(format!(
+            "its nodes, joints, morph targets and keys together may take vertices {reach:e} m away, {MOST:e} m are possible"
+        ))
     }
 
     /// No vertex is farther from the origin in any pose.
     pub(super) fn reach(&self) -> f64 {
         let farthest = self.positions.iter().map(length).fold(0.0, f64::max);
-        let moves = self.morph_targets.iter().zip(self.largest_weights()).map(|(target, weight)| weight * largest_delta(target));
+        let moves = self
+            .morph_targets
+            .iter()
+            .zip(self.largest_weights())
+            .map(|(target, weight)| weight * largest_delta(target));
         let morphed = farthest + moves.sum::<f64>();
         let mut of_nodes: Vec<Growth> = Vec::with_capacity(self.nodes.len());
         let moved = self.growths();
@@ -53,8 +59,12 @@ impl DeformingMesh {
             let parent = node.parent.and_then(|parent| of_nodes.get(parent as usize));
             of_nodes.push(parent.map_or(own, |parent| parent.after(own)));
         }
-        let of_joint = |node: u32| of_nodes.get(node as usize).copied().unwrap_or(Growth { scale: 1.0, shift: 0.0 });
-        self.joints.iter().map(|joint| of_joint(joint.node).after(Growth::of(&joint.node_from_mesh)).reach(morphed)).fold(0.0, f64::max)
+        let of_joint =
+            |node: u32| of_nodes.get(node as usize).copied().unwrap_or(Growth { scale: 1.0, shift: 0.0 });
+        self.joints
+            .iter()
+            .map(|joint| of_joint(joint.node).after(Growth::of(&joint.node_from_mesh)).reach(morphed))
+            .fold(0.0, f64::max)
     }
 
     fn tracks(&self) -> impl Iterator<Item = &Track> {
@@ -81,7 +91,8 @@ impl DeformingMesh {
 
     /// Of each morph target, at rest and in all clips.
     fn largest_weights(&self) -> Vec<f64> {
-        let mut weights: Vec<f64> = self.morph_targets.iter().map(|target| f64::from(target.rest_weight.abs())).collect();
+        let mut weights: Vec<f64> =
+            self.morph_targets.iter().map(|target| f64::from(target.rest_weight.abs())).collect();
         for track in self.tracks() {
             if let Property::MorphWeight(target) = track.property
                 && let Some(weight) = weights.get_mut(target as usize)
@@ -99,20 +110,26 @@ fn largest_delta(target: &MorphTarget) -> f64 {
 
 fn of_rest(node: &Node) -> Growth {
     match &node.rest {
-        Transform::Parts { translation, scale, .. } => Growth { scale: largest(scale), shift: length(translation) },
+        Transform::Parts { translation, scale, .. } => {
+            Growth { scale: largest(scale), shift: length(translation) }
+        }
         Transform::Fixed(map) => Growth::of(map),
     }
 }
 
 impl Track {
-    /// Largest `size` of the property at any time. Between keys a cubic spline adds no more than 4/27 of each tangent times the time between.
+    /// Largest `size` of the property at any time. Between keys a cubic spline adds no more than 4/27 of each
+    /// tangent times the time between.
     fn largest<const N: usize>(&self, size: fn(&[f32; N]) -> f64) -> f64 {
         let entries = self.values.as_chunks::<N>().0;
-        let of = |first: usize, step: usize| entries.iter().skip(first).step_by(step).map(size).fold(0.0, f64::max);
+        let of = |first: usize, step: usize| {
+            entries.iter().skip(first).step_by(step).map(size).fold(0.0, f64::max)
+        };
         if self.interpolation != Interpolation::CubicSpline {
             return of(0, 1);
         }
-        let longest = self.times_s.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0])).fold(0.0, f64::max);
+        let longest =
+            self.times_s.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0])).fold(0.0, f64::max);
         of(1, 3) + longest * 4.0 / 27.0 * (of(0, 3) + of(2, 3))
     }
 }
@@ -125,7 +142,8 @@ fn largest<const N: usize>(vector: &[f32; N]) -> f64 {
     vector.iter().fold(0.0, |most, x| f64::from(x.abs()).max(most))
 }
 
-/// How much a matrix can lengthen a vector: the root of the largest eigenvalue of mᵀm, in closed form (Smith 1961).
+/// How much a matrix can lengthen a vector: the root of the largest eigenvalue of mᵀm, in closed form (Smith
+/// 1961).
 pub(super) fn norm(m: &DMat3) -> f64 {
     let size = m.to_cols_array().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     if size == 0.0 || !size.is_finite() {

@@ -7,8 +7,8 @@ use glam::{DAffine3, DMat3, DVec3};
 pub struct Joint {
     /// Index of the node.
     pub node: u32,
-    /// The inverse bind matrix: maps [`DeformingMesh::positions`](super::DeformingMesh::positions) into the node's space. The identity for a mesh
-    /// that lies in the node itself.
+    /// The inverse bind matrix: maps [`DeformingMesh::positions`](super::DeformingMesh::positions) into the
+    /// node's space. The identity for a mesh that lies in the node itself.
     pub node_from_mesh: DAffine3,
 }
 
@@ -35,7 +35,9 @@ impl Influences {
     /// The mean of the joints' maps, `world_from_mesh`, by weight. Joints beyond its end count as nothing.
     pub fn blend(&self, world_from_mesh: &[DAffine3]) -> DAffine3 {
         let nothing = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
-        let maps = self.active().filter_map(|(joint, weight)| Some((world_from_mesh.get(joint as usize)?, f64::from(weight))));
+        let maps = self
+            .active()
+            .filter_map(|(joint, weight)| Some((world_from_mesh.get(joint as usize)?, f64::from(weight))));
         maps.fold(nothing, |sum, (map, weight)| DAffine3 {
             matrix3: sum.matrix3 + map.matrix3 * weight,
             translation: sum.translation + map.translation * weight,

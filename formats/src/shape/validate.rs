@@ -1,8 +1,8 @@
 //! What a deforming mesh must hold before it is used.
 
 use super::{
-    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget, Node,
-    Property, Track, Transform,
+    Clip, DeformingMesh, Interpolation, Joint, MAX_CLIP_KEYS, MAX_CLIPS, MAX_JOINTS, MAX_MORPHED,
+    MAX_VERTICES, MorphTarget, Node, Property, Track, Transform,
 };
 use crate::error::{Error, Place, Result};
 use crate::kinds::names::fault_of_names;
@@ -54,7 +54,11 @@ impl DeformingMesh {
 
     fn expect_vertices(&self) -> std::result::Result<(), String> {
         if self.influences.len() != self.positions.len() {
-            return Err(format!("{} vertices but joints and weights for {}", self.positions.len(), self.influences.len()));
+            return Err(format!(
+                "{} vertices but joints and weights for {}",
+                self.positions.len(),
+                self.influences.len()
+            ));
         }
         if let Some(vertex) = self.positions.iter().position(|p| !is_finite(p)) {
             return Err(format!("vertex {vertex} is not a finite position"));
@@ -89,7 +93,11 @@ impl Node {
             return Err(format!("its parent {parent} does not come before it"));
         }
         match &self.rest {
-            Transform::Parts { translation, rotation, scale } if is_finite(translation) && is_finite(scale) => expect_direction(rotation),
+            Transform::Parts { translation, rotation, scale }
+                if is_finite(translation) && is_finite(scale) =>
+            {
+                expect_direction(rotation)
+            }
             Transform::Fixed(map) if map.is_finite() => Ok(()),
             _ => Err("its transform is not finite".to_owned()),
         }
@@ -122,9 +130,13 @@ impl MorphTarget {
 
 impl Clip {
     fn check(&self, mesh: &DeformingMesh) -> std::result::Result<(), String> {
-        let last = self.tracks.iter().filter_map(|track| track.times_s.last()).fold(0.0, |a: f32, b| a.max(*b));
+        let last =
+            self.tracks.iter().filter_map(|track| track.times_s.last()).fold(0.0, |a: f32, b| a.max(*b));
         if !(self.duration_s.is_finite() && self.duration_s >= last) {
-            return Err(format!("its duration {} s must be finite and reach its last key at {last} s", self.duration_s));
+            return Err(format!(
+                "its duration {} s must be finite and reach its last key at {last} s",
+                self.duration_s
+            ));
         }
         let mut properties = HashSet::new();
         named("track", &self.tracks, |_, track| {
@@ -140,14 +152,18 @@ impl Clip {
 impl Track {
     fn expect_property(&self, mesh: &DeformingMesh) -> std::result::Result<(), String> {
         match self.property {
-            Property::MorphWeight(target) => expect_index("morph target", std::iter::once(target), mesh.morph_targets.len()),
-            Property::Translation(node) | Property::Rotation(node) | Property::Scale(node) => match mesh.nodes.get(node as usize) {
-                None => expect_index("node", std::iter::once(node), mesh.nodes.len()),
-                Some(Node { rest: Transform::Fixed(_), .. }) => {
-                    Err(format!("moves node {node}, which has a matrix, not translation, rotation and scale"))
+            Property::MorphWeight(target) => {
+                expect_index("morph target", std::iter::once(target), mesh.morph_targets.len())
+            }
+            Property::Translation(node) | Property::Rotation(node) | Property::Scale(node) => {
+                match mesh.nodes.get(node as usize) {
+                    None => expect_index("node", std::iter::once(node), mesh.nodes.len()),
+                    Some(Node { rest: Transform::Fixed(_), .. }) => Err(format!(
+                        "moves node {node}, which has a matrix, not translation, rotation and scale"
+                    )),
+                    Some(_) => Ok(()),
                 }
-                Some(_) => Ok(()),
-            },
+            }
         }
     }
 
@@ -160,7 +176,11 @@ impl Track {
         }
         let per_key = self.property.components() * self.interpolation.values_per_key();
         if self.values.len() != per_key * self.times_s.len() {
-            return Err(format!("{} keys need {per_key} numbers each, there are {}", self.times_s.len(), self.values.len()));
+            return Err(format!(
+                "{} keys need {per_key} numbers each, there are {}",
+                self.times_s.len(),
+                self.values.len()
+            ));
         }
         if !is_finite(&self.values) {
             return Err("values must be finite".to_owned());
@@ -185,10 +205,16 @@ fn named<T>(
     mut check: impl FnMut(usize, &T) -> std::result::Result<(), String>,
 ) -> std::result::Result<(), String> {
     let mut items = items.iter().enumerate();
-    items.try_for_each(|(index, item)| check(index, item).map_err(|reason| format!("{what} {index}: {reason}")))
+    items.try_for_each(|(index, item)| {
+        check(index, item).map_err(|reason| format!("{what} {index}: {reason}"))
+    })
 }
 
-fn expect_index(what: &str, mut indices: impl Iterator<Item = u32>, count: usize) -> std::result::Result<(), String> {
+fn expect_index(
+    what: &str,
+    mut indices: impl Iterator<Item = u32>,
+    count: usize,
+) -> std::result::Result<(), String> {
     match indices.find(|index| *index as usize >= count) {
         Some(index) => Err(format!("names {what} {index} of {count}")),
         None => Ok(()),

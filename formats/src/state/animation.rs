@@ -1,6 +1,10 @@
-//! Keyframed states. Every leaf of a state is its own track: linear between its keys, held before the first and after the last.
+//! Keyframed states. Every leaf of a state is its own track: linear between its keys, held before the first
+//! and after the last.
 
-use super::{CameraState, EnvironmentState, LightState, MaterialState, ShapeState, State, ViewState, parse_toml, read_text, with_line};
+use super::{
+    CameraState, EnvironmentState, LightState, MaterialState, ShapeState, State, ViewState, parse_toml,
+    read_text, with_line,
+};
 use crate::error::{Error, Place, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -97,7 +101,9 @@ impl Animation {
             let state = State { environment, camera, view, lights, materials, shapes };
             let table = toml::Table::try_from(&state).map_err(|e| Error::invalid(&place, e.to_string()))?;
             let mut leaves = Vec::new();
-            flatten(toml::Value::Table(table), &mut Vec::new(), &mut |leaf, value| leaves.push((leaf, value)));
+            flatten(toml::Value::Table(table), &mut Vec::new(), &mut |leaf, value| {
+                leaves.push((leaf, value))
+            });
             for (leaf, value) in leaves {
                 let track = keys.entry(leaf).or_default();
                 if track.last().is_some_and(|(before, _)| *before == t_s) {
@@ -110,10 +116,15 @@ impl Animation {
             }
         }
         if keys.is_empty() {
-            return Err(Error::invalid(place, "sets nothing at any time; add a [[key]] with t_s and keys of a state, or remove the file"));
+            return Err(Error::invalid(
+                place,
+                "sets nothing at any time; add a [[key]] with t_s and keys of a state, or remove the file",
+            ));
         }
-        let tracks = keys.into_iter().map(|(leaf, keys)| Track::new(leaf, keys, place)).collect::<Result<_>>()?;
-        let animation = Self { name: name.to_owned(), duration_s: file.duration_s, looping: file.looping, tracks };
+        let tracks =
+            keys.into_iter().map(|(leaf, keys)| Track::new(leaf, keys, place)).collect::<Result<_>>()?;
+        let animation =
+            Self { name: name.to_owned(), duration_s: file.duration_s, looping: file.looping, tracks };
         animation.validate(place)?;
         Ok(animation)
     }
@@ -126,7 +137,10 @@ impl Animation {
         }
         self.tracks.iter().try_for_each(|track| track.validate(place))?;
         if let Some(pair) = self.tracks.windows(2).find(|w| w[0].leaf >= w[1].leaf) {
-            return Err(Error::invalid(place, format!("track `{}` is out of order or there twice", pair[1].leaf.join("."))));
+            return Err(Error::invalid(
+                place,
+                format!("track `{}` is out of order or there twice", pair[1].leaf.join(".")),
+            ));
         }
         // The leaves must make a legal state at any time; types do not change over time, so one sample tells.
         self.sample(0.0).map(|_| ()).map_err(|e| Error::invalid(place, e))
@@ -144,10 +158,11 @@ impl Animation {
         root.try_into().map_err(|e: toml::de::Error| e.message().to_owned())
     }
 
-    /// The times of all keys of all tracks, increasing. Between them every leaf is linear and every legal range is convex, so if the states at
-    /// these times are legal, all are.
+    /// The times of all keys of all tracks, increasing. Between them every leaf is linear and every legal
+    /// range is convex, so if the states at these times are legal, all are.
     pub fn key_times_s(&self) -> Vec<f32> {
-        let mut times_s: Vec<f32> = self.tracks.iter().flat_map(|track| track.times_s.iter().copied()).collect();
+        let mut times_s: Vec<f32> =
+            self.tracks.iter().flat_map(|track| track.times_s.iter().copied()).collect();
         times_s.sort_by(f32::total_cmp);
         times_s.dedup();
         times_s
@@ -183,7 +198,10 @@ fn check_times(file: &File, place: &Place) -> Result<()> {
             return refuse(format!("comes after one at {before} s; sort the keys by t_s"));
         }
         if key.t_s > file.duration_s {
-            return refuse(format!("comes after the end, duration_s {}; raise duration_s or lower t_s", file.duration_s));
+            return refuse(format!(
+                "comes after the end, duration_s {}; raise duration_s or lower t_s",
+                file.duration_s
+            ));
         }
         before = key.t_s;
     }
@@ -203,7 +221,10 @@ fn flatten(value: toml::Value, path: &mut Vec<String>, add: &mut impl FnMut(Vec<
         toml::Value::Integer(v) => add(path.clone(), Leaf::Scalar(v as f32)),
         toml::Value::String(v) => add(path.clone(), Leaf::Name(v)),
         toml::Value::Array(values) => {
-            let numbers = values.iter().filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64)).map(|v| v as f32)).collect();
+            let numbers = values
+                .iter()
+                .filter_map(|v| v.as_float().or(v.as_integer().map(|i| i as f64)).map(|v| v as f32))
+                .collect();
             add(path.clone(), Leaf::Vector(numbers));
         }
         // A state has no other types; it was parsed as one before.
@@ -218,10 +239,12 @@ fn insert(table: &mut toml::Table, path: &[String], value: toml::Value) -> std::
             table.insert(last.clone(), value);
             Ok(())
         }
-        [first, rest @ ..] => match table.entry(first.clone()).or_insert_with(|| toml::Value::Table(toml::Table::new())) {
-            toml::Value::Table(inner) => insert(inner, rest, value),
-            _ => Err(format!("`{first}` is both a leaf and a table")),
-        },
+        [first, rest @ ..] => {
+            match table.entry(first.clone()).or_insert_with(|| toml::Value::Table(toml::Table::new())) {
+                toml::Value::Table(inner) => insert(inner, rest, value),
+                _ => Err(format!("`{first}` is both a leaf and a table")),
+            }
+        }
     }
 }
 
@@ -240,16 +263,25 @@ impl Track {
             (false, true, true) => TrackValues::Scalar(scalars),
             (true, false, true) => TrackValues::Vector(vectors),
             (true, true, false) => TrackValues::Name(names),
-            _ => return Err(Error::invalid(place, format!("`{}` changes its type between keys", leaf.join(".")))),
+            _ => {
+                return Err(Error::invalid(
+                    place,
+                    format!("`{}` changes its type between keys", leaf.join(".")),
+                ));
+            }
         };
         Ok(Self { leaf, times_s, values })
     }
 
     fn validate(&self, place: &Place) -> Result<()> {
-        let refuse = |reason: &str| Err(Error::invalid(place, format!("track `{}`: {reason}", self.leaf.join("."))));
+        let refuse =
+            |reason: &str| Err(Error::invalid(place, format!("track `{}`: {reason}", self.leaf.join("."))));
         // No state nests deeper, and building the state recurses.
         if !(2..=MAX_LEAF_DEPTH).contains(&self.leaf.len()) {
-            return Err(Error::invalid(place, format!("a track's leaf has {} names, 2 to {MAX_LEAF_DEPTH} are possible", self.leaf.len())));
+            return Err(Error::invalid(
+                place,
+                format!("a track's leaf has {} names, 2 to {MAX_LEAF_DEPTH} are possible", self.leaf.len()),
+            ));
         }
         if self.times_s.is_empty() || self.times_s.iter().any(|t| !t.is_finite() || *t < 0.0) {
             return refuse("needs keys at finite times of at least 0");
@@ -297,7 +329,9 @@ impl Track {
         let lerp = |x: f32, y: f32| toml::Value::Float(f64::from(x + (y - x) * mix));
         match &self.values {
             TrackValues::Scalar(v) => lerp(v[a], v[b]),
-            TrackValues::Vector(v) => toml::Value::Array(v[a].iter().zip(&v[b]).map(|(x, y)| lerp(*x, *y)).collect()),
+            TrackValues::Vector(v) => {
+                toml::Value::Array(v[a].iter().zip(&v[b]).map(|(x, y)| lerp(*x, *y)).collect())
+            }
             TrackValues::Name(v) => toml::Value::String(v[a].clone()),
         }
     }
@@ -347,22 +381,34 @@ mod tests {
     #[test]
     fn mistakes_are_refused() {
         for (text, part) in [
-            (TEXT.replace("loop", "looop"), "a.toml: line 3, column 9: unknown key `looop`; did you mean `loop`?"),
+            (
+                TEXT.replace("loop", "looop"),
+                "a.toml: line 3, column 9: unknown key `looop`; did you mean `loop`?",
+            ),
             (
                 TEXT.replace("t_s = 2.0", "t_s = 1.0\n materials.a.shininess = 5"),
                 "a.toml: [[key]] number 3 at 1 s: sets what the key before it sets at the same time; remove one, or move it in time",
             ),
-            (TEXT.replace("t_s = 2.0", "t_s = 0.5"), "a.toml: [[key]] number 3 at 0.5 s: comes after one at 1 s; sort the keys by t_s"),
+            (
+                TEXT.replace("t_s = 2.0", "t_s = 0.5"),
+                "a.toml: [[key]] number 3 at 0.5 s: comes after one at 1 s; sort the keys by t_s",
+            ),
             (
                 TEXT.replace("t_s = 2.0", "t_s = 2.5"),
                 "a.toml: [[key]] number 3 at 2.5 s: comes after the end, duration_s 2; raise duration_s or lower t_s",
             ),
-            (TEXT.replace("t_s = 0", "t_s = -1"), "a.toml: [[key]] number 1 at -1 s: t_s must be a number of seconds from 0 on"),
+            (
+                TEXT.replace("t_s = 0", "t_s = -1"),
+                "a.toml: [[key]] number 1 at -1 s: t_s must be a number of seconds from 0 on",
+            ),
             (
                 TEXT.replace("shininess = 10", "shinyness = 10"),
                 "a.toml: line 7, column 21: key.materials.a: unknown key `shinyness`; did you mean `shininess`?",
             ),
-            (TEXT.replace("duration_s = 2.0", "duration_s = -1.0"), "a.toml: duration_s -1 must be above 0 and at most a day"),
+            (
+                TEXT.replace("duration_s = 2.0", "duration_s = -1.0"),
+                "a.toml: duration_s -1 must be above 0 and at most a day",
+            ),
             (
                 TEXT.replace("[0.4, 0.2, 0.0]", "[0.4, 0.2]"),
                 "a.toml: line 13, column 26: key.materials.a.kd: 2 numbers where 3 are expected; add 1",
@@ -371,7 +417,10 @@ mod tests {
                 "duration_s = 1\n[[key]]\nt_s = 0".to_owned(),
                 "a.toml: sets nothing at any time; add a [[key]] with t_s and keys of a state, or remove the file",
             ),
-            ("duration_s = 1\n[[key]]\ncamera.fov_deg = 3".to_owned(), "a.toml: line 2, column 1: key: `t_s` is missing; add it"),
+            (
+                "duration_s = 1\n[[key]]\ncamera.fov_deg = 3".to_owned(),
+                "a.toml: line 2, column 1: key: `t_s` is missing; add it",
+            ),
             (
                 "duration_s = 1\n[key]\nt_s = 3".to_owned(),
                 "a.toml: line 2, column 1: key: a table where a list of tables is expected; write [[key]], with two brackets",

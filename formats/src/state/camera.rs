@@ -20,8 +20,8 @@ pub struct Camera {
     pub exposure_ev: f32,
 }
 
-/// Farthest from the origin that anything is, along an axis, metres. Products of four lengths, as in the areas of triangles, squared, are then still
-/// numbers in single precision.
+/// Farthest from the origin that anything is, along an axis, metres. Products of four lengths, as in the
+/// areas of triangles, squared, are then still numbers in single precision.
 pub const MAX_COORDINATE: f32 = 1e9;
 
 /// Largest exposure, either way, EV.
@@ -76,7 +76,9 @@ impl Camera {
         if let Some(far) = self.position.iter().chain(&self.target).find(|x| x.abs() > MAX_COORDINATE) {
             return Err(Error::invalid(
                 place,
-                format!("camera: {far:?} m is farther from the origin than {MAX_COORDINATE:e} m; move the camera"),
+                format!(
+                    "camera: {far:?} m is farther from the origin than {MAX_COORDINATE:e} m; move the camera"
+                ),
             ));
         }
         let way = Vec3::from(self.target) - Vec3::from(self.position);
@@ -84,11 +86,17 @@ impl Camera {
             return Err(Error::invalid(place, "camera: position and target coincide; move one of them"));
         }
         if !(0.1..=170.0).contains(&self.fov_deg) {
-            return Err(Error::invalid(place, format!("camera: fov_deg {} is outside 0.1..170", self.fov_deg)));
+            return Err(Error::invalid(
+                place,
+                format!("camera: fov_deg {} is outside 0.1..170", self.fov_deg),
+            ));
         }
         if !(-MAX_EXPOSURE_EV..=MAX_EXPOSURE_EV).contains(&self.exposure_ev) {
             let range = format!("-{MAX_EXPOSURE_EV}..{MAX_EXPOSURE_EV}");
-            return Err(Error::invalid(place, format!("camera: exposure_ev {} is outside {range}", self.exposure_ev)));
+            return Err(Error::invalid(
+                place,
+                format!("camera: exposure_ev {} is outside {range}", self.exposure_ev),
+            ));
         }
         Ok(())
     }
@@ -114,13 +122,15 @@ impl Camera {
 }
 
 impl Film {
-    /// Forward, right and up in world space: film position (u, v), from (−1, −1) at the lower left to (1, 1) at the upper right, lies in the direction
-    /// forward + u·right + v·up. The three are at right angles, and forward is of length 1.
+    /// Forward, right and up in world space: film position (u, v), from (−1, −1) at the lower left to (1, 1)
+    /// at the upper right, lies in the direction forward + u·right + v·up. The three are at right angles, and
+    /// forward is of length 1.
     pub fn axes(&self) -> [Vec3A; 3] {
         [self.forward, self.right, self.up]
     }
 
-    /// Unit direction through film position (x, y) in pixels, y downwards; (0.5, 0.5) is the centre of the first pixel.
+    /// Unit direction through film position (x, y) in pixels, y downwards; (0.5, 0.5) is the centre of the
+    /// first pixel.
     pub fn direction(&self, x: f32, y: f32) -> Vec3A {
         let u = 2.0 * x / self.width - 1.0;
         let v = 1.0 - 2.0 * y / self.height;

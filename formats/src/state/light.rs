@@ -3,10 +3,12 @@
 use super::{LightState, Rgb};
 use crate::error::{Error, Place, Result};
 
-/// The largest radiometric value, a hundred thousand times the sun's radiance. Sums over paths stay finite in single precision up to it.
+/// The largest radiometric value, a hundred thousand times the sun's radiance. Sums over paths stay finite in
+/// single precision up to it.
 pub const MAX_RADIOMETRIC: f32 = 1e12;
 
-/// Fails unless `value`, called `name` in the message, is light: not negative, not NaN, and at most [`MAX_RADIOMETRIC`].
+/// Fails unless `value`, called `name` in the message, is light: not negative, not NaN, and at most
+/// [`MAX_RADIOMETRIC`].
 pub fn expect_radiometric(value: Rgb, name: &str, place: &Place) -> Result<()> {
     if value.iter().all(|x| (0.0..=MAX_RADIOMETRIC).contains(x)) {
         return Ok(());
@@ -15,7 +17,8 @@ pub fn expect_radiometric(value: Rgb, name: &str, place: &Place) -> Result<()> {
 }
 
 impl LightState {
-    /// What the light called `name` emits after this change, where the scene says `emission`: radiance, intensity or irradiance.
+    /// What the light called `name` emits after this change, where the scene says `emission`: radiance,
+    /// intensity or irradiance.
     ///
     /// # Errors
     /// `Invalid` for a gain that is no light, or leads to what is none.
@@ -48,7 +51,11 @@ mod tests {
         for (emission, gain, expected) in [
             ([1.0; 3], [-1.0, 1.0, 1.0], "gain [-1.0, 1.0, 1.0] must be numbers of 0 to 1e12"),
             ([1.0; 3], [f32::NAN, 1.0, 1.0], "gain [NaN, 1.0, 1.0] must be numbers of 0 to 1e12"),
-            ([1e7; 3], [1e6, 1.0, 1.0], "emission times gain [10000000000000.0, 10000000.0, 10000000.0] must be numbers of 0 to 1e12"),
+            (
+                [1e7; 3],
+                [1e6, 1.0, 1.0],
+                "emission times gain [10000000000000.0, 10000000.0, 10000000.0] must be numbers of 0 to 1e12",
+            ),
         ] {
             assert_eq!(lit(emission, Some(gain)), Err(format!("s.toml: light `lamp`: {expected}")));
         }

@@ -10,7 +10,8 @@ pub const SHININESS_MIN: f32 = 1.0;
 pub const SHININESS_MAX: f32 = 200.0;
 /// Largest exponent of a material that does not vary; it meets no basis, and only single precision limits it.
 pub const FIXED_SHININESS_MAX: f32 = 10_000.0;
-/// Smallest roughness that a material may be edited to: a lobe about as wide as that of exponent [`SHININESS_MAX`].
+/// Smallest roughness that a material may be edited to: a lobe about as wide as that of exponent
+/// [`SHININESS_MAX`].
 pub const ROUGHNESS_MIN: f32 = 0.32;
 /// Smallest roughness of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
 pub const FIXED_ROUGHNESS_MIN: f32 = 0.12;
@@ -55,8 +56,8 @@ pub enum Brdf {
     Ggx(Ggx),
 }
 
-/// The normalised Blinn-Phong BRDF, ρ = kd/π + ks·(s+2)/(2π)·cosˢδ with δ between the half vector and the normal
-/// (thesis eq. 4-15).
+/// The normalised Blinn-Phong BRDF, ρ = kd/π + ks·(s+2)/(2π)·cosˢδ with δ between the half vector and the
+/// normal (thesis eq. 4-15).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BlinnPhong {
     /// Diffuse reflectance per channel.
@@ -67,10 +68,11 @@ pub struct BlinnPhong {
     pub shininess: f32,
 }
 
-/// The metallic-roughness BRDF of glTF 2.0 (appendix B.3.5): with α = roughness², the Trowbridge-Reitz distribution D, Smith's height-correlated
-/// visibility V, c = base_color·(1 − metallic), f₀ = 0.04·(1 − metallic) + base_color·metallic and w = (1 − v·h)⁵,
-/// ρ = (1 − F)·c/π + F·D·V, F = f₀ + (1 − f₀)·w. The appendix prints the separable visibility, which masks and shadows the same facets twice;
-/// the correlated one (Heitz 2014) is what reference viewers draw.
+/// The metallic-roughness BRDF of glTF 2.0 (appendix B.3.5): with α = roughness², the Trowbridge-Reitz
+/// distribution D, Smith's height-correlated visibility V, c = base_color·(1 − metallic), f₀ = 0.04·(1 −
+/// metallic) + base_color·metallic and w = (1 − v·h)⁵, ρ = (1 − F)·c/π + F·D·V, F = f₀ + (1 − f₀)·w. The
+/// appendix prints the separable visibility, which masks and shadows the same facets twice; the correlated
+/// one (Heitz 2014) is what reference viewers draw.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ggx {
     /// Reflectance per channel: diffuse where the material is no metal, specular where it is.
@@ -90,7 +92,8 @@ impl Brdf {
         }
     }
 
-    /// What a Lambert surface that stands in for this material reflects: the diffuse part, highlights left out.
+    /// What a Lambert surface that stands in for this material reflects: the diffuse part, highlights left
+    /// out.
     pub fn diffuse_albedo(&self) -> Rgb {
         match self {
             Self::BlinnPhong(brdf) => brdf.kd,
@@ -120,7 +123,10 @@ impl Brdf {
     pub(crate) fn replaced(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
         if let Some(stranger) = change.leaf_not_of(self.model()) {
             let (model, leaves) = (self.model().name(), self.model().leaves());
-            return Err(Error::invalid(place, format!("material `{name}`: is \"{model}\", which has {leaves}, not `{stranger}`")));
+            return Err(Error::invalid(
+                place,
+                format!("material `{name}`: is \"{model}\", which has {leaves}, not `{stranger}`"),
+            ));
         }
         Ok(match *self {
             Self::BlinnPhong(old) => Self::BlinnPhong(BlinnPhong {
@@ -149,8 +155,9 @@ impl Brdf {
         }
     }
 
-    /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis eq. 4-16), for GGX a colour and
-    /// a share within 0..1, and lobes no sharper than single precision can follow.
+    /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis
+    /// eq. 4-16), for GGX a colour and a share within 0..1, and lobes no sharper than single precision can
+    /// follow.
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
             Self::BlinnPhong(brdf) => brdf.check().and_then(|()| SHININESS.check(brdf.shininess, false)),
@@ -159,8 +166,8 @@ impl Brdf {
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
 
-    /// Checks what must hold besides for a material that varies: that its lobe is within the range that bases span. `textured` says that a texture
-    /// multiplies its diffuse colour.
+    /// Checks what must hold besides for a material that varies: that its lobe is within the range that bases
+    /// span. `textured` says that a texture multiplies its diffuse colour.
     pub fn validate_varying(&self, textured: bool, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
             Self::BlinnPhong(brdf) => SHININESS.check(brdf.shininess, true),
@@ -182,9 +189,12 @@ impl From<Brdf> for MaterialState {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => {
                 Self { kd: Some(kd), ks: Some(ks), shininess: Some(shininess), ..Self::default() }
             }
-            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => {
-                Self { base_color: Some(base_color), metallic: Some(metallic), roughness: Some(roughness), ..Self::default() }
-            }
+            Brdf::Ggx(Ggx { base_color, metallic, roughness }) => Self {
+                base_color: Some(base_color),
+                metallic: Some(metallic),
+                roughness: Some(roughness),
+                ..Self::default()
+            },
         }
     }
 }
@@ -198,9 +208,13 @@ struct Sharpness {
     varying: [f32; 2],
 }
 
-const SHININESS: Sharpness =
-    Sharpness { key: "shininess", fixed: [SHININESS_MIN, FIXED_SHININESS_MAX], varying: [SHININESS_MIN, SHININESS_MAX] };
-const ROUGHNESS: Sharpness = Sharpness { key: "roughness", fixed: [FIXED_ROUGHNESS_MIN, 1.0], varying: [ROUGHNESS_MIN, 1.0] };
+const SHININESS: Sharpness = Sharpness {
+    key: "shininess",
+    fixed: [SHININESS_MIN, FIXED_SHININESS_MAX],
+    varying: [SHININESS_MIN, SHININESS_MAX],
+};
+const ROUGHNESS: Sharpness =
+    Sharpness { key: "roughness", fixed: [FIXED_ROUGHNESS_MIN, 1.0], varying: [ROUGHNESS_MIN, 1.0] };
 
 impl Sharpness {
     /// Both ranges are told at once: who corrects a value should not meet the other one next.
@@ -209,12 +223,17 @@ impl Sharpness {
         if (least..=most).contains(&value) {
             return Ok(());
         }
-        let (key, [fixed_least, fixed_most], [varying_least, varying_most]) = (self.key, self.fixed, self.varying);
+        let (key, [fixed_least, fixed_most], [varying_least, varying_most]) =
+            (self.key, self.fixed, self.varying);
         let why = "as bases follow no sharper lobe";
         Err(if varies {
-            format!("{key} {value} is outside {least}..{most}, {why}; for a material that does not vary it is {fixed_least}..{fixed_most}")
+            format!(
+                "{key} {value} is outside {least}..{most}, {why}; for a material that does not vary it is {fixed_least}..{fixed_most}"
+            )
         } else {
-            format!("{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {why}")
+            format!(
+                "{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {why}"
+            )
         })
     }
 }
@@ -227,7 +246,10 @@ impl BlinnPhong {
             }
             // Sums such as 0.3 + 0.7 land a rounding error above 1.
             if kd + ks > 1.0 + 1e-5 {
-                return Err(format!("kd + ks = {} exceeds 1, more light than arrives; lower one of them", kd + ks));
+                return Err(format!(
+                    "kd + ks = {} exceeds 1, more light than arrives; lower one of them",
+                    kd + ks
+                ));
             }
         }
         Ok(())
@@ -240,7 +262,8 @@ impl Ggx {
         self.base_color.map(|base| DIELECTRIC_F0 * (1.0 - self.metallic) + base * self.metallic)
     }
 
-    /// What of the diffuse lobe is left beside f₀: (1 − f₀)·(1 − metallic)·base_color. Times (1 − w)/π it is the diffuse part.
+    /// What of the diffuse lobe is left beside f₀: (1 − f₀)·(1 − metallic)·base_color. Times (1 − w)/π it is
+    /// the diffuse part.
     pub fn diffuse(&self) -> Rgb {
         let f0 = self.f0();
         std::array::from_fn(|k| (1.0 - f0[k]) * (1.0 - self.metallic) * self.base_color[k])
@@ -249,7 +272,10 @@ impl Ggx {
     fn check(&self) -> std::result::Result<(), String> {
         let within_unit = |x: &f32| (0.0..=1.0).contains(x);
         if !self.base_color.iter().all(within_unit) || !within_unit(&self.metallic) {
-            return Err(format!("base_color {:?} and metallic {} must be numbers of 0 to 1", self.base_color, self.metallic));
+            return Err(format!(
+                "base_color {:?} and metallic {} must be numbers of 0 to 1",
+                self.base_color, self.metallic
+            ));
         }
         Ok(())
     }

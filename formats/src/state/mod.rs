@@ -1,6 +1,7 @@
 //! What may change at playback, as one struct that `bake` and `player` share.
 //!
-//! A [`State`] is partial: it names only what differs from the scene. It is read from a `STATE.toml`, or sampled from an [`Animation`].
+//! A [`State`] is partial: it names only what differs from the scene. It is read from a `STATE.toml`, or
+//! sampled from an [`Animation`].
 
 mod animation;
 mod camera;
@@ -13,7 +14,8 @@ pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
 pub use camera::{Camera, Film, MAX_COORDINATE, MAX_EXPOSURE_EV};
 pub use light::{MAX_RADIOMETRIC, expect_radiometric};
 pub use material::{
-    BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN,
+    BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN,
+    SHININESS_MAX, SHININESS_MIN,
 };
 pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};
@@ -176,8 +178,11 @@ impl Varies<'_> {
     fn list(&self) -> String {
         let parts = [(self.environment, "the environment"), (self.camera, "the camera")];
         let parts = parts.into_iter().filter(|(varies, _)| *varies).map(|(_, name)| name.to_owned());
-        let named = |what: &'static str, names: &[&str]| names.iter().map(|name| format!("{what} `{name}`")).collect::<Vec<_>>();
-        let list: Vec<String> = parts.chain(named("material", &self.materials)).chain(named("shape", &self.shapes)).collect();
+        let named = |what: &'static str, names: &[&str]| {
+            names.iter().map(|name| format!("{what} `{name}`")).collect::<Vec<_>>()
+        };
+        let list: Vec<String> =
+            parts.chain(named("material", &self.materials)).chain(named("shape", &self.shapes)).collect();
         match &list[..] {
             [] => "nothing varies".to_owned(),
             [one] => format!("only {one} varies"),
@@ -197,9 +202,13 @@ impl State {
     /// and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
         let refuse = |what: &str, meant: &str| {
-            let (can, remedy) = (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");
+            let (can, remedy) =
+                (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");
             let meant = if meant.is_empty() { ";".to_owned() } else { format!("{meant} Else") };
-            Err(Error::invalid(place, format!("sets {what}, which this bundle does not vary ({can}){meant} {remedy}")))
+            Err(Error::invalid(
+                place,
+                format!("sets {what}, which this bundle does not vary ({can}){meant} {remedy}"),
+            ))
         };
         if self.environment.is_some() && !varies.environment {
             return refuse("[environment]", "");
@@ -222,13 +231,15 @@ impl State {
         Ok(())
     }
 
-    /// Fails if the state sets a light: a scene's tracer can, but no method lets any vary at playback, so that there is nothing to add to `[vary]`.
+    /// Fails if the state sets a light: a scene's tracer can, but no method lets any vary at playback, so
+    /// that there is nothing to add to `[vary]`.
     pub(crate) fn expect_no_lights(&self, place: &Place) -> Result<()> {
         match self.lights.keys().next() {
             None => Ok(()),
-            Some(name) => {
-                Err(Error::invalid(place, format!("sets light `{name}`, but no method of this version lets lights vary; remove it")))
-            }
+            Some(name) => Err(Error::invalid(
+                place,
+                format!("sets light `{name}`, but no method of this version lets lights vary; remove it"),
+            )),
         }
     }
 }

@@ -25,15 +25,27 @@ pub enum Pose {
 }
 
 impl ShapeState {
-    /// What the shape called `shape`, which shows `now` and has clips called `clips`, shows with the leaves replaced that this change names; `None`
-    /// at rest. A shape that rested begins at 0 s, and with its only clip if there is but one. [`Pose::Rest`] wins over a clip and a time.
+    /// What the shape called `shape`, which shows `now` and has clips called `clips`, shows with the leaves
+    /// replaced that this change names; `None` at rest. A shape that rested begins at 0 s, and with its only
+    /// clip if there is but one. [`Pose::Rest`] wins over a clip and a time.
     ///
     /// # Errors
-    /// `Invalid` for a clip that the shape does not have, a time without a clip to choose, and a time that is no number.
-    pub fn posed(&self, shape: &str, now: Option<&Posed>, clips: &[&str], place: &Place) -> Result<Option<Posed>> {
+    /// `Invalid` for a clip that the shape does not have, a time without a clip to choose, and a time that is
+    /// no number.
+    pub fn posed(
+        &self,
+        shape: &str,
+        now: Option<&Posed>,
+        clips: &[&str],
+        place: &Place,
+    ) -> Result<Option<Posed>> {
         let place = place.part(format!("shape `{shape}`"));
         if let Some(clip) = self.clip.as_ref().filter(|clip| !clips.contains(&clip.as_str())) {
-            let reason = format!("no clip `{clip}`; it has {}{}", list(clips), did_you_mean(clip, clips.iter().copied()));
+            let reason = format!(
+                "no clip `{clip}`; it has {}{}",
+                list(clips),
+                did_you_mean(clip, clips.iter().copied())
+            );
             return Err(Error::invalid(&place, reason));
         }
         if self.time_s.is_some_and(|time_s| !time_s.is_finite()) {
@@ -51,7 +63,10 @@ impl ShapeState {
             (None, None, [only]) => (*only).to_owned(),
             (None, None, _) => {
                 let key = if self.time_s.is_some() { "time_s" } else { "pose" };
-                return Err(Error::invalid(&place, format!("{key} needs a clip; add `clip`, one of {}", list(clips))));
+                return Err(Error::invalid(
+                    &place,
+                    format!("{key} needs a clip; add `clip`, one of {}", list(clips)),
+                ));
             }
         };
         let time_s = self.time_s.or(now.map(|now| now.time_s)).unwrap_or(0.0);
@@ -73,14 +88,22 @@ impl ShapeState {
 }
 
 fn list(clips: &[&str]) -> String {
-    if clips.is_empty() { "none".to_owned() } else { clips.iter().map(|clip| format!("`{clip}`")).collect::<Vec<_>>().join(", ") }
+    if clips.is_empty() {
+        "none".to_owned()
+    } else {
+        clips.iter().map(|clip| format!("`{clip}`")).collect::<Vec<_>>().join(", ")
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn posed(change: &str, now: Option<&Posed>, clips: &[&str]) -> std::result::Result<Option<(String, f32)>, String> {
+    fn posed(
+        change: &str,
+        now: Option<&Posed>,
+        clips: &[&str],
+    ) -> std::result::Result<Option<(String, f32)>, String> {
         let place = Place::file("s.toml");
         let change: ShapeState = crate::state::parse_toml(change, &place).unwrap();
         let posed = change.posed("fox", now, clips, &place).map_err(|e| e.to_string())?;
@@ -102,18 +125,38 @@ mod tests {
         assert_eq!(posed("pose = \"clip\"", None, &["Twist"]), shows("Twist", 0.0));
         assert_eq!(posed("pose = \"clip\"", Some(&now), &both), shows("Run", 0.75));
         for at_rest in ["", "clip = \"Walk\"", "time_s = 2"] {
-            assert_eq!(posed(&format!("pose = \"rest\"\n{at_rest}"), Some(&now), &both), Ok(None), "{at_rest}");
+            assert_eq!(
+                posed(&format!("pose = \"rest\"\n{at_rest}"), Some(&now), &both),
+                Ok(None),
+                "{at_rest}"
+            );
         }
     }
 
     #[test]
     fn what_is_not_there_is_refused_with_what_is() {
         for (change, clips, message) in [
-            ("clip = \"Fly\"", &["Run", "Walk"][..], "s.toml: shape `fox`: no clip `Fly`; it has `Run`, `Walk`"),
-            ("time_s = 1", &["Run", "Walk"], "s.toml: shape `fox`: time_s needs a clip; add `clip`, one of `Run`, `Walk`"),
-            ("pose = \"clip\"", &["Run", "Walk"], "s.toml: shape `fox`: pose needs a clip; add `clip`, one of `Run`, `Walk`"),
+            (
+                "clip = \"Fly\"",
+                &["Run", "Walk"][..],
+                "s.toml: shape `fox`: no clip `Fly`; it has `Run`, `Walk`",
+            ),
+            (
+                "time_s = 1",
+                &["Run", "Walk"],
+                "s.toml: shape `fox`: time_s needs a clip; add `clip`, one of `Run`, `Walk`",
+            ),
+            (
+                "pose = \"clip\"",
+                &["Run", "Walk"],
+                "s.toml: shape `fox`: pose needs a clip; add `clip`, one of `Run`, `Walk`",
+            ),
             ("pose = \"rest\"\nclip = \"Fly\"", &["Run"], "s.toml: shape `fox`: no clip `Fly`; it has `Run`"),
-            ("pose = \"rest\"\ntime_s = inf", &["Run"], "s.toml: shape `fox`: time_s must be a finite number"),
+            (
+                "pose = \"rest\"\ntime_s = inf",
+                &["Run"],
+                "s.toml: shape `fox`: time_s must be a finite number",
+            ),
             ("clip = \"Run\"\ntime_s = nan", &["Run"], "s.toml: shape `fox`: time_s must be a finite number"),
         ] {
             assert_eq!(posed(change, None, clips), Err(message.to_owned()));

@@ -1,4 +1,5 @@
-//! TOML read strictly: one-line errors that name line, column and key in the file's own words, and suggest what was meant.
+//! TOML read strictly: one-line errors that name line, column and key in the file's own words, and suggest
+//! what was meant.
 
 mod hints;
 mod lines;
@@ -25,7 +26,8 @@ pub fn read_text(path: &Path) -> Result<String> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.starts_with(&[b'[', 0]) {
         return Err(Error::invalid(&place, "not a text file of UTF-8, but of UTF-16; save it as UTF-8"));
     }
-    let text = String::from_utf8(bytes).map_err(|e| not_utf8(e.as_bytes(), e.utf8_error().valid_up_to(), &place))?;
+    let text =
+        String::from_utf8(bytes).map_err(|e| not_utf8(e.as_bytes(), e.utf8_error().valid_up_to(), &place))?;
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
@@ -38,7 +40,9 @@ fn not_utf8(bytes: &[u8], at: usize, place: &Place) -> Error {
     let place = place.part(line_and_column(&before, before.len()));
     Error::invalid(
         &place,
-        format!("not a text file of UTF-8: byte 0x{byte:02X} belongs to another encoding, such as Latin-1; save it as UTF-8"),
+        format!(
+            "not a text file of UTF-8: byte 0x{byte:02X} belongs to another encoding, such as Latin-1; save it as UTF-8"
+        ),
     )
 }
 
@@ -59,7 +63,10 @@ fn document<'t>(text: &'t str, place: &Place) -> Result<Spanned<DeValue<'t>>> {
 }
 
 fn error(text: &str, fault: &Fault, place: &Place) -> Error {
-    let at = fault.span.as_ref().map_or_else(|| place.clone(), |span| place.part(line_and_column(text, span.start)));
+    let at = fault
+        .span
+        .as_ref()
+        .map_or_else(|| place.clone(), |span| place.part(line_and_column(text, span.start)));
     Error::invalid(&at, fault.to_string())
 }
 

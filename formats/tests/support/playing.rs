@@ -7,7 +7,8 @@ use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
+    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures,
+    TransferImages, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
@@ -35,7 +36,10 @@ pub fn play_basis(basis: &BrdfBasis) {
     assert_eq!(basis.coefficients_of(&material).unwrap().len(), basis.bases());
     let mut values = vec![0.0; basis.bases()];
     for cosine in [0.0, 0.5, 1.0] {
-        basis.evaluate(&Angles { cos_half: cosine, cos_difference: 1.0 - cosine, cos_in: cosine, cos_out: 0.7 }, &mut values);
+        basis.evaluate(
+            &Angles { cos_half: cosine, cos_difference: 1.0 - cosine, cos_in: cosine, cos_out: 0.7 },
+            &mut values,
+        );
     }
 }
 
@@ -96,16 +100,23 @@ pub fn play_shape(shape: &DeformingMesh) {
 
 pub fn play_visibility(table: &VisibilityTable) {
     for r in [f32::NAN, -1.0, 0.0, 1e-3, 0.5, 1.0, f32::INFINITY] {
-        let blocked = table.look_up([0.3, -2.0, 1.0].into(), r).map_or(0, |bits| bits.iter().map(|b| b.count_ones()).sum::<u32>());
+        let blocked = table
+            .look_up([0.3, -2.0, 1.0].into(), r)
+            .map_or(0, |bits| bits.iter().map(|b| b.count_ones()).sum::<u32>());
         assert!(blocked <= 6 * 32 * 32 / 2, "a cap is narrower than a hemisphere");
     }
 }
 
 pub fn play_shadows(shadows: &SphereShadows) {
-    let sparse = |row: usize| shadows.terms(row).iter().map(|term| shadows.lobe(row)[usize::from(*term)].abs()).fold(0.0, f32::max);
+    let sparse = |row: usize| {
+        shadows.terms(row).iter().map(|term| shadows.lobe(row)[usize::from(*term)].abs()).fold(0.0, f32::max)
+    };
     assert!((0..shadows.normals.len()).all(|row| sparse(row).is_finite()));
     for object in &shadows.meta.objects {
         let rows = &shadows.rows[object.first_vertex as usize..][..object.vertices as usize];
-        assert!(rows.iter().all(|row| *row == NO_ROW || !object.deforms && shadows.lobe(*row as usize).len() == 6144));
+        assert!(
+            rows.iter()
+                .all(|row| *row == NO_ROW || !object.deforms && shadows.lobe(*row as usize).len() == 6144)
+        );
     }
 }

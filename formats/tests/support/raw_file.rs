@@ -1,4 +1,5 @@
-//! The container by hand, written from its specification alone: any field can be set to anything, checksums stay right.
+//! The container by hand, written from its specification alone: any field can be set to anything, checksums
+//! stay right.
 
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -100,7 +101,9 @@ impl RawSection {
         out.extend((self.shape.len() as u64).to_le_bytes());
         self.shape.iter().for_each(|n| out.extend(n.to_le_bytes()));
         out.extend(self.codec.to_le_bytes());
-        for field in [offset.wrapping_add(self.offset_error), self.stored_bytes, self.raw_bytes, xxh3_64(&self.stored)] {
+        for field in
+            [offset.wrapping_add(self.offset_error), self.stored_bytes, self.raw_bytes, xxh3_64(&self.stored)]
+        {
             out.extend(field.to_le_bytes());
         }
     }
@@ -148,7 +151,16 @@ impl RawFile {
             .collect();
         assert!(table.0.is_empty() && cursor.0.is_empty(), "nothing is left over");
         let table_tail = Vec::new();
-        Self { magic, container_version, kind, kind_version, sections, section_count, table_tail, table_bytes_error: 0 }
+        Self {
+            magic,
+            container_version,
+            kind,
+            kind_version,
+            sections,
+            section_count,
+            table_tail,
+            table_bytes_error: 0,
+        }
     }
 
     /// The file with valid checksums.

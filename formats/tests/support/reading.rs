@@ -1,12 +1,13 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
 use super::playing::{
-    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shadows, play_shape, play_spheres, play_table,
-    play_textures, play_visibility,
+    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shadows,
+    play_shape, play_spheres, play_table, play_textures, play_visibility,
 };
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures, TransferImages, VisibilityTable,
+    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures,
+    TransferImages, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;

@@ -14,11 +14,19 @@ pub fn assert_refused<T: Stored>(value: &T, expected: &str) {
 
 pub fn assert_invalid(kind: Kind, bytes: &[u8], expected: &str) {
     let error = refusal(kind, bytes);
-    assert!(matches!(error, Error::Invalid { .. }) && error.to_string().contains(expected), "`{expected}`: {error}");
+    assert!(
+        matches!(error, Error::Invalid { .. }) && error.to_string().contains(expected),
+        "`{expected}`: {error}"
+    );
 }
 
 /// A file with one section changed beyond what the types allow.
-pub fn assert_forged_refused<T: Stored>(value: &T, section: &str, change: impl Fn(&mut RawSection), expected: &str) {
+pub fn assert_forged_refused<T: Stored>(
+    value: &T,
+    section: &str,
+    change: impl Fn(&mut RawSection),
+    expected: &str,
+) {
     let folder = tempfile::tempdir().unwrap();
     let mut file = RawFile::parse(&value.write_file(&folder.path().join("a.relume")).unwrap());
     change(file.sections.iter_mut().find(|s| s.name == section).unwrap());

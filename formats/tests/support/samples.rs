@@ -34,7 +34,8 @@ impl Random {
         2.0 * self.unit() - 1.0
     }
 
-    /// Any half of an image: all exponents up to the largest, subnormals, and all signs if it may be `signed`.
+    /// Any half of an image: all exponents up to the largest, subnormals, and all signs if it may be
+    /// `signed`.
     fn half(&mut self, signed: bool) -> f16 {
         let value = f16::from_bits(self.bits() as u16);
         let value = if value.to_f32().abs() <= LARGEST_HALF { value } else { f16::ONE };
@@ -50,7 +51,11 @@ impl Random {
     /// Within the range of materials that vary.
     pub fn ggx(&mut self) -> Ggx {
         let base_color = [self.unit(), self.unit(), self.unit()];
-        Ggx { base_color, metallic: self.unit(), roughness: ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * self.unit() }
+        Ggx {
+            base_color,
+            metallic: self.unit(),
+            roughness: ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * self.unit(),
+        }
     }
 }
 
@@ -76,12 +81,15 @@ fn honest(mut basis: BrdfBasis) -> BrdfBasis {
 pub fn basis(seed: u64, bases: usize, smooth: bool) -> BrdfBasis {
     let random = &mut Random(seed);
     let nodes = 2 + random.below(6);
-    let lobe = |random: &mut Random, i: usize| if smooth { (i / 1024) as f32 * 0.25 } else { random.signed() };
+    let lobe =
+        |random: &mut Random, i: usize| if smooth { (i / 1024) as f32 * 0.25 } else { random.signed() };
     honest(BrdfBasis {
         meta: basis_meta(random),
         parameters: (0..nodes).map(|i| 1.0 + 199.0 * i as f32 / (nodes - 1) as f32).collect(),
         coefficients: (0..nodes * bases).map(|_| random.signed()).collect(),
-        functions: Functions::BlinnPhong { lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect() },
+        functions: Functions::BlinnPhong {
+            lobes: (0..(bases - 1) * lobe_table::NODES).map(|i| lobe(random, i)).collect(),
+        },
     })
 }
 
@@ -91,7 +99,9 @@ pub fn ggx_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
     let nodes = 2 + random.below(6);
     honest(BrdfBasis {
         meta: basis_meta(random),
-        parameters: (0..nodes).map(|i| ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * i as f32 / (nodes - 1) as f32).collect(),
+        parameters: (0..nodes)
+            .map(|i| ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * i as f32 / (nodes - 1) as f32)
+            .collect(),
         coefficients: (0..nodes * 2 * bases).map(|_| random.signed()).collect(),
         functions: Functions::Ggx {
             roughness: (0..samples).map(|_| random.ggx().roughness).collect(),
@@ -106,7 +116,8 @@ pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size:
         .flat_map(|pixel| (0..=materials as u16).map(move |class| (pixel, class)))
         .filter(|_| random.below(3) > 0)
         .collect();
-    let (editable, fixed): (Vec<_>, Vec<_>) = fragments.into_iter().partition(|f| usize::from(f.1) < materials);
+    let (editable, fixed): (Vec<_>, Vec<_>) =
+        fragments.into_iter().partition(|f| usize::from(f.1) < materials);
     let (pixel, class): (Vec<u32>, Vec<u16>) = editable.iter().chain(&fixed).copied().unzip();
     let meta = ImagesMeta {
         size,
@@ -117,19 +128,26 @@ pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size:
         seed,
         editable_fragments: editable.len() as u32,
     };
-    let coverage = pixel.iter().map(|_| f16::from_f32((1 + random.below(64)) as f32 / (64 * (materials + 1)) as f32)).collect();
+    let coverage = pixel
+        .iter()
+        .map(|_| f16::from_f32((1 + random.below(64)) as f32 / (64 * (materials + 1)) as f32))
+        .collect();
     let mut head = Head { meta, pixel, class, coverage, scales: Vec::new() };
     let layout = head.layout();
     let image = |slot: usize, s: &Slot, random: &mut Random| {
-        let mut values: Vec<f16> = (0..s.channels() * head.fragments_of(s)).map(|_| random.half(!s.is_positive())).collect();
+        let mut values: Vec<f16> =
+            (0..s.channels() * head.fragments_of(s)).map(|_| random.half(!s.is_positive())).collect();
         // The range is made use of.
         if let Some(value) = values.last_mut() {
             *value = f16::from_f32(LARGEST_HALF * (0.5 + 0.5 * random.unit()));
         }
         Image { slot, values }
     };
-    let mut images: Vec<_> = layout.slots.iter().enumerate().map(|(slot, s)| image(slot, s, random)).collect();
-    let scale = |image: &Image, random: &mut Random| if image.values.is_empty() { 0.0 } else { 0.5f32.powi(random.below(24) as i32) };
+    let mut images: Vec<_> =
+        layout.slots.iter().enumerate().map(|(slot, s)| image(slot, s, random)).collect();
+    let scale = |image: &Image, random: &mut Random| {
+        if image.values.is_empty() { 0.0 } else { 0.5f32.powi(random.below(24) as i32) }
+    };
     head.scales = images.iter().map(|image| scale(image, random)).collect();
     // Any order of importance is legal.
     images.sort_by_cached_key(|_| random.bits());

@@ -5,20 +5,39 @@ use relume_formats::basis::diffuse::{NODES, grid_normal, lobe};
 use relume_formats::kinds::SphereShadows;
 use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Meta, NO_ROW, ShadowObject, order};
 
-/// Objects of `vertices` each, of which the second deforms and the third has no spheres; `exact` rows beyond the grid.
+/// Objects of `vertices` each, of which the second deforms and the third has no spheres; `exact` rows beyond
+/// the grid.
 pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadows {
     let random = &mut Random(seed);
     let mut objects: Vec<ShadowObject> = Vec::new();
     for (number, vertices) in vertices.iter().enumerate() {
         let first_vertex = objects.last().map_or(0, |o| o.first_vertex + o.vertices);
         let name = format!("päper {number}");
-        objects.push(ShadowObject { name, first_vertex, vertices: *vertices, sphere_set: number != 2, deforms: number == 1 });
+        objects.push(ShadowObject {
+            name,
+            first_vertex,
+            vertices: *vertices,
+            sphere_set: number != 2,
+            deforms: number == 1,
+        });
     }
-    let mut row = |deforms: bool| if deforms || exact == 0 || random.below(3) == 0 { NO_ROW } else { (NODES + random.below(exact)) as u32 };
+    let mut row = |deforms: bool| {
+        if deforms || exact == 0 || random.below(3) == 0 {
+            NO_ROW
+        } else {
+            (NODES + random.below(exact)) as u32
+        }
+    };
     let rows = objects.iter().flat_map(|o| vec![o.deforms; o.vertices as usize]).map(&mut row).collect();
     let mut normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).collect();
     normals.extend((0..exact).map(|k| [(k as f32).cos(), 0.0, (k as f32).sin()]));
     let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     let order = lobes.chunks_exact(COEFFICIENTS).flat_map(order).collect();
-    SphereShadows { meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects }, rows, normals, lobes, order }
+    SphereShadows {
+        meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects },
+        rows,
+        normals,
+        lobes,
+        order,
+    }
 }

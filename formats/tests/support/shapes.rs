@@ -2,7 +2,9 @@
 
 use super::samples::Random;
 use glam::{DAffine3, DVec3};
-use relume_formats::shape::{Clip, DeformingMesh, Influences, Interpolation, Joint, MorphTarget, Node, Property, Track, Transform};
+use relume_formats::shape::{
+    Clip, DeformingMesh, Influences, Interpolation, Joint, MorphTarget, Node, Property, Track, Transform,
+};
 
 fn vector<const N: usize>(random: &mut Random) -> [f32; N] {
     [(); N].map(|()| random.signed())
@@ -17,7 +19,11 @@ fn map(random: &mut Random) -> DAffine3 {
 fn nodes(random: &mut Random) -> Vec<Node> {
     let mut parts = |parent| Node {
         parent,
-        rest: Transform::Parts { translation: vector(random), rotation: [0.6, 0.0, random.signed(), 0.8], scale: [1.0, 2.0, -0.5] },
+        rest: Transform::Parts {
+            translation: vector(random),
+            rotation: [0.6, 0.0, random.signed(), 0.8],
+            scale: [1.0, 2.0, -0.5],
+        },
     };
     let (first, second) = (parts(None), parts(Some(0)));
     vec![
@@ -38,7 +44,12 @@ fn influences(random: &mut Random, joints: usize) -> Influences {
 fn track(random: &mut Random, property: Property, interpolation: Interpolation, keys: usize) -> Track {
     let count = keys * property.components() * interpolation.values_per_key();
     let values = (0..count).map(|_| random.signed() + 0.01).collect();
-    Track { property, interpolation, times_s: (0..keys).map(|k| k as f32 * 0.5 + 0.4 * random.unit()).collect(), values }
+    Track {
+        property,
+        interpolation,
+        times_s: (0..keys).map(|k| k as f32 * 0.5 + 0.4 * random.unit()).collect(),
+        values,
+    }
 }
 
 /// Three clips: of every property and interpolation, of one key, and of none.
@@ -68,7 +79,11 @@ pub fn shape(seed: u64, vertices: usize) -> DeformingMesh {
         vertices,
     };
     let vertex_numbers = || 0..vertices as u32;
-    let morph_targets = vec![target(vertex_numbers().step_by(2).collect()), target(Vec::new()), target(vertex_numbers().skip(1).collect())];
+    let morph_targets = vec![
+        target(vertex_numbers().step_by(2).collect()),
+        target(Vec::new()),
+        target(vertex_numbers().skip(1).collect()),
+    ];
     DeformingMesh {
         positions: (0..vertices).map(|_| vector(random)).collect(),
         influences: (0..vertices).map(|_| influences(random, 4)).collect(),

@@ -42,18 +42,26 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// Controls within `scope`: the animation to play on top of `state`, and `others` that may be chosen instead. Of these, the ones that set what
-    /// does not vary are left out: another method may play them.
+    /// Controls within `scope`: the animation to play on top of `state`, and `others` that may be chosen
+    /// instead. Of these, the ones that set what does not vary are left out: another method may play them.
     ///
     /// # Errors
-    /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal range. The other animations
-    /// must be legal on top of the scene's defaults.
-    pub fn new(scope: Scope, state: &PlacedState, animation: Option<PlacedAnimation>, mut others: Vec<PlacedAnimation>) -> Result<Self> {
+    /// If state or animation, at any of its key times, sets something that does not vary or leaves its legal
+    /// range. The other animations must be legal on top of the scene's defaults.
+    pub fn new(
+        scope: Scope,
+        state: &PlacedState,
+        animation: Option<PlacedAnimation>,
+        mut others: Vec<PlacedAnimation>,
+    ) -> Result<Self> {
         let defaults = Look::default_of(&scope.scene);
         let base = placed(&defaults, state, &scope)?;
         let varies = scope.varies();
         others.retain(|other| sets_only(&other.animation, &varies));
-        let animations = animation.iter().map(|placed| (placed, &base)).chain(others.iter().map(|placed| (placed, &defaults)));
+        let animations = animation
+            .iter()
+            .map(|placed| (placed, &base))
+            .chain(others.iter().map(|placed| (placed, &defaults)));
         for (placed, base) in animations {
             expect_playable(&placed.animation, base, &scope, &placed.place)?;
         }
@@ -62,7 +70,9 @@ impl Controls {
 
     /// The look at `time_s`. A looping animation starts again after its end, any other is held.
     pub fn look_at(&self, time_s: f64) -> Result<Look> {
-        let Some(PlacedAnimation { animation, place }) = &self.animation else { return Ok(self.base.clone()) };
+        let Some(PlacedAnimation { animation, place }) = &self.animation else {
+            return Ok(self.base.clone());
+        };
         let duration_s = f64::from(animation.duration_s);
         let time_s = if animation.looping { time_s.rem_euclid(duration_s) } else { time_s };
         Ok(self.base.with(&sample(animation, time_s as f32, place)?, &self.scope, place)?)
@@ -97,7 +107,10 @@ impl Controls {
 
     /// The animation to play, if any, and those that may be chosen instead.
     pub fn animations(&self) -> (Option<&Animation>, impl Iterator<Item = &Animation>) {
-        (self.animation.as_ref().map(|placed| &placed.animation), self.others.iter().map(|placed| &placed.animation))
+        (
+            self.animation.as_ref().map(|placed| &placed.animation),
+            self.others.iter().map(|placed| &placed.animation),
+        )
     }
 
     /// How many frames play the animation once, or 1 if there is none.
@@ -141,8 +154,11 @@ mod tests {
     #[test]
     fn defaults_then_state_then_animation() {
         let defaults = controls("", None).unwrap().look_at(0.0).unwrap();
-        let controls =
-            controls("camera.exposure_ev = -3.0\nmaterials.a.shininess = 77\nmaterials.b.kd = [0.1, 0.1, 0.1]", Some(WAVE)).unwrap();
+        let controls = controls(
+            "camera.exposure_ev = -3.0\nmaterials.a.shininess = 77\nmaterials.b.kd = [0.1, 0.1, 0.1]",
+            Some(WAVE),
+        )
+        .unwrap();
         let look = controls.look_at(0.5).unwrap();
         assert_eq!(
             support::blinn_phong(look.materials["a"]),
@@ -170,12 +186,18 @@ mod tests {
         let scene = scene::Meta { varies_shape: true, shapes: vec![shape], ..support::scene_meta() };
         let place = Place::file("s.toml");
         let look = |base: &Look, text: &str| {
-            base.with(&relume_formats::state::parse_toml(text, &place).unwrap(), &support::scope(scene.clone()), &place)
+            base.with(
+                &relume_formats::state::parse_toml(text, &place).unwrap(),
+                &support::scope(scene.clone()),
+                &place,
+            )
         };
         let rest = Look::default_of(&scene);
         assert!(rest.shapes.is_empty());
         let walking = look(&rest, "shapes.thing = { clip = 'Walk', time_s = 0.5 }").unwrap();
-        let shows = |clip: &str, time_s| BTreeMap::from([("thing".to_owned(), Posed { clip: clip.to_owned(), time_s })]);
+        let shows = |clip: &str, time_s| {
+            BTreeMap::from([("thing".to_owned(), Posed { clip: clip.to_owned(), time_s })])
+        };
         assert_eq!(walking.shapes, shows("Walk", 0.5));
         assert_eq!(look(&walking, "shapes.thing.time_s = 7").unwrap().shapes, shows("Walk", 7.0));
         assert_eq!(look(&walking, "shapes.thing.clip = 'Run'").unwrap().shapes, shows("Run", 0.5));
@@ -191,9 +213,21 @@ mod tests {
             ("camera.fov_deg = 20.0", None, "state.toml: sets the camera"),
             ("materials.a.shininess = 300", None, "shininess 300 is outside"),
             ("camera.exposure_ev = 99", None, "exposure_ev 99 is outside"),
-            ("", Some(WAVE.replace("materials.a", "materials.fixed")), "wave.toml: at 0 s: sets material `fixed`"),
-            ("", Some(WAVE.replace("[0.4, 0.4, 0.4]", "[0.95, 0.4, 0.4]")), "wave.toml: at 1 s: material `a`: kd + ks"),
-            ("materials.a.ks = [0.7, 0.7, 0.7]\nmaterials.a.kd = [0, 0, 0]", Some(WAVE.to_owned()), "exceeds 1"),
+            (
+                "",
+                Some(WAVE.replace("materials.a", "materials.fixed")),
+                "wave.toml: at 0 s: sets material `fixed`",
+            ),
+            (
+                "",
+                Some(WAVE.replace("[0.4, 0.4, 0.4]", "[0.95, 0.4, 0.4]")),
+                "wave.toml: at 1 s: material `a`: kd + ks",
+            ),
+            (
+                "materials.a.ks = [0.7, 0.7, 0.7]\nmaterials.a.kd = [0, 0, 0]",
+                Some(WAVE.to_owned()),
+                "exceeds 1",
+            ),
         ] {
             let error = controls(state, animation.as_deref()).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");

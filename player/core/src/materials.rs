@@ -24,13 +24,15 @@ pub struct MaterialMap {
 }
 
 impl MaterialMap {
-    /// Of a film of `size` pixels, nowhere of which any of these `materials` is seen yet. There are fewer than 65535.
+    /// Of a film of `size` pixels, nowhere of which any of these `materials` is seen yet. There are fewer
+    /// than 65535.
     pub(crate) fn new(size: [u32; 2], materials: Vec<String>) -> Self {
         let shown = vec![NOTHING; size[0] as usize * size[1] as usize];
         Self { size, materials, shown }
     }
 
-    /// Lets a pixel, by its number row by row, show material number `index`, or something fixed where there is none of this number.
+    /// Lets a pixel, by its number row by row, show material number `index`, or something fixed where there
+    /// is none of this number.
     pub(crate) fn set(&mut self, pixel: usize, index: u16) {
         let fixed = self.materials.len() as u16;
         self.shown.get_mut(pixel).into_iter().for_each(|shown| *shown = index.min(fixed));
@@ -43,7 +45,11 @@ impl MaterialMap {
 
     /// What the pixel in column x and row y shows; outside the film nothing.
     pub fn at(&self, [x, y]: [u32; 2]) -> Seen<'_> {
-        if x < self.size[0] && y < self.size[1] { self.of_pixel(y as usize * self.size[0] as usize + x as usize) } else { Seen::Nothing }
+        if x < self.size[0] && y < self.size[1] {
+            self.of_pixel(y as usize * self.size[0] as usize + x as usize)
+        } else {
+            Seen::Nothing
+        }
     }
 
     /// What every pixel shows, row by row.

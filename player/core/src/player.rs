@@ -35,7 +35,8 @@ pub struct Options {
     pub find_map: Option<FindMap>,
     /// Size of the film in pixels, or the scene's.
     pub size: Option<[u32; 2]>,
-    /// Whether the CPU is to do the method's sums, on all its cores, and the device only draws; for methods that say so.
+    /// Whether the CPU is to do the method's sums, on all its cores, and the device only draws; for methods
+    /// that say so.
     pub radiance_on_cpu: bool,
 }
 
@@ -96,11 +97,20 @@ impl Player {
     /// Plays the files of `playlist`, of which none has arrived, on `device`, whose queue is `queue`.
     ///
     /// # Errors
-    /// If the device was opened with lower limits than every WebGPU device has, or the CPU is to do sums that the method leaves to the device.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, playlist: &Playlist, options: Options) -> Result<Self> {
+    /// If the device was opened with lower limits than every WebGPU device has, or the CPU is to do sums that
+    /// the method leaves to the device.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        playlist: &Playlist,
+        options: Options,
+    ) -> Result<Self> {
         let Options { state, animation, environment, find_map, size, radiance_on_cpu } = options;
         if radiance_on_cpu && !playlist.method.on_cpu {
-            return Err(Error::Request(format!("the CPU cannot do the sums of method {}", playlist.method.card.name)));
+            return Err(Error::Request(format!(
+                "the CPU cannot do the sums of method {}",
+                playlist.method.card.name
+            )));
         }
         let gpu = Gpu::new(device, queue, radiance_on_cpu)?;
         let plays_first = animation.is_some() || playlist.plays_first;
@@ -131,7 +141,8 @@ impl Player {
     /// Takes in the next section from `source`, if there is one. Never waits for it.
     ///
     /// # Errors
-    /// If the section is malformed or does not fit those before it, if state or animation cannot be played, and at the end if anything is missing.
+    /// If the section is malformed or does not fit those before it, if state or animation cannot be played,
+    /// and at the end if anything is missing.
     pub fn advance(&mut self, source: &mut impl Source) -> Result<Progress> {
         match source.poll()? {
             Event::Waiting => Ok(Progress::Waiting),
@@ -151,8 +162,10 @@ impl Player {
                     if scene.meta.varies_view {
                         self.surfaces = Surfaces::new(scene.positions.clone(), scene.triangles.clone());
                     }
-                    self.playback =
-                        Some((self.method.start)(&self.gpu, Setup { scene, settings: self.settings.clone(), size: self.size })?);
+                    self.playback = Some((self.method.start)(
+                        &self.gpu,
+                        Setup { scene, settings: self.settings.clone(), size: self.size },
+                    )?);
                 }
             }
             Kind::Animation => {
@@ -164,7 +177,9 @@ impl Player {
                 }
             }
             _ => {
-                let Some(playback) = &mut self.playback else { return Err(self.invalid("comes before the scene")) };
+                let Some(playback) = &mut self.playback else {
+                    return Err(self.invalid("comes before the scene"));
+                };
                 playback.section_arrived(&self.gpu, arrival)?;
             }
         }
@@ -197,9 +212,14 @@ impl Player {
     }
 
     /// Fails if no method of the bundle can play an animation. One that another method plays is no fault.
-    fn expect_some_method_plays<'a>(&self, mut animations: impl Iterator<Item = &'a PlacedAnimation>, scope: &Scope) -> Result<()> {
-        let is_played =
-            |placed: &PlacedAnimation| self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)));
+    fn expect_some_method_plays<'a>(
+        &self,
+        mut animations: impl Iterator<Item = &'a PlacedAnimation>,
+        scope: &Scope,
+    ) -> Result<()> {
+        let is_played = |placed: &PlacedAnimation| {
+            self.known.iter().any(|method| sets_only(&placed.animation, &scope.scene.varies(method.card)))
+        };
         animations.try_for_each(|placed| {
             if is_played(placed) {
                 return Ok(());
@@ -224,9 +244,11 @@ impl Player {
         FormatError::invalid(&self.place, format!("{reason}; bake it again")).into()
     }
 
-    /// Encodes a frame of `look`, with what has arrived, onto the film, and of what comes before the picture no more than has changed. Returns its number.
+    /// Encodes a frame of `look`, with what has arrived, onto the film, and of what comes before the picture
+    /// no more than has changed. Returns its number.
     ///
-    /// Small uploads go to the queue at once and count for what is submitted next: submit `encoder` before drawing again.
+    /// Small uploads go to the queue at once and count for what is submitted next: submit `encoder` before
+    /// drawing again.
     ///
     /// # Errors
     /// If nothing has arrived that could be drawn, or a shape would reach beyond what numbers hold.
@@ -248,12 +270,22 @@ impl Player {
     ///
     /// # Errors
     /// If nothing has arrived yet, or the target is of another size.
-    pub fn show(&mut self, encoder: &mut CommandEncoder, target: &TextureView, display: Display) -> Result<()> {
-        let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else { return Err(Error::NothingThere) };
+    pub fn show(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        display: Display,
+    ) -> Result<()> {
+        let Some(film) = self.playback.as_ref().and_then(|playback| playback.film()) else {
+            return Err(Error::NothingThere);
+        };
         let texture = target.texture();
         let (size, [width, height]) = ([texture.width(), texture.height()], film.size);
         if size != film.size {
-            return Err(Error::Request(format!("the target has {}x{} pixels, the film {width}x{height}", size[0], size[1])));
+            return Err(Error::Request(format!(
+                "the target has {}x{} pixels, the film {width}x{height}",
+                size[0], size[1]
+            )));
         }
         let format = texture.format();
         if self.tonemap.as_ref().is_none_or(|tonemap| tonemap.format() != format) {
@@ -265,7 +297,8 @@ impl Player {
         Ok(())
     }
 
-    /// What the GPU took for frames, as far as that has become known since the last call: for most of them, a few frames later, if the device has timestamps.
+    /// What the GPU took for frames, as far as that has become known since the last call: for most of them, a
+    /// few frames later, if the device has timestamps.
     pub fn times(&mut self) -> Vec<PassTimes> {
         self.timer.as_mut().map(Timer::times).unwrap_or_default()
     }

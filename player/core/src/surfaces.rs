@@ -2,9 +2,11 @@
 
 use glam::Vec3;
 
-/// Largest number of steps of one way. A way that goes along a surface, just farther from it than is to be kept, may end before its time.
+/// Largest number of steps of one way. A way that goes along a surface, just farther from it than is to be
+/// kept, may end before its time.
 const STEPS: usize = 256;
-/// Whether a way leads towards surfaces is looked up after this share of the distance to them; it does if it makes for them by more than this slope.
+/// Whether a way leads towards surfaces is looked up after this share of the distance to them; it does if it
+/// makes for them by more than this slope.
 const PROBE: f32 = 0.01;
 /// Steps end where no more than this share of the distance to keep is left to go.
 const TOLERANCE: f32 = 1e-3;
@@ -27,12 +29,13 @@ impl Surfaces {
         self.positions = positions;
     }
 
-    /// The last point on the straight way between two points from which every surface is at least `keep` away. A point that is closer already may come out
-    /// again, and along, but not nearer.
+    /// The last point on the straight way between two points from which every surface is at least `keep`
+    /// away. A point that is closer already may come out again, and along, but not nearer.
     pub fn way(&self, from: Vec3, to: Vec3, keep: f32) -> Vec3 {
         let length = from.distance(to);
         let near = self.near(from, to, keep);
-        let distance = |point: Vec3| near.iter().map(|triangle| distance(triangle, point)).fold(f32::INFINITY, f32::min);
+        let distance =
+            |point: Vec3| near.iter().map(|triangle| distance(triangle, point)).fold(f32::INFINITY, f32::min);
         let here = distance(from);
         let probe = (PROBE * here).min(length);
         let approaches = distance(from + probe / length * (to - from)) < here - PROBE * probe;
@@ -56,12 +59,14 @@ impl Surfaces {
         let (low, high) = (from.min(to) - reach, from.max(to) + reach);
         let corner = |index: u32| self.positions.get(index as usize).copied().map(Vec3::from);
         let corners = |[a, b, c]: [u32; 3]| Some([corner(a)?, corner(b)?, corner(c)?]);
-        let touches = |[a, b, c]: &[Vec3; 3]| a.max(*b).max(*c).cmpge(low).all() && a.min(*b).min(*c).cmple(high).all();
+        let touches =
+            |[a, b, c]: &[Vec3; 3]| a.max(*b).max(*c).cmpge(low).all() && a.min(*b).min(*c).cmple(high).all();
         self.triangles.iter().filter_map(|triangle| corners(*triangle)).filter(touches).collect()
     }
 }
 
-/// How far `point` is from a triangle: from its plane if it stands above the triangle, else from the nearest edge.
+/// How far `point` is from a triangle: from its plane if it stands above the triangle, else from the nearest
+/// edge.
 fn distance([a, b, c]: &[Vec3; 3], point: Vec3) -> f32 {
     let normal = (b - a).cross(c - a);
     let edges = [(*a, *b), (*b, *c), (*c, *a)];
@@ -105,7 +110,11 @@ mod tests {
 
     #[test]
     fn where_nothing_is_in_the_way_it_is_gone_whole() {
-        for (from, to) in [([1.2, 0.0, 5.0], [1.2, 0.0, -5.0]), ([0.0, 0.0, 5.0], [0.0, 0.0, 0.2]), ([0.0, 0.0, 0.2], [0.0, 0.0, 900.0])] {
+        for (from, to) in [
+            ([1.2, 0.0, 5.0], [1.2, 0.0, -5.0]),
+            ([0.0, 0.0, 5.0], [0.0, 0.0, 0.2]),
+            ([0.0, 0.0, 0.2], [0.0, 0.0, 900.0]),
+        ] {
             assert_eq!(ends(from, to), Vec3::from(to));
         }
         let there = Vec3::new(0.0, 0.0, 3.0);

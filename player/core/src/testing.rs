@@ -71,12 +71,23 @@ pub(crate) fn read_bytes(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<[u8; 4]> {
 pub(crate) fn read_texels<T: bytemuck::AnyBitPattern>(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<T> {
     let (width, height) = (texture.width(), texture.height());
     let row_bytes = (width * size_of::<T>() as u32).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let host = gpu.buffer("copy", u64::from(row_bytes * height), BufferUsages::COPY_DST | BufferUsages::MAP_READ);
+    let host =
+        gpu.buffer("copy", u64::from(row_bytes * height), BufferUsages::COPY_DST | BufferUsages::MAP_READ);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &host, layout }, texture.size());
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo { buffer: &host, layout },
+        texture.size(),
+    );
     gpu.queue.submit([encoder.finish()]);
-    let row = |row: &[u8]| row.chunks_exact(size_of::<T>()).take(width as usize).map(bytemuck::pod_read_unaligned).collect::<Vec<T>>();
+    let row = |row: &[u8]| {
+        row.chunks_exact(size_of::<T>())
+            .take(width as usize)
+            .map(bytemuck::pod_read_unaligned)
+            .collect::<Vec<T>>()
+    };
     read(gpu, &host).chunks_exact(row_bytes as usize).flat_map(row).collect()
 }
 

@@ -50,7 +50,11 @@ fn barred(text: &str) -> Vec<&'static str> {
 fn it_depends_on_little() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml")).unwrap();
     let section = text.split("\n[dependencies]\n").nth(1).unwrap().split("\n[").next().unwrap();
-    let names: Vec<&str> = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| !name.is_empty()).collect();
+    let names: Vec<&str> = section
+        .lines()
+        .filter_map(|line| line.split(['.', ' ', '=']).next())
+        .filter(|name| !name.is_empty())
+        .collect();
     assert_eq!(
         {
             let mut sorted = names;
@@ -67,7 +71,9 @@ fn it_starts_no_threads_opens_no_files_and_never_waits() {
     let mut found = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
     assert!(found.len() > 20);
-    let is_test = |path: &Path| path.ends_with("testing.rs") || path.ends_with("tests.rs") || path.iter().any(|part| part == "tests");
+    let is_test = |path: &Path| {
+        path.ends_with("testing.rs") || path.ends_with("tests.rs") || path.iter().any(|part| part == "tests")
+    };
     for path in found.iter().filter(|path| !is_test(path)) {
         assert_eq!(barred(&std::fs::read_to_string(path).unwrap()), Vec::<&str>::new(), "{}", path.display());
     }

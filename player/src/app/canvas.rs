@@ -45,14 +45,26 @@ pub struct Canvas {
 
 impl Canvas {
     /// Draws on `surface`, which is that of `window`.
-    pub fn new(gpu: &Gpu, window: Arc<Window>, instance: wgpu::Instance, surface: Surface<'static>) -> Result<Self> {
+    pub fn new(
+        gpu: &Gpu,
+        window: Arc<Window>,
+        instance: wgpu::Instance,
+        surface: Surface<'static>,
+    ) -> Result<Self> {
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
-            .ok_or_else(|| Error::Failed(format!("GPU {} cannot draw on this display; choose another with --adapter", gpu.info.name)))?;
+            .ok_or_else(|| {
+                Error::Failed(format!(
+                    "GPU {} cannot draw on this display; choose another with --adapter",
+                    gpu.info.name
+                ))
+            })?;
         // Values that are sRGB-encoded already must pass unchanged.
         let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let plain = [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm].into_iter().find(|format| formats.contains(format));
+        let plain = [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm]
+            .into_iter()
+            .find(|format| formats.contains(format));
         config.format = plain.unwrap_or(config.format);
         config.present_mode = wgpu::PresentMode::AutoVsync;
         surface.configure(&gpu.device, &config);
@@ -69,13 +81,19 @@ impl Canvas {
             other => self.new_picture(gpu, size, other.map(|(_, id)| id)),
         };
         let [width, height] = size;
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         gpu.queue.write_texture(texture.0.as_image_copy(), pixels, layout, extent);
         self.picture.insert(texture).1
     }
 
-    fn new_picture(&mut self, gpu: &Gpu, [width, height]: [u32; 2], old: Option<TextureId>) -> (wgpu::Texture, TextureId) {
+    fn new_picture(
+        &mut self,
+        gpu: &Gpu,
+        [width, height]: [u32; 2],
+        old: Option<TextureId>,
+    ) -> (wgpu::Texture, TextureId) {
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -138,8 +156,8 @@ impl Canvas {
         true
     }
 
-    /// A window that was closed from outside loses its surface too. The news of that comes soon, so the first loss only waits for it; a new
-    /// surface that is lost at once says the same.
+    /// A window that was closed from outside loses its surface too. The news of that comes soon, so the first
+    /// loss only waits for it; a new surface that is lost at once says the same.
     fn recreate(&mut self, gpu: &Gpu) -> Painted {
         self.losses += 1;
         match self.losses {
@@ -158,10 +176,14 @@ impl Canvas {
     }
 
     fn present(&mut self, gpu: &Gpu, frame: SurfaceTexture, drawing: &Drawing) {
-        let screen =
-            ScreenDescriptor { size_in_pixels: [self.config.width, self.config.height], pixels_per_point: drawing.pixels_per_point };
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        let extra = self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &drawing.primitives, &screen);
+        let screen = ScreenDescriptor {
+            size_in_pixels: [self.config.width, self.config.height],
+            pixels_per_point: drawing.pixels_per_point,
+        };
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
+        let extra =
+            self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &drawing.primitives, &screen);
         let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let mut pass = encoder
             .begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -170,7 +192,10 @@ impl Canvas {
                     view: &view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                        store: wgpu::StoreOp::Store,
+                    },
                 })],
                 ..Default::default()
             })

@@ -26,7 +26,9 @@ impl Open {
     fn open_bundle(&mut self, folder: &Path) -> Note {
         let edits = self.live.shown().and_then(|shown| shown.editor.unsaved());
         if let Some(edits) = edits {
-            return Err(format!("edits of {edits} are in no state file; save the state (T) or reset all, then drop the bundle again"));
+            return Err(format!(
+                "edits of {edits} are in no state file; save the state (T) or reset all, then drop the bundle again"
+            ));
         }
         self.opening = Some(self.start(folder).map_err(|error| error.to_string())?);
         Ok(format!("opening {}", folder.display()))
@@ -51,7 +53,16 @@ impl Open {
 
     fn start(&self, folder: &Path) -> Result<Live> {
         let (state, limits) = (PlacedState::default(), Limits::default());
-        let request = Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits };
+        let request = Request {
+            folder,
+            method: None,
+            state,
+            animation: None,
+            environment: None,
+            meters: false,
+            size: None,
+            limits,
+        };
         let session = Session::start(request, || self.gpu.again())?;
         Live::start(session, Instant::now(), self.records, waking(&self.for_news))
     }
@@ -59,6 +70,10 @@ impl Open {
 
 /// The folder of the bundle that `path`, or a file next to its manifest, belongs to.
 fn bundle_of(path: &Path) -> Option<PathBuf> {
-    let folder = if path.is_dir() { path } else { path.parent().filter(|_| path.file_name().is_some_and(|name| name == FILE_NAME))? };
+    let folder = if path.is_dir() {
+        path
+    } else {
+        path.parent().filter(|_| path.file_name().is_some_and(|name| name == FILE_NAME))?
+    };
     (path.is_dir() || folder.join(FILE_NAME).is_file()).then(|| folder.to_owned())
 }

@@ -1,4 +1,5 @@
-//! The GPU that the program opens and waits for: choice of an adapter, the device and its failures, read-back.
+//! The GPU that the program opens and waits for: choice of an adapter, the device and its failures,
+//! read-back.
 
 mod adapter;
 mod readback;
@@ -25,23 +26,29 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the adapter whose name contains `adapter` in any case, or the one that promises most speed. `cpu` is the software adapter, which then draws
-    /// what methods compute on the CPU.
+    /// Opens the adapter whose name contains `adapter` in any case, or the one that promises most speed.
+    /// `cpu` is the software adapter, which then draws what methods compute on the CPU.
     ///
     /// # Errors
-    /// [`Error::Usage`] if several adapters match or none; [`Error::Failed`] if there is no adapter or it cannot be opened.
+    /// [`Error::Usage`] if several adapters match or none; [`Error::Failed`] if there is no adapter or it
+    /// cannot be opened.
     pub fn open(adapter: Option<&str>) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         Self::open_adapter(adapter::choose(&instance, None, adapter)?, adapter::is_cpu(adapter))
     }
 
     /// Like [`Gpu::open`], among the adapters that can show on `surface`.
-    pub fn open_for(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>, adapter: Option<&str>) -> Result<Self> {
+    pub fn open_for(
+        instance: &wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+        adapter: Option<&str>,
+    ) -> Result<Self> {
         Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, adapter::is_cpu(adapter))
     }
 
-    /// Another device on the same adapter: what is done on one waits for nothing on the other. It has an instance of its own, for Mesa's software
-    /// adapter draws one thing at a time for all devices of an instance.
+    /// Another device on the same adapter: what is done on one waits for nothing on the other. It has an
+    /// instance of its own, for Mesa's software adapter draws one thing at a time for all devices of an
+    /// instance.
     pub fn again(&self) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let same = adapter::same_as(&instance, &self.adapter.get_info());
@@ -62,8 +69,12 @@ impl Gpu {
             required_limits: limits,
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::Failed(format!("cannot open GPU adapter {}: {e}; choose another with --adapter", info.name)))?;
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+            Error::Failed(format!(
+                "cannot open GPU adapter {}: {e}; choose another with --adapter",
+                info.name
+            ))
+        })?;
         let failure = Arc::new(Mutex::new(None));
         let first = failure.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -102,13 +113,17 @@ impl Gpu {
 
     /// Lets the device report what has been done, without waiting for more.
     pub fn poll(&self) -> Result<()> {
-        self.device.poll(wgpu::PollType::Poll).map_err(|e| Error::Failed(format!("GPU {}: {e}", self.info.name)))?;
+        self.device
+            .poll(wgpu::PollType::Poll)
+            .map_err(|e| Error::Failed(format!("GPU {}: {e}", self.info.name)))?;
         self.check()
     }
 
     /// Waits until everything submitted is done.
     pub fn wait(&self) -> Result<()> {
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Error::Failed(format!("GPU {}: {e}", self.info.name)))?;
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| Error::Failed(format!("GPU {}: {e}", self.info.name)))?;
         self.check()
     }
 }
@@ -126,7 +141,12 @@ mod tests {
         gpu.check().unwrap();
         let size = 1 << 60;
         let usage = wgpu::BufferUsages::STORAGE;
-        let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
+        let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage,
+            mapped_at_creation: false,
+        });
         assert_eq!(gpu.check().unwrap_err().exit_code(), 1);
     }
 }

@@ -25,10 +25,15 @@ impl Readback {
         Self { twins: sources.into_iter().map(twin).collect() }
     }
 
-    /// Copies `sources`, which must be those the twins were made for and hold four floats for every colour, and waits for them: the first three floats of
-    /// each, buffer by buffer.
-    pub fn radiance<'a>(&self, gpu: &Gpu, sources: impl IntoIterator<Item = &'a wgpu::Buffer>) -> Result<Vec<Rgb>> {
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
+    /// Copies `sources`, which must be those the twins were made for and hold four floats for every colour,
+    /// and waits for them: the first three floats of each, buffer by buffer.
+    pub fn radiance<'a>(
+        &self,
+        gpu: &Gpu,
+        sources: impl IntoIterator<Item = &'a wgpu::Buffer>,
+    ) -> Result<Vec<Rgb>> {
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read-back") });
         for (source, twin) in sources.into_iter().zip(&self.twins) {
             encoder.copy_buffer_to_buffer(source, 0, twin, 0, source.size());
         }
@@ -40,8 +45,9 @@ impl Readback {
         gpu.wait()?;
         let mut radiance = Vec::new();
         for twin in &self.twins {
-            let view =
-                twin.get_mapped_range(..).map_err(|e| Error::Failed(format!("GPU {}: cannot read results back: {e}", gpu.info.name)))?;
+            let view = twin.get_mapped_range(..).map_err(|e| {
+                Error::Failed(format!("GPU {}: cannot read results back: {e}", gpu.info.name))
+            })?;
             radiance.extend(view.as_chunks::<16>().0.iter().map(|pixel| {
                 let [r, g, b, _] = bytemuck::cast::<[u8; 16], [f32; 4]>(*pixel);
                 [r, g, b]
@@ -77,10 +83,18 @@ impl PictureReadback {
 
     /// Encodes the copy.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::Texture) {
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.row_bytes), rows_per_image: None };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(self.row_bytes),
+            rows_per_image: None,
+        };
         let [width, height] = self.size;
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        encoder.copy_texture_to_buffer(picture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &self.twin, layout }, extent);
+        encoder.copy_texture_to_buffer(
+            picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: &self.twin, layout },
+            extent,
+        );
     }
 
     /// Waits for the last copy: four bytes for every pixel, row by row.
@@ -88,12 +102,12 @@ impl PictureReadback {
         // The range that is asked for below tells whether this worked.
         self.twin.map_async(wgpu::MapMode::Read, .., |_| {});
         gpu.wait()?;
-        let view = self
-            .twin
-            .get_mapped_range(..)
-            .map_err(|e| Error::Failed(format!("GPU {}: cannot read the picture back: {e}", gpu.info.name)))?;
+        let view = self.twin.get_mapped_range(..).map_err(|e| {
+            Error::Failed(format!("GPU {}: cannot read the picture back: {e}", gpu.info.name))
+        })?;
         let row = 4 * self.size[0] as usize;
-        let pixels = view.chunks_exact(self.row_bytes as usize).flat_map(|padded| &padded[..row]).copied().collect();
+        let pixels =
+            view.chunks_exact(self.row_bytes as usize).flat_map(|padded| &padded[..row]).copied().collect();
         drop(view);
         self.twin.unmap();
         Ok(pixels)

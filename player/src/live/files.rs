@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 const MAX_TEXT_BYTES: u64 = 1 << 24;
 
 impl Live {
-    /// Takes a file for what its name and content say that it is: an environment map, which is added and lights the scene; a state, which is set as one edit;
-    /// an animation, which is played. Returns what to say.
+    /// Takes a file for what its name and content say that it is: an environment map, which is added and
+    /// lights the scene; a state, which is set as one edit; an animation, which is played. Returns what to
+    /// say.
     ///
     /// # Errors
     /// What is wrong with it, in a line. Then nothing has changed.
@@ -46,9 +47,12 @@ impl Live {
 /// Returns what to say, and the file of the map that a state names.
 fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf>), FormatError> {
     let (place, shown) = (Place::file(path), path.display());
-    let text = String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "drop a smaller file")?).into_owned();
+    let text =
+        String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "drop a smaller file")?).into_owned();
     // What is wrong with it is for the reader of one or the other to say.
-    let is_animation = text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("key") || table.contains_key("duration_s"));
+    let is_animation = text
+        .parse::<toml::Table>()
+        .is_ok_and(|table| table.contains_key("key") || table.contains_key("duration_s"));
     if is_animation {
         let animation = Animation::read_file(path)?;
         let said = format!("playing {shown}");
@@ -56,7 +60,11 @@ fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf
         return Ok((said, None));
     }
     let mut state = State::read_file(path)?;
-    let map = state.environment.as_ref().and_then(|light| light.map.clone()).filter(|map| !editor.scope().maps.contains(map));
+    let map = state
+        .environment
+        .as_ref()
+        .and_then(|light| light.map.clone())
+        .filter(|map| !editor.scope().maps.contains(map));
     let file = match map {
         Some(map) => beside(&map, &place)?.map(|found| PathBuf::from(found.name)),
         None => None,

@@ -1,5 +1,6 @@
-//! A bundle on show: what the user sets of it, here, and its picture, which a thread of its own draws. What the user does never waits for a frame: looks go
-//! there as orders, of which the last counts, and pictures come back as news. Knows nothing of windows.
+//! A bundle on show: what the user sets of it, here, and its picture, which a thread of its own draws. What
+//! the user does never waits for a frame: looks go there as orders, of which the last counts, and pictures
+//! come back as news. Knows nothing of windows.
 
 mod files;
 mod worker;
@@ -60,11 +61,17 @@ impl Shown {
 }
 
 impl Live {
-    /// Shows `session`, which began at `started`; calls `wake` whenever there is news. With `record`, the cost of every frame is kept for [`Live::end`].
+    /// Shows `session`, which began at `started`; calls `wake` whenever there is news. With `record`, the
+    /// cost of every frame is kept for [`Live::end`].
     ///
     /// # Errors
     /// If there can be no thread.
-    pub fn start(session: Session, started: Instant, record: bool, wake: impl Fn() + Send + 'static) -> Result<Self> {
+    pub fn start(
+        session: Session,
+        started: Instant,
+        record: bool,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self> {
         let picture = Picture::new(session, started, record);
         let facts = picture.facts();
         let ((orders, received), (sender, news)) = (channel(), channel());
@@ -87,11 +94,15 @@ impl Live {
             any = true;
             match (item, &mut self.shown) {
                 (News::Facts(facts), _) => self.facts = *facts,
-                (News::Saved(saved), _) => self.note = Some(saved.map(|path| format!("saved {}", path.display()))),
+                (News::Saved(saved), _) => {
+                    self.note = Some(saved.map(|path| format!("saved {}", path.display())))
+                }
                 (News::Ready(ready), _) => {
                     let ordered = ready.editor.look();
-                    let (editor, picker, surfaces, size) = (ready.editor, ready.picker, ready.surfaces, ready.size);
-                    self.shown = Some(Shown { editor, picker, surfaces, size, pixels: None, ordered, metering: None });
+                    let (editor, picker, surfaces, size) =
+                        (ready.editor, ready.picker, ready.surfaces, ready.size);
+                    self.shown =
+                        Some(Shown { editor, picker, surfaces, size, pixels: None, ordered, metering: None });
                 }
                 (News::Ended(reason), _) => self.facts.loading = Loading::Stopped(reason),
                 (News::Drawn { pixels, moved }, Some(shown)) => {
@@ -109,7 +120,8 @@ impl Live {
         any
     }
 
-    /// Whether bundle or GPU have failed before there was anything to show: there is nothing to wait for. [`Live::end`] tells the reason.
+    /// Whether bundle or GPU have failed before there was anything to show: there is nothing to wait for.
+    /// [`Live::end`] tells the reason.
     pub fn is_hopeless(&self) -> bool {
         self.shown.is_none() && matches!(self.facts.loading, Loading::Stopped(_))
     }
@@ -133,7 +145,8 @@ impl Live {
         self.orders.as_ref().is_some_and(|orders| orders.send(order).is_ok())
     }
 
-    /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings are written at once.
+    /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings
+    /// are written at once.
     ///
     /// # Errors
     /// If the settings cannot be written, or there are none yet.
@@ -146,13 +159,16 @@ impl Live {
         };
         match self.send(Order::Save(file, folder.to_owned())) {
             true => Ok(None),
-            false => Err(Error::Failed("nothing is drawn any more, so no picture can be saved; the state can (T)".to_owned())),
+            false => Err(Error::Failed(
+                "nothing is drawn any more, so no picture can be saved; the state can (T)".to_owned(),
+            )),
         }
     }
 
     fn save_state(&mut self, folder: &Path) -> Result<PathBuf> {
         let Some(Shown { editor, .. }) = &mut self.shown else { return Err(nothing_yet()) };
-        let text = toml::to_string(&editor.state()).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
+        let text = toml::to_string(&editor.state())
+            .map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
         let path = write_numbered(folder, &editor.scene().name, Save::State.extension(), text.as_bytes())?;
         editor.mark_saved();
         Ok(path)
@@ -173,8 +189,9 @@ impl Live {
         &self.facts
     }
 
-    /// Ends, when everything that was ordered is done. Returns what `--stats` writes, if frames were recorded, and the error that drawing or loading ended
-    /// with or, if neither, that a picture could not be saved.
+    /// Ends, when everything that was ordered is done. Returns what `--stats` writes, if frames were
+    /// recorded, and the error that drawing or loading ended with or, if neither, that a picture could not be
+    /// saved.
     pub fn end(mut self) -> Outcome {
         self.orders = None;
         let failed = || Outcome { statistics: None, ended: Err(Error::Failed(worker::FAILED.to_owned())) };

@@ -21,7 +21,16 @@ struct Desk {
 impl Desk {
     fn start(folder: &Path, meters: bool) -> Self {
         let (state, limits) = (PlacedState::default(), Limits::default());
-        let request = Request { folder, method: None, state, animation: None, environment: None, meters, size: None, limits };
+        let request = Request {
+            folder,
+            method: None,
+            state,
+            animation: None,
+            environment: None,
+            meters,
+            size: None,
+            limits,
+        };
         let (wake, woken) = channel();
         let session = Session::start(request, || Gpu::open(None)).unwrap();
         let live = Live::start(session, Instant::now(), true, move || {
@@ -60,11 +69,15 @@ fn what_is_set_is_shown() {
     }
     let bundle = Bundle::write(true);
     let mut desk = Desk::start(bundle.folder(), false);
-    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some()));
+    desk.until(|live| {
+        live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some())
+    });
     let first = desk.live.shown().unwrap().take_pixels().unwrap();
     desk.editor().set_exposure(-20.0);
     let dark = desk.picture();
-    assert!(first.len() == dark.len() && first != dark && dark.chunks(4).all(|pixel| pixel[..3] == [0, 0, 0]));
+    assert!(
+        first.len() == dark.len() && first != dark && dark.chunks(4).all(|pixel| pixel[..3] == [0, 0, 0])
+    );
     desk.editor().reset_exposure();
     assert!(desk.picture() == first);
     // Of many looks at once, the last counts.
@@ -79,7 +92,10 @@ fn what_is_set_is_shown() {
     desk.until(|live| live.note.is_some());
     let png = folder.path().join("synthetic-0001.png");
     assert_eq!(desk.live.take_note(), Some(Ok(format!("saved {}", png.display()))));
-    assert!(image::open(png).unwrap().to_rgb8().iter().all(|value| *value == 0), "a picture shows what was set before it was asked for");
+    assert!(
+        image::open(png).unwrap().to_rgb8().iter().all(|value| *value == 0),
+        "a picture shows what was set before it was asked for"
+    );
     let state = desk.live.save(Save::State, folder.path()).unwrap().unwrap();
     assert_eq!(std::fs::read_to_string(state).unwrap(), "[camera]\nexposure_ev = -20.0\n");
     assert_eq!(desk.editor().unsaved(), None);
@@ -113,7 +129,8 @@ fn a_map_of_ones_own_lights_the_scene() {
     desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("dusk.exr");
-    let write = |red: f32| std::fs::write(&path, encode_exr([32, 16], &[[red, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
+    let write =
+        |red: f32| std::fs::write(&path, encode_exr([32, 16], &[[red, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
     write(0.25);
     desk.live.take_file(&path).unwrap();
     desk.until(|live| live.note.is_some());
@@ -123,7 +140,10 @@ fn a_map_of_ones_own_lights_the_scene() {
     desk.editor().commit();
     assert_eq!(desk.editor().undoes(), Some("the map"));
     let state = desk.live.save(Save::State, folder.path()).unwrap().unwrap();
-    assert_eq!(std::fs::read_to_string(state).unwrap(), format!("[environment]\nmap = {:?}\n", path.to_str().unwrap()));
+    assert_eq!(
+        std::fs::read_to_string(state).unwrap(),
+        format!("[environment]\nmap = {:?}\n", path.to_str().unwrap())
+    );
     // Saved again by another program, and dropped again.
     write(4.0);
     desk.live.take_file(&path).unwrap();
@@ -158,10 +178,17 @@ fn states_and_animations_are_taken_from_files() {
     desk.editor().commit();
     assert_eq!(desk.editor().undo().as_deref(), Some("the exposure, the light's rotation"), "one edit");
     // A map that a state names lies beside it.
-    std::fs::write(folder.path().join("dusk.exr"), encode_exr([32, 16], &[[0.25, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
+    std::fs::write(
+        folder.path().join("dusk.exr"),
+        encode_exr([32, 16], &[[0.25, 0.5, 1.0]; 32 * 16]).unwrap(),
+    )
+    .unwrap();
     desk.live.take_file(&file("lit.toml", "camera.exposure_ev = 3\nenvironment.map = 'dusk.exr'\n")).unwrap();
     desk.until(|live| live.note.is_some());
-    assert!(desk.editor().look().environment.unwrap().map.ends_with("dusk.exr") && desk.editor().look().camera.exposure_ev == 3.0);
+    assert!(
+        desk.editor().look().environment.unwrap().map.ends_with("dusk.exr")
+            && desk.editor().look().camera.exposure_ev == 3.0
+    );
     let turn = file(
         "turn.toml",
         "duration_s = 2\nloop = true\n[[key]]\nt_s = 0\nenvironment.rotation_deg = 0\n[[key]]\nt_s = 1\nenvironment.rotation_deg = 90\n",

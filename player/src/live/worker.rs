@@ -12,7 +12,8 @@ use std::time::{Duration, Instant};
 
 /// How often to look whether anything has arrived.
 const POLL_PAUSE: Duration = Duration::from_millis(10);
-/// While loading, least time from one telling of how it stands to the next: most of the time belongs to loading.
+/// While loading, least time from one telling of how it stands to the next: most of the time belongs to
+/// loading.
 const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
 
 /// What the thread is to do.
@@ -114,7 +115,8 @@ impl<T: Fn(News)> Worker<T> {
         }
     }
 
-    /// Waits for the next order; for a while only where more may arrive. `None` if nobody gives orders any more.
+    /// Waits for the next order; for a while only where more may arrive. `None` if nobody gives orders any
+    /// more.
     fn next(&self, orders: &Receiver<Order>, arrived: bool) -> Option<Option<Order>> {
         if !self.picture.is_loading() {
             return orders.recv().ok().map(Some);

@@ -31,11 +31,13 @@ impl ContactSheet {
         Self { frames, tiles: Vec::new() }
     }
 
-    /// Whether frame `index` belongs on the sheet: at most 12 frames, evenly spaced, the first and the last among them.
+    /// Whether frame `index` belongs on the sheet: at most 12 frames, evenly spaced, the first and the last
+    /// among them.
     pub fn wants(&self, index: usize) -> bool {
         let tiles = self.frames.min(MAX_TILES);
         let last = self.frames.saturating_sub(1);
-        (0..tiles).any(|tile| index == (tile * last + tiles.saturating_sub(1) / 2) / tiles.saturating_sub(1).max(1))
+        (0..tiles)
+            .any(|tile| index == (tile * last + tiles.saturating_sub(1) / 2) / tiles.saturating_sub(1).max(1))
     }
 
     /// Adds the next frame: linear values in 0..=1, row by row.
@@ -64,7 +66,8 @@ impl ContactSheet {
     }
 }
 
-/// Averages blocks of pixels, in linear light, until the longer side fits; rows and columns left over are dropped.
+/// Averages blocks of pixels, in linear light, until the longer side fits; rows and columns left over are
+/// dropped.
 fn reduce(size: [u32; 2], linear: &[Rgb]) -> Tile {
     let factor = size[0].max(size[1]).div_ceil(MAX_TILE_SIDE) as usize;
     let source_width = size[0] as usize;
@@ -72,7 +75,8 @@ fn reduce(size: [u32; 2], linear: &[Rgb]) -> Tile {
     let mean = |x: usize, y: usize| {
         let rows = linear.chunks(source_width).skip(y * factor).take(factor);
         let block = rows.flat_map(|row| row.iter().skip(x * factor).take(factor));
-        let (sum, count) = block.fold(([0.0; 3], 0.0), |(s, n), p: &Rgb| ([s[0] + p[0], s[1] + p[1], s[2] + p[2]], n + 1.0));
+        let (sum, count) =
+            block.fold(([0.0; 3], 0.0), |(s, n), p: &Rgb| ([s[0] + p[0], s[1] + p[1], s[2] + p[2]], n + 1.0));
         sum.map(|v: f32| v / f32::max(count, 1.0))
     };
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
@@ -110,16 +114,26 @@ mod tests {
         let image = image::load_from_memory(&sheet.encode().unwrap()).unwrap().to_rgb8();
         assert_eq!(image.dimensions(), (2 * (2 + 4) + 4, 2 * (1 + 4) + 4));
         let gap = image.get_pixel(0, 0).0;
-        assert_eq!([image.get_pixel(4, 4).0[0], image.get_pixel(11, 4).0[0], image.get_pixel(5, 9).0[0]], [0, 188, 255]);
-        assert_eq!([image.get_pixel(6, 4).0, image.get_pixel(10, 9).0], [gap, gap], "between tiles, and where the fourth would be");
+        assert_eq!(
+            [image.get_pixel(4, 4).0[0], image.get_pixel(11, 4).0[0], image.get_pixel(5, 9).0[0]],
+            [0, 188, 255]
+        );
+        assert_eq!(
+            [image.get_pixel(6, 4).0, image.get_pixel(10, 9).0],
+            [gap, gap],
+            "between tiles, and where the fourth would be"
+        );
     }
 
     #[test]
     fn large_frames_are_averaged() {
         let (width, height) = (1030, 6);
-        let linear: Vec<Rgb> = (0..width * height).map(|i| [(i % 3) as f32, (i / width % 3) as f32, 1.0]).collect();
+        let linear: Vec<Rgb> =
+            (0..width * height).map(|i| [(i % 3) as f32, (i / width % 3) as f32, 1.0]).collect();
         let tile = reduce([width as u32, height as u32], &linear);
         assert_eq!((tile.width, tile.height), (343, 2));
-        assert!(tile.pixels.iter().all(|p| (p[0] - 1.0).abs() < 1e-6 && (p[1] - 1.0).abs() < 1e-6 && p[2] == 1.0));
+        assert!(
+            tile.pixels.iter().all(|p| (p[0] - 1.0).abs() < 1e-6 && (p[1] - 1.0).abs() < 1e-6 && p[2] == 1.0)
+        );
     }
 }

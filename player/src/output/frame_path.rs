@@ -73,8 +73,19 @@ mod tests {
 
     #[test]
     fn other_patterns_are_refused() {
-        for pattern in ["", "%d-%d.png", "%s.png", "%4d.png", "100%.png", "%0d.png", "%099d.png", "%%d.png", "%04d%%.png", "%-4d", "%0+4d"]
-        {
+        for pattern in [
+            "",
+            "%d-%d.png",
+            "%s.png",
+            "%4d.png",
+            "100%.png",
+            "%0d.png",
+            "%099d.png",
+            "%%d.png",
+            "%04d%%.png",
+            "%-4d",
+            "%0+4d",
+        ] {
             assert!(pattern.parse::<FramePath>().is_err(), "{pattern}");
         }
     }

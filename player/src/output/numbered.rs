@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// Most files of one name; looking for a free number must end some time.
 const MOST: u32 = 9999;
 
-/// Writes `bytes` to `<folder>/<name>-0001.<extension>`, or under the first higher number that is free. Returns the path.
+/// Writes `bytes` to `<folder>/<name>-0001.<extension>`, or under the first higher number that is free.
+/// Returns the path.
 ///
 /// Characters of `name` that mean something to file systems or shells become `_`.
 pub fn write_numbered(folder: &Path, name: &str, extension: &str, bytes: &[u8]) -> Result<PathBuf> {
@@ -37,7 +38,11 @@ fn fill(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 fn plain(name: &str) -> String {
-    let kept: String = name.chars().take(100).map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect();
+    let kept: String = name
+        .chars()
+        .take(100)
+        .map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' })
+        .collect();
     if kept.is_empty() || kept.starts_with('.') { format!("scene{kept}") } else { kept }
 }
 
@@ -56,7 +61,9 @@ mod tests {
             assert_eq!(write_numbered(folder.path(), "s", "png", b"new").unwrap(), at(name));
         }
         assert_eq!(write_numbered(folder.path(), "s", "exr", b"new").unwrap(), at("s-0001.exr"));
-        for (name, expected) in [("s-0001.png", "old"), ("s-0003.png", "old"), ("s-0004.png", "new"), ("s-0001.exr", "new")] {
+        for (name, expected) in
+            [("s-0001.png", "old"), ("s-0003.png", "old"), ("s-0004.png", "new"), ("s-0001.exr", "new")]
+        {
             assert_eq!(std::fs::read_to_string(at(name)).unwrap(), expected);
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 6, "and nothing else is left behind");
@@ -64,8 +71,12 @@ mod tests {
 
     #[test]
     fn names_stay_in_the_folder() {
-        for (name, expected) in [("../../etc/x", "scene.._.._etc_x"), ("", "scene"), ("a b\0ü", "a_b__"), ("cornell-knot", "cornell-knot")]
-        {
+        for (name, expected) in [
+            ("../../etc/x", "scene.._.._etc_x"),
+            ("", "scene"),
+            ("a b\0ü", "a_b__"),
+            ("cornell-knot", "cornell-knot"),
+        ] {
             assert_eq!(plain(name), expected);
         }
     }

@@ -20,7 +20,16 @@ struct Shown {
 impl Shown {
     fn start(folder: &Path, limits: Limits) -> Self {
         let state = PlacedState::default();
-        let request = Request { folder, method: None, state, animation: None, environment: None, meters: false, size: None, limits };
+        let request = Request {
+            folder,
+            method: None,
+            state,
+            animation: None,
+            environment: None,
+            meters: false,
+            size: None,
+            limits,
+        };
         let session = Session::start(request, || Gpu::open(None)).unwrap();
         Self { picture: Picture::new(session, Instant::now(), true), editor: None, size: [0, 0] }
     }
@@ -72,7 +81,10 @@ fn no_more_is_drawn_than_has_changed() {
     }
     let bundle = Bundle::write(true);
     let mut shown = Shown::start(bundle.folder(), Limits::default());
-    assert!(shown.picture.ready().is_none() && shown.picture.pixels().unwrap().is_empty(), "nothing is there yet");
+    assert!(
+        shown.picture.ready().is_none() && shown.picture.pixels().unwrap().is_empty(),
+        "nothing is there yet"
+    );
     shown.take_in();
     assert!(shown.draws_once());
     shown.editor().set_exposure(2.0);
@@ -99,7 +111,10 @@ fn pixels_are_those_of_the_file() {
     let png = image::open(shown.picture.save(PictureFile::Png, folder.path()).unwrap()).unwrap().to_rgba8();
     assert_eq!([png.width(), png.height()], shown.size);
     let pixels = shown.picture.pixels().unwrap();
-    assert!(pixels.len() == png.as_raw().len() && pixels.iter().zip(png.as_raw()).all(|(a, b)| a.abs_diff(*b) <= 1));
+    assert!(
+        pixels.len() == png.as_raw().len()
+            && pixels.iter().zip(png.as_raw()).all(|(a, b)| a.abs_diff(*b) <= 1)
+    );
     assert_eq!(shown.picture.pixels().unwrap(), pixels, "as often as is wanted");
 }
 
@@ -150,7 +165,8 @@ fn what_came_before_a_failure_stays() {
     assert!(matches!(&facts.loading, Loading::Failed(reason) if reason.contains("checksum")), "{facts:?}");
     assert_eq!(facts.pieces, facts.pieces_expected - 1);
     let folder = tempfile::tempdir().unwrap();
-    let saved = [PictureFile::Png, PictureFile::Exr].map(|what| shown.picture.save(what, folder.path()).unwrap());
+    let saved =
+        [PictureFile::Png, PictureFile::Exr].map(|what| shown.picture.save(what, folder.path()).unwrap());
     assert!(saved.iter().all(|path| path.exists()) && saved[0].ends_with("synthetic-0001.png"));
     assert_eq!(shown.picture.finish().unwrap_err().exit_code(), 2);
 }
@@ -170,7 +186,10 @@ fn light_and_view_are_drawn_when_they_change() {
     shown.editor().set_exposure(1.0);
     assert!(shown.draws_once());
     let facts = shown.picture.facts();
-    assert_eq!((facts.what, facts.pieces, facts.pieces_expected, facts.size), ("blocks", 5, 5, Some(sparse::SIZE)));
+    assert_eq!(
+        (facts.what, facts.pieces, facts.pieces_expected, facts.size),
+        ("blocks", 5, 5, Some(sparse::SIZE))
+    );
     assert_eq!(shown.end()["frames"], 3, "exposure needs no new frame");
 }
 
@@ -180,7 +199,10 @@ fn a_prefix_is_no_failure() {
         return;
     }
     let bundle = Bundle::write(true);
-    let mut shown = Shown::start(bundle.folder(), Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() });
+    let mut shown = Shown::start(
+        bundle.folder(),
+        Limits { bytes: Some(bundle.playlist_bytes() - 1), ..Limits::default() },
+    );
     shown.take_in();
     assert!(shown.draws_once());
     assert_eq!(shown.picture.facts().loading, Loading::Prefix);
@@ -196,7 +218,9 @@ fn what_a_frame_took_is_told_when_it_is_done() {
     let mut shown = Shown::load(bundle.folder());
     assert!(shown.draws_once() && shown.picture.facts().cpu_ms.is_none(), "drawing waits for nothing");
     for turn in 1..5 {
-        shown.editor().edit_light(&EnvironmentState { rotation_deg: Some(turn as f32), ..Default::default() });
+        shown
+            .editor()
+            .edit_light(&EnvironmentState { rotation_deg: Some(turn as f32), ..Default::default() });
         assert!(shown.draws_once());
     }
     shown.picture.pixels().unwrap();
@@ -204,5 +228,8 @@ fn what_a_frame_took_is_told_when_it_is_done() {
     assert!(shown.picture.facts().cpu_ms.is_some());
     let statistics = shown.end();
     assert_eq!(statistics["frames"], 5);
-    assert!(statistics["time_to_full_quality_s"].as_f64().unwrap() >= statistics["time_to_first_image_s"].as_f64().unwrap());
+    assert!(
+        statistics["time_to_full_quality_s"].as_f64().unwrap()
+            >= statistics["time_to_first_image_s"].as_f64().unwrap()
+    );
 }

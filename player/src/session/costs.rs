@@ -55,15 +55,23 @@ impl Costs {
     /// Frame number `frame`, on which the CPU worked since `started`, has been submitted just now.
     pub(super) fn submitted(&mut self, frame: u64, started: Instant) {
         let at = Instant::now();
-        self.submitted.push_back(Submitted { frame, at, cpu_ms: at.duration_since(started).as_secs_f64() * 1e3 });
+        self.submitted.push_back(Submitted {
+            frame,
+            at,
+            cpu_ms: at.duration_since(started).as_secs_f64() * 1e3,
+        });
     }
 
-    /// The costs of frames that are done, in their order, given what the GPU told of frames since the last call.
+    /// The costs of frames that are done, in their order, given what the GPU told of frames since the last
+    /// call.
     pub(super) fn take(&mut self, times: Vec<PassTimes>) -> Vec<Cost> {
         let mut times = times.into_iter().peekable();
         let mut costs = Vec::new();
         while let Ok((frame, at)) = self.done.try_recv() {
-            let Some(submitted) = self.submitted.pop_front().filter(|submitted| submitted.frame == frame) else { continue };
+            let Some(submitted) = self.submitted.pop_front().filter(|submitted| submitted.frame == frame)
+            else {
+                continue;
+            };
             while times.peek().is_some_and(|times| times.frame < frame) {
                 times.next();
             }
@@ -107,7 +115,8 @@ mod tests {
         assert_eq!((found.len(), found[0].gpu_ms, costs.submitted.len()), (1, Some(10.0), 3));
         // Frame 2 was not timed.
         [1, 2, 3].into_iter().for_each(|frame| is_done(&costs, frame));
-        let found: Vec<_> = costs.take(vec![times(1), times(3)]).into_iter().map(|cost| (cost.frame, cost.gpu_ms)).collect();
+        let found: Vec<_> =
+            costs.take(vec![times(1), times(3)]).into_iter().map(|cost| (cost.frame, cost.gpu_ms)).collect();
         assert_eq!((found, costs.submitted.len()), (vec![(1, Some(11.0)), (2, None), (3, Some(13.0))], 0));
     }
 

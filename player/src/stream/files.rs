@@ -8,7 +8,8 @@ use relume_formats::{Error as FormatError, open_regular};
 use relume_playback::{Item, Playlist};
 use std::fs::File;
 
-/// Length of the shortest prefix that shows anything: every small file, and the main one up to its first piece.
+/// Length of the shortest prefix that shows anything: every small file, and the main one up to its first
+/// piece.
 pub(super) fn least_bytes(playlist: &Playlist) -> Result<u64> {
     let (mut start, mut needed) = (0, 0);
     for item in &playlist.items {
@@ -33,7 +34,10 @@ pub(super) fn open_item<'a>(item: &Item, pace: &'a mut Pace) -> relume_formats::
     let file = open_regular(&place.file)?;
     let length = file.metadata().map_err(|e| FormatError::io(place, e))?.len();
     if length != item.bytes {
-        let reason = format!("has {length} bytes where {FILE_NAME} says {}; it is cut short or of another bake, bake it again", item.bytes);
+        let reason = format!(
+            "has {length} bytes where {FILE_NAME} says {}; it is cut short or of another bake, bake it again",
+            item.bytes
+        );
         return Err(FormatError::invalid(place, reason));
     }
     Ok(Throttle::new(file, pace))

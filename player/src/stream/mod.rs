@@ -104,7 +104,8 @@ impl Reader {
         let _ = self.sender.send(end);
     }
 
-    /// Reads until the end, a section at a time: no byte that does not belong to a whole one within the budget.
+    /// Reads until the end, a section at a time: no byte that does not belong to a whole one within the
+    /// budget.
     fn read(&mut self, playlist: &Playlist, incoming: &mut Incoming) -> relume_playback::Result<Event> {
         let mut read = 0;
         for item in &playlist.items {
@@ -139,7 +140,9 @@ impl Reader {
 /// The error that a file, which was as long as it should be, could not be read to its end.
 fn unreadable(item: &Item, error: std::io::Error) -> FormatError {
     match error.kind() {
-        std::io::ErrorKind::UnexpectedEof => FormatError::invalid(&item.place, "the file ends early; it is cut short, bake it again"),
+        std::io::ErrorKind::UnexpectedEof => {
+            FormatError::invalid(&item.place, "the file ends early; it is cut short, bake it again")
+        }
         _ => FormatError::io(&item.place, error),
     }
 }
@@ -175,7 +178,11 @@ mod tests {
         let bundle = Bundle::write(true);
         let (names, complete, bytes) = play(&bundle, Limits::default()).unwrap();
         let at = |name: &str| names.iter().position(|n| n == name).unwrap();
-        assert!(at("positions") < at("animation") && at("animation") < at("lobes") && at("lobes") < at("fragments/pixel"));
+        assert!(
+            at("positions") < at("animation")
+                && at("animation") < at("lobes")
+                && at("lobes") < at("fragments/pixel")
+        );
         assert!(complete && at("scales") + 1 == at(&format!("image/{:04}", bundle.images.images[0].slot)));
         assert_eq!(bytes, bundle.playlist_bytes());
     }
@@ -185,7 +192,8 @@ mod tests {
         let bundle = Bundle::write(true);
         let all = bundle.playlist_bytes();
         let (every, ..) = play(&bundle, Limits { bytes: Some(all), ..Limits::default() }).unwrap();
-        let (names, complete, bytes) = play(&bundle, Limits { bytes: Some(all - 1), ..Limits::default() }).unwrap();
+        let (names, complete, bytes) =
+            play(&bundle, Limits { bytes: Some(all - 1), ..Limits::default() }).unwrap();
         assert!(!complete && bytes < all && names == every[..every.len() - 1]);
     }
 
@@ -195,8 +203,12 @@ mod tests {
         let message = play(&bundle, Limits { bytes: Some(10), ..Limits::default() }).unwrap_err().to_string();
         let needed: u64 = message.rsplit(' ').next().unwrap().parse().unwrap();
         assert!(play(&bundle, Limits { bytes: Some(needed - 1), ..Limits::default() }).is_err());
-        let (names, complete, bytes) = play(&bundle, Limits { bytes: Some(needed), ..Limits::default() }).unwrap();
-        assert_eq!((names.iter().filter(|n| n.starts_with("image/")).count(), complete, bytes), (1, false, needed));
+        let (names, complete, bytes) =
+            play(&bundle, Limits { bytes: Some(needed), ..Limits::default() }).unwrap();
+        assert_eq!(
+            (names.iter().filter(|n| n.starts_with("image/")).count(), complete, bytes),
+            (1, false, needed)
+        );
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Materials on the clipboard, as the lines that a state file has for them: they can be pasted on another material, into a state file, or into a letter.
+//! Materials on the clipboard, as the lines that a state file has for them: they can be pasted on another
+//! material, into a state file, or into a letter.
 
 use super::editor::Editor;
 use relume_formats::Place;
@@ -12,18 +13,21 @@ pub fn copied(editor: &Editor) -> Option<String> {
     toml::to_string(&State { materials: [(material.name.clone(), leaves)].into(), ..State::default() }).ok()
 }
 
-/// Sets what `text` says: one material on the selected one, whatever the two are called; anything else as the state that it is. Returns what was set.
+/// Sets what `text` says: one material on the selected one, whatever the two are called; anything else as the
+/// state that it is. Returns what was set.
 ///
 /// # Errors
 /// What is wrong with it, in a line. Then nothing has changed.
 pub fn paste(text: &str, editor: &mut Editor) -> Result<String, String> {
     let place = Place::file("clipboard");
-    let state: State =
-        parse_toml(text, &place).map_err(|_| "the clipboard holds no material and no state; Ctrl+C copies a material".to_owned())?;
+    let state: State = parse_toml(text, &place)
+        .map_err(|_| "the clipboard holds no material and no state; Ctrl+C copies a material".to_owned())?;
     if state == State::default() {
         return Err("the clipboard is empty; Ctrl+C copies a material".to_owned());
     }
-    let only = Some(&state.materials).filter(|materials| materials.len() == 1).and_then(|materials| materials.first_key_value());
+    let only = Some(&state.materials)
+        .filter(|materials| materials.len() == 1)
+        .and_then(|materials| materials.first_key_value());
     let rest = State { materials: Default::default(), ..state.clone() };
     match (only, editor.selected().cloned()) {
         (Some((name, leaves)), Some(selected)) if rest == State::default() => {

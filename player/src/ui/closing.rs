@@ -16,7 +16,9 @@ pub fn ask(ctx: &Context, unsaved: &str, asking: &mut bool, wishes: &mut Wishes)
         ui.set_width(380.0);
         ui.heading(QUESTION);
         ui.add_space(6.0);
-        ui.label(format!("Edits of {unsaved} are in no state file. A state plays them again: player BUNDLE --state FILE"));
+        ui.label(format!(
+            "Edits of {unsaved} are in no state file. A state plays them again: player BUNDLE --state FILE"
+        ));
         ui.add_space(10.0);
         ui.horizontal(|ui| {
             let save = ui.add(Button::new(RichText::new("Save state and close").color(ACCENT))).clicked();

@@ -26,7 +26,9 @@ fn curve(ui: &mut Ui, editor: &mut Editor) {
         for tonemap in Tonemap::ALL {
             let (label, hint) = match tonemap {
                 Tonemap::Clamp => ("clamp", "nothing but what is brighter than the display is cut off"),
-                Tonemap::Neutral => ("neutral", "Khronos PBR Neutral: base colours as they are, highlights lead to white"),
+                Tonemap::Neutral => {
+                    ("neutral", "Khronos PBR Neutral: base colours as they are, highlights lead to white")
+                }
                 Tonemap::Agx => ("AgX", "film-like: soft contrast, much room for highlights"),
             };
             ui.selectable_value(&mut chosen, tonemap, label).on_hover_text(hint);
@@ -41,13 +43,20 @@ fn exposure(ui: &mut Ui, editor: &mut Editor) {
     ui.horizontal(|ui| {
         let mut ev = editor.look().camera.exposure_ev;
         let range = editor.exposure_range();
-        let slider = Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
-        let response = ui.add(slider).on_hover_text("the curve is given 2^EV times the radiance; EXR files are not exposed");
+        let slider =
+            Slider::new(&mut ev, range).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" EV");
+        let response = ui
+            .add(slider)
+            .on_hover_text("the curve is given 2^EV times the radiance; EXR files are not exposed");
         if response.changed() {
             editor.set_exposure(ev);
         }
         response.accessible_name("exposure");
-        if ui.button("Auto").on_hover_text("brings the geometric mean of the picture's luminance to 0.18").clicked() {
+        if ui
+            .button("Auto")
+            .on_hover_text("brings the geometric mean of the picture's luminance to 0.18")
+            .clicked()
+        {
             editor.meter(Metering::Now);
         }
     });

@@ -1,8 +1,10 @@
-//! What the user has set: the selected material, edits, the animation and its time. Knows nothing of windows or the GPU.
+//! What the user has set: the selected material, edits, the animation and its time. Knows nothing of windows
+//! or the GPU.
 //!
-//! A look is made of three layers, the later over the earlier: the scene's defaults with the state the player was started with; edits; the
-//! animation, in the leaves that it drives. What is edited by hand while an animation drives it stays as edited until it is reset, whatever plays.
-//! [`HOLD_RULE`] says so to the user. Every edit is a change that goes through [`Look::apply`], and can be undone: [`history`].
+//! A look is made of three layers, the later over the earlier: the scene's defaults with the state the player
+//! was started with; edits; the animation, in the leaves that it drives. What is edited by hand while an
+//! animation drives it stays as edited until it is reset, whatever plays. [`HOLD_RULE`] says so to the user.
+//! Every edit is a change that goes through [`Look::apply`], and can be undone: [`history`].
 
 mod display;
 mod files;
@@ -19,15 +21,19 @@ use super::{legal, orbit};
 use history::History;
 use relume_formats::Place;
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredShape};
-use relume_formats::state::{Animation, Brdf, CameraState, EnvironmentState, MaterialState, Pose, ShapeState, State};
+use relume_formats::state::{
+    Animation, Brdf, CameraState, EnvironmentState, MaterialState, Pose, ShapeState, State,
+};
 use relume_playback::Surfaces;
 use relume_playback::{Controls, Look, Scope};
 use std::collections::BTreeSet;
 
 /// The rule for editing what an animation moves.
-pub const HOLD_RULE: &str = "Editing what the animation moves pauses it. The edit holds while it plays on, until you reset it.";
+pub const HOLD_RULE: &str =
+    "Editing what the animation moves pauses it. The edit holds while it plays on, until you reset it.";
 
-/// Puts `new` among `animations`, which are in the order of their names: whichever plays at the start, the list looks the same. Returns its index.
+/// Puts `new` among `animations`, which are in the order of their names: whichever plays at the start, the
+/// list looks the same. Returns its index.
 fn insert_by_name(animations: &mut Vec<Animation>, new: &Animation) -> usize {
     let index = animations.partition_point(|animation| animation.name < new.name);
     animations.insert(index, new.clone());
@@ -95,7 +101,8 @@ impl Editor {
 
     /// Selects the material `name`, if it may be edited; anything else selects nothing.
     pub fn select(&mut self, name: Option<&str>) {
-        self.selected = name.filter(|name| self.materials().any(|material| material.name == *name)).map(str::to_owned);
+        self.selected =
+            name.filter(|name| self.materials().any(|material| material.name == *name)).map(str::to_owned);
     }
 
     /// How everything looks now.
@@ -123,14 +130,16 @@ impl Editor {
         self.look().materials.get(&material.name).copied().unwrap_or(material.brdf)
     }
 
-    /// Sets the leaves that `change` names, as far as they may vary and as that is legal; what the animation moves of it is held, and the animation pauses.
+    /// Sets the leaves that `change` names, as far as they may vary and as that is legal; what the animation
+    /// moves of it is held, and the animation pauses.
     pub fn set(&mut self, change: &State) {
         let change = legal::within(&self.look(), &self.scope, change);
         Part::of(&change).for_each(|part| self.hold(part));
         apply(&mut self.base, &change, &self.scope);
     }
 
-    /// Brings the leaves that `change` names to its values, and gives `parts` to the animation if there is one.
+    /// Brings the leaves that `change` names to its values, and gives `parts` to the animation if there is
+    /// one.
     fn give_back(&mut self, change: &State, parts: &[Part]) {
         apply(&mut self.base, change, &self.scope);
         parts.iter().for_each(|part| {
@@ -147,7 +156,10 @@ impl Editor {
     pub fn reset(&mut self, name: &str) {
         let default = self.materials().find(|material| material.name == name).map(|material| material.brdf);
         if let Some(brdf) = default {
-            let change = State { materials: [(name.to_owned(), MaterialState::from(brdf))].into(), ..State::default() };
+            let change = State {
+                materials: [(name.to_owned(), MaterialState::from(brdf))].into(),
+                ..State::default()
+            };
             self.give_back(&change, &[Part::Material(name.to_owned())]);
         }
     }
@@ -176,7 +188,8 @@ impl Editor {
         }
     }
 
-    /// What was edited before the animation was chosen that now moves it: the animation covers these edits, and they come back when it goes.
+    /// What was edited before the animation was chosen that now moves it: the animation covers these edits,
+    /// and they come back when it goes.
     pub fn covered(&self) -> Vec<Part> {
         let edits = self.base.difference(&Look::default_of(self.scene()));
         Part::of(&edits).filter(|part| self.drives(part) && !self.held.contains(part)).collect()
@@ -231,7 +244,8 @@ impl Editor {
         self.scene().shapes.iter().filter(move |shape| varying.contains(&shape.object.as_str()))
     }
 
-    /// Sets the leaves of `change` on what the object `name` shows, as far as it may change and as that is legal.
+    /// Sets the leaves of `change` on what the object `name` shows, as far as it may change and as that is
+    /// legal.
     pub fn edit_shape(&mut self, name: &str, change: &ShapeState) {
         self.set(&State { shapes: [(name.to_owned(), change.clone())].into(), ..State::default() });
     }
@@ -257,7 +271,8 @@ impl Editor {
     }
 }
 
-/// Makes a change that is known to be legal: what it is made of was checked leaf by leaf, or is a look that there was.
+/// Makes a change that is known to be legal: what it is made of was checked leaf by leaf, or is a look that
+/// there was.
 fn apply(look: &mut Look, change: &State, scope: &Scope) {
     let applied = look.apply(change, scope, &Place::file("edit"));
     debug_assert!(applied.is_ok(), "{applied:?}");

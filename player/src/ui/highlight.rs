@@ -19,8 +19,15 @@ pub struct Highlight {
 }
 
 impl Highlight {
-    /// The texture to lay over the picture now: around what is `hovered`, or for a moment around what was `selected` last.
-    pub fn texture(&mut self, ctx: &Context, picker: &Picker, hovered: Option<&str>, selected: Option<&str>) -> Option<&TextureHandle> {
+    /// The texture to lay over the picture now: around what is `hovered`, or for a moment around what was
+    /// `selected` last.
+    pub fn texture(
+        &mut self,
+        ctx: &Context,
+        picker: &Picker,
+        hovered: Option<&str>,
+        selected: Option<&str>,
+    ) -> Option<&TextureHandle> {
         let now_s = ctx.input(|input| input.time);
         if self.selected.as_deref() != selected {
             self.selected = selected.map(str::to_owned);
@@ -32,7 +39,10 @@ impl Highlight {
         }
         let wanted = hovered.or(selected.filter(|_| flashes))?;
         if self.outlined.as_ref().is_none_or(|(name, _)| name != wanted) {
-            self.outlined = Some((wanted.to_owned(), ctx.load_texture("outline", outline(picker, wanted), TextureOptions::LINEAR)));
+            self.outlined = Some((
+                wanted.to_owned(),
+                ctx.load_texture("outline", outline(picker, wanted), TextureOptions::LINEAR),
+            ));
         }
         self.outlined.as_ref().map(|(_, texture)| texture)
     }
@@ -41,6 +51,7 @@ impl Highlight {
 fn outline(picker: &Picker, material: &str) -> ColorImage {
     let [width, height] = picker.size();
     let line = picker.outline(material, (width.max(height) / PIXELS_PER_LINE).max(1) as usize);
-    let pixels = line.into_iter().map(|on_line| if on_line { ACCENT } else { Color32::TRANSPARENT }).collect();
+    let pixels =
+        line.into_iter().map(|on_line| if on_line { ACCENT } else { Color32::TRANSPARENT }).collect();
     ColorImage::new([width as usize, height as usize], pixels)
 }

@@ -21,13 +21,15 @@ pub(super) fn panel(size: Vec2) -> Panel {
     panel.resizable(false)
 }
 
-/// The largest rectangle of the film's shape in the middle of `area`, its edges on whole pixels of the display.
+/// The largest rectangle of the film's shape in the middle of `area`, its edges on whole pixels of the
+/// display.
 pub(super) fn image_rect(area: Rect, [width, height]: [u32; 2], pixels_per_point: f32) -> Rect {
     let room = (area.size() - Vec2::splat(2.0 * MARGIN)).max(Vec2::splat(1.0));
     let film = Vec2::new(width.max(1) as f32, height.max(1) as f32);
     let scale = (room / film).min_elem();
     let on_pixel = |x: f32| (x * pixels_per_point).round() / pixels_per_point;
-    let size = Vec2::new(on_pixel(film.x * scale), on_pixel(film.y * scale)).max(Vec2::splat(1.0 / pixels_per_point));
+    let size = Vec2::new(on_pixel(film.x * scale), on_pixel(film.y * scale))
+        .max(Vec2::splat(1.0 / pixels_per_point));
     let corner = area.center() - 0.5 * size;
     Rect::from_min_size(Pos2::new(on_pixel(corner.x), on_pixel(corner.y)), size)
 }
@@ -56,7 +58,8 @@ mod tests {
             let room = area.shrink(MARGIN);
             if room.is_positive() {
                 assert!(room.expand(1.0 / scale).contains_rect(image), "{image} in {area}");
-                let touches = (image.width() - room.width()).abs() <= 1.0 / scale || (image.height() - room.height()).abs() <= 1.0 / scale;
+                let touches = (image.width() - room.width()).abs() <= 1.0 / scale
+                    || (image.height() - room.height()).abs() <= 1.0 / scale;
                 assert!(touches, "{image} in {area}");
                 let stretched = (image.width() - image.height() * film[0] as f32 / film[1] as f32).abs();
                 assert!(stretched <= (1.0 + film[0] as f32 / film[1] as f32) / scale, "{image}");
@@ -73,7 +76,9 @@ mod tests {
         let image = image_rect(Rect::from_min_size(Pos2::ZERO, Vec2::new(500.0, 400.0)), film, 1.0);
         for y in 0..film[1] {
             for x in 0..film[0] {
-                let centre = image.min + (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5)) / Vec2::new(37.0, 23.0) * image.size();
+                let centre = image.min
+                    + (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5)) / Vec2::new(37.0, 23.0)
+                        * image.size();
                 assert_eq!(pixel_at(image, film, centre), Some([x, y]));
             }
         }

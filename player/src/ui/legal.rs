@@ -1,19 +1,19 @@
-//! Edits that stay within what a material, camera or environment may be: what the user sets is brought into its range, and where two parameters share one range
-//! the other one gives way.
+//! Edits that stay within what a material, camera or environment may be: what the user sets is brought into
+//! its range, and where two parameters share one range the other one gives way.
 
 use relume_formats::Place;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{
-    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, ShapeState,
-    State,
+    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ROUGHNESS_MIN, Rgb,
+    SHININESS_MAX, SHININESS_MIN, ShapeState, State,
 };
 use relume_playback::{Look, Scope};
 use std::collections::BTreeMap;
 
 /// `brdf` with the leaves of `change` that belong to its model; always legal if `brdf` is.
 ///
-/// Each value is brought into its range, and what is no number is passed over. If kd is set and kd + ks would exceed 1, ks is lowered, and
-/// the other way round; if both are set, ks is.
+/// Each value is brought into its range, and what is no number is passed over. If kd is set and kd + ks would
+/// exceed 1, ks is lowered, and the other way round; if both are set, ks is.
 fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf {
     match brdf {
         Brdf::BlinnPhong(mut new) => {
@@ -36,8 +36,9 @@ fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf 
     }
 }
 
-/// What of `change` may be set on `look`, with every value brought into its range, so that it can be applied: whole materials and shapes, and the leaves of
-/// camera and environment that are named. What does not vary, is not there or has no legal value near is left out.
+/// What of `change` may be set on `look`, with every value brought into its range, so that it can be applied:
+/// whole materials and shapes, and the leaves of camera and environment that are named. What does not vary,
+/// is not there or has no legal value near is left out.
 pub fn within(look: &Look, scope: &Scope, change: &State) -> State {
     let varies = scope.varies();
     let material = |stored: &StoredMaterial| {
@@ -45,7 +46,8 @@ pub fn within(look: &Look, scope: &Scope, change: &State) -> State {
         Some((stored.name.clone(), MaterialState::from(new)))
     };
     let shape = |stored: &StoredShape| {
-        let change = change.shapes.get(&stored.object).filter(|_| varies.shapes.contains(&stored.object.as_str()))?;
+        let change =
+            change.shapes.get(&stored.object).filter(|_| varies.shapes.contains(&stored.object.as_str()))?;
         Some((stored.object.clone(), shape(stored, look.shapes.get(&stored.object), change)?))
     };
     let light = |change: &EnvironmentState| {
@@ -64,7 +66,11 @@ pub fn within(look: &Look, scope: &Scope, change: &State) -> State {
 
 /// `change`, without what may not move, if it leads from `camera` to another.
 fn camera(camera: Camera, change: &CameraState, moves: bool) -> Option<CameraState> {
-    let change = if moves { change.clone() } else { CameraState { exposure_ev: change.exposure_ev, ..CameraState::default() } };
+    let change = if moves {
+        change.clone()
+    } else {
+        CameraState { exposure_ev: change.exposure_ev, ..CameraState::default() }
+    };
     camera.with(&change, &place()).is_ok().then_some(change)
 }
 
@@ -116,7 +122,8 @@ mod tests {
 
     #[test]
     fn the_other_reflectance_gives_way_channel_by_channel() {
-        let start = Brdf::BlinnPhong(BlinnPhong { kd: [0.2, 0.5, 0.9], ks: [0.1, 0.5, 0.0], shininess: 10.0 });
+        let start =
+            Brdf::BlinnPhong(BlinnPhong { kd: [0.2, 0.5, 0.9], ks: [0.1, 0.5, 0.0], shininess: 10.0 });
         let set_kd = MaterialState { kd: Some([0.95, 0.2, 0.3]), ..Default::default() };
         let new = support::blinn_phong(apply(&stored(start, false), start, &set_kd));
         assert_eq!((new.kd, new.ks, new.shininess), ([0.95, 0.2, 0.3], [1.0 - 0.95, 0.5, 0.0], 10.0));
@@ -127,7 +134,22 @@ mod tests {
 
     #[test]
     fn no_edit_leads_out_of_the_legal_range() {
-        let wild = [f32::NEG_INFINITY, -3.0, -0.0, 0.0, 1e-30, 0.31, 0.5, 0.999_999_9, 1.0, 1.000_1, 77.0, 1e9, f32::INFINITY, f32::NAN];
+        let wild = [
+            f32::NEG_INFINITY,
+            -3.0,
+            -0.0,
+            0.0,
+            1e-30,
+            0.31,
+            0.5,
+            0.999_999_9,
+            1.0,
+            1.000_1,
+            77.0,
+            1e9,
+            f32::INFINITY,
+            f32::NAN,
+        ];
         let blinn_phong = Brdf::BlinnPhong(BlinnPhong { kd: [0.3; 3], ks: [0.7; 3], shininess: 1.0 });
         let ggx = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.0, roughness: 0.32 });
         for material in [stored(blinn_phong, false), stored(ggx, false), stored(ggx, true)] {
@@ -138,7 +160,13 @@ mod tests {
                     for change in [
                         MaterialState { kd: colour, base_color: colour, ..Default::default() },
                         MaterialState { ks: colour, metallic: Some(a), ..Default::default() },
-                        MaterialState { kd: colour, ks: Some([b, a, b]), shininess: Some(b), roughness: Some(a), ..Default::default() },
+                        MaterialState {
+                            kd: colour,
+                            ks: Some([b, a, b]),
+                            shininess: Some(b),
+                            roughness: Some(a),
+                            ..Default::default()
+                        },
                     ] {
                         brdf = apply(&material, brdf, &change);
                         material.validate(&brdf, &Place::file("edit")).unwrap();

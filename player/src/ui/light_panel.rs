@@ -21,7 +21,9 @@ const NOT_THE_BUNDLES: &str = "not the bundle's own map: its stated error was me
 
 /// Draws what there is to say of the light, if it may change.
 pub fn light(ui: &mut Ui, editor: &mut Editor, facts: &Facts) {
-    let Some(look) = editor.look().environment.filter(|_| editor.scope().varies().environment) else { return };
+    let Some(look) = editor.look().environment.filter(|_| editor.scope().varies().environment) else {
+        return;
+    };
     section(ui, "LIGHT");
     let mut change = EnvironmentState::default();
     Grid::new("light").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
@@ -64,11 +66,14 @@ pub fn view(ui: &mut Ui, editor: &mut Editor) {
     }
 }
 
-/// A button that gives `parts` back what the scene says, and whether an animation moves them. Returns whether it was clicked.
+/// A button that gives `parts` back what the scene says, and whether an animation moves them. Returns whether
+/// it was clicked.
 pub(super) fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, parts: &[Part]) -> bool {
     let held = parts.iter().any(|part| editor.is_held(part));
     ui.horizontal(|ui| {
-        let button = ui.add_enabled(changed || held, egui::Button::new(label)).on_hover_text("back to what the scene says");
+        let button = ui
+            .add_enabled(changed || held, egui::Button::new(label))
+            .on_hover_text("back to what the scene says");
         if held {
             ui.label(RichText::new("held by hand").small().color(ACCENT)).on_hover_text(HOLD_RULE);
         } else if parts.iter().any(|part| editor.drives(part)) {
@@ -81,11 +86,15 @@ pub(super) fn reset(ui: &mut Ui, editor: &Editor, label: &str, changed: bool, pa
 
 fn map(ui: &mut Ui, look: &EnvironmentLook, maps: &[String]) -> Option<String> {
     let mut chosen = look.map.clone();
-    let combo = ComboBox::from_id_salt("map").width(200.0).selected_text(plain(&short_name(&chosen)).into_owned()).show_ui(ui, |ui| {
-        for name in maps {
-            ui.selectable_value(&mut chosen, name.clone(), plain(&short_name(name))).on_hover_text(plain(name));
-        }
-    });
+    let combo = ComboBox::from_id_salt("map")
+        .width(200.0)
+        .selected_text(plain(&short_name(&chosen)).into_owned())
+        .show_ui(ui, |ui| {
+            for name in maps {
+                ui.selectable_value(&mut chosen, name.clone(), plain(&short_name(name)))
+                    .on_hover_text(plain(name));
+            }
+        });
     combo.response.accessible_name("map");
     Some(chosen).filter(|chosen| *chosen != look.map)
 }
@@ -93,7 +102,9 @@ fn map(ui: &mut Ui, look: &EnvironmentLook, maps: &[String]) -> Option<String> {
 fn rotation(ui: &mut Ui, rotation_deg: f32) -> Option<f32> {
     let mut new = within_a_turn(rotation_deg);
     // Any angle may be typed; what it comes to is shown and set.
-    let response = ui.add(Slider::new(&mut new, -180.0..=180.0).clamping(SliderClamping::Never).fixed_decimals(1).suffix("°"));
+    let response = ui.add(
+        Slider::new(&mut new, -180.0..=180.0).clamping(SliderClamping::Never).fixed_decimals(1).suffix("°"),
+    );
     let changed = response.changed();
     response.accessible_name("rotation");
     changed.then(|| within_a_turn(new))
@@ -101,7 +112,11 @@ fn rotation(ui: &mut Ui, rotation_deg: f32) -> Option<f32> {
 
 /// The same angle in −180 to 180.
 fn within_a_turn(angle_deg: f32) -> f32 {
-    if (-180.0..=180.0).contains(&angle_deg) { angle_deg } else { (angle_deg + 180.0).rem_euclid(360.0) - 180.0 }
+    if (-180.0..=180.0).contains(&angle_deg) {
+        angle_deg
+    } else {
+        (angle_deg + 180.0).rem_euclid(360.0) - 180.0
+    }
 }
 
 /// All channels at once, by the largest.

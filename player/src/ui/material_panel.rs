@@ -4,14 +4,17 @@ use super::editor::{Editor, HOLD_RULE, Part};
 use super::panel::section;
 use super::screen::{Wishes, copied};
 use super::style::ACCENT;
-use egui::{Color32, Context, DragValue, Grid, Key, Rgba, RichText, Slider, SliderClamping, TextEdit, Ui, Vec2};
+use egui::{
+    Color32, Context, DragValue, Grid, Key, Rgba, RichText, Slider, SliderClamping, TextEdit, Ui, Vec2,
+};
 use relume_formats::basis::{hex_from_linear, linear_from_hex};
 use relume_formats::name::plain;
-use relume_formats::state::{BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
+use relume_formats::state::{
+    BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN,
+};
 
 /// Why a slider is disabled.
-const NO_TEXTURED_METAL: &str =
-    "this material's colour is a texture; a textured metal's picture is not linear in what was baked, so it stays a dielectric";
+const NO_TEXTURED_METAL: &str = "this material's colour is a texture; a textured metal's picture is not linear in what was baked, so it stays a dielectric";
 /// How long a note about a parameter that gave way stays, in seconds.
 const YIELD_NOTE_S: f64 = 2.5;
 
@@ -48,7 +51,11 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded, wishes: &mu
         if button.on_hover_text("back to what the scene says").clicked() {
             editor.reset(&material.name);
         }
-        if ui.button("Copy").on_hover_text("this material as text, for another or for a state file (Ctrl+C)").clicked() {
+        if ui
+            .button("Copy")
+            .on_hover_text("this material as text, for another or for a state file (Ctrl+C)")
+            .clicked()
+        {
             wishes.tell = copied(ui, editor);
         }
         wishes.paste |= ui.button("Paste").on_hover_text("on this material (Ctrl+V)").clicked();
@@ -97,13 +104,15 @@ fn display_colour(brdf: &Brdf) -> Color32 {
 fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong) -> MaterialState {
     let mut change = MaterialState::default();
     Grid::new("blinn-phong").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
-        ui.label("diffuse").on_hover_text("kd: linear reflectance of the diffuse lobe; kd + ks cannot exceed 1");
+        ui.label("diffuse")
+            .on_hover_text("kd: linear reflectance of the diffuse lobe; kd + ks cannot exceed 1");
         change.kd = colour(ui, "kd", brdf.kd);
         ui.end_row();
         ui.label("");
         change.kd = hex(ui, "kd", brdf.kd).or(change.kd);
         ui.end_row();
-        ui.label("glossy").on_hover_text("ks: linear reflectance of the glossy lobe; kd + ks cannot exceed 1");
+        ui.label("glossy")
+            .on_hover_text("ks: linear reflectance of the glossy lobe; kd + ks cannot exceed 1");
         change.ks = colour(ui, "ks", brdf.ks);
         ui.end_row();
         ui.label("");
@@ -126,10 +135,13 @@ fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
         change.base_color = hex(ui, "base colour", brdf.base_color).or(change.base_color);
         ui.end_row();
         ui.label("metallic");
-        change.metallic =
-            ui.add_enabled_ui(!textured, |ui| slider(ui, "metallic", brdf.metallic, 0.0, 1.0, false)).inner.filter(|_| !textured);
+        change.metallic = ui
+            .add_enabled_ui(!textured, |ui| slider(ui, "metallic", brdf.metallic, 0.0, 1.0, false))
+            .inner
+            .filter(|_| !textured);
         ui.end_row();
-        ui.label("roughness").on_hover_text("smaller is sharper; below 0.32 a bake would need more bases than it has");
+        ui.label("roughness")
+            .on_hover_text("smaller is sharper; below 0.32 a bake would need more bases than it has");
         change.roughness = slider(ui, "roughness", brdf.roughness, ROUGHNESS_MIN, 1.0, false);
         ui.end_row();
     });
@@ -159,14 +171,17 @@ fn colour(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
     changed.then_some(new)
 }
 
-/// The colour as the hexadecimal digits that other programs show and take. Returns the new colour if the user has typed or pasted one.
+/// The colour as the hexadecimal digits that other programs show and take. Returns the new colour if the user
+/// has typed or pasted one.
 fn hex(ui: &mut Ui, name: &str, value: Rgb) -> Option<Rgb> {
     let shown = hex_from_linear(value);
     ui.horizontal(|ui| {
         let id = ui.make_persistent_id(("hex", name));
         let mut text = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| shown.clone());
         let field = TextEdit::singleline(&mut text).id(id).desired_width(76.0).char_limit(9);
-        let response = ui.add(field).on_hover_text("sRGB, 8 bits a channel: what other programs show; the numbers above are linear");
+        let response = ui
+            .add(field)
+            .on_hover_text("sRGB, 8 bits a channel: what other programs show; the numbers above are linear");
         ui.label(RichText::new("sRGB").small().weak());
         let called_off = ui.input(|input| input.key_pressed(Key::Escape));
         if response.has_focus() {
@@ -197,8 +212,12 @@ impl Yielded {
     fn note(&mut self, ui: &Ui, before: &Brdf, after: &Brdf, change: &MaterialState) {
         let (Brdf::BlinnPhong(before), Brdf::BlinnPhong(after)) = (before, after) else { return };
         let text = match (change.kd, change.ks) {
-            (Some(_), None) if before.ks != after.ks => "glossy was lowered: diffuse + glossy cannot exceed 1",
-            (None, Some(_)) if before.kd != after.kd => "diffuse was lowered: diffuse + glossy cannot exceed 1",
+            (Some(_), None) if before.ks != after.ks => {
+                "glossy was lowered: diffuse + glossy cannot exceed 1"
+            }
+            (None, Some(_)) if before.kd != after.kd => {
+                "diffuse was lowered: diffuse + glossy cannot exceed 1"
+            }
             _ => return,
         };
         *self = Self { text, until_s: ui.input(|input| input.time) + YIELD_NOTE_S };

@@ -1,5 +1,6 @@
-//! What there is to say at the moment: how loading stands, and what happened last. It has a place of its own below the panel, so that nothing moves when
-//! a message comes or goes; what is too long for it is told whole when pointed at.
+//! What there is to say at the moment: how loading stands, and what happened last. It has a place of its own
+//! below the panel, so that nothing moves when a message comes or goes; what is too long for it is told whole
+//! when pointed at.
 
 use super::facts::{Facts, Loading, Note};
 use super::panel::megabytes;
@@ -32,14 +33,27 @@ fn loading(ui: &mut Ui, facts: &Facts) {
     match &facts.loading {
         Loading::Arriving => {
             let share = facts.bytes as f32 / facts.bytes_expected.max(1) as f32;
-            let text = format!("loading: {} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected));
+            let text =
+                format!("loading: {} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected));
             ui.add(ProgressBar::new(share).text(RichText::new(text).small()).desired_height(LINE - 2.0));
         }
         Loading::Complete => line(ui, "", WARNING),
-        Loading::Prefix => line(ui, &format!("the first {pieces} of {pieces_expected} {what}, as asked for by --bytes"), ACCENT),
-        Loading::Stopped(reason) => line(ui, &format!("the picture stands still: {reason}; save the state (T) and start again"), WARNING),
+        Loading::Prefix => line(
+            ui,
+            &format!("the first {pieces} of {pieces_expected} {what}, as asked for by --bytes"),
+            ACCENT,
+        ),
+        Loading::Stopped(reason) => line(
+            ui,
+            &format!("the picture stands still: {reason}; save the state (T) and start again"),
+            WARNING,
+        ),
         Loading::Failed(reason) => {
-            line(ui, &format!("loading ended early, with {pieces} of {pieces_expected} {what}: {reason}"), WARNING);
+            line(
+                ui,
+                &format!("loading ended early, with {pieces} of {pieces_expected} {what}: {reason}"),
+                WARNING,
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! What the user sees and sets. [`Editor`] and [`Picker`] know nothing of drawing; [`Screen`] draws them with egui and needs no window.
+//! What the user sees and sets. [`Editor`] and [`Picker`] know nothing of drawing; [`Screen`] draws them with
+//! egui and needs no window.
 
 mod clipboard;
 mod closing;

@@ -12,7 +12,8 @@ const ORBIT_DEG: f32 = 180.0;
 const REACH: f32 = 1e3;
 /// How far a hand keeps the camera away from surfaces, as a share of the scene's distance to the target.
 const CLEARANCE: f32 = 0.01;
-/// An orbit is looked at in straight pieces that leave its circle by no more than this share of the clearance, but in no more of them than this.
+/// An orbit is looked at in straight pieces that leave its circle by no more than this share of the
+/// clearance, but in no more of them than this.
 const SAGITTA: f32 = 0.1;
 const MOST_PIECES: f32 = 256.0;
 
@@ -27,7 +28,8 @@ pub enum Motion {
     Dolly(f32),
 }
 
-/// `camera` after `motion`, which ends where a surface is in the camera's way; `home` is the scene's own, from which it cannot get lost. What is no number moves nothing.
+/// `camera` after `motion`, which ends where a surface is in the camera's way; `home` is the scene's own,
+/// from which it cannot get lost. What is no number moves nothing.
 pub fn moved(camera: Camera, motion: Motion, home: Camera, surfaces: &Surfaces) -> Camera {
     let (position, target) = (Vec3::from(camera.position), Vec3::from(camera.target));
     let way = position - target;
@@ -49,7 +51,8 @@ pub fn moved(camera: Camera, motion: Motion, home: Camera, surfaces: &Surfaces) 
     if position.is_finite() && target.is_finite() && moved.position != moved.target { moved } else { camera }
 }
 
-/// Where a drag takes a camera round `target`, from which `way` leads to it: as far as it stays away from surfaces by `keep`.
+/// Where a drag takes a camera round `target`, from which `way` leads to it: as far as it stays away from
+/// surfaces by `keep`.
 fn orbited(target: Vec3, way: Vec3, drag: [f32; 2], keep: f32, surfaces: &Surfaces) -> Vec3 {
     let at = |share: f32| target + turned(way, drag.map(|x| x * share));
     let angle = drag[0].hypot(drag[1]) * ORBIT_DEG.to_radians();
@@ -84,7 +87,8 @@ fn turned(way: Vec3, [x, y]: [f32; 2]) -> Vec3 {
 mod tests {
     use super::{moved as moved_among, *};
 
-    const HOME: Camera = Camera { position: [1.0, 2.0, 6.0], target: [0.5, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 1.5 };
+    const HOME: Camera =
+        Camera { position: [1.0, 2.0, 6.0], target: [0.5, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 1.5 };
 
     fn moved(camera: Camera, motion: Motion, home: Camera) -> Camera {
         moved_among(camera, motion, home, &Surfaces::default())
@@ -116,7 +120,10 @@ mod tests {
             assert!((distance(&camera) - distance(&HOME)).abs() < 1e-5);
             assert_eq!(camera.target, HOME.target);
             let to = seen(&camera, front);
-            assert!(drag.iter().zip(to).all(|(drag, to)| *drag == 0.0 || drag * to > 0.0), "{drag:?} leads to {to:?}");
+            assert!(
+                drag.iter().zip(to).all(|(drag, to)| *drag == 0.0 || drag * to > 0.0),
+                "{drag:?} leads to {to:?}"
+            );
         }
         // Half a turn, and once round.
         let across = moved(HOME, Motion::Orbit([1.0, 0.0]), HOME).position;
@@ -144,7 +151,10 @@ mod tests {
         for drag in [[0.25, 0.0], [0.0, 0.25], [-0.1, 0.2]] {
             let camera = moved(HOME, Motion::Pan(drag), HOME);
             let old = seen(&camera, Vec3::from(HOME.target));
-            assert!(drag.iter().zip(old).all(|(drag, old)| (drag - old).abs() < 1e-5), "{drag:?} leads to {old:?}");
+            assert!(
+                drag.iter().zip(old).all(|(drag, old)| (drag - old).abs() < 1e-5),
+                "{drag:?} leads to {old:?}"
+            );
             assert!((distance(&camera) - distance(&HOME)).abs() < 1e-5);
         }
     }
@@ -157,14 +167,17 @@ mod tests {
             assert!((distance(&camera) / distance(&HOME) / end - 1.0).abs() < 1e-2, "{factor}");
             camera.validate(&relume_formats::Place::file("test")).unwrap();
         }
-        for motion in [Motion::Dolly(f32::NAN), Motion::Orbit([f32::NAN, 0.0]), Motion::Pan([f32::INFINITY, 1.0])] {
+        for motion in
+            [Motion::Dolly(f32::NAN), Motion::Orbit([f32::NAN, 0.0]), Motion::Pan([f32::INFINITY, 1.0])]
+        {
             assert_eq!(moved(HOME, motion, HOME), HOME);
         }
     }
 
     /// Two large squares: x = 3, and z = -2 behind the target.
     fn walls() -> Surfaces {
-        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|c: [f32; 2]| c.map(|x| 50.0 * x));
+        let corners =
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|c: [f32; 2]| c.map(|x| 50.0 * x));
         let (side, back) = (corners.map(|[y, z]| [3.0, y, z]), corners.map(|[x, y]| [x, y, -2.0]));
         Surfaces::new([side, back].concat(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     }
@@ -174,19 +187,33 @@ mod tests {
         let walls = walls();
         let keep = CLEARANCE * distance(&HOME);
         for pieces in [1, 7, 100] {
-            let end = (0..pieces).fold(HOME, |camera, _| moved_among(camera, Motion::Orbit([-0.9 / pieces as f32, 0.0]), HOME, &walls));
-            assert!((3.0 - end.position[0] - keep).abs() < (SAGITTA + 0.01) * keep, "{pieces}: {:?}", end.position);
+            let end = (0..pieces).fold(HOME, |camera, _| {
+                moved_among(camera, Motion::Orbit([-0.9 / pieces as f32, 0.0]), HOME, &walls)
+            });
+            assert!(
+                (3.0 - end.position[0] - keep).abs() < (SAGITTA + 0.01) * keep,
+                "{pieces}: {:?}",
+                end.position
+            );
             assert!((distance(&end) - distance(&HOME)).abs() < 1e-4);
             assert_eq!(end.target, HOME.target);
             let back = moved_among(end, Motion::Orbit([0.1, 0.0]), HOME, &walls);
-            assert!(Vec3::from(back.position).distance(end.position.into()) > 0.5, "back again it goes at once");
+            assert!(
+                Vec3::from(back.position).distance(end.position.into()) > 0.5,
+                "back again it goes at once"
+            );
         }
         // The other way round the wall behind the target is met.
         let end = moved_among(HOME, Motion::Orbit([0.9, 0.0]), HOME, &walls);
-        assert!((end.position[2] + 2.0 - keep).abs() < (SAGITTA + 0.01) * keep && end.position[0] < 0.0, "{:?}", end.position);
+        assert!(
+            (end.position[2] + 2.0 - keep).abs() < (SAGITTA + 0.01) * keep && end.position[0] < 0.0,
+            "{:?}",
+            end.position
+        );
         // Where nothing is in the way the same drag ends where it would without surfaces.
         let free = Motion::Orbit([0.2, 0.1]);
-        let apart = Vec3::from(moved_among(HOME, free, HOME, &walls).position).distance(moved(HOME, free, HOME).position.into());
+        let apart = Vec3::from(moved_among(HOME, free, HOME, &walls).position)
+            .distance(moved(HOME, free, HOME).position.into());
         assert!(apart < 1e-5, "{apart}");
     }
 
@@ -196,9 +223,13 @@ mod tests {
         let keep = CLEARANCE * distance(&HOME);
         let end = moved_among(HOME, Motion::Pan([-5.0, 0.0]), HOME, &walls);
         assert!((3.0 - end.position[0] - keep).abs() < 0.01 * keep, "{:?}", end.position);
-        let [before, after] = [HOME, end].map(|camera| Vec3::from(camera.target) - Vec3::from(camera.position));
+        let [before, after] =
+            [HOME, end].map(|camera| Vec3::from(camera.target) - Vec3::from(camera.position));
         assert!(before.distance(after) < 1e-5);
-        assert_eq!(moved_among(HOME, Motion::Pan([0.1, 0.1]), HOME, &walls), moved(HOME, Motion::Pan([0.1, 0.1]), HOME));
+        assert_eq!(
+            moved_among(HOME, Motion::Pan([0.1, 0.1]), HOME, &walls),
+            moved(HOME, Motion::Pan([0.1, 0.1]), HOME)
+        );
     }
 
     #[test]
@@ -207,18 +238,28 @@ mod tests {
         let (eye, target) = (Vec3::from(HOME.position), Vec3::from(HOME.target));
         let right = (eye - target).cross(Vec3::Y);
         let up = right.cross(eye - target).normalize() * right.length();
-        let corners = [-right - up, right - up, right + up, up - right].map(|corner| (target + corner).to_array());
+        let corners =
+            [-right - up, right - up, right + up, up - right].map(|corner| (target + corner).to_array());
         let wall = Surfaces::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
         let near = (0..200).fold(HOME, |camera, _| moved_among(camera, Motion::Dolly(0.7), HOME, &wall));
-        assert!((distance(&near) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01, "{}", distance(&near) / distance(&HOME));
+        assert!(
+            (distance(&near) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01,
+            "{}",
+            distance(&near) / distance(&HOME)
+        );
         let back = moved_among(near, Motion::Dolly(50.0), HOME, &wall);
         assert!((distance(&back) - 50.0 * distance(&near)).abs() < 1e-3, "out again it goes at once");
         // From behind, the same wall is in the way; and the way back is not open either.
-        let room = Camera { position: (target + 3.0 * (target - eye)).to_array(), target: eye.to_array(), ..HOME };
+        let room =
+            Camera { position: (target + 3.0 * (target - eye)).to_array(), target: eye.to_array(), ..HOME };
         let near = (0..200).fold(room, |camera, _| moved_among(camera, Motion::Dolly(0.7), HOME, &wall));
-        assert!((Vec3::from(near.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01);
+        assert!(
+            (Vec3::from(near.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01
+        );
         let inside = Camera { target: (2.0 * eye - target).to_array(), ..HOME };
         let back = (0..200).fold(inside, |camera, _| moved_among(camera, Motion::Dolly(1.5), HOME, &wall));
-        assert!((Vec3::from(back.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01);
+        assert!(
+            (Vec3::from(back.position).distance(target) / distance(&HOME) / CLEARANCE - 1.0).abs() < 0.01
+        );
     }
 }

@@ -13,7 +13,14 @@ use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClam
 use relume_formats::name::plain;
 
 /// Draws the panel, and adds what the user asks for to `wishes`.
-pub fn show(ui: &mut Ui, editor: Option<&mut Editor>, facts: &Facts, note: Option<&Note>, yielded: &mut Yielded, wishes: &mut Wishes) {
+pub fn show(
+    ui: &mut Ui,
+    editor: Option<&mut Editor>,
+    facts: &Facts,
+    note: Option<&Note>,
+    yielded: &mut Yielded,
+    wishes: &mut Wishes,
+) {
     messages::show(ui, facts, note, yielded.text(ui.ctx()));
     // Otherwise what scrolls would reach a few points into the messages.
     ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
@@ -91,7 +98,10 @@ fn player(ui: &mut Ui, editor: &mut Editor) {
         }
         let mut time_s = editor.time_s();
         // Unless only edits are clamped, the slider rounds what it is shown, and takes that for an edit.
-        let slider = Slider::new(&mut time_s, 0.0..=duration_s).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" s");
+        let slider = Slider::new(&mut time_s, 0.0..=duration_s)
+            .clamping(SliderClamping::Edits)
+            .fixed_decimals(2)
+            .suffix(" s");
         let response = ui.add(slider).on_hover_text(HOLD_RULE);
         if response.changed() {
             editor.scrub(time_s);
@@ -104,7 +114,8 @@ fn player(ui: &mut Ui, editor: &mut Editor) {
 /// Says which edits the animation covers. The line is there without any, too, so that nothing moves.
 fn covered(ui: &mut Ui, editor: &Editor) {
     let parts: Vec<String> = editor.covered().iter().map(Part::words).collect();
-    let text = if parts.is_empty() { " ".to_owned() } else { format!("covers your edit of {}", parts.join(", ")) };
+    let text =
+        if parts.is_empty() { " ".to_owned() } else { format!("covers your edit of {}", parts.join(", ")) };
     let line = ui.add(egui::Label::new(RichText::new(text).small().color(WARNING)).truncate());
     if !parts.is_empty() {
         line.on_hover_text(
@@ -148,7 +159,9 @@ fn fixed(ui: &mut Ui, editor: &Editor) {
         for (_, name, entry) in fixed {
             ui.label(RichText::new(name).small().weak());
             let label = ui.add(egui::Label::new(RichText::new(entry).small().monospace()).truncate());
-            label.on_hover_text("under [vary] in scene.toml, and baked again, it varies; `bake plan` tells by which method");
+            label.on_hover_text(
+                "under [vary] in scene.toml, and baked again, it varies; `bake plan` tells by which method",
+            );
             ui.end_row();
         }
     });
@@ -161,7 +174,10 @@ fn statistics(ui: &mut Ui, facts: &Facts) {
         ("GPU time", ms(facts.gpu_ms)),
         ("CPU time", ms(facts.cpu_ms)),
         ("streamed", format!("{} of {} MB", megabytes(facts.bytes), megabytes(facts.bytes_expected))),
-        (if facts.what.is_empty() { "pieces" } else { facts.what }, format!("{} of {}", facts.pieces, facts.pieces_expected)),
+        (
+            if facts.what.is_empty() { "pieces" } else { facts.what },
+            format!("{} of {}", facts.pieces, facts.pieces_expected),
+        ),
         ("method", facts.method.clone()),
         ("adapter", facts.adapter.clone()),
     ];

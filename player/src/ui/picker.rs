@@ -24,7 +24,8 @@ impl Picker {
         self.map.at(pixel)
     }
 
-    /// By pixel: whether it lies outside the `material` but within `distance` pixels of it, diagonal steps included.
+    /// By pixel: whether it lies outside the `material` but within `distance` pixels of it, diagonal steps
+    /// included.
     pub fn outline(&self, material: &str, distance: usize) -> Vec<bool> {
         let inside: Vec<bool> = self.map.pixels().map(|seen| seen == Seen::Material(material)).collect();
         let width = self.size()[0] as usize;
@@ -72,12 +73,14 @@ mod tests {
     fn the_outline_surrounds_the_material() {
         let picker = Picker::new((&*support::images(true).head).into());
         let [width, height] = support::SIZE.map(|n| n as i64);
-        let shows = |x: i64, y: i64| x >= 0 && y >= 0 && picker.at([x as u32, y as u32]) == Seen::Material("a");
+        let shows =
+            |x: i64, y: i64| x >= 0 && y >= 0 && picker.at([x as u32, y as u32]) == Seen::Material("a");
         for distance in [0, 1, 3] {
             let outline = picker.outline("a", distance as usize);
             for (index, on_line) in outline.iter().enumerate() {
                 let (x, y) = (index as i64 % width, index as i64 / width);
-                let near = (-distance..=distance).any(|dy| (-distance..=distance).any(|dx| shows(x + dx, y + dy)));
+                let near =
+                    (-distance..=distance).any(|dy| (-distance..=distance).any(|dx| shows(x + dx, y + dy)));
                 assert_eq!(*on_line, near && !shows(x, y), "{x} {y} {distance}");
             }
             assert_eq!(outline.len() as i64, width * height);

@@ -14,7 +14,8 @@ use super::status::Status;
 use super::style::SURROUND;
 use super::undertaking::Undertaking;
 use egui::{
-    CentralPanel, Color32, CursorIcon, Event, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText, Sense, TextureId, Ui, WidgetInfo,
+    CentralPanel, Color32, CursorIcon, Event, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText,
+    Sense, TextureId, Ui, WidgetInfo,
 };
 use relume_formats::name::plain;
 use relume_playback::{Seen, Surfaces};
@@ -67,14 +68,22 @@ impl Screen {
         self.closing = true;
     }
 
-    /// The title of the window: what is asked, scene, selected material, animation, and whether more is to come.
+    /// The title of the window: what is asked, scene, selected material, animation, and whether more is to
+    /// come.
     pub fn title(&self, editor: Option<&Editor>, facts: &Facts) -> String {
         let asked = if self.closing { format!("{} - ", closing::QUESTION) } else { String::new() };
         asked + &title(editor, facts)
     }
 
-    /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show yet.
-    pub fn show(&mut self, ui: &mut Ui, mut stage: Option<Stage<'_>>, facts: &Facts, note: Option<&Note>) -> Wishes {
+    /// Draws one frame and applies what the user does to the editor. Without a stage there is nothing to show
+    /// yet.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        mut stage: Option<Stage<'_>>,
+        facts: &Facts,
+        note: Option<&Note>,
+    ) -> Wishes {
         if let Some(stage) = &mut stage {
             self.undertaking.watch(ui.ctx(), stage.editor);
         }
@@ -92,10 +101,15 @@ impl Screen {
             panel::show(ui, editor, facts, note, &mut self.yielded, &mut wishes);
         });
         let surround = Frame::NONE.fill(SURROUND);
-        let (moves, picks) = stage.as_ref().map_or((false, false), |stage| (stage.editor.scope().varies().camera, stage.picker.is_some()));
+        let (moves, picks) = stage
+            .as_ref()
+            .map_or((false, false), |stage| (stage.editor.scope().varies().camera, stage.picker.is_some()));
         let room = ui.available_width() - 2.0 * f32::from(STATUS_MARGIN.left);
         let status = Status::new(ui, moves, picks, room, window.y);
-        let line = Panel::bottom("status").exact_size(status.height()).resizable(false).frame(surround.inner_margin(STATUS_MARGIN));
+        let line = Panel::bottom("status")
+            .exact_size(status.height())
+            .resizable(false)
+            .frame(surround.inner_margin(STATUS_MARGIN));
         let line = line.show_separator_line(false).show(ui, |ui| ui.max_rect()).inner;
         CentralPanel::default().frame(surround).show(ui, |ui| match stage {
             Some(mut stage) => {
@@ -107,7 +121,9 @@ impl Screen {
                 }
             }
             None => {
-                ui.centered_and_justified(|ui| ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140))));
+                ui.centered_and_justified(|ui| {
+                    ui.label(RichText::new("waiting for the first image").color(Color32::from_gray(140)))
+                });
             }
         });
         wishes
@@ -120,7 +136,9 @@ impl Screen {
         let response = ui.allocate_rect(rect, if moves { Sense::click_and_drag() } else { Sense::click() });
         response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::Image, true, "picture"));
         if moves {
-            hand::motions(ui, &response).into_iter().for_each(|motion| stage.editor.move_camera(motion, stage.surfaces));
+            hand::motions(ui, &response)
+                .into_iter()
+                .for_each(|motion| stage.editor.move_camera(motion, stage.surfaces));
         }
         let pixel = response.hover_pos().and_then(|position| layout::pixel_at(rect, stage.size, position));
         let seen = stage.picker.zip(pixel).map_or(Seen::Nothing, |(picker, pixel)| picker.at(pixel));
@@ -171,7 +189,8 @@ impl Screen {
             editor.reset_view();
         }
         // The longer chord first, for the shorter one takes it, too.
-        let redo = pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
+        let redo =
+            pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
         let undo = pressed(Modifiers::COMMAND, Key::Z);
         if self.undertaking.is_over(ui.ctx()) {
             wishes.tell = told(undo, redo, editor);
@@ -224,7 +243,11 @@ fn title(editor: Option<&Editor>, facts: &Facts) -> String {
     let mut parts = Vec::new();
     if let Some(editor) = editor {
         parts.push(editor.scene().name.clone());
-        parts.extend(editor.selected().map(|m| format!("{}{}", m.name, if editor.is_edited(m) { " (edited)" } else { "" })));
+        parts.extend(
+            editor
+                .selected()
+                .map(|m| format!("{}{}", m.name, if editor.is_edited(m) { " (edited)" } else { "" })),
+        );
         let doing = if editor.is_playing() { "playing" } else { "paused" };
         parts.extend(editor.animation().map(|animation| format!("{} {doing}", animation.name)));
     }

@@ -42,8 +42,10 @@ pub fn show(ui: &mut Ui, editor: &mut Editor) {
 fn clip(ui: &mut Ui, shape: &StoredShape, posed: Option<&Posed>) -> Option<String> {
     let now = posed.map(|posed| posed.clip.as_str());
     let mut chosen = now;
-    let combo =
-        ComboBox::from_id_salt(("clip", &shape.object)).width(200.0).selected_text(plain(now.unwrap_or(AT_REST))).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt(("clip", &shape.object))
+        .width(200.0)
+        .selected_text(plain(now.unwrap_or(AT_REST)))
+        .show_ui(ui, |ui| {
             for clip in &shape.clips {
                 ui.selectable_value(&mut chosen, Some(clip.name.as_str()), plain(&clip.name));
             }
@@ -54,10 +56,19 @@ fn clip(ui: &mut Ui, shape: &StoredShape, posed: Option<&Posed>) -> Option<Strin
 
 /// Within the clip, which repeats.
 fn time(ui: &mut Ui, shape: &StoredShape, posed: Option<&Posed>) -> Option<f32> {
-    let duration_s = posed.and_then(|posed| shape.clips.iter().find(|clip| clip.name == posed.clip)).map_or(0.0, |clip| clip.duration_s);
+    let duration_s = posed
+        .and_then(|posed| shape.clips.iter().find(|clip| clip.name == posed.clip))
+        .map_or(0.0, |clip| clip.duration_s);
     let time_s = posed.map_or(0.0, |posed| posed.time_s);
-    let mut new = if (0.0..=duration_s).contains(&time_s) || duration_s <= 0.0 { time_s } else { time_s.rem_euclid(duration_s) };
-    let slider = Slider::new(&mut new, 0.0..=duration_s).clamping(SliderClamping::Edits).fixed_decimals(2).suffix(" s");
+    let mut new = if (0.0..=duration_s).contains(&time_s) || duration_s <= 0.0 {
+        time_s
+    } else {
+        time_s.rem_euclid(duration_s)
+    };
+    let slider = Slider::new(&mut new, 0.0..=duration_s)
+        .clamping(SliderClamping::Edits)
+        .fixed_decimals(2)
+        .suffix(" s");
     let response = ui.add_enabled(duration_s > 0.0, slider);
     let changed = response.changed();
     response.accessible_name(format!("time of {}", shape.object));

@@ -1,4 +1,5 @@
-//! The line below the picture: what can be done with it on the left, the keys on the right; in a narrow window the keys have lines of their own.
+//! The line below the picture: what can be done with it on the left, the keys on the right; in a narrow
+//! window the keys have lines of their own.
 
 use super::hand;
 use super::style::WARNING;
@@ -14,11 +15,13 @@ const CLICK: &str = "click an object to edit its material";
 const HINT_GAP: f32 = 24.0;
 const KEY_GAP: &str = "     ";
 const RESET: &str = "V  reset view";
-const KEYS: [&str; 7] = ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Ctrl+Z  undo", "Esc  cancel", "Q  close"];
+const KEYS: [&str; 7] =
+    ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Ctrl+Z  undo", "Esc  cancel", "Q  close"];
 /// Height of a line, and of the margins above and below all of them.
 const LINE: f32 = 20.0;
 const MARGINS: f32 = 8.0;
-/// Keys have lines of their own as long as those take no more of the window's height; the picture is worth more.
+/// Keys have lines of their own as long as those take no more of the window's height; the picture is worth
+/// more.
 const SHARE: f32 = 0.13;
 
 /// The lines in a window of some size.
@@ -34,11 +37,13 @@ pub(super) struct Status {
 }
 
 impl Status {
-    /// As many lines as the keys take in `room`, beside the panel; `height` is the window's. What is under the pointer changes nothing of it.
+    /// As many lines as the keys take in `room`, beside the panel; `height` is the window's. What is under
+    /// the pointer changes nothing of it.
     pub fn new(ui: &Ui, moves: bool, picks: bool, room: f32, height: f32) -> Self {
         let keys: Vec<&str> = [RESET].into_iter().filter(|_| moves).chain(KEYS).collect();
-        let width =
-            |text: &str, style: TextStyle| ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), Color32::WHITE).size().x;
+        let width = |text: &str, style: TextStyle| {
+            ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), Color32::WHITE).size().x
+        };
         let small = |text: &str| width(text, TextStyle::Small);
         let hint = [hint(moves, picks), FIXED].into_iter().filter(|text| picks || *text != FIXED);
         let hint = hint.map(|text| width(text, TextStyle::Body)).fold(0.0, f32::max);
@@ -53,7 +58,8 @@ impl Status {
                 _ => lines.push(key.to_owned()),
             }
         }
-        let fits = LINE * (1.0 + lines.len() as f32) + MARGINS <= SHARE * height && lines.iter().all(|line| small(line) <= room);
+        let fits = LINE * (1.0 + lines.len() as f32) + MARGINS <= SHARE * height
+            && lines.iter().all(|line| small(line) <= room);
         Self { moves, picks, keys: if fits { lines } else { Vec::new() }, beside: false }
     }
 
@@ -69,7 +75,9 @@ impl Status {
             Seen::Fixed => (FIXED.into(), if clicked_fixed { WARNING } else { weak }),
             Seen::Nothing => (hint(self.moves, self.picks).into(), weak),
         };
-        let line = |index: usize| Rect::from_min_size(rect.min + Vec2::new(0.0, LINE * index as f32), Vec2::new(rect.width(), LINE));
+        let line = |index: usize| {
+            Rect::from_min_size(rect.min + Vec2::new(0.0, LINE * index as f32), Vec2::new(rect.width(), LINE))
+        };
         // The caller draws elsewhere.
         let mut child = |place: Rect, layout: Layout| {
             let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
@@ -88,7 +96,8 @@ impl Status {
                 left.max.x -= width + HINT_GAP;
             }
         }
-        child(left, Layout::left_to_right(Align::Center)).add(Label::new(RichText::new(text).color(colour)).truncate());
+        child(left, Layout::left_to_right(Align::Center))
+            .add(Label::new(RichText::new(text).color(colour)).truncate());
     }
 }
 

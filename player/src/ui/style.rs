@@ -1,4 +1,5 @@
-//! Colours and spacing: dark and neutral, so that the surroundings do not tint what the eye sees in the picture.
+//! Colours and spacing: dark and neutral, so that the surroundings do not tint what the eye sees in the
+//! picture.
 
 use egui::{Color32, Context, CornerRadius, FontId, Margin, Stroke, TextStyle, Theme, Vec2};
 
@@ -35,8 +36,12 @@ pub fn set_up(ctx: &Context) {
         visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, LINE);
         visuals.widgets.noninteractive.fg_stroke.color = Color32::from_gray(205);
         visuals.widgets.inactive.fg_stroke.color = Color32::from_gray(220);
-        for widget in [&mut visuals.widgets.inactive, &mut visuals.widgets.hovered, &mut visuals.widgets.active, &mut visuals.widgets.open]
-        {
+        for widget in [
+            &mut visuals.widgets.inactive,
+            &mut visuals.widgets.hovered,
+            &mut visuals.widgets.active,
+            &mut visuals.widgets.open,
+        ] {
             widget.corner_radius = CornerRadius::same(4);
         }
     });

@@ -23,7 +23,8 @@ use user::User;
 const FADE: usize = 0;
 const GLOW: usize = 1;
 
-/// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on offer.
+/// Controls of `meta`, with the animation `glow` playing if `plays`, else on offer, and a second one on
+/// offer.
 fn controls(meta: &scene::Meta, state: State, plays: bool) -> Controls {
     let placed = |name: &str, text: &str| {
         let place = Place::file(name);
@@ -90,13 +91,20 @@ fn scrubbing_pauses_and_stays_within_the_animation() {
 fn an_edit_holds_against_the_animation_until_reset() {
     let mut editor = editor(true);
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
-    assert!(!editor.is_playing() && editor.is_held(&Part::Material("a".to_owned())), "editing what moves pauses it");
+    assert!(
+        !editor.is_playing() && editor.is_held(&Part::Material("a".to_owned())),
+        "editing what moves pauses it"
+    );
     editor.scrub(0.25);
     assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0]);
     editor.play_or_pause();
     assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0], "what was edited by hand is kept while it plays");
     editor.reset("a");
-    assert!(close(kd(&editor, "a"), [0.5, 0.2, 0.0]) && editor.is_playing() && !editor.is_held(&Part::Material("a".to_owned())));
+    assert!(
+        close(kd(&editor, "a"), [0.5, 0.2, 0.0])
+            && editor.is_playing()
+            && !editor.is_held(&Part::Material("a".to_owned()))
+    );
     // What the animation does not drive is edited while it plays.
     editor.edit("b", &set_kd([0.0, 0.0, 0.6]));
     assert!(editor.is_playing() && !editor.is_held(&Part::Material("b".to_owned())));
@@ -123,7 +131,10 @@ fn exposure_obeys_the_same_rule() {
     editor.set_exposure(3.0);
     editor.choose(Some(FADE));
     editor.advance(1.0);
-    assert_eq!((editor.covered(), (editor.look().camera.exposure_ev + 2.0).abs() < 1e-6), (vec![Part::Exposure], true));
+    assert_eq!(
+        (editor.covered(), (editor.look().camera.exposure_ev + 2.0).abs() < 1e-6),
+        (vec![Part::Exposure], true)
+    );
     editor.choose(None);
     assert_eq!((editor.covered(), editor.look().camera.exposure_ev), (Vec::new(), 3.0));
     editor.set_exposure(f32::NAN);
@@ -145,7 +156,10 @@ fn an_animation_over_an_edit_stays_legal() {
             material.validate(&look.materials[&material.name], &Place::file("look")).unwrap();
         }
         let a = blinn_phong(look.materials["a"]);
-        assert!(a.kd.iter().zip(a.ks).all(|(kd, ks)| (ks - f32::min(0.9, 1.0 - kd)).abs() < 1e-6), "{step}: {a:?}");
+        assert!(
+            a.kd.iter().zip(a.ks).all(|(kd, ks)| (ks - f32::min(0.9, 1.0 - kd)).abs() < 1e-6),
+            "{step}: {a:?}"
+        );
     }
 }
 
@@ -258,13 +272,19 @@ fn an_animation_that_is_shown_plays_on() {
         user.editor.advance(0.012_345);
         user.frame(Vec::new());
     }
-    assert!(user.editor.is_playing() && (user.editor.time_s() - 20.0 * 0.012_345).abs() < 1e-9, "{}", user.editor.time_s());
+    assert!(
+        user.editor.is_playing() && (user.editor.time_s() - 20.0 * 0.012_345).abs() < 1e-9,
+        "{}",
+        user.editor.time_s()
+    );
 }
 
 #[test]
 fn keys_and_buttons_ask_for_the_same() {
     let mut user = User::new(editor(false));
-    for (key_of, button, what) in [(Key::S, "PNG", Save::Png), (Key::E, "EXR", Save::Exr), (Key::T, "State", Save::State)] {
+    for (key_of, button, what) in
+        [(Key::S, "PNG", Save::Png), (Key::E, "EXR", Save::Exr), (Key::T, "State", Save::State)]
+    {
         user.frame(key(key_of));
         assert_eq!(user.wishes, Wishes { save: vec![what], ..Wishes::default() });
         user.click(button);
@@ -288,7 +308,9 @@ fn a_still_screen_asks_for_no_frames() {
 fn a_textured_metal_is_refused_with_the_reason() {
     let meta = Bundle::write_ggx().scene_meta();
     let state = PlacedState { state: State::default(), place: Place::file("defaults") };
-    let mut user = User::new(Editor::new(&Controls::new(support::scope(meta.clone()), &state, None, Vec::new()).unwrap()));
+    let mut user = User::new(Editor::new(
+        &Controls::new(support::scope(meta.clone()), &state, None, Vec::new()).unwrap(),
+    ));
     user.click("a");
     assert!(user.mirror.is_disabled("metallic"));
     user.slide("metallic", 1.0);
@@ -310,7 +332,9 @@ fn what_is_fixed_names_the_entry_that_lets_it_vary() {
     let user = User::new(editor(false));
     assert!(user.shows("view = true") && !user.shows("materials = ["), "{:?}", user.mirror.names());
     let user = User::before(lit::lit(false), None);
-    assert!(user.shows("materials = [\"NAME\"]") && !user.shows("view = true") && !user.shows("light = true"));
+    assert!(
+        user.shows("materials = [\"NAME\"]") && !user.shows("view = true") && !user.shows("light = true")
+    );
 }
 
 #[test]

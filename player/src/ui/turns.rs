@@ -1,8 +1,9 @@
 //! Input in the order in which it came.
 //!
-//! egui reacts once to all that has come since the last pass: a press belongs to what is under the pointer when all motions are over, and what is typed
-//! to the field that has the focus when all Tabs are counted. On a slow display, what a quick hand did would depend on the frame rate. So events are cut
-//! into turns that egui takes for what they are, and the screen goes through a pass for each of them; only the last is drawn.
+//! egui reacts once to all that has come since the last pass: a press belongs to what is under the pointer
+//! when all motions are over, and what is typed to the field that has the focus when all Tabs are counted. On
+//! a slow display, what a quick hand did would depend on the frame rate. So events are cut into turns that
+//! egui takes for what they are, and the screen goes through a pass for each of them; only the last is drawn.
 
 use egui::{Context, Event, FullOutput, RawInput, Ui};
 
@@ -23,7 +24,8 @@ enum About {
     Edit,
 }
 
-/// Shows the screen once for each turn of `input`. What comes out is to be drawn and done as if it came of one pass.
+/// Shows the screen once for each turn of `input`. What comes out is to be drawn and done as if it came of
+/// one pass.
 pub fn run_in_turns(context: &Context, mut input: RawInput, mut show: impl FnMut(&mut Ui)) -> FullOutput {
     let mut turns = cut(std::mem::take(&mut input.events)).into_iter();
     let with = |events| RawInput { events, ..input.clone() };
@@ -60,7 +62,10 @@ fn cut(events: Vec<Event>) -> Vec<Vec<Event>> {
 
 /// Whether events about `next` may be part of a turn about `now`.
 fn continues(now: About, next: About) -> bool {
-    matches!((now, next), (About::Motion, About::Motion) | (About::Wheel, About::Wheel) | (About::Key, About::Text))
+    matches!(
+        (now, next),
+        (About::Motion, About::Motion) | (About::Wheel, About::Wheel) | (About::Key, About::Text)
+    )
 }
 
 /// What an event is about, if its order among others matters.
@@ -86,7 +91,12 @@ mod tests {
     }
 
     fn button(pressed: bool) -> Event {
-        Event::PointerButton { pos: Pos2::ZERO, button: PointerButton::Primary, pressed, modifiers: Default::default() }
+        Event::PointerButton {
+            pos: Pos2::ZERO,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Default::default(),
+        }
     }
 
     fn moved(x: f32) -> Event {
@@ -95,7 +105,13 @@ mod tests {
 
     fn wheel() -> Event {
         let (unit, phase) = (egui::MouseWheelUnit::Point, egui::TouchPhase::Move);
-        Event::MouseWheel { unit, source: egui::MouseWheelSource::Unknown, phase, delta: Vec2::Y, modifiers: Default::default() }
+        Event::MouseWheel {
+            unit,
+            source: egui::MouseWheelSource::Unknown,
+            phase,
+            delta: Vec2::Y,
+            modifiers: Default::default(),
+        }
     }
 
     #[test]
@@ -110,10 +126,32 @@ mod tests {
                 vec![moved(3.0), moved(4.0)],
                 vec![button(false)],
             ],
-            vec![vec![moved(1.0)], vec![wheel(), wheel()], vec![moved(2.0), Event::PointerGone], vec![wheel()]],
-            vec![vec![a.clone(), text("a"), key(Key::A, false)], vec![tab.clone(), key(Key::Tab, false)], vec![a.clone(), text("a")]],
-            vec![vec![tab.clone()], vec![Event::Paste("b".to_owned())], vec![Event::Cut], vec![text("b")], vec![text("c")]],
-            vec![vec![button(false)], vec![text("b")], vec![Event::Copy], vec![Event::Paste("c".to_owned())], vec![tab.clone()], vec![tab]],
+            vec![
+                vec![moved(1.0)],
+                vec![wheel(), wheel()],
+                vec![moved(2.0), Event::PointerGone],
+                vec![wheel()],
+            ],
+            vec![
+                vec![a.clone(), text("a"), key(Key::A, false)],
+                vec![tab.clone(), key(Key::Tab, false)],
+                vec![a.clone(), text("a")],
+            ],
+            vec![
+                vec![tab.clone()],
+                vec![Event::Paste("b".to_owned())],
+                vec![Event::Cut],
+                vec![text("b")],
+                vec![text("c")],
+            ],
+            vec![
+                vec![button(false)],
+                vec![text("b")],
+                vec![Event::Copy],
+                vec![Event::Paste("c".to_owned())],
+                vec![tab.clone()],
+                vec![tab],
+            ],
         ] {
             assert_eq!(cut(turns.concat()), turns);
         }

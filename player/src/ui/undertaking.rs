@@ -1,4 +1,5 @@
-//! What the user is in the middle of, a drag or a field being typed in, and how it is called off: by Escape, which brings back what was set before.
+//! What the user is in the middle of, a drag or a field being typed in, and how it is called off: by Escape,
+//! which brings back what was set before.
 
 use super::editor::{Editor, Settings};
 use egui::{Context, Event, Id, Key, Modifiers};
@@ -43,7 +44,9 @@ impl Undertaking {
 }
 
 fn escapes(ctx: &Context) -> bool {
-    let is_escape = |event: &Event| matches!(event, Event::Key { key: Key::Escape, pressed: true, modifiers: Modifiers::NONE, .. });
+    let is_escape = |event: &Event| {
+        matches!(event, Event::Key { key: Key::Escape, pressed: true, modifiers: Modifiers::NONE, .. })
+    };
     ctx.input(|input| input.events.iter().any(is_escape))
 }
 

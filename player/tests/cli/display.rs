@@ -27,10 +27,14 @@ fn frames_are_shown_as_state_and_options_say() {
         (&[&state[..], &["--exposure", "-0.25"]].concat(), -0.25, Tonemap::Agx),
         (&[&state[..], &["--exposure", "auto"]].concat(), auto, Tonemap::Agx),
     ] {
-        expect_success(&headless(bundle.folder(), &[&["--frames", "@/f.png", "--exr", "@/f.exr"], options].concat()));
+        expect_success(&headless(
+            bundle.folder(),
+            &[&["--frames", "@/f.png", "--exr", "@/f.exr"], options].concat(),
+        ));
         assert_eq!(exr(&at("f.exr")), radiance, "{options:?}: EXR stays linear");
         let display = Display { exposure_ev, tonemap };
-        let expected: Vec<[u8; 3]> = radiance.iter().map(|radiance| display.shown(*radiance).map(srgb_from_linear)).collect();
+        let expected: Vec<[u8; 3]> =
+            radiance.iter().map(|radiance| display.shown(*radiance).map(srgb_from_linear)).collect();
         let png = image::open(at("f.png")).unwrap().to_rgb8();
         assert!(png.pixels().map(|pixel| pixel.0).eq(expected), "{options:?}");
     }
@@ -41,5 +45,9 @@ fn frames_are_shown_as_state_and_options_say() {
     expect_success(&headless(bundle.folder(), &[&["--frames", "@/f.png"], &options[..]].concat()));
     let display = Display { exposure_ev: 2.0, tonemap: Tonemap::Clamp };
     let png = image::open(at("f.png")).unwrap().to_rgb8();
-    assert!(png.pixels().zip(&radiance).all(|(pixel, radiance)| pixel.0 == display.shown(*radiance).map(srgb_from_linear)));
+    assert!(
+        png.pixels()
+            .zip(&radiance)
+            .all(|(pixel, radiance)| pixel.0 == display.shown(*radiance).map(srgb_from_linear))
+    );
 }

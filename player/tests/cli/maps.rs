@@ -14,7 +14,10 @@ fn write(map: &Environment, path: &Path) {
 
 /// The frame that `arguments` make, as a file of linear radiance.
 fn frame(folder: &Path, arguments: &[&str]) -> Vec<u8> {
-    expect_success(&headless(folder, &[&["--exr", "@/frame.exr", "--stats", "@/stats.json", "--count", "1"], arguments].concat()));
+    expect_success(&headless(
+        folder,
+        &[&["--exr", "@/frame.exr", "--stats", "@/stats.json", "--count", "1"], arguments].concat(),
+    ));
     std::fs::read(folder.join("frame.exr")).unwrap()
 }
 
@@ -30,10 +33,17 @@ fn expect_the_same(folder: &Path, maps: &[Environment], more: &[&str]) {
         let name = &map.name;
         write(map, &folder.join(format!("maps/my {name}.exr")));
         let turned = "rotation_deg = 33.0, gain = [1.0, 0.5, 2.0] }\n";
-        std::fs::write(folder.join("own.toml"), format!("environment = {{ map = '{name}', {turned}")).unwrap();
+        std::fs::write(folder.join("own.toml"), format!("environment = {{ map = '{name}', {turned}"))
+            .unwrap();
         std::fs::write(folder.join("turned.toml"), format!("environment = {{ {turned}")).unwrap();
-        std::fs::write(folder.join("maps/file.toml"), format!("environment = {{ map = 'my {name}.exr', {turned}")).unwrap();
-        let animation = format!("duration_s = 1.0\n[[key]]\nt_s = 0\nenvironment = {{ map = 'maps/my {name}.exr', {turned}");
+        std::fs::write(
+            folder.join("maps/file.toml"),
+            format!("environment = {{ map = 'my {name}.exr', {turned}"),
+        )
+        .unwrap();
+        let animation = format!(
+            "duration_s = 1.0\n[[key]]\nt_s = 0\nenvironment = {{ map = 'maps/my {name}.exr', {turned}"
+        );
         std::fs::write(folder.join("file-animation.toml"), animation).unwrap();
         let (own, remark) = frame(&["--state", "@/own.toml"]);
         assert_eq!(remark, None, "{name}");
@@ -83,7 +93,11 @@ fn the_bundles_own_map_comes_before_a_file_of_its_name() {
     frame(bundle.folder(), &["--state", "@/s.toml"]);
     assert!(stats(&at("stats.json"))["remark"].is_null());
     // Who names the file means it.
-    expect_error(&headless(bundle.folder(), &["--exr", "@/f.exr", "--environment", "@/sun.exr"]), 2, "sun.exr: is no OpenEXR file");
+    expect_error(
+        &headless(bundle.folder(), &["--exr", "@/f.exr", "--environment", "@/sun.exr"]),
+        2,
+        "sun.exr: is no OpenEXR file",
+    );
 }
 
 #[test]
@@ -100,7 +114,10 @@ fn what_is_no_map_is_refused_in_one_line() {
     std::fs::create_dir(at("folder.exr")).unwrap();
     for (file, part) in [
         ("@/gone.exr", "gone.exr: "),
-        ("@/text.hdr", "text.hdr: is no Radiance file, though its name says so, but a text; save the picture again"),
+        (
+            "@/text.hdr",
+            "text.hdr: is no Radiance file, though its name says so, but a text; save the picture again",
+        ),
         ("@/square.exr", "square.exr: 16 × 16 texels, square as mirror balls"),
         ("@/bright.exr", "bright.exr: a radiance is outside 0..1e12; mend or scale the picture"),
         ("@/manifest.json", "it reads .hdr and .exr, convert it"),
@@ -113,7 +130,10 @@ fn what_is_no_map_is_refused_in_one_line() {
             "camera.exposure_ev = 1\n[environment]\nmap = 'gone.exr'\n",
             "s.toml: line 3: environment: no map `gone.exr`, nor a file of that name",
         ),
-        ("[environment]\nmap = 'nois'\n", "no map `nois`; this bundle has: noise, sun, black, even; did you mean `noise`?"),
+        (
+            "[environment]\nmap = 'nois'\n",
+            "no map `nois`; this bundle has: noise, sun, black, even; did you mean `noise`?",
+        ),
         ("[environment]\nmap = 'text.hdr'\n", "text.hdr: is no Radiance file"),
         ("[environment]\nmap = 'square.exr'\n", "16 × 16 texels"),
     ] {
@@ -123,7 +143,11 @@ fn what_is_no_map_is_refused_in_one_line() {
     assert!(!at("f.png").exists());
     write(&rows.maps[0], &images.folder().join("sky.exr"));
     let given = headless(images.folder(), &["--frames", "@/f.png", "--environment", "@/sky.exr"]);
-    expect_error(&given, 2, "this bundle does not vary the light, so no map can be added; leave it out, or add light = true to [vary]");
+    expect_error(
+        &given,
+        2,
+        "this bundle does not vary the light, so no map can be added; leave it out, or add light = true to [vary]",
+    );
     std::fs::write(images.folder().join("s.toml"), "environment.map = 'sky.exr'\n").unwrap();
     expect_error(
         &headless(images.folder(), &["--frames", "@/f.png", "--state", "@/s.toml"]),

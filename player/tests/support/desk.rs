@@ -46,14 +46,19 @@ impl Display {
 
     /// What `xdotool` says to these commands, one after the other; `None` if it fails.
     pub fn xdotool(&self, commands: &str) -> Option<String> {
-        let output = Command::new("xdotool").args(commands.split_whitespace()).env("DISPLAY", &self.name).output().unwrap();
+        let output = Command::new("xdotool")
+            .args(commands.split_whitespace())
+            .env("DISPLAY", &self.name)
+            .output()
+            .unwrap();
         output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
     }
 }
 
 fn tools_there() -> Result<(), String> {
     for (tool, package) in [("Xvfb", "xvfb"), ("xdotool", "xdotool")] {
-        let found = std::env::var_os("PATH").is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).exists()));
+        let found = std::env::var_os("PATH")
+            .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(tool).exists()));
         if !found {
             return Err(format!("no {tool}; install {package}"));
         }
@@ -148,7 +153,8 @@ impl<'a> Window<'a> {
 
     pub fn size(&self) -> [f32; 2] {
         let text = self.display.xdotool(&format!("getwindowgeometry --shell {}", self.id)).unwrap();
-        ["WIDTH=", "HEIGHT="].map(|key| text.lines().find_map(|line| line.strip_prefix(key)).unwrap().parse().unwrap())
+        ["WIDTH=", "HEIGHT="]
+            .map(|key| text.lines().find_map(|line| line.strip_prefix(key)).unwrap().parse().unwrap())
     }
 
     pub fn click(&self, at: Pos2) {
@@ -156,9 +162,11 @@ impl<'a> Window<'a> {
         self.display.xdotool(&format!("mousemove --window {} {x} {y} click 1", self.id)).unwrap();
     }
 
-    /// Drags with a button of the mouse, faster than any hand: on a slow display it is over before the next frame.
+    /// Drags with a button of the mouse, faster than any hand: on a slow display it is over before the next
+    /// frame.
     pub fn drag(&self, button: u32, from: Pos2, to: Pos2) {
-        let at = |point: Pos2| format!("mousemove --window {} {} {}", self.id, point.round().x, point.round().y);
+        let at =
+            |point: Pos2| format!("mousemove --window {} {} {}", self.id, point.round().x, point.round().y);
         let (from, half, to) = (at(from), at(from + 0.5 * (to - from)), at(to));
         self.display.xdotool(&format!("{from} mousedown {button} {half} {to} mouseup {button}")).unwrap();
     }
@@ -166,7 +174,9 @@ impl<'a> Window<'a> {
     /// Clicks, and presses keys at once.
     pub fn click_and_type(&self, at: Pos2, keys: &str) {
         let Pos2 { x, y } = at.round();
-        self.display.xdotool(&format!("mousemove --window {} {x} {y} click 1 key --delay 0 {keys}", self.id)).unwrap();
+        self.display
+            .xdotool(&format!("mousemove --window {} {x} {y} click 1 key --delay 0 {keys}", self.id))
+            .unwrap();
     }
 
     /// Presses keys, one after the other and without a pause.

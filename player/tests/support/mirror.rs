@@ -1,5 +1,5 @@
-//! The screen without a window: the same drawing code in a plain egui context, fed with made-up input. Where things are is read from the
-//! accessibility tree, so that tests name what they click on.
+//! The screen without a window: the same drawing code in a plain egui context, fed with made-up input. Where
+//! things are is read from the accessibility tree, so that tests name what they click on.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use egui::{Event, FullOutput, OutputCommand, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, accesskit};
@@ -24,7 +24,15 @@ impl Mirror {
     pub fn new(size: [f32; 2]) -> Self {
         let context = egui::Context::default();
         context.enable_accesskit();
-        Self { context, size: size.into(), time_s: 0.0, nodes: Vec::new(), texts: Vec::new(), copied: Vec::new(), restless: false }
+        Self {
+            context,
+            size: size.into(),
+            time_s: 0.0,
+            nodes: Vec::new(),
+            texts: Vec::new(),
+            copied: Vec::new(),
+            restless: false,
+        }
     }
 
     /// What it is drawn in.
@@ -41,25 +49,38 @@ impl Mirror {
     pub fn frame(&mut self, events: Vec<Event>, draw: impl FnMut(&mut egui::Ui)) {
         self.time_s += 0.05;
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, self.size));
-        let input = RawInput { screen_rect, time: Some(self.time_s), events, focused: true, ..Default::default() };
+        let input =
+            RawInput { screen_rect, time: Some(self.time_s), events, focused: true, ..Default::default() };
         let output = run_in_turns(&self.context, input, draw);
         self.restless = output.viewport_output[&egui::ViewportId::ROOT].repaint_delay.is_zero();
         self.texts.clear();
-        output.shapes.iter().for_each(|clipped| find_texts(&clipped.shape, clipped.clip_rect, &mut self.texts));
+        output
+            .shapes
+            .iter()
+            .for_each(|clipped| find_texts(&clipped.shape, clipped.clip_rect, &mut self.texts));
         let FullOutput { platform_output, mut textures_delta, .. } = output;
         textures_delta.clear();
         let copied = |command| if let OutputCommand::CopyText(text) = command { Some(text) } else { None };
         self.copied = platform_output.commands.into_iter().filter_map(copied).collect();
-        self.nodes = platform_output.accesskit_update.unwrap().nodes.into_iter().map(|(_, node)| node).collect();
+        self.nodes =
+            platform_output.accesskit_update.unwrap().nodes.into_iter().map(|(_, node)| node).collect();
     }
 
     /// Where the thing called `name` is, as last drawn; for a slider, its rail.
     #[track_caller]
     pub fn rect(&self, name: &str) -> Rect {
-        let named = |node: &&accesskit::Node| node.label() == Some(name) && node.role() != accesskit::Role::Label;
-        let node = self.nodes.iter().find(named).unwrap_or_else(|| panic!("nothing is called `{name}`: {:?}", self.names()));
+        let named =
+            |node: &&accesskit::Node| node.label() == Some(name) && node.role() != accesskit::Role::Label;
+        let node = self
+            .nodes
+            .iter()
+            .find(named)
+            .unwrap_or_else(|| panic!("nothing is called `{name}`: {:?}", self.names()));
         let bounds = node.bounds().unwrap();
-        Rect::from_min_max(Pos2::new(bounds.x0 as f32, bounds.y0 as f32), Pos2::new(bounds.x1 as f32, bounds.y1 as f32))
+        Rect::from_min_max(
+            Pos2::new(bounds.x0 as f32, bounds.y0 as f32),
+            Pos2::new(bounds.x1 as f32, bounds.y1 as f32),
+        )
     }
 
     /// Whether the thing called `name` reacts to nothing.

@@ -37,14 +37,20 @@ pub fn gpu_there() -> bool {
 pub fn headless(folder: &Path, arguments: &[&str]) -> Output {
     let folder = folder.to_str().unwrap();
     let arguments: Vec<String> = arguments.iter().map(|a| a.replace('@', folder)).collect();
-    player(&[&[folder, "--headless"], arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice()].concat())
+    player(
+        &[&[folder, "--headless"], arguments.iter().map(String::as_str).collect::<Vec<_>>().as_slice()]
+            .concat(),
+    )
 }
 
 #[track_caller]
 pub fn expect_error(output: &Output, code: i32, part: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{stderr}");
-    assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(part), "{stderr}");
+    assert!(
+        stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(part),
+        "{stderr}"
+    );
 }
 
 #[track_caller]

@@ -9,7 +9,8 @@ use relume_player::output::encode_exr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Saves states, from this number on, until one has an exposure that the picture asked for: the picture may take its time. Returns its file and the next number.
+/// Saves states, from this number on, until one has an exposure that the picture asked for: the picture may
+/// take its time. Returns its file and the next number.
 fn exposed(window: &mut Window<'_>, scene: &str, mut number: usize) -> (PathBuf, usize) {
     loop {
         let path = window.save("t", &format!("{scene}-{number:04}.toml"));
@@ -60,8 +61,13 @@ fn a_map_from_a_file_shows_the_same_without_a_window() {
     assert_eq!(state(&saved).environment.unwrap().map.as_deref(), sky.to_str());
     let png = window.save("s", "lit-0001.png");
     let folder = window.folder.path();
-    let arguments = ["--headless", "--count", "1", "--state", saved.to_str().unwrap(), "--frames", "alone.png"];
-    let alone = Command::new(env!("CARGO_BIN_EXE_player")).arg(bundle.folder()).args(arguments).current_dir(folder).output();
+    let arguments =
+        ["--headless", "--count", "1", "--state", saved.to_str().unwrap(), "--frames", "alone.png"];
+    let alone = Command::new(env!("CARGO_BIN_EXE_player"))
+        .arg(bundle.folder())
+        .args(arguments)
+        .current_dir(folder)
+        .output();
     assert!(alone.unwrap().status.success());
     let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
     assert!(bytes(&png) == bytes(&folder.join("alone.png")), "both show the same");

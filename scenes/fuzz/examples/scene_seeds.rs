@@ -9,8 +9,7 @@ use std::path::Path;
 const POSITIONS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [[u16; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
-const OBJ: &str =
-    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 3/2/1 2/3/1\nf 1 2 4\nf 1 4 3\nf -3 -2 -1\n";
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 3/2/1 2/3/1\nf 1 2 4\nf 1 4 3\nf -3 -2 -1\n";
 const OFF: &str = "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nproperty float v\n\
                    element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n0 0 1 1 1\n\
@@ -82,13 +81,20 @@ fn textured() -> Vec<u8> {
     tetrahedron().into_iter().chain([0.5f32; 8].into_iter().flat_map(f32::to_le_bytes)).collect()
 }
 
-/// The tetrahedron; joints, weights and inverse bind matrices; sparse indices; times, rotations, and a spline of translations.
+/// The tetrahedron; joints, weights and inverse bind matrices; sparse indices; times, rotations, and a spline
+/// of translations.
 fn deforming() -> Vec<u8> {
     let identity = [1.0f32, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     let joints = [0, 1, 0, 0].repeat(4).into_iter().chain([128, 127, 0, 0].repeat(4));
     let keys = [0.0f32, 1.0].into_iter().chain([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).chain([0.25; 18]);
     let matrices = identity.repeat(2).into_iter().flat_map(f32::to_le_bytes);
-    tetrahedron().into_iter().chain(joints).chain(matrices).chain([1, 3, 0, 0]).chain(keys.flat_map(f32::to_le_bytes)).collect()
+    tetrahedron()
+        .into_iter()
+        .chain(joints)
+        .chain(matrices)
+        .chain([1, 3, 0, 0])
+        .chain(keys.flat_map(f32::to_le_bytes))
+        .collect()
 }
 
 /// `json`, whose BUFFER stands for the place of `buffer`, as text and as binary.
@@ -108,7 +114,10 @@ fn base64(bytes: &[u8]) -> String {
 
 fn gltf() -> Outcome {
     let image = format!("\"uri\":\"data:image/png;base64,{}\"", base64(&picture(ImageFormat::Png)?));
-    for (name, json, buffer) in [("mode", GLTF.replace("IMAGE", &image), textured()), ("deforming", DEFORMING.to_owned(), deforming())] {
+    for (name, json, buffer) in [
+        ("mode", GLTF.replace("IMAGE", &image), textured()),
+        ("deforming", DEFORMING.to_owned(), deforming()),
+    ] {
         let (text, glb) = text_and_binary(&json, &buffer);
         for (mode, file) in [(0, &text), (1, &glb), (2, &text), (3, &glb)] {
             seed("gltf", &format!("{name}-{mode}"), [&[mode], &file[..]].concat())?;
@@ -119,7 +128,8 @@ fn gltf() -> Outcome {
 
 fn environments() -> Outcome {
     let mut bytes = Cursor::new(Vec::new());
-    Rgb32FImage::from_fn(8, 4, |x, y| Rgb([x as f32, y as f32, 0.5])).write_to(&mut bytes, ImageFormat::Hdr)?;
+    Rgb32FImage::from_fn(8, 4, |x, y| Rgb([x as f32, y as f32, 0.5]))
+        .write_to(&mut bytes, ImageFormat::Hdr)?;
     seed("environment_hdr", "sky", bytes.into_inner())?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/environment_exr");
     std::fs::create_dir_all(&folder)?;
@@ -131,7 +141,11 @@ fn library() -> Outcome {
     for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../library"))? {
         let entry = entry?;
         if entry.file_type()?.is_dir() {
-            seed("scene_toml", &entry.file_name().to_string_lossy(), std::fs::read(entry.path().join("scene.toml"))?)?;
+            seed(
+                "scene_toml",
+                &entry.file_name().to_string_lossy(),
+                std::fs::read(entry.path().join("scene.toml"))?,
+            )?;
         }
     }
     Ok(())
@@ -142,7 +156,8 @@ fn main() -> Outcome {
     seed("off", "tetrahedron", OFF)?;
     seed("ply", "text", PLY)?;
     let faces = FACES.iter().flat_map(|f| [3].into_iter().chain(f.iter().flat_map(|i| i.to_le_bytes())));
-    let binary = PLY_BINARY.bytes().chain(POSITIONS.as_flattened().iter().flat_map(|x| x.to_le_bytes())).chain(faces);
+    let binary =
+        PLY_BINARY.bytes().chain(POSITIONS.as_flattened().iter().flat_map(|x| x.to_le_bytes())).chain(faces);
     seed("ply", "binary", binary.collect::<Vec<u8>>())?;
     seed("texture", "png", picture(ImageFormat::Png)?)?;
     seed("texture", "jpeg", picture(ImageFormat::Jpeg)?)?;

@@ -1,4 +1,5 @@
-//! glTF 2.0: the first byte says whether the rest is text or binary, and whether the file brings its own materials and lights.
+//! glTF 2.0: the first byte says whether the rest is text or binary, and whether the file brings its own
+//! materials and lights.
 
 #![no_main]
 
@@ -6,7 +7,8 @@ use libfuzzer_sys::fuzz_target;
 use relume_scenes_fuzz::Stage;
 use std::sync::LazyLock;
 
-/// Of the file's geometry alone, at rest and as a shape that deforms, then of all that it brings; as text, then as binary.
+/// Of the file's geometry alone, at rest and as a shape that deforms, then of all that it brings; as text,
+/// then as binary.
 static STAGES: LazyLock<[(Stage, &str); 4]> = LazyLock::new(|| {
     let whole = |file| format!("[[object]]\nname = \"a\"\nfile = \"{file}\"\nlights = true\n");
     [

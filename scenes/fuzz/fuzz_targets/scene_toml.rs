@@ -1,4 +1,5 @@
-//! `scene.toml`. Scenes that ask for many triangles are left out: they are legal, and would cost all the time.
+//! `scene.toml`. Scenes that ask for many triangles are left out: they are legal, and would cost all the
+//! time.
 
 #![no_main]
 
@@ -14,7 +15,9 @@ static STAGE: LazyLock<Stage> = LazyLock::new(|| Stage::new("scene", ""));
 fn triangles(scene: &toml::Table) -> i64 {
     let objects = scene.get("object").and_then(toml::Value::as_array).into_iter().flatten();
     let cost = |object: &toml::Value| {
-        let number = |key: &str, default: i64| object.get(key).and_then(toml::Value::as_integer).unwrap_or(default).clamp(0, 10_000);
+        let number = |key: &str, default: i64| {
+            object.get(key).and_then(toml::Value::as_integer).unwrap_or(default).clamp(0, 10_000)
+        };
         let sphere = 20 << (2 * number("subdivisions", 4)).min(40);
         sphere + 2 * number("segments", 300) * number("sides", 32)
     };

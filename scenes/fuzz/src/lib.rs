@@ -1,4 +1,5 @@
-//! What the fuzz targets share: a scene in a temporary folder that names the fuzzed file, and what must hold of it once it is loaded.
+//! What the fuzz targets share: a scene in a temporary folder that names the fuzzed file, and what must hold
+//! of it once it is loaded.
 
 use relume_scenes::{Mesh, Scene, load, load_deforming};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,8 @@ use std::path::{Path, PathBuf};
 const VIEW: &str = "[render]\nsize = [8, 8]\n[camera]\nposition = [0.0, 1.0, 4.0]\ntarget = [0.0, 1.0, 0.0]\nfov_deg = 40.0\n";
 
 /// A material for whatever needs one.
-pub const MATERIAL: &str = "[materials.a]\nbrdf = \"blinn-phong\"\nkd = [0.5, 0.5, 0.5]\nks = [0.0, 0.0, 0.0]\nshininess = 10.0\n";
+pub const MATERIAL: &str =
+    "[materials.a]\nbrdf = \"blinn-phong\"\nkd = [0.5, 0.5, 0.5]\nks = [0.0, 0.0, 0.0]\nshininess = 10.0\n";
 
 /// An object that wears it.
 pub const QUAD: &str = "[[object]]\nname = \"quad\"\nmaterial = \"a\"\nshape = \"quad\"\n";
@@ -56,7 +58,8 @@ impl Stage {
         }
     }
 
-    /// Loads `name`, a file beside the scene, as a shape that deforms: a sound one, or an error of one line. Returns the error, if any.
+    /// Loads `name`, a file beside the scene, as a shape that deforms: a sound one, or an error of one line.
+    /// Returns the error, if any.
     pub fn load_deforming(&self, name: &str) -> Option<String> {
         let deforming = match load_deforming(&self.0.join(name), &mut Vec::new()) {
             Ok(deforming) => deforming,

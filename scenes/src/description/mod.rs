@@ -1,6 +1,8 @@
-//! `scene.toml` as written: every key, its type and its default. What the values mean is decided by [`crate::loading`].
+//! `scene.toml` as written: every key, its type and its default. What the values mean is decided by
+//! [`crate::loading`].
 //!
-//! Everything denies unknown keys, so that a misspelt one is an error with its line and a suggestion, never a silent default.
+//! Everything denies unknown keys, so that a misspelt one is an error with its line and a suggestion, never a
+//! silent default.
 
 mod object;
 
@@ -56,8 +58,8 @@ fn two_reflections() -> u32 {
     2
 }
 
-/// `[materials.NAME]`: the keys of both models; those of the other one are refused by name. Without `brdf` it changes the material of that name
-/// in a glTF file.
+/// `[materials.NAME]`: the keys of both models; those of the other one are refused by name. Without `brdf` it
+/// changes the material of that name in a glTF file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MaterialFile {

@@ -3,8 +3,9 @@
 use crate::transform::TransformFile;
 use serde::Deserialize;
 
-/// One object: a file or a procedural shape. A glTF file without `material` brings its own materials, and its lights unless `lights = false`. The parameters of all shapes share one flat list, because keys can only be denied there;
-/// [`crate::shapes::Shape::from_object`] refuses those that do not belong to the shape.
+/// One object: a file or a procedural shape. A glTF file without `material` brings its own materials, and its
+/// lights unless `lights = false`. The parameters of all shapes share one flat list, because keys can only be
+/// denied there; [`crate::shapes::Shape::from_object`] refuses those that do not belong to the shape.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectFile {

@@ -1,7 +1,9 @@
-//! Triangles of an outline in the plane that may be concave, run along a cut to a hole and back, or touch itself.
+//! Triangles of an outline in the plane that may be concave, run along a cut to a hole and back, or touch
+//! itself.
 //!
-//! A constrained Delaunay triangulation holds every edge of the outline; a triangle belongs to the inside if the way out to it crosses the outline
-//! an odd number of times. Corners on a line get triangles of their own height, so that neighbours along that line stay joined.
+//! A constrained Delaunay triangulation holds every edge of the outline; a triangle belongs to the inside if
+//! the way out to it crosses the outline an odd number of times. Corners on a line get triangles of their own
+//! height, so that neighbours along that line stay joined.
 
 use glam::DVec2;
 use spade::handles::FixedVertexHandle;
@@ -11,7 +13,8 @@ use std::collections::HashMap;
 /// Edges of the outline count how often it runs along them.
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>, (), u32>;
 
-/// Counter-clockwise triangles of indices into `outline`; none if the outline crosses itself or has no inside.
+/// Counter-clockwise triangles of indices into `outline`; none if the outline crosses itself or has no
+/// inside.
 pub(super) fn triangulate(outline: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     let mut known = HashMap::new();
     let (mut points, mut first) = (Vec::new(), Vec::new());
@@ -31,18 +34,22 @@ pub(super) fn triangulate(outline: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     let inside = insides(&delaunay);
     let corners = |face: &[usize; 3]| face.map(|vertex| first[vertex]);
     let faces = delaunay.inner_faces().filter(|face| inside.get(face.fix().index()) == Some(&Some(true)));
-    let triangles: Vec<[usize; 3]> = faces.map(|face| corners(&face.vertices().map(|v| v.fix().index()))).collect();
+    let triangles: Vec<[usize; 3]> =
+        faces.map(|face| corners(&face.vertices().map(|v| v.fix().index()))).collect();
     (!triangles.is_empty()).then_some(triangles)
 }
 
 /// None if it crosses itself.
 fn add_outline(delaunay: &mut Delaunay, vertices: &[usize]) -> Option<()> {
     for (from, to) in vertices.iter().zip(vertices.iter().cycle().skip(1)).filter(|(from, to)| from != to) {
-        let edges = delaunay.try_add_constraint(FixedVertexHandle::from_index(*from), FixedVertexHandle::from_index(*to));
+        let edges = delaunay
+            .try_add_constraint(FixedVertexHandle::from_index(*from), FixedVertexHandle::from_index(*to));
         if edges.is_empty() {
             return None;
         }
-        edges.iter().for_each(|edge| *delaunay.undirected_edge_data_mut(edge.as_undirected()).data_mut() += 1);
+        edges
+            .iter()
+            .for_each(|edge| *delaunay.undirected_edge_data_mut(edge.as_undirected()).data_mut() += 1);
     }
     Some(())
 }
@@ -56,7 +63,9 @@ fn insides(delaunay: &Delaunay) -> Vec<Option<bool>> {
     let mut edges: Vec<_> = delaunay.convex_hull().flat_map(|edge| [edge, edge.rev()]).collect();
     while let Some(edge) = edges.pop() {
         let (from, to) = (edge.face().fix().index(), edge.rev().face().fix().index());
-        let (Some(Some(state)), Some(None)) = (inside.get(from).copied(), inside.get(to).copied()) else { continue };
+        let (Some(Some(state)), Some(None)) = (inside.get(from).copied(), inside.get(to).copied()) else {
+            continue;
+        };
         inside[to] = Some(state != (edge.as_undirected().data().data() % 2 == 1));
         edges.extend(edge.rev().face().as_inner().iter().flat_map(|face| face.adjacent_edges()));
     }

@@ -8,7 +8,8 @@ use relume_formats::{Error, Place, Result};
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Most elements of an accessor whose values are not in the file: they are 0 but for those that a sparse accessor changes.
+/// Most elements of an accessor whose values are not in the file: they are 0 but for those that a sparse
+/// accessor changes.
 const MAX_ZEROS: usize = 1 << 24;
 
 /// Most bytes of all buffers of a file.
@@ -25,7 +26,9 @@ impl Buffers {
         for buffer in document.buffers() {
             let place = place.part(format!("buffer {}", buffer.index()));
             let bytes = match buffer.source() {
-                Source::Bin => blob.take().ok_or_else(|| Error::invalid(&place, "has no uri, and the file has no binary chunk"))?,
+                Source::Bin => blob
+                    .take()
+                    .ok_or_else(|| Error::invalid(&place, "has no uri, and the file has no binary chunk"))?,
                 Source::Uri(uri) => read_uri(uri, path, &place)?,
             };
             if bytes.len() < buffer.length() {
@@ -36,7 +39,10 @@ impl Buffers {
             }
             total = total.saturating_add(bytes.len());
             if total > MAX_BYTES {
-                return Err(Error::invalid(&place, format!("all buffers together hold more than {MAX_BYTES} bytes; split the file")));
+                return Err(Error::invalid(
+                    &place,
+                    format!("all buffers together hold more than {MAX_BYTES} bytes; split the file"),
+                ));
             }
             buffers.push(bytes);
         }
@@ -81,14 +87,24 @@ impl Buffers {
     /// Matrices by columns.
     pub fn matrices(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Vec<[[f32; 4]; 4]>> {
         let numbers = self.numbers::<16>(accessor, Integers::None, Dimensions::Mat4, place)?;
-        Ok(numbers.iter().map(|m| std::array::from_fn(|column| std::array::from_fn(|row| m[4 * column + row]))).collect())
+        Ok(numbers
+            .iter()
+            .map(|m| std::array::from_fn(|column| std::array::from_fn(|row| m[4 * column + row])))
+            .collect())
     }
 
     /// Three numbers per element, of which there must be `count`.
-    pub fn displacements(&self, accessor: &Accessor<'_>, count: usize, place: &Place) -> Result<Vec<[f32; 3]>> {
+    pub fn displacements(
+        &self,
+        accessor: &Accessor<'_>,
+        count: usize,
+        place: &Place,
+    ) -> Result<Vec<[f32; 3]>> {
         if accessor.count() != count {
             let (number, given) = (accessor.index(), accessor.count());
-            let reason = format!("accessor {number} holds {given} displacements of {count} vertices; export the file again");
+            let reason = format!(
+                "accessor {number} holds {given} displacements of {count} vertices; export the file again"
+            );
             return Err(Error::invalid(place, reason));
         }
         self.vectors(accessor, place)
@@ -112,14 +128,26 @@ impl Buffers {
         let types = if allowed { types.as_slice() } else { &[DataType::F32] };
         expect_type(accessor, types, dimensions, place)?;
         let elements = self.elements(accessor, place)?;
-        Ok(elements.iter().map(|bytes| std::array::from_fn(|k| number_at(bytes, k, data_type, normalised))).collect())
+        Ok(elements
+            .iter()
+            .map(|bytes| std::array::from_fn(|k| number_at(bytes, k, data_type, normalised)))
+            .collect())
     }
 
     /// The bytes of a whole view.
     pub fn view(&self, view: &View<'_>, place: &Place) -> Result<&[u8]> {
         let end = view.offset().checked_add(view.length());
-        let bytes = self.0.get(view.buffer().index()).zip(end).and_then(|(buffer, end)| buffer.get(view.offset()..end));
-        bytes.ok_or_else(|| Error::invalid(place, format!("buffer view {} reaches beyond its buffer; export the file again", view.index())))
+        let bytes = self
+            .0
+            .get(view.buffer().index())
+            .zip(end)
+            .and_then(|(buffer, end)| buffer.get(view.offset()..end));
+        bytes.ok_or_else(|| {
+            Error::invalid(
+                place,
+                format!("buffer view {} reaches beyond its buffer; export the file again", view.index()),
+            )
+        })
     }
 
     /// Vertex indices, widened.
@@ -133,27 +161,50 @@ impl Buffers {
         expect_type(accessor, &[DataType::U8, DataType::U16], Dimensions::Vec4, place)?;
         let size = accessor.data_type().size();
         let index = |bytes: &[u8], k: usize| little_endian(bytes.get(size * k..size * (k + 1)));
-        Ok(self.elements(accessor, place)?.iter().map(|bytes| std::array::from_fn(|k| index(bytes, k))).collect())
+        Ok(self
+            .elements(accessor, place)?
+            .iter()
+            .map(|bytes| std::array::from_fn(|k| index(bytes, k)))
+            .collect())
     }
 
-    /// The bytes of each element. A sparse accessor changes some of those that its view holds, or that are 0 if it has none.
+    /// The bytes of each element. A sparse accessor changes some of those that its view holds, or that are 0
+    /// if it has none.
     fn elements(&self, accessor: &Accessor<'_>, place: &Place) -> Result<Elements<'_>> {
         let (size, count) = (accessor.size(), accessor.count());
-        let stored = accessor.view().map(|view| self.strided(accessor, &view, accessor.offset(), size, count, place)).transpose()?;
-        let Some(sparse) = accessor.sparse() else { return stored.map_or_else(|| zeros(accessor, place), Ok) };
+        let stored = accessor
+            .view()
+            .map(|view| self.strided(accessor, &view, accessor.offset(), size, count, place))
+            .transpose()?;
+        let Some(sparse) = accessor.sparse() else {
+            return stored.map_or_else(|| zeros(accessor, place), Ok);
+        };
         let mut elements = match stored {
             Some(stored) => Elements::packed(stored.iter().flatten().copied().collect(), size),
             None => zeros(accessor, place)?,
         };
         let (indices, changes) = (sparse.indices(), sparse.values());
         let width = indices.index_type().size();
-        let indices = self.strided(accessor, &indices.view(), indices.offset(), width, sparse.count(), place)?;
-        let changes = self.strided(accessor, &changes.view(), changes.offset(), size, sparse.count(), place)?;
-        for (index, change) in indices.iter().map(|bytes| little_endian(Some(bytes)) as usize).zip(changes.iter()) {
+        let indices =
+            self.strided(accessor, &indices.view(), indices.offset(), width, sparse.count(), place)?;
+        let changes =
+            self.strided(accessor, &changes.view(), changes.offset(), size, sparse.count(), place)?;
+        for (index, change) in
+            indices.iter().map(|bytes| little_endian(Some(bytes)) as usize).zip(changes.iter())
+        {
             let number = accessor.index();
-            let beyond = || Error::invalid(place, format!("accessor {number} changes element {index} of {count}; export the file again"));
+            let beyond = || {
+                Error::invalid(
+                    place,
+                    format!("accessor {number} changes element {index} of {count}; export the file again"),
+                )
+            };
             let bytes = elements.bytes.to_mut();
-            bytes.get_mut(index.saturating_mul(size)..).and_then(|b| b.get_mut(..size)).ok_or_else(beyond)?.copy_from_slice(change);
+            bytes
+                .get_mut(index.saturating_mul(size)..)
+                .and_then(|b| b.get_mut(..size))
+                .ok_or_else(beyond)?
+                .copy_from_slice(change);
         }
         Ok(elements)
     }
@@ -178,7 +229,13 @@ impl Buffers {
             .and_then(|(view, end)| view.get(..end)?.get(offset.min(end)..))
             .filter(|_| stride >= size && count <= MAX_ELEMENTS);
         let bytes = bytes.ok_or_else(|| {
-            Error::invalid(place, format!("accessor {} reaches beyond its buffer or limits; export the file again", accessor.index()))
+            Error::invalid(
+                place,
+                format!(
+                    "accessor {} reaches beyond its buffer or limits; export the file again",
+                    accessor.index()
+                ),
+            )
         })?;
         Ok(Elements { bytes: Cow::Borrowed(bytes), stride, size, count })
     }
@@ -199,7 +256,8 @@ impl Elements<'_> {
     }
 
     fn iter(&self) -> impl Iterator<Item = &[u8]> {
-        (0..self.count).map(|i| self.bytes.get(i * self.stride..).and_then(|b| b.get(..self.size)).unwrap_or_default())
+        (0..self.count)
+            .map(|i| self.bytes.get(i * self.stride..).and_then(|b| b.get(..self.size)).unwrap_or_default())
     }
 }
 
@@ -207,7 +265,10 @@ impl Elements<'_> {
 fn zeros(accessor: &Accessor<'_>, place: &Place) -> Result<Elements<'static>> {
     let (size, count) = (accessor.size(), accessor.count());
     if count > MAX_ZEROS {
-        let reason = format!("accessor {} has {count} elements without data, at most {MAX_ZEROS} are read; store them", accessor.index());
+        let reason = format!(
+            "accessor {} has {count} elements without data, at most {MAX_ZEROS} are read; store them",
+            accessor.index()
+        );
         return Err(Error::invalid(place, reason));
     }
     Ok(Elements::packed(vec![0; size * count], size))
@@ -216,7 +277,8 @@ fn zeros(accessor: &Accessor<'_>, place: &Place) -> Result<Elements<'static>> {
 /// What integers of at most 16 bits mean.
 #[derive(Clone, Copy)]
 enum Integers {
-    /// Shares of the largest where the accessor calls them normalised, else themselves (KHR_mesh_quantization).
+    /// Shares of the largest where the accessor calls them normalised, else themselves
+    /// (KHR_mesh_quantization).
     Plain,
     /// Shares of the largest.
     Shares,
@@ -266,11 +328,18 @@ fn shape_in_words(dimensions: Dimensions) -> &'static str {
     }
 }
 
-fn expect_type(accessor: &Accessor<'_>, types: &[DataType], dimensions: Dimensions, place: &Place) -> Result<()> {
+fn expect_type(
+    accessor: &Accessor<'_>,
+    types: &[DataType],
+    dimensions: Dimensions,
+    place: &Place,
+) -> Result<()> {
     if types.contains(&accessor.data_type()) && accessor.dimensions() == dimensions {
         return Ok(());
     }
-    let of = |types: &[DataType]| types.iter().map(|data_type| in_words(*data_type)).collect::<Vec<_>>().join(", ");
+    let of = |types: &[DataType]| {
+        types.iter().map(|data_type| in_words(*data_type)).collect::<Vec<_>>().join(", ")
+    };
     let reason = format!(
         "accessor {} holds {} of {}, expected {} of {}; export the file again",
         accessor.index(),

@@ -1,4 +1,5 @@
-//! From the bytes of a glTF file, text or binary, to its JSON and its binary chunk. What other programs get slightly wrong around these is mended.
+//! From the bytes of a glTF file, text or binary, to its JSON and its binary chunk. What other programs get
+//! slightly wrong around these is mended.
 
 use relume_formats::{Error, Place, Result};
 
@@ -10,8 +11,11 @@ pub(super) struct Chunks<'a> {
 
 /// Finds the chunks of `bytes`.
 pub(super) fn split<'a>(bytes: &'a [u8], place: &Place) -> Result<Chunks<'a>> {
-    let Chunks { json, binary } =
-        if bytes.starts_with(b"glTF") { split_binary(bytes, place)? } else { Chunks { json: bytes, binary: None } };
+    let Chunks { json, binary } = if bytes.starts_with(b"glTF") {
+        split_binary(bytes, place)?
+    } else {
+        Chunks { json: bytes, binary: None }
+    };
     if json.starts_with(&[0xFF, 0xFE]) || json.starts_with(&[0xFE, 0xFF]) {
         return Err(Error::invalid(place, "is UTF-16 text, but glTF is UTF-8; save it as UTF-8"));
     }
@@ -22,23 +26,30 @@ pub(super) fn split<'a>(bytes: &'a [u8], place: &Place) -> Result<Chunks<'a>> {
 }
 
 fn split_binary<'a>(bytes: &'a [u8], place: &Place) -> Result<Chunks<'a>> {
-    let refuse = |reason: String| Error::invalid(place, format!("not a whole binary glTF 2.0 file ({reason}); export or copy it again"));
+    let refuse = |reason: String| {
+        Error::invalid(place, format!("not a whole binary glTF 2.0 file ({reason}); export or copy it again"))
+    };
     let word = |at: usize| little_endian(bytes, at).ok_or_else(|| refuse("its header is cut off".to_owned()));
     let (version, declared) = (word(4)?, word(8)? as usize);
     if version != 2 {
-        return Err(Error::unsupported(place, format!("is binary glTF of version {version}, only 2 is read; convert it to glTF 2.0")));
+        return Err(Error::unsupported(
+            place,
+            format!("is binary glTF of version {version}, only 2 is read; convert it to glTF 2.0"),
+        ));
     }
     if declared < 20 || declared > bytes.len() {
         return Err(refuse(format!("it declares {declared} bytes and has {}", bytes.len())));
     }
     // What comes after the declared end is not part of the file.
     let bytes = bytes.get(..declared).unwrap_or_default();
-    let (kind, json, mut end) = chunk(bytes, 12).ok_or_else(|| refuse("its first chunk is cut off".to_owned()))?;
+    let (kind, json, mut end) =
+        chunk(bytes, 12).ok_or_else(|| refuse("its first chunk is cut off".to_owned()))?;
     if kind != *b"JSON" {
         return Err(refuse("its first chunk is not JSON".to_owned()));
     }
     while let Some(start) = next_chunk(bytes, end) {
-        let (kind, content, after) = chunk(bytes, start).ok_or_else(|| refuse("a chunk is cut off".to_owned()))?;
+        let (kind, content, after) =
+            chunk(bytes, start).ok_or_else(|| refuse("a chunk is cut off".to_owned()))?;
         if kind == BINARY {
             return Ok(Chunks { json, binary: Some(content) });
         }
@@ -57,7 +68,8 @@ fn chunk(bytes: &[u8], start: usize) -> Option<([u8; 4], &[u8], usize)> {
     Some((kind, bytes.get(start + 8..end)?, end))
 }
 
-/// Where the chunk after `end` starts, if there is one. Lengths are multiples of four; where one is not, it may leave out its padding or not.
+/// Where the chunk after `end` starts, if there is one. Lengths are multiples of four; where one is not, it
+/// may leave out its padding or not.
 fn next_chunk(bytes: &[u8], end: usize) -> Option<usize> {
     let padded = end.next_multiple_of(4);
     let is_binary = |start: &usize| bytes.get(start + 4..start + 8) == Some(BINARY.as_slice());
@@ -99,7 +111,13 @@ mod tests {
         assert_eq!(split_of(&glb(&[(b"JSON", b"{}\0\0", 0), (b"BIN\0", bin, 1)], None)), whole);
         assert_eq!(split_of(&glb(&[(b"JSON", json, 2), (b"BIN\0", bin, 1)], None)), whole);
         assert_eq!(split_of(&glb(&[(b"JSON", json, 0), (b"BIN\0", bin, 0)], None)), whole);
-        assert_eq!(split_of(&glb(&[(b"JSON", b"\xEF\xBB\xBF{}\0\0\0", 0), (b"XTRA", b"abcd", 0), (b"BIN\0", bin, 0)], None)), whole);
+        assert_eq!(
+            split_of(&glb(
+                &[(b"JSON", b"\xEF\xBB\xBF{}\0\0\0", 0), (b"XTRA", b"abcd", 0), (b"BIN\0", bin, 0)],
+                None
+            )),
+            whole
+        );
         let mut trailing = glb(&[(b"JSON", b"{}  ", 0)], None);
         trailing.extend([7; 9]);
         assert_eq!(split_of(&trailing), Ok((b"{}  ".to_vec(), None)));

@@ -1,4 +1,5 @@
-//! glTF 2.0, text and binary: nodes give the placement, primitives the geometry, skins and morph targets the rest pose. Cameras are ignored.
+//! glTF 2.0, text and binary: nodes give the placement, primitives the geometry, skins and morph targets the
+//! rest pose. Cameras are ignored.
 
 use super::MeshBuilder;
 use super::gltf_buffers::Buffers;
@@ -60,16 +61,29 @@ impl GltfFile {
         let Structure { document, binary, instances, notes } = parse(&read_bytes(path)?, &place)?;
         warnings.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
         let buffers = Buffers::load(&document, binary, path)?;
-        Ok(Self { path: path.to_path_buf(), material_names: material_names(&document), document, buffers, instances })
+        Ok(Self {
+            path: path.to_path_buf(),
+            material_names: material_names(&document),
+            document,
+            buffers,
+            instances,
+        })
     }
 
-    /// The nodes of the default scene, or of the subtree of the node called `node`. Adds what is mended to `warnings`.
-    pub fn nodes(&self, node: Option<&str>, world_from_file: &DAffine3, warnings: &mut Vec<String>) -> Result<Placement<'_>> {
+    /// The nodes of the default scene, or of the subtree of the node called `node`. Adds what is mended to
+    /// `warnings`.
+    pub fn nodes(
+        &self,
+        node: Option<&str>,
+        world_from_file: &DAffine3,
+        warnings: &mut Vec<String>,
+    ) -> Result<Placement<'_>> {
         Placement::new(&self.document, node, world_from_file, &Place::file(&self.path), warnings)
     }
 
-    /// Appends the geometry of `nodes` at rest, whatever its materials; it takes the first set of texture coordinates along. Shows `watch` where each
-    /// part comes from: its place in the file, and which vertex of the primitive each of its own is, where they differ.
+    /// Appends the geometry of `nodes` at rest, whatever its materials; it takes the first set of texture
+    /// coordinates along. Shows `watch` where each part comes from: its place in the file, and which vertex
+    /// of the primitive each of its own is, where they differ.
     pub(super) fn append(
         &self,
         nodes: &Placement<'_>,
@@ -91,14 +105,16 @@ impl GltfFile {
         Ok(())
     }
 
-    /// The geometry of `nodes` by material, in order of first use; `crease_deg` is as in [`MeshBuilder`]. Adds what was ignored to `warnings`.
+    /// The geometry of `nodes` by material, in order of first use; `crease_deg` is as in [`MeshBuilder`].
+    /// Adds what was ignored to `warnings`.
     pub fn parts_by_material(
         &self,
         nodes: &Placement<'_>,
         crease_deg: Option<f64>,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<MaterialPart>> {
-        let (mut tally, mut parts, mut known) = (Tally::default(), Vec::<MaterialPart>::new(), HashMap::new());
+        let (mut tally, mut parts, mut known) =
+            (Tally::default(), Vec::<MaterialPart>::new(), HashMap::new());
         self.each_primitive(nodes, &mut tally, |source, tally| {
             let material = source.primitive.material();
             let number = material.index().unwrap_or(self.document.materials().len());
@@ -106,7 +122,13 @@ impl GltfFile {
             if at == parts.len() {
                 let name = self.material_names.get(number).cloned().unwrap_or_default();
                 let first = [source.node.mesh().map_or(0, |mesh| mesh.index()), source.primitive.index()];
-                parts.push(MaterialPart { number, first, name, mesh: MeshBuilder::with_crease(crease_deg), glow_mesh: None });
+                parts.push(MaterialPart {
+                    number,
+                    first,
+                    name,
+                    mesh: MeshBuilder::with_crease(crease_deg),
+                    glow_mesh: None,
+                });
             }
             let MaterialPart { mesh, glow_mesh, .. } = &mut parts[at];
             let uv_of = |info: Option<gltf::texture::Info<'_>>| info.map(|info| UvSource::of(&info));
@@ -116,7 +138,13 @@ impl GltfFile {
                 && base != glow
             {
                 let again = &mut Tally::default();
-                append_part(source, glow, &self.buffers, glow_mesh.get_or_insert_with(|| MeshBuilder::with_crease(crease_deg)), again)?;
+                append_part(
+                    source,
+                    glow,
+                    &self.buffers,
+                    glow_mesh.get_or_insert_with(|| MeshBuilder::with_crease(crease_deg)),
+                    again,
+                )?;
             }
             append_part(source, &base.or(glow).unwrap_or_default(), &self.buffers, mesh, tally)
         })?;
@@ -145,7 +173,10 @@ impl GltfFile {
             let all = node_from_instances(self, node, &place)?;
             instances += all.len();
             if self.instances.contains_key(&node.index()) && instances > MAX_INSTANCES {
-                return Err(Error::invalid(&place, format!("more than {MAX_INSTANCES} instances of meshes; split the file")));
+                return Err(Error::invalid(
+                    &place,
+                    format!("more than {MAX_INSTANCES} instances of meshes; split the file"),
+                ));
             }
             for node_from_mesh in all {
                 let rest_pose = skins.rest_pose(node, &(*world_from_node * node_from_mesh), &place)?;
@@ -162,16 +193,26 @@ impl GltfFile {
     pub fn image_bytes(&self, index: usize, place: &Place) -> Result<Vec<u8>> {
         // The crate's own way to the source takes a missing type for a bug.
         let image = self.document.as_json().images.get(index);
-        let view = image.and_then(|image| image.buffer_view).and_then(|view| self.document.views().nth(view.value()));
+        let view = image
+            .and_then(|image| image.buffer_view)
+            .and_then(|view| self.document.views().nth(view.value()));
         match (view, image.and_then(|image| image.uri.as_deref())) {
             (Some(view), _) => self.buffers.view(&view, place).map(<[u8]>::to_vec),
             (None, Some(uri)) => read_uri(uri, &self.path, place),
-            (None, None) => Err(Error::invalid(place, "has neither a buffer view nor a uri; export the file again")),
+            (None, None) => {
+                Err(Error::invalid(place, "has neither a buffer view nor a uri; export the file again"))
+            }
         }
     }
 }
 
-fn append_part(source: &Source<'_>, uv_source: &UvSource, buffers: &Buffers, builder: &mut MeshBuilder, tally: &mut Tally) -> Result<()> {
+fn append_part(
+    source: &Source<'_>,
+    uv_source: &UvSource,
+    buffers: &Buffers,
+    builder: &mut MeshBuilder,
+    tally: &mut Tally,
+) -> Result<()> {
     if let Some(read) = part(source, uv_source, buffers, builder, tally)? {
         builder.append(&read.part, &read.world_from_part, &source.place)?;
     }

@@ -1,5 +1,6 @@
-//! The structure of a glTF file. What is legal though the parser does not know it, and what other programs often get wrong, is mended in the JSON
-//! before it is parsed; what asks for more than this version reads is refused by its name.
+//! The structure of a glTF file. What is legal though the parser does not know it, and what other programs
+//! often get wrong, is mended in the JSON before it is parsed; what asks for more than this version reads is
+//! refused by its name.
 
 use super::gltf_container::{Chunks, split};
 use super::tidy_name;
@@ -35,7 +36,8 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: &str = "EXT_meshopt_compression";
 const POINTER: &str = "KHR_animation_pointer";
 
-/// Extensions whose content is used; a file may use others, which are named in a warning, but may not require them.
+/// Extensions whose content is used; a file may use others, which are named in a warning, but may not require
+/// them.
 const READ: [&str; 6] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -49,8 +51,12 @@ const READ: [&str; 6] = [
 /// Reads the structure of the file whose content is `bytes`.
 pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     let Chunks { json, binary } = split(bytes, place)?;
-    let mut json: Value = serde_json::from_slice(json)
-        .map_err(|e| Error::invalid(place, format!("not a glTF 2.0 file ({e}); export it again, or save it as .gltf or .glb")))?;
+    let mut json: Value = serde_json::from_slice(json).map_err(|e| {
+        Error::invalid(
+            place,
+            format!("not a glTF 2.0 file ({e}); export it again, or save it as .gltf or .glb"),
+        )
+    })?;
     expect_version(&mut json, place)?;
     let strange = expect_known_extensions(&json, place)?;
     expect_data(&json, place)?;
@@ -63,24 +69,40 @@ pub(super) fn parse(bytes: &[u8], place: &Place) -> Result<Structure> {
     let instances = instances(&json);
     let root = Root::deserialize(&json).map_err(|e| misfit(&json, &e, place))?;
     validate(&root, place)?;
-    Ok(Structure { document: Document::from_json_without_validation(root), binary: binary.map(<[u8]>::to_vec), instances, notes })
+    Ok(Structure {
+        document: Document::from_json_without_validation(root),
+        binary: binary.map(<[u8]>::to_vec),
+        instances,
+        notes,
+    })
 }
 
-/// Makes text of a version that is written as a number. Files of 2.1 and so on are read, unless they say that readers of 2.0 cannot.
+/// Makes text of a version that is written as a number. Files of 2.1 and so on are read, unless they say that
+/// readers of 2.0 cannot.
 fn expect_version(json: &mut Value, place: &Place) -> Result<()> {
     for version in ["/asset/version", "/asset/minVersion"] {
         if let Some(version) = json.pointer_mut(version).filter(|version| version.is_number()) {
             *version = Value::String(version.to_string());
         }
     }
-    if let Some(least) = json.pointer("/asset/minVersion").and_then(Value::as_str).filter(|least| !["2", "2.0"].contains(least)) {
-        let reason = format!("needs glTF of version {} (asset.minVersion), only 2.0 is read; export it as glTF 2.0", tidy_name(least));
+    if let Some(least) = json
+        .pointer("/asset/minVersion")
+        .and_then(Value::as_str)
+        .filter(|least| !["2", "2.0"].contains(least))
+    {
+        let reason = format!(
+            "needs glTF of version {} (asset.minVersion), only 2.0 is read; export it as glTF 2.0",
+            tidy_name(least)
+        );
         return Err(Error::unsupported(place, reason));
     }
     match json.pointer("/asset/version").and_then(Value::as_str) {
         Some(version) if version.starts_with("2.") || version == "2" => Ok(()),
         Some(version) => {
-            let reason = format!("is glTF of version {}, only 2.0 is read; convert it to glTF 2.0", tidy_name(version));
+            let reason = format!(
+                "is glTF of version {}, only 2.0 is read; convert it to glTF 2.0",
+                tidy_name(version)
+            );
             Err(Error::unsupported(place, reason))
         }
         None => Err(Error::invalid(place, "not a glTF 2.0 file (it has no asset.version); export it again")),
@@ -103,20 +125,29 @@ fn index(json: &Value, key: &str) -> Option<usize> {
     usize::try_from(json.get(key)?.as_u64()?).ok()
 }
 
-/// Fails if the file requires an extension that is not read. Returns the names of those that it uses and are ignored.
+/// Fails if the file requires an extension that is not read. Returns the names of those that it uses and are
+/// ignored.
 fn expect_known_extensions(json: &Value, place: &Place) -> Result<Vec<String>> {
     match strings(json, "extensionsRequired").find(|name| !READ.contains(name)) {
         Some(name) => Err(unsupported_extension(name, "requires", place)),
-        None => Ok(strings(json, "extensionsUsed").filter(|name| !READ.contains(name)).map(tidy_name).collect()),
+        None => {
+            Ok(strings(json, "extensionsUsed").filter(|name| !READ.contains(name)).map(tidy_name).collect())
+        }
     }
 }
 
 /// Fails if vertices are there for an extension alone, though the file does not say that it requires it.
 fn expect_data(json: &Value, place: &Place) -> Result<()> {
     let accessors = json.get("accessors").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-    let is_empty = |number: usize| accessors.get(number).is_some_and(|a| a.get("bufferView").is_none() && a.get("sparse").is_none());
-    for primitive in items(json, "meshes").flat_map(|mesh| items(mesh, "primitives")).filter(|p| extension(p, DRACO).is_some()) {
-        let attributes = primitive.get("attributes").and_then(Value::as_object).into_iter().flat_map(|map| map.values());
+    let is_empty = |number: usize| {
+        accessors.get(number).is_some_and(|a| a.get("bufferView").is_none() && a.get("sparse").is_none())
+    };
+    for primitive in items(json, "meshes")
+        .flat_map(|mesh| items(mesh, "primitives"))
+        .filter(|p| extension(p, DRACO).is_some())
+    {
+        let attributes =
+            primitive.get("attributes").and_then(Value::as_object).into_iter().flat_map(|map| map.values());
         let mut used = attributes.chain(primitive.get("indices")).filter_map(Value::as_u64);
         if used.any(|number| is_empty(number as usize)) {
             return Err(unsupported_extension(DRACO, "stores vertices by", place));
@@ -149,7 +180,8 @@ fn unsupported_extension(name: &str, verb: &str, place: &Place) -> Error {
     Error::unsupported(place, format!("{verb} {}, which is not supported; {remedy}", tidy_name(name)))
 }
 
-/// Drops what has no meaning: `extras`, which may be anything, and nulls. Some programs write whole numbers as 3.0, which the parser takes for no index.
+/// Drops what has no meaning: `extras`, which may be anything, and nulls. Some programs write whole numbers
+/// as 3.0, which the parser takes for no index.
 fn tidy(json: &mut Value) {
     match json {
         Value::Array(values) => values.iter_mut().for_each(tidy),
@@ -158,7 +190,9 @@ fn tidy(json: &mut Value) {
             map.values_mut().for_each(tidy);
         }
         Value::Number(number) => {
-            let whole = number.as_f64().filter(|x| number.is_f64() && x.is_sign_positive() && x.fract() == 0.0 && *x < 9e15);
+            let whole = number
+                .as_f64()
+                .filter(|x| number.is_f64() && x.is_sign_positive() && x.fract() == 0.0 && *x < 9e15);
             if let Some(whole) = whole {
                 *json = Value::from(whole as u64);
             }
@@ -187,13 +221,18 @@ fn mend(json: &mut Value, notes: &mut Vec<String>) {
         notes.push("its default scene is not there; took what there is".to_owned());
     }
     let mut dropped = 0;
-    for channels in items_mut(json, "animations").filter_map(|animation| animation.get_mut("channels")?.as_array_mut()) {
+    for channels in
+        items_mut(json, "animations").filter_map(|animation| animation.get_mut("channels")?.as_array_mut())
+    {
         let before = channels.len();
         channels.retain(moves_a_node);
         dropped += before - channels.len();
     }
     if dropped > 0 {
-        notes.push(format!("left out {} without a node to move", counted(dropped, "animation channel", "animation channels")));
+        notes.push(format!(
+            "left out {} without a node to move",
+            counted(dropped, "animation channel", "animation channels")
+        ));
     }
 }
 
@@ -208,13 +247,15 @@ fn moves_a_node(channel: &Value) -> bool {
 /// Attributes of vertices that the specification names; programs may add their own.
 fn is_known_attribute(name: &str) -> bool {
     let is_set = |prefix: &str| name.strip_prefix(prefix).is_some_and(|set| set.parse::<u32>().is_ok());
-    ["POSITION", "NORMAL", "TANGENT"].contains(&name) || ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"].into_iter().any(is_set)
+    ["POSITION", "NORMAL", "TANGENT"].contains(&name)
+        || ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"].into_iter().any(is_set)
 }
 
 fn instances(json: &Value) -> HashMap<usize, InstanceAccessors> {
     let of = |(node, json): (usize, &Value)| {
         let attributes = extension(json, INSTANCING)?.get("attributes")?;
-        let [translation, rotation, scale] = ["TRANSLATION", "ROTATION", "SCALE"].map(|name| index(attributes, name));
+        let [translation, rotation, scale] =
+            ["TRANSLATION", "ROTATION", "SCALE"].map(|name| index(attributes, name));
         Some((node, InstanceAccessors { translation, rotation, scale }))
     };
     items(json, "nodes").enumerate().filter_map(of).collect()
@@ -246,11 +287,17 @@ fn misfit(json: &Value, error: &serde_json::Error, place: &Place) -> Error {
 
 /// The parser's own checks, but for those of what is legal or does no harm.
 fn validate(root: &Root, place: &Place) -> Result<()> {
-    let attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.attributes);
+    let attributes =
+        root.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| &primitive.attributes);
     // The parser looks into the accessor of positions before it checks that there is one.
-    let mut positions = attributes.filter_map(|attributes| attributes.get(&Checked::Valid(Semantic::Positions)));
+    let mut positions =
+        attributes.filter_map(|attributes| attributes.get(&Checked::Valid(Semantic::Positions)));
     if let Some(stray) = positions.find(|index| index.value() >= root.accessors.len()) {
-        let reason = format!("not valid glTF (POSITION is accessor {}, of {}); export it again", stray.value(), root.accessors.len());
+        let reason = format!(
+            "not valid glTF (POSITION is accessor {}, of {}); export it again",
+            stray.value(),
+            root.accessors.len()
+        );
         return Err(Error::invalid(place, reason));
     }
     let mut first = None;
@@ -271,8 +318,8 @@ fn validate(root: &Root, place: &Place) -> Result<()> {
     })
 }
 
-/// Accessors without data are zeros, primitives without positions are not drawn, bounds are not used, and textures without a picture that can be
-/// read are left out. Required extensions were looked at before.
+/// Accessors without data are zeros, primitives without positions are not drawn, bounds are not used, and
+/// textures without a picture that can be read are left out. Required extensions were looked at before.
 fn is_harmless(path: &str, fault: Fault) -> bool {
     let missing = fault == Fault::Missing;
     fault == Fault::Unsupported

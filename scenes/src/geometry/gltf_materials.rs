@@ -1,4 +1,5 @@
-//! The materials of a glTF file: metallic-roughness parameters, the texture of the base colour, masks and emission.
+//! The materials of a glTF file: metallic-roughness parameters, the texture of the base colour, masks and
+//! emission.
 
 use super::GltfFile;
 use crate::image_file::{TextureKey, Textures};
@@ -39,7 +40,10 @@ const DEFAULT: &str = "material-default";
 
 /// A name for every material of a file, the default one last; those that repeat are numbered.
 pub(super) fn material_names(document: &gltf::Document) -> Vec<String> {
-    numbered(document.materials().map(|material| name_of(&material)).chain(std::iter::once(DEFAULT.to_owned()))).0
+    numbered(
+        document.materials().map(|material| name_of(&material)).chain(std::iter::once(DEFAULT.to_owned())),
+    )
+    .0
 }
 
 /// A name that fits on one line.
@@ -71,8 +75,9 @@ impl<'a> MaterialReader<'a> {
         if !self.renamed.is_empty() {
             warnings.push(format!("{place}: names of materials repeat; numbered {}", listed(&self.renamed)));
         }
-        warnings
-            .extend(self.ignored.iter().map(|(what, count)| format!("{place}: {count} of {of} {} {what}", one_or(*count, "has", "have"))));
+        warnings.extend(self.ignored.iter().map(|(what, count)| {
+            format!("{place}: {count} of {of} {} {what}", one_or(*count, "has", "have"))
+        }));
     }
 
     fn ignore(&mut self, what: &'static str, present: bool) {
@@ -89,7 +94,10 @@ impl<'a> MaterialReader<'a> {
         }
         self.ignore("a normal texture, which is ignored", source.normal_texture().is_some());
         self.ignore("an occlusion texture, which is ignored", source.occlusion_texture().is_some());
-        self.ignore("KHR_materials_unlit, which is lit here like any other: the light is what is played", source.unlit());
+        self.ignore(
+            "KHR_materials_unlit, which is lit here like any other: the light is what is played",
+            source.unlit(),
+        );
         let pbr = source.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let (mut metallic, mut roughness) = (pbr.metallic_factor(), pbr.roughness_factor());
@@ -104,14 +112,16 @@ impl<'a> MaterialReader<'a> {
         let place = Place::file(&self.file.path);
         // Roughness below the least is raised later, when it is known whether the material varies.
         Brdf::Ggx(Ggx { roughness: roughness.max(FIXED_ROUGHNESS_MIN), ..ggx }).validate(name, &place)?;
-        let texture = pbr.base_color_texture().map(|info| self.texture(&info.texture())).transpose()?.flatten();
+        let texture =
+            pbr.base_color_texture().map(|info| self.texture(&info.texture())).transpose()?.flatten();
         let (alpha_cutoff, invisible) = self.mask(source, alpha, texture.is_some());
         let (emission, glow) = self.emission(source)?;
         let material = Material { name: name.to_owned(), brdf: Brdf::Ggx(ggx), texture, alpha_cutoff };
         Ok(GltfMaterial { material, emission, glow, invisible })
     }
 
-    /// The cut-off on the texture's alpha, and whether nothing is left of the surface. Surfaces are where factor · alpha ≥ cutoff.
+    /// The cut-off on the texture's alpha, and whether nothing is left of the surface. Surfaces are where
+    /// factor · alpha ≥ cutoff.
     fn mask(&mut self, source: &gltf::Material<'_>, factor: f32, textured: bool) -> (Option<f32>, bool) {
         self.ignore("alpha mode BLEND, which is shown opaque", source.alpha_mode() == AlphaMode::Blend);
         let cutoff = source.alpha_cutoff().unwrap_or(0.5);
@@ -126,9 +136,12 @@ impl<'a> MaterialReader<'a> {
     fn emission(&mut self, source: &gltf::Material<'_>) -> Result<(Rgb, Option<Arc<Texture>>)> {
         let strength = source.emissive_strength().unwrap_or(1.0);
         let factor = source.emissive_factor().map(|x| x * strength);
-        let Some(info) = source.emissive_texture().filter(|_| factor != [0.0; 3]) else { return Ok((factor, None)) };
+        let Some(info) = source.emissive_texture().filter(|_| factor != [0.0; 3]) else {
+            return Ok((factor, None));
+        };
         let glow = self.texture(&info.texture())?;
-        let shines = |texture: &Arc<Texture>| texture.texels.iter().any(|[r, g, b, _]| [*r, *g, *b] != [0; 3]);
+        let shines =
+            |texture: &Arc<Texture>| texture.texels.iter().any(|[r, g, b, _]| [*r, *g, *b] != [0; 3]);
         Ok(if glow.as_ref().is_none_or(shines) { (factor, glow) } else { ([0.0; 3], None) })
     }
 
@@ -136,13 +149,18 @@ impl<'a> MaterialReader<'a> {
     fn texture(&mut self, source: &gltf::Texture<'_>) -> Result<Option<Arc<Texture>>> {
         let json = self.file.document.as_json();
         // Not the crate's own way, which takes a missing picture for a bug.
-        let index = json.textures.get(source.index()).map(|texture| texture.source.value()).filter(|index| *index < json.images.len());
+        let index = json
+            .textures
+            .get(source.index())
+            .map(|texture| texture.source.value())
+            .filter(|index| *index < json.images.len());
         let Some(index) = index else {
             self.ignore("a texture whose picture is of a kind that is not read, which is ignored", true);
             return Ok(None);
         };
         let sampler = source.sampler();
-        let filter = if sampler.mag_filter() == Some(MagFilter::Nearest) { Filter::Nearest } else { Filter::Linear };
+        let filter =
+            if sampler.mag_filter() == Some(MagFilter::Nearest) { Filter::Nearest } else { Filter::Linear };
         let wrap = [wrap(sampler.wrap_s()), wrap(sampler.wrap_t())];
         let key = TextureKey { file: self.file.path.clone(), image: Some(index), wrap, filter };
         let place = Place::file(&self.file.path).part(format!("image {index}"));
@@ -170,9 +188,12 @@ mod tests {
 
     #[test]
     fn names_are_plain_and_short() {
-        for (name, tidy) in
-            [("  a\u{1b}[2J\nb\t ", "a [2J b"), ("a\u{202E}b\u{200B}c\u{2028}d", "a b c d"), ("\u{FEFF}", ""), ("päper 纸/x", "päper 纸/x")]
-        {
+        for (name, tidy) in [
+            ("  a\u{1b}[2J\nb\t ", "a [2J b"),
+            ("a\u{202E}b\u{200B}c\u{2028}d", "a b c d"),
+            ("\u{FEFF}", ""),
+            ("päper 纸/x", "päper 纸/x"),
+        ] {
             assert_eq!(tidy_name(name), tidy);
         }
         assert_eq!(tidy_name(&"ä".repeat(200_000)), "ä".repeat(128));

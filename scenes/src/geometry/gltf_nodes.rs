@@ -25,8 +25,8 @@ pub(crate) struct Placement<'a> {
 }
 
 impl<'a> Placement<'a> {
-    /// The nodes of the default scene of `document`, of which only the subtree of the node called `wanted`, if given, is wanted. Adds what is mended to
-    /// `warnings`.
+    /// The nodes of the default scene of `document`, of which only the subtree of the node called `wanted`,
+    /// if given, is wanted. Adds what is mended to `warnings`.
     pub(super) fn new(
         document: &'a Document,
         wanted: Option<&str>,
@@ -41,8 +41,14 @@ impl<'a> Placement<'a> {
             index_of: vec![None; document.nodes().len()],
         };
         let wanted = wanted.map(tidy_name);
-        let mut names = NodeNames { wanted: wanted.as_deref(), names: Names::default(), all: Vec::new(), others: Vec::new() };
-        let mut stack: Vec<_> = roots(document, place, warnings).into_iter().map(|node| (node, 0, wanted.is_none())).collect();
+        let mut names = NodeNames {
+            wanted: wanted.as_deref(),
+            names: Names::default(),
+            all: Vec::new(),
+            others: Vec::new(),
+        };
+        let mut stack: Vec<_> =
+            roots(document, place, warnings).into_iter().map(|node| (node, 0, wanted.is_none())).collect();
         stack.reverse();
         while let Some((node, parent, parent_inside)) = stack.pop() {
             let index = placement.add(&node, parent, place)?;
@@ -59,7 +65,11 @@ impl<'a> Placement<'a> {
                 Err(Error::invalid(place, unknown_name("node", &name, all.iter().map(String::as_str))))
             }
             Some(name) if !others.is_empty() => {
-                let what = format!("{} nodes are called `{name}`; took the first, the others are {}", others.len() + 1, listed(&others));
+                let what = format!(
+                    "{} nodes are called `{name}`; took the first, the others are {}",
+                    others.len() + 1,
+                    listed(&others)
+                );
                 warnings.push(format!("{place}: {what}"));
                 Ok(placement)
             }
@@ -82,7 +92,10 @@ impl<'a> Placement<'a> {
         let index = self.hierarchy.len() as u32;
         if let Some(known) = self.index_of(node.index()) {
             let fault = self.fault(known, parent);
-            return Err(Error::invalid(place, format!("node {} {fault}; export the file again", node.index())));
+            return Err(Error::invalid(
+                place,
+                format!("node {} {fault}; export the file again", node.index()),
+            ));
         }
         if let Some(slot) = self.index_of.get_mut(node.index()) {
             *slot = Some(index);
@@ -108,11 +121,13 @@ impl<'a> Placement<'a> {
     }
 }
 
-/// The nodes without parents in the scene to show: the default one, or the first. A file without a scene, or whose scene is empty, shows all its nodes.
+/// The nodes without parents in the scene to show: the default one, or the first. A file without a scene, or
+/// whose scene is empty, shows all its nodes.
 fn roots<'a>(document: &'a Document, place: &Place, warnings: &mut Vec<String>) -> Vec<Node<'a>> {
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let mut known = HashSet::new();
-    let (roots, again): (Vec<_>, Vec<_>) = scene.iter().flat_map(|scene| scene.nodes()).partition(|node| known.insert(node.index()));
+    let (roots, again): (Vec<_>, Vec<_>) =
+        scene.iter().flat_map(|scene| scene.nodes()).partition(|node| known.insert(node.index()));
     if let Some(node) = again.first() {
         warnings.push(format!("{place}: its scene lists node {} more than once; took it once", node.index()));
     }
@@ -122,7 +137,8 @@ fn roots<'a>(document: &'a Document, place: &Place, warnings: &mut Vec<String>) 
     if scene.is_some() {
         warnings.push(format!("{place}: its default scene is empty; took all nodes of the file"));
     }
-    let children: HashSet<usize> = document.nodes().flat_map(|node| node.children()).map(|child| child.index()).collect();
+    let children: HashSet<usize> =
+        document.nodes().flat_map(|node| node.children()).map(|child| child.index()).collect();
     document.nodes().filter(|node| !children.contains(&node.index())).collect()
 }
 
@@ -153,7 +169,9 @@ impl NodeNames<'_> {
 fn rest_of(node: &Node<'_>) -> Transform {
     match node.transform() {
         gltf::scene::Transform::Matrix { matrix } => Transform::Fixed(affine(&matrix)),
-        gltf::scene::Transform::Decomposed { translation, rotation, scale } => Transform::Parts { translation, rotation, scale },
+        gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
+            Transform::Parts { translation, rotation, scale }
+        }
     }
 }
 

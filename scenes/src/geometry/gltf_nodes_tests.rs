@@ -12,9 +12,21 @@ fn nodes_that_are_no_tree_are_told_as_what_they_are() {
         file
     };
     for (nodes, roots, message) in [
-        (json!([{"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
-        (json!([{"children": [1]}, {"mesh": 0, "children": [0]}]), json!([0]), "t.gltf: node 0 is below itself; export the file again"),
-        (json!([{"children": [1, 1]}, {"mesh": 0}]), json!([0]), "t.gltf: node 1 is listed twice by its parent; export the file again"),
+        (
+            json!([{"mesh": 0, "children": [0]}]),
+            json!([0]),
+            "t.gltf: node 0 is below itself; export the file again",
+        ),
+        (
+            json!([{"children": [1]}, {"mesh": 0, "children": [0]}]),
+            json!([0]),
+            "t.gltf: node 0 is below itself; export the file again",
+        ),
+        (
+            json!([{"children": [1, 1]}, {"mesh": 0}]),
+            json!([0]),
+            "t.gltf: node 1 is listed twice by its parent; export the file again",
+        ),
         (
             json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]),
             json!([0, 1]),
@@ -43,7 +55,8 @@ fn nodes_that_are_no_tree_are_told_as_what_they_are() {
 fn files_without_faces_are_told_as_such() {
     let mut file = File::triangle();
     file.document["meshes"][0]["primitives"][0]["mode"] = json!(0);
-    let message = "t.gltf: has no faces: ignored 1 of 1 primitive, which is points or lines; export it as a mesh";
+    let message =
+        "t.gltf: has no faces: ignored 1 of 1 primitive, which is points or lines; export it as a mesh";
     assert!(file.refusal().ends_with(message), "{}", file.refusal());
     file.document["nodes"] = json!([{}]);
     let message = "t.gltf: has no faces: none of its nodes that were taken has a mesh; export it as a mesh";

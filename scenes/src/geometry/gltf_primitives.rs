@@ -34,9 +34,15 @@ impl Tally {
         [
             (self.flat, format!("{} no normals; made flat ones", have(self.flat))),
             (self.not_triangles, format!("ignored {} of {of}, {points}", self.not_triangles)),
-            (self.without_positions, format!("ignored {} of {of}, without positions", self.without_positions)),
+            (
+                self.without_positions,
+                format!("ignored {} of {of}, without positions", self.without_positions),
+            ),
             (self.coloured, format!("{} vertex colours, which are ignored", have(self.coloured))),
-            (self.many_joints, format!("{} more than four joints per vertex; kept the first four", have(self.many_joints))),
+            (
+                self.many_joints,
+                format!("{} more than four joints per vertex; kept the first four", have(self.many_joints)),
+            ),
             (self.weights, format!("mended the joint weights of {weights}, which were below 0 or all 0")),
         ]
         .into_iter()
@@ -56,12 +62,15 @@ pub(super) struct UvSource {
 impl UvSource {
     /// Those that a texture asks for.
     pub fn of(info: &texture::Info<'_>) -> Self {
-        let Some(transform) = info.texture_transform() else { return Self { set: info.tex_coord(), transform: None } };
+        let Some(transform) = info.texture_transform() else {
+            return Self { set: info.tex_coord(), transform: None };
+        };
         let moved = (transform.offset(), transform.rotation(), transform.scale());
         Self { set: transform.tex_coord().unwrap_or_else(|| info.tex_coord()), transform: Some(moved) }
     }
 
-    /// KHR_texture_transform: scaled, then turned counter-clockwise as seen on the image, whose v goes down, then moved.
+    /// KHR_texture_transform: scaled, then turned counter-clockwise as seen on the image, whose v goes down,
+    /// then moved.
     fn moved(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let Some((offset, rotation, scale)) = self.transform else { return [u, v] };
         let (sin, cos) = rotation.sin_cos();
@@ -99,7 +108,8 @@ pub(super) fn part(
         return Ok(None);
     }
     tally.coloured += usize::from(primitive.get(&Semantic::Colors(0)).is_some());
-    tally.many_joints += usize::from(source.rest_pose.skin.is_some() && primitive.get(&Semantic::Joints(1)).is_some());
+    tally.many_joints +=
+        usize::from(source.rest_pose.skin.is_some() && primitive.get(&Semantic::Joints(1)).is_some());
     let mut part = stored(primitive, uv_source, buffers, builder, place)?;
     let (world_from_part, weights) = source.rest_pose.apply(&mut part, primitive, buffers, place)?;
     tally.weights += weights;
@@ -108,12 +118,23 @@ pub(super) fn part(
     }
     tally.flat += usize::from(builder.leaves_shading_to_file());
     builder.expect_room(3 * part.triangles.len(), part.triangles.len(), place)?;
-    Ok(Some(PrimitivePart { part: flat(&part, place)?, world_from_part, corners: Some(part.triangles.into_flattened()) }))
+    Ok(Some(PrimitivePart {
+        part: flat(&part, place)?,
+        world_from_part,
+        corners: Some(part.triangles.into_flattened()),
+    }))
 }
 
 /// A primitive as the file holds it.
-fn stored(primitive: &Primitive<'_>, uv_source: &UvSource, buffers: &Buffers, builder: &MeshBuilder, place: &Place) -> Result<Part> {
-    let accessor = primitive.get(&Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
+fn stored(
+    primitive: &Primitive<'_>,
+    uv_source: &UvSource,
+    buffers: &Buffers,
+    builder: &MeshBuilder,
+    place: &Place,
+) -> Result<Part> {
+    let accessor =
+        primitive.get(&Semantic::Positions).ok_or_else(|| Error::invalid(place, "has no positions"))?;
     builder.expect_room(accessor.count(), 0, place)?;
     let positions = buffers.vectors(&accessor, place)?;
     let corners = match primitive.indices() {
@@ -122,7 +143,8 @@ fn stored(primitive: &Primitive<'_>, uv_source: &UvSource, buffers: &Buffers, bu
     };
     let mut part = Part { triangles: triangles(primitive.mode(), &corners), ..Part::default() };
     if let Some(uvs) = primitive.get(&Semantic::TexCoords(uv_source.set)) {
-        part.uvs = buffers.texture_coordinates(&uvs, place)?.into_iter().map(|uv| uv_source.moved(uv)).collect();
+        part.uvs =
+            buffers.texture_coordinates(&uvs, place)?.into_iter().map(|uv| uv_source.moved(uv)).collect();
         expect_count(part.uvs.len(), positions.len(), "texture coordinates", place)?;
     }
     if let Some(normals) = primitive.get(&Semantic::Normals) {
@@ -144,24 +166,31 @@ pub(super) fn expect_count(count: usize, positions: usize, what: &str, place: &P
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     let windows = || corners.windows(3).filter_map(|w| w.try_into().ok());
     match mode {
-        Mode::TriangleStrip => {
-            windows().enumerate().map(|(i, [a, b, c]): (_, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] }).collect()
-        }
+        Mode::TriangleStrip => windows()
+            .enumerate()
+            .map(|(i, [a, b, c]): (_, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] })
+            .collect(),
         Mode::TriangleFan => match corners.split_first() {
-            Some((first, rest)) => rest.windows(2).filter_map(|w| <[u32; 2]>::try_from(w).ok()).map(|[a, b]| [a, b, *first]).collect(),
+            Some((first, rest)) => rest
+                .windows(2)
+                .filter_map(|w| <[u32; 2]>::try_from(w).ok())
+                .map(|[a, b]| [a, b, *first])
+                .collect(),
             None => Vec::new(),
         },
         _ => corners.as_chunks().0.to_vec(),
     }
 }
 
-/// Flat shading, which glTF asks for where there are no normals, needs corners of their own for every triangle.
+/// Flat shading, which glTF asks for where there are no normals, needs corners of their own for every
+/// triangle.
 fn flat(part: &Part, place: &Place) -> Result<Part> {
     let mut flat = Part::default();
     for (index, triangle) in part.triangles.iter().enumerate() {
         let corner = |k: usize| part.positions.get(triangle[k] as usize).copied();
         let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
-            let reason = format!("triangle {index} names a vertex beyond {}; mend the mesh", part.positions.len());
+            let reason =
+                format!("triangle {index} names a vertex beyond {}; mend the mesh", part.positions.len());
             return Err(Error::invalid(place, reason));
         };
         let first = flat.positions.len() as u32;

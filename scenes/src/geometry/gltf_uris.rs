@@ -1,4 +1,5 @@
-//! What glTF files name by URI: data within the text, and files in the folder of the file that names them or below. Nothing else is opened.
+//! What glTF files name by URI: data within the text, and files in the folder of the file that names them or
+//! below. Nothing else is opened.
 
 use super::tidy_name;
 use crate::library::read_bytes;
@@ -22,21 +23,31 @@ pub(super) fn read_uri(uri: &str, path: &Path, place: &Place) -> Result<Vec<u8>>
     })
 }
 
-/// A data URI without its scheme: a media type and parameters, which mean nothing here, then a comma and the data.
+/// A data URI without its scheme: a media type and parameters, which mean nothing here, then a comma and the
+/// data.
 fn decode_data(data: &str, place: &Place) -> Result<Vec<u8>> {
-    let (kind, text) = data.split_once(',').ok_or_else(|| Error::invalid(place, "a data URI without data; export the file again"))?;
+    let (kind, text) = data
+        .split_once(',')
+        .ok_or_else(|| Error::invalid(place, "a data URI without data; export the file again"))?;
     let decoded = percent_decoded(text);
     if !kind.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64")) {
         return Ok(decoded);
     }
-    // The glTF file itself is of bounded size, and with it the text. Some programs leave out padding, break lines, or use the alphabet for addresses.
+    // The glTF file itself is of bounded size, and with it the text. Some programs leave out padding, break
+    // lines, or use the alphabet for addresses.
     let standard = |byte: u8| match byte {
         b'-' => b'+',
         b'_' => b'/',
         other => other,
     };
-    let text: Vec<u8> = decoded.into_iter().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=').map(standard).collect();
-    let config = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent).with_decode_allow_trailing_bits(true);
+    let text: Vec<u8> = decoded
+        .into_iter()
+        .filter(|byte| !byte.is_ascii_whitespace() && *byte != b'=')
+        .map(standard)
+        .collect();
+    let config = GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true);
     GeneralPurpose::new(&STANDARD, config)
         .decode(text)
         .map_err(|e| Error::invalid(place, format!("broken base64 ({e}); export the file again")))
@@ -45,15 +56,18 @@ fn decode_data(data: &str, place: &Place) -> Result<Vec<u8>> {
 /// The file that `uri` names, which lies in the folder of `path` or below.
 fn beside(uri: &str, path: &Path, place: &Place) -> Result<PathBuf> {
     let refuse = |reason: &str| Error::invalid(place, format!("names `{}`, {reason}", tidy_name(uri)));
-    let outside = "which is not in the folder of the glTF file or below; put it there and name it by a relative path";
-    let decoded = String::from_utf8(percent_decoded(uri)).map_err(|_| refuse("which is not UTF-8; rename the file"))?;
+    let outside =
+        "which is not in the folder of the glTF file or below; put it there and name it by a relative path";
+    let decoded =
+        String::from_utf8(percent_decoded(uri)).map_err(|_| refuse("which is not UTF-8; rename the file"))?;
     if decoded.contains("://") && !decoded.to_ascii_lowercase().starts_with("file:") {
         return Err(refuse("which is not on this machine; download it and name it by a relative path"));
     }
     if decoded.contains('\0') || decoded.is_empty() {
         return Err(refuse("which is no file name; correct it"));
     }
-    let absolute = decoded.starts_with(['/', '\\']) || decoded.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
+    let absolute = decoded.starts_with(['/', '\\'])
+        || decoded.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
     let mut inner = PathBuf::new();
     for part in decoded.split(['/', '\\']).filter(|part| !matches!(*part, "" | ".")) {
         if absolute || (part == ".." && !inner.pop()) {
@@ -63,27 +77,35 @@ fn beside(uri: &str, path: &Path, place: &Place) -> Result<PathBuf> {
             inner.push(part);
         }
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    let folder =
+        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
     let file = folder.join(inner);
     let unreadable = |e: io::Error| match e.kind() {
         io::ErrorKind::InvalidFilename => refuse("which is too long for a file name; rename the file"),
         _ => needed(&file, path, &e),
     };
     // Links are followed before anything is opened.
-    let (whole, home) = (file.canonicalize().map_err(unreadable)?, folder.canonicalize().map_err(unreadable)?);
+    let (whole, home) =
+        (file.canonicalize().map_err(unreadable)?, folder.canonicalize().map_err(unreadable)?);
     if !whole.starts_with(home) {
-        return Err(refuse("a link to what is not in the folder of the glTF file or below; put a copy there"));
+        return Err(refuse(
+            "a link to what is not in the folder of the glTF file or below; put a copy there",
+        ));
     }
     Ok(file)
 }
 
 fn needed(file: &Path, path: &Path, error: &io::Error) -> Error {
     if error.kind() == io::ErrorKind::NotFound {
-        let meant = nearest_file(Path::new(""), file).map_or_else(|| "put it there".to_owned(), |meant| format!("did you mean `{meant}`?"));
+        let meant = nearest_file(Path::new(""), file)
+            .map_or_else(|| "put it there".to_owned(), |meant| format!("did you mean `{meant}`?"));
         let reason = format!("no such file, but {} needs it; {meant}", path.display());
         return Error::io(&Place::file(file), io::Error::new(error.kind(), reason));
     }
-    Error::io(&Place::file(file), io::Error::new(error.kind(), format!("{error}; {} needs it", path.display())))
+    Error::io(
+        &Place::file(file),
+        io::Error::new(error.kind(), format!("{error}; {} needs it", path.display())),
+    )
 }
 
 /// Undoes `%20` and its like; whatever is no such escape stays.
@@ -123,7 +145,11 @@ mod tests {
         ] {
             assert_eq!(read(uri, &scratch).unwrap(), [0xFB, 0xFF, 1, 2], "{uri}");
         }
-        for (uri, part) in [("data:;base64,A", "broken base64"), ("data:;base64,Ä", "broken base64"), ("data:;base64", "without data")] {
+        for (uri, part) in [
+            ("data:;base64,A", "broken base64"),
+            ("data:;base64,Ä", "broken base64"),
+            ("data:;base64", "without data"),
+        ] {
             assert!(read(uri, &scratch).unwrap_err().to_string().contains(part), "{uri}");
         }
     }
@@ -131,7 +157,12 @@ mod tests {
     #[test]
     fn files_in_the_folder_and_below_are_read_and_no_others() {
         let scratch = Scratch::scene("");
-        for (name, content) in [("in/a b.bin", "near"), ("in/sub/b.bin", "below"), ("secret.bin", "secret"), ("inside.bin", "secret")] {
+        for (name, content) in [
+            ("in/a b.bin", "near"),
+            ("in/sub/b.bin", "below"),
+            ("secret.bin", "secret"),
+            ("inside.bin", "secret"),
+        ] {
             scratch.write(name, content);
         }
         for (uri, content) in [
@@ -169,12 +200,17 @@ mod tests {
             let error = read(uri, &scratch).unwrap_err();
             let message = error.to_string();
             assert!(
-                matches!(error, Error::Invalid { .. }) && message.contains("buffer 0: names `") && message.len() < 600,
+                matches!(error, Error::Invalid { .. })
+                    && message.contains("buffer 0: names `")
+                    && message.len() < 600,
                 "{uri}: {message}"
             );
         }
         let message = read("gone.bin", &scratch).unwrap_err().to_string();
-        assert!(message.contains("gone.bin: ") && message.ends_with("t.gltf needs it; put it there"), "{message}");
+        assert!(
+            message.contains("gone.bin: ") && message.ends_with("t.gltf needs it; put it there"),
+            "{message}"
+        );
     }
 
     #[cfg(unix)]
@@ -191,7 +227,10 @@ mod tests {
         assert_eq!(read("good.bin", &scratch).unwrap(), b"near");
         for uri in ["bad.bin", "up/secret.bin"] {
             let message = read(uri, &scratch).unwrap_err().to_string();
-            assert!(message.contains(&format!("names `{uri}`, a link to what is not in the folder")), "{message}");
+            assert!(
+                message.contains(&format!("names `{uri}`, a link to what is not in the folder")),
+                "{message}"
+            );
         }
     }
 }

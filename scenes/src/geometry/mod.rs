@@ -36,11 +36,12 @@ use relume_formats::has_extension;
 use relume_formats::{Error, Place, Result};
 use std::path::Path;
 
-/// Largest number of vertices, and of triangles, in one object: their index must fit the tracer's 32 bits with room to spare.
+/// Largest number of vertices, and of triangles, in one object: their index must fit the tracer's 32 bits
+/// with room to spare.
 const MAX_ELEMENTS: usize = 1 << 26;
 
-/// Reads the geometry of `path` (of a glTF file only that of `node`, if given) into world space, with the crease angle that the scene gives for faces without
-/// normals. Adds what was mended to `warnings`.
+/// Reads the geometry of `path` (of a glTF file only that of `node`, if given) into world space, with the
+/// crease angle that the scene gives for faces without normals. Adds what was mended to `warnings`.
 pub(crate) fn load_file(
     path: &Path,
     node: Option<&str>,
@@ -60,17 +61,22 @@ pub(crate) fn load_file(
         "ply" => ply_file::append,
         "off" => off_file::append,
         _ => {
-            return Err(Error::unsupported(&place, "not a geometry file this version reads; it reads .gltf, .glb, .obj, .ply and .off"));
+            return Err(Error::unsupported(
+                &place,
+                "not a geometry file this version reads; it reads .gltf, .glb, .obj, .ply and .off",
+            ));
         }
     };
     append(&mut builder, path, world_from_file)?;
     builder.finish(&place, warnings)
 }
 
-/// Reads any geometry file that a scene may name: glTF, OBJ, PLY or OFF, where it lies and as it rests. Adds what was mended to `warnings`.
+/// Reads any geometry file that a scene may name: glTF, OBJ, PLY or OFF, where it lies and as it rests. Adds
+/// what was mended to `warnings`.
 ///
 /// # Errors
-/// `Io` if the file cannot be read, `Unsupported` if it is of another kind, `Invalid` if it breaks the rules of its own.
+/// `Io` if the file cannot be read, `Unsupported` if it is of another kind, `Invalid` if it breaks the rules
+/// of its own.
 pub fn load_mesh(path: &Path, warnings: &mut Vec<String>) -> Result<Mesh> {
     load_file(path, None, &DAffine3::IDENTITY, None, warnings)
 }

@@ -1,8 +1,10 @@
-//! Normals where a mesh has none: smooth across edges at which faces meet flatly, hard where they meet at an angle.
+//! Normals where a mesh has none: smooth across edges at which faces meet flatly, hard where they meet at an
+//! angle.
 //!
-//! At every position the faces fall into fans, those that smooth edges join; a fan has one normal, the mean of its faces' weighted by their angles
-//! there, and a vertex whose faces belong to several fans becomes as many vertices. Positions and not indices decide what meets, so that a seam
-//! of texture coordinates leaves no crease.
+//! At every position the faces fall into fans, those that smooth edges join; a fan has one normal, the mean
+//! of its faces' weighted by their angles there, and a vertex whose faces belong to several fans becomes as
+//! many vertices. Positions and not indices decide what meets, so that a seam of texture coordinates leaves
+//! no crease.
 
 use super::builder::{area_vector, unit_or_zero};
 use crate::scene::Mesh;
@@ -10,11 +12,12 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// The angle at which edges become hard unless a scene says otherwise. Edges of boxes and chamfers of 45° are hard, cylinders of ten sides and
-/// more are smooth, and scanned surfaces stay nearly whole: the Stanford bunny's 1,839 vertices become 1,968, the armadillo's 26,002 become 26,619,
-/// all in sharp folds.
+/// The angle at which edges become hard unless a scene says otherwise. Edges of boxes and chamfers of 45° are
+/// hard, cylinders of ten sides and more are smooth, and scanned surfaces stay nearly whole: the Stanford
+/// bunny's 1,839 vertices become 1,968, the armadillo's 26,002 become 26,619, all in sharp folds.
 pub(crate) const DEFAULT_CREASE_DEG: f64 = 40.0;
-/// Faces that meet at less are coplanar but for rounding; they share vertices even where every face is to be flat.
+/// Faces that meet at less are coplanar but for rounding; they share vertices even where every face is to be
+/// flat.
 const COPLANAR_DEG: f64 = 1e-3;
 
 /// How a face without normals is shaded.
@@ -38,15 +41,17 @@ pub(super) struct Filled {
     pub copied: Vec<u32>,
 }
 
-/// Gives every vertex with a zero normal one of its own. `smoothing` has one entry for each triangle, or none: then all are by angle, as they are
-/// where the scene gives a crease angle in degrees.
+/// Gives every vertex with a zero normal one of its own. `smoothing` has one entry for each triangle, or
+/// none: then all are by angle, as they are where the scene gives a crease angle in degrees.
 pub(super) fn fill_missing(mesh: &mut Mesh, smoothing: &[Smoothing], crease_deg: Option<f64>) -> Filled {
     let missing: Vec<bool> = mesh.normals.iter().map(|n| *n == [0.0; 3]).collect();
     let mut filled = Filled::default();
     if !missing.contains(&true) {
         return filled;
     }
-    let by_angle = |triangle: usize| smoothing.get(triangle).copied().filter(|_| crease_deg.is_none()).unwrap_or_default();
+    let by_angle = |triangle: usize| {
+        smoothing.get(triangle).copied().filter(|_| crease_deg.is_none()).unwrap_or_default()
+    };
     let mut fans = Fans::new(mesh, crease_deg.unwrap_or(DEFAULT_CREASE_DEG));
     fans.join_across_edges(mesh, by_angle);
     let fan_normals = fans.normals(mesh);
@@ -97,7 +102,8 @@ struct Fans {
     crease: f64,
 }
 
-/// A triangle's use of an edge: the numbers of the positions of its ends, the lower first, and the corner from which the triangle runs it.
+/// A triangle's use of an edge: the numbers of the positions of its ends, the lower first, and the corner
+/// from which the triangle runs it.
 type Side = [u32; 3];
 
 impl Fans {
@@ -152,9 +158,15 @@ impl Fans {
         }
     }
 
-    /// Joins the uses of one edge. Around it the normals of its faces lie on a circle: neighbours on the circle at less than the crease angle are
-    /// joined, which joins what a comparison of all with all would.
-    fn join_uses(&mut self, uses: &[Side], starts_low: &[bool], axis: DVec3, smoothing: &impl Fn(usize) -> Smoothing) {
+    /// Joins the uses of one edge. Around it the normals of its faces lie on a circle: neighbours on the
+    /// circle at less than the crease angle are joined, which joins what a comparison of all with all would.
+    fn join_uses(
+        &mut self,
+        uses: &[Side],
+        starts_low: &[bool],
+        axis: DVec3,
+        smoothing: &impl Fn(usize) -> Smoothing,
+    ) {
         let face = |i: usize| uses[i][2] as usize / 3;
         let first = self.faces[face(0)];
         let around = |n: DVec3| axis.dot(first.cross(n)).atan2(first.dot(n));
@@ -180,7 +192,11 @@ impl Fans {
     fn join_ends(&mut self, corners: [u32; 2], starts_low: [bool; 2]) {
         let [from_a, from_b] = corners;
         let [to_a, to_b] = corners.map(next_corner);
-        let ends = if starts_low[0] == starts_low[1] { [(from_a, from_b), (to_a, to_b)] } else { [(from_a, to_b), (to_a, from_b)] };
+        let ends = if starts_low[0] == starts_low[1] {
+            [(from_a, from_b), (to_a, to_b)]
+        } else {
+            [(from_a, to_b), (to_a, from_b)]
+        };
         ends.into_iter().for_each(|(a, b)| self.join(a, b));
     }
 

@@ -1,7 +1,9 @@
-//! Wavefront OBJ: vertices, texture coordinates, normals, polygons and smoothing groups. All objects and groups of a file are one mesh; names,
-//! materials and colours are passed over in silence, as the scene gives materials; lines, points and free-form surfaces with a note.
+//! Wavefront OBJ: vertices, texture coordinates, normals, polygons and smoothing groups. All objects and
+//! groups of a file are one mesh; names, materials and colours are passed over in silence, as the scene gives
+//! materials; lines, points and free-form surfaces with a note.
 //!
-//! We read it ourselves: the libraries give up corners of their own for what one corner lacks, and take polylines for polygons.
+//! We read it ourselves: the libraries give up corners of their own for what one corner lacks, and take
+//! polylines for polygons.
 
 use super::normals::Smoothing;
 use super::polygons::Polygons;
@@ -49,7 +51,9 @@ impl<'a> Iterator for Statements<'a> {
     fn next(&mut self) -> Option<Self::Item> {
         let (number, line) = self.lines.next()?;
         let line = without_comment(line);
-        let Some(mut open) = line.trim_ascii_end().strip_suffix(b"\\") else { return Some((number, Cow::Borrowed(line))) };
+        let Some(mut open) = line.trim_ascii_end().strip_suffix(b"\\") else {
+            return Some((number, Cow::Borrowed(line)));
+        };
         let mut joined = Vec::new();
         loop {
             joined.extend_from_slice(open);
@@ -108,8 +112,8 @@ impl ObjFile {
             b"s" => self.smoothing = words.next().map_or(self.smoothing, smoothing_of),
             b"l" => self.ignored[0] += 1,
             b"p" => self.ignored[1] += 1,
-            b"g" | b"o" | b"usemtl" | b"mtllib" | b"usemap" | b"maplib" | b"mg" | b"lod" | b"bevel" | b"c_interp" | b"d_interp"
-            | b"shadow_obj" | b"trace_obj" | b"vp" => {}
+            b"g" | b"o" | b"usemtl" | b"mtllib" | b"usemap" | b"maplib" | b"mg" | b"lod" | b"bevel"
+            | b"c_interp" | b"d_interp" | b"shadow_obj" | b"trace_obj" | b"vp" => {}
             _ => {
                 self.unknown.0 += 1;
                 self.unknown.1 = if self.unknown.0 == 1 { line } else { self.unknown.1 };
@@ -119,7 +123,11 @@ impl ObjFile {
         if counts.into_iter().any(|count| count > MAX_ELEMENTS) { Err(TOO_MANY.to_owned()) } else { Ok(()) }
     }
 
-    fn read_face<'w>(&mut self, words: impl Iterator<Item = &'w [u8]>, line: usize) -> std::result::Result<(), String> {
+    fn read_face<'w>(
+        &mut self,
+        words: impl Iterator<Item = &'w [u8]>,
+        line: usize,
+    ) -> std::result::Result<(), String> {
         let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
         for word in words {
             let mut corner = [NONE; 3];
@@ -131,14 +139,21 @@ impl ObjFile {
                 }
             }
             if parts.next().is_some() {
-                return Err(format!("{} is no corner of a face, which has at most three numbers", quoted(word)));
+                return Err(format!(
+                    "{} is no corner of a face, which has at most three numbers",
+                    quoted(word)
+                ));
             }
             self.corners.push(corner);
             if self.corners.len() > 3 * MAX_ELEMENTS {
                 return Err(TOO_MANY.to_owned());
             }
         }
-        self.faces.push(Face { end: self.corners.len() as u32, line: line as u32, smoothing: self.smoothing });
+        self.faces.push(Face {
+            end: self.corners.len() as u32,
+            line: line as u32,
+            smoothing: self.smoothing,
+        });
         Ok(())
     }
 
@@ -147,7 +162,13 @@ impl ObjFile {
         let (unknown, first) = self.unknown;
         [
             (lines, format!("ignored {}, without a surface", counted(lines, "line", "lines"))),
-            (points, format!("ignored {} of points, without a surface", counted(points, "statement", "statements"))),
+            (
+                points,
+                format!(
+                    "ignored {} of points, without a surface",
+                    counted(points, "statement", "statements")
+                ),
+            ),
             (
                 unknown,
                 format!(
@@ -172,15 +193,20 @@ impl ObjFile {
         .collect()
     }
 
-    /// Which of positions, texture coordinates and normals the file has none of, though corners may name some.
+    /// Which of positions, texture coordinates and normals the file has none of, though corners may name
+    /// some.
     fn absent(&self) -> [bool; 3] {
         [false, self.uvs.is_empty(), self.normals.is_empty()]
     }
 
-    /// How many corners name what the file has none of at all. A number that is out of range among others is another thing, and a fault.
+    /// How many corners name what the file has none of at all. A number that is out of range among others is
+    /// another thing, and a fault.
     fn strays(&self) -> usize {
         let absent = self.absent();
-        self.corners.iter().filter(|corner| corner.iter().zip(absent).any(|(index, absent)| absent && *index != NONE)).count()
+        self.corners
+            .iter()
+            .filter(|corner| corner.iter().zip(absent).any(|(index, absent)| absent && *index != NONE))
+            .count()
     }
 
     /// The mesh, with one vertex for each set of indices that corners name, in the order of their first use.
@@ -194,9 +220,14 @@ impl ObjFile {
         for face in &self.faces {
             let corners = &self.corners[start..face.end as usize];
             start = face.end as usize;
-            corners.iter().try_for_each(|corner| self.check(corner)).map_err(|reason| refusal(place, face.line as usize, &reason))?;
-            let vertices: Vec<u32> =
-                corners.iter().map(|corner| *known.entry(*corner).or_insert_with(|| self.push_vertex(*corner, &mut part))).collect();
+            corners
+                .iter()
+                .try_for_each(|corner| self.check(corner))
+                .map_err(|reason| refusal(place, face.line as usize, &reason))?;
+            let vertices: Vec<u32> = corners
+                .iter()
+                .map(|corner| *known.entry(*corner).or_insert_with(|| self.push_vertex(*corner, &mut part)))
+                .collect();
             polygons.add(vertices, face.smoothing, place)?;
         }
         if part.without_uv == part.positions.len() {
@@ -217,7 +248,9 @@ impl ObjFile {
             }
         }
         match self.positions.get(corner[0] as usize) {
-            Some(at) if !at.iter().all(|x| x.is_finite()) => Err(format!("names vertex {} at {at:?}, which is not finite", corner[0] + 1)),
+            Some(at) if !at.iter().all(|x| x.is_finite()) => {
+                Err(format!("names vertex {} at {at:?}, which is not finite", corner[0] + 1))
+            }
             _ => Ok(()),
         }
     }
@@ -241,7 +274,9 @@ fn numbers<'w, const N: usize>(
     let mut values = [0.0; N];
     for (index, value) in values.iter_mut().enumerate() {
         match words.next() {
-            Some(word) => *value = number(word).ok_or_else(|| format!("{} is no {what}", quoted(word)))? as f32,
+            Some(word) => {
+                *value = number(word).ok_or_else(|| format!("{} is no {what}", quoted(word)))? as f32
+            }
             None if index >= least => break,
             None => return Err(format!("a {what} is missing")),
         }

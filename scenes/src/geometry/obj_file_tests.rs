@@ -18,12 +18,31 @@ fn whatever_stands_around_a_triangle_it_is_the_same() {
         ("cr", TRIANGLE.replace('\n', "\r").into()),
         ("no last line end", TRIANGLE.trim_end().into()),
         ("blanks", TRIANGLE.replace('\n', " \t\n\n  \n").replace(' ', "  ").into()),
-        ("latin comment and names", [b"# caf\xE9\no \xFC\ng \xE9\nusemtl \xE0\n", TRIANGLE.as_bytes()].concat()),
-        ("comments", format!("#\n# v 1 2 3\n{}", TRIANGLE.replace("1 0 0", "1 0 0 # note").replace("1 2 3", "1 2 3#x")).into()),
+        (
+            "latin comment and names",
+            [b"# caf\xE9\no \xFC\ng \xE9\nusemtl \xE0\n", TRIANGLE.as_bytes()].concat(),
+        ),
+        (
+            "comments",
+            format!(
+                "#\n# v 1 2 3\n{}",
+                TRIANGLE.replace("1 0 0", "1 0 0 # note").replace("1 2 3", "1 2 3#x")
+            )
+            .into(),
+        ),
         ("comment with a path", format!("# C:\\models\\\n{TRIANGLE}").into()),
-        ("lines that go on", TRIANGLE.replace("v 1 0 0", "v 1 \\\n0 \\ \n\\\r\n 0").replace("f 1 2 3", "f 1 \\\n 2 3 \\").into()),
+        (
+            "lines that go on",
+            TRIANGLE
+                .replace("v 1 0 0", "v 1 \\\n0 \\ \n\\\r\n 0")
+                .replace("f 1 2 3", "f 1 \\\n 2 3 \\")
+                .into(),
+        ),
         ("no names", format!("mtllib\no\ng\n{}", TRIANGLE.replace("f ", "usemtl\ns\nf ")).into()),
-        ("weights and colours", TRIANGLE.replace("v 1 0 0", "v 1 0 0 1.0").replace("v 0 1 0", "v 0 1 0 0.5 0.5 0.5").into()),
+        (
+            "weights and colours",
+            TRIANGLE.replace("v 1 0 0", "v 1 0 0 1.0").replace("v 0 1 0", "v 0 1 0 0.5 0.5 0.5").into(),
+        ),
         ("relative indices", TRIANGLE.replace("1 2 3", "-3 2 -1").into()),
         ("vertices behind the face", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".into()),
         ("empty parts of corners", TRIANGLE.replace("1 2 3", "1/ 2// 3").into()),
@@ -45,7 +64,10 @@ fn what_has_no_surface_is_ignored_with_a_note() {
     for (more, note) in [
         ("l 1 2\nl 1 2 3\nl 1/1 2/2 3/3 1/1\n", "t.obj: ignored 3 lines, without a surface"),
         ("p 1\np 1 2 3\n", "t.obj: ignored 2 statements of points, without a surface"),
-        ("cstype bezier\ncurv 0 1 1 2 3\nend\n", "ignored 3 statements not read, such as free-form surfaces; the first is line 5"),
+        (
+            "cstype bezier\ncurv 0 1 1 2 3\nend\n",
+            "ignored 3 statements not read, such as free-form surfaces; the first is line 5",
+        ),
     ] {
         let (mesh, warnings) = folder.load("t.obj", format!("{TRIANGLE}{more}"));
         assert_eq!(mesh, expected);
@@ -66,13 +88,22 @@ fn corners_may_name_what_the_file_has_none_of() {
     ] {
         let (mesh, warnings) = folder.load("t.obj", format!("{positions}{faces}"));
         assert_eq!(mesh, expected, "{faces}");
-        let note = format!("t.obj: {count} texture coordinates or normals of which the file has none; read without them");
+        let note = format!(
+            "t.obj: {count} texture coordinates or normals of which the file has none; read without them"
+        );
         assert!(warnings[0].ends_with(&note) && warnings[1..] == plain[..], "{warnings:?}");
     }
     // A number that is out of range among others is a fault.
     let message = folder.refusal("t.obj", format!("{positions}vt 0 0\nf 1/1 2/1 3/2\n"));
-    assert!(message.ends_with("t.obj: line 6: names texture coordinate 2, of 1; mend or export the file again"), "{message}");
-    assert!(folder.refusal("t.obj", format!("{positions}f -5 2 3\n")).contains("names vertex -5, but only 4 come before"));
+    assert!(
+        message.ends_with("t.obj: line 6: names texture coordinate 2, of 1; mend or export the file again"),
+        "{message}"
+    );
+    assert!(
+        folder
+            .refusal("t.obj", format!("{positions}f -5 2 3\n"))
+            .contains("names vertex -5, but only 4 come before")
+    );
 }
 
 #[test]
@@ -84,7 +115,10 @@ fn a_corner_lacks_only_what_it_does_not_name() {
     assert_eq!(mesh.uvs, [[0.0, 1.0], [1.0, 1.0], [0.25, 0.0], [0.0, 0.0], [0.0, 0.0], [0.25, 0.0]]);
     let (given, made) = ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     assert_eq!(mesh.normals, [given, given, given, made, given, made]);
-    assert!(warnings[0].ends_with("gave the texture coordinates (0, 0) to 2 of 6 vertices, which had none"), "{warnings:?}");
+    assert!(
+        warnings[0].ends_with("gave the texture coordinates (0, 0) to 2 of 6 vertices, which had none"),
+        "{warnings:?}"
+    );
     assert!(warnings[1].contains("made normals for 2 of 6 vertices"), "{warnings:?}");
     // One coordinate of a texture, and three.
     let (mesh, _) = folder.load("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvt 0.5 0.25 9\nf 1/1 2/2 3/2\n");
@@ -95,7 +129,11 @@ fn a_corner_lacks_only_what_it_does_not_name() {
 fn what_cannot_be_read_names_its_line() {
     let folder = Folder::new();
     for (from, to, part) in [
-        ("v 1 0 0", "v 1,5 0 0", "t.obj: line 2: `1,5` is no coordinate of a vertex; mend or export the file again"),
+        (
+            "v 1 0 0",
+            "v 1,5 0 0",
+            "t.obj: line 2: `1,5` is no coordinate of a vertex; mend or export the file again",
+        ),
         ("v 1 0 0", "v 1 0", "line 2: a coordinate of a vertex is missing"),
         ("v 1 0 0", "v 1 \\\n\n0", "line 2: a coordinate of a vertex is missing"),
         ("f 1 2 3", "f 0 1 2", "line 4: names vertex 0, but they count from 1"),
@@ -116,6 +154,10 @@ fn what_cannot_be_read_names_its_line() {
         assert!(message.contains(part), "{to:?}: {message}");
     }
     let wide: Vec<u8> = TRIANGLE.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert!(folder.refusal("t.obj", [b"\xFF\xFE", wide.as_slice()].concat()).contains("UTF-16 text; save it as ASCII or UTF-8"));
+    assert!(
+        folder
+            .refusal("t.obj", [b"\xFF\xFE", wide.as_slice()].concat())
+            .contains("UTF-16 text; save it as ASCII or UTF-8")
+    );
     assert!(folder.refusal("t.obj", wide).contains("UTF-16"));
 }

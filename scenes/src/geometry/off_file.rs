@@ -1,5 +1,6 @@
-//! Object File Format of Geomview, as text: OFF, whose vertices may have normals (N), colours (C), which are ignored, and texture coordinates (ST).
-//! Vertices have a line each, or flow over lines as they do in Geomview; faces too, but where one has a colour it ends with its line.
+//! Object File Format of Geomview, as text: OFF, whose vertices may have normals (N), colours (C), which are
+//! ignored, and texture coordinates (ST). Vertices have a line each, or flow over lines as they do in
+//! Geomview; faces too, but where one has a colour it ends with its line.
 
 use super::normals::Smoothing;
 use super::polygons::Polygons;
@@ -15,7 +16,13 @@ use std::path::Path;
 pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &DAffine3) -> Result<()> {
     let place = Place::file(path);
     let bytes = read_bytes(path)?;
-    let mut lines = Source { lines: Lines::new(unmarked(&bytes, &place)?), words: Vec::new(), line: 0, flows: false, place: &place };
+    let mut lines = Source {
+        lines: Lines::new(unmarked(&bytes, &place)?),
+        words: Vec::new(),
+        line: 0,
+        flows: false,
+        place: &place,
+    };
     let layout = lines.header()?;
     let [vertices, faces] = lines.counts()?;
     builder.expect_room(vertices, faces, &place)?;
@@ -39,7 +46,8 @@ struct Layout {
 }
 
 impl Layout {
-    /// What the letters before `OFF` say, each at most once; none if they say something else. Small letters have other meanings before a large `OFF`.
+    /// What the letters before `OFF` say, each at most once; none if they say something else. Small letters
+    /// have other meanings before a large `OFF`.
     fn called(prefix: &[u8]) -> Option<Self> {
         let (mut layout, mut rest) = (Self::default(), prefix);
         while !rest.is_empty() {
@@ -120,7 +128,8 @@ impl<'a> Source<'a> {
         Ok([self.number(what)? as f32, self.number(what)? as f32, self.number(what)? as f32])
     }
 
-    /// What vertices have. The keyword may be missing, as Geomview allows, and the counts follow on its line, even without a blank, or the next.
+    /// What vertices have. The keyword may be missing, as Geomview allows, and the counts follow on its line,
+    /// even without a blank, or the next.
     fn header(&mut self) -> Result<Layout> {
         self.next_line(|| "the word OFF".to_owned())?;
         let word = *self.words.last().unwrap_or(&b"".as_slice());
@@ -132,8 +141,13 @@ impl<'a> Source<'a> {
         };
         let prefix = &keyword[..keyword.len() - 3];
         let is_small = !keyword.ends_with(b"OFF");
-        let Some(layout) = Layout::called(&if is_small { prefix.to_ascii_uppercase() } else { prefix.to_vec() }) else {
-            let reason = format!("{} is not read, OFF with N, C and ST before it is; save it as one of them", quoted(keyword));
+        let Some(layout) =
+            Layout::called(&if is_small { prefix.to_ascii_uppercase() } else { prefix.to_vec() })
+        else {
+            let reason = format!(
+                "{} is not read, OFF with N, C and ST before it is; save it as one of them",
+                quoted(keyword)
+            );
             return Err(Error::unsupported(&self.here(), reason));
         };
         self.words.pop();
@@ -157,7 +171,8 @@ impl<'a> Source<'a> {
         Ok([vertices, faces])
     }
 
-    /// Goes to the next line, if this one has no more words and that one has at most so many, fewer than any vertex.
+    /// Goes to the next line, if this one has no more words and that one has at most so many, fewer than any
+    /// vertex.
     fn continue_counts(&mut self, at_most: usize) -> Result<()> {
         let next = self.word_counts().next();
         if self.words.is_empty() && next.is_some_and(|words| words <= at_most) {
@@ -171,7 +186,8 @@ impl<'a> Source<'a> {
         self.lines.clone().map(|(_, line)| words(without_comment(line)).count()).filter(|count| *count > 0)
     }
 
-    /// Whether vertices do not have a line each, but end with a line if they are read one after the other, and faces follow.
+    /// Whether vertices do not have a line each, but end with a line if they are read one after the other,
+    /// and faces follow.
     fn vertices_flow(&self, vertices: usize, faces: usize, layout: &Layout) -> bool {
         let mut lines = self.word_counts();
         let by_line = (0..vertices).all(|_| lines.next().is_some_and(|words| words >= layout.numbers(3)));
@@ -186,7 +202,8 @@ impl<'a> Source<'a> {
         left.is_some() && (0..faces).all(|_| lines.next().is_some())
     }
 
-    /// The way in which the lines to come are exactly so many faces. If it is none, a line each: then the first that is broken is told.
+    /// The way in which the lines to come are exactly so many faces. If it is none, a line each: then the
+    /// first that is broken is told.
     fn layout_of_faces(&self, faces: usize) -> Faces {
         if self.has_line_per_face(faces) {
             return Faces::OnLines;
@@ -196,12 +213,19 @@ impl<'a> Source<'a> {
     }
 
     fn lines_of_words(&self) -> impl Iterator<Item = Vec<&'a [u8]>> + use<'a> {
-        self.lines.clone().map(|(_, line)| words(without_comment(line)).collect::<Vec<_>>()).filter(|words| !words.is_empty())
+        self.lines
+            .clone()
+            .map(|(_, line)| words(without_comment(line)).collect::<Vec<_>>())
+            .filter(|words| !words.is_empty())
     }
 
     fn has_line_per_face(&self, faces: usize) -> bool {
         let mut lines = self.lines_of_words();
-        (0..faces).all(|_| lines.next().is_some_and(|words| corners_of(words[0]).is_some_and(|corners| corners < words.len())))
+        (0..faces).all(|_| {
+            lines
+                .next()
+                .is_some_and(|words| corners_of(words[0]).is_some_and(|corners| corners < words.len()))
+        })
     }
 
     /// Whether the rest of the file is so many faces, to its last word.
@@ -237,7 +261,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Vertices and faces. Nothing is allocated ahead: the file itself, whose size is bounded, has to bring every line.
+    /// Vertices and faces. Nothing is allocated ahead: the file itself, whose size is bounded, has to bring
+    /// every line.
     fn body(&mut self, vertices: usize, faces: usize, layout: &Layout) -> Result<(Part, Polygons)> {
         let (mut part, mut polygons) = (Part::default(), Polygons::default());
         self.flows = self.vertices_flow(vertices, faces, layout);
@@ -258,8 +283,14 @@ impl<'a> Source<'a> {
             corners.clear();
             for _ in 0..count {
                 match self.number("a vertex index")? {
-                    vertex if vertex >= 0.0 && vertex.fract() == 0.0 && vertex < vertices as f64 => corners.push(vertex as u32),
-                    vertex => return self.refuse(&format!("face {index} names vertex {vertex} of {vertices}, which count from 0")),
+                    vertex if vertex >= 0.0 && vertex.fract() == 0.0 && vertex < vertices as f64 => {
+                        corners.push(vertex as u32)
+                    }
+                    vertex => {
+                        return self.refuse(&format!(
+                            "face {index} names vertex {vertex} of {vertices}, which count from 0"
+                        ));
+                    }
                 }
             }
             polygons.add(corners.iter().copied(), Smoothing::ByAngle, self.place)?;
@@ -272,7 +303,8 @@ impl<'a> Source<'a> {
         if layout.normals {
             part.normals.push(self.triple("a component of a normal")?);
         }
-        // Colours are of four numbers; on lines of their own they may be of three, or missing where nothing follows them.
+        // Colours are of four numbers; on lines of their own they may be of three, or missing where nothing
+        // follows them.
         if layout.colours && (self.flows || layout.uvs) {
             let numbers = if !self.flows && self.words.len() == 5 { 3 } else { 4 };
             (0..numbers).try_for_each(|_| self.number("a component of a colour").map(drop))?;
@@ -288,7 +320,9 @@ impl<'a> Source<'a> {
 
 /// The number of corners with which a face begins.
 fn corners_of(word: &[u8]) -> Option<usize> {
-    number(word).filter(|count| *count >= 0.0 && count.fract() == 0.0 && *count < MAX_ELEMENTS as f64).map(|count| count as usize)
+    number(word)
+        .filter(|count| *count >= 0.0 && count.fract() == 0.0 && *count < MAX_ELEMENTS as f64)
+        .map(|count| count as usize)
 }
 
 /// The keyword, which ends in `OFF` of any case, and the number that is written on to it, if any.

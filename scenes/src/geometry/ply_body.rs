@@ -41,15 +41,19 @@ impl<'a> Body<'a> {
     /// What stands behind the data, if anything but blanks.
     pub fn leftover(&self) -> Option<String> {
         let count = match self.encoding {
-            Encoding::Ascii => counted(self.rest.clone().filter(|(_, line)| words(line).next().is_some()).count(), "line", "lines"),
+            Encoding::Ascii => counted(
+                self.rest.clone().filter(|(_, line)| words(line).next().is_some()).count(),
+                "line",
+                "lines",
+            ),
             _ if words(self.rest.rest).next().is_none() => return None,
             _ => counted(self.rest.rest.len(), "byte", "bytes"),
         };
         (!count.starts_with("0 ")).then(|| format!("ignored {count} after the data that the header tells of"))
     }
 
-    /// Reads all records of `element` and shows them to `visit`, with their number: the single properties at `wanted` and the list at `list`, as they
-    /// stand among all. What nobody asks for is not even looked at.
+    /// Reads all records of `element` and shows them to `visit`, with their number: the single properties at
+    /// `wanted` and the list at `list`, as they stand among all. What nobody asks for is not even looked at.
     pub fn read(
         &mut self,
         element: &Element,
@@ -58,13 +62,18 @@ impl<'a> Body<'a> {
         mut visit: impl FnMut(usize, &Record) -> Result<()>,
     ) -> Result<()> {
         let mut record = Record { values: vec![0.0; wanted.len()], list: Vec::new() };
-        let slots: Vec<Option<usize>> =
-            (0..element.properties.len()).map(|index| wanted.iter().position(|wanted| *wanted == Some(index))).collect();
+        let slots: Vec<Option<usize>> = (0..element.properties.len())
+            .map(|index| wanted.iter().position(|wanted| *wanted == Some(index)))
+            .collect();
         for index in (0..element.count).take_while(|_| !element.properties.is_empty()) {
             self.begin(element, index)?;
             for (position, (property, slot)) in element.properties.iter().zip(&slots).enumerate() {
-                self.property(property, (list == Some(position)).then_some(&mut record.list), slot.map(|slot| &mut record.values[slot]))
-                    .map_err(|reason| self.refusal(element, index, &reason))?;
+                self.property(
+                    property,
+                    (list == Some(position)).then_some(&mut record.list),
+                    slot.map(|slot| &mut record.values[slot]),
+                )
+                .map_err(|reason| self.refusal(element, index, &reason))?;
             }
             visit(index, &record)?;
         }
@@ -78,7 +87,10 @@ impl<'a> Body<'a> {
         }
         self.next_line().ok_or_else(|| {
             let (name, count) = (plain(&element.name), element.count);
-            Error::invalid(self.place, format!("ends in `{name}` {index} of {count}; fetch or export it again"))
+            Error::invalid(
+                self.place,
+                format!("ends in `{name}` {index} of {count}; fetch or export it again"),
+            )
         })
     }
 
@@ -102,11 +114,20 @@ impl<'a> Body<'a> {
         };
         Error::invalid(
             &place,
-            format!("{reason} in `{}` {index} of {}; mend or export the file again", plain(&element.name), element.count),
+            format!(
+                "{reason} in `{}` {index} of {}; mend or export the file again",
+                plain(&element.name),
+                element.count
+            ),
         )
     }
 
-    fn property(&mut self, property: &Property, list: Option<&mut Vec<f64>>, value: Option<&mut f64>) -> std::result::Result<(), String> {
+    fn property(
+        &mut self,
+        property: &Property,
+        list: Option<&mut Vec<f64>>,
+        value: Option<&mut f64>,
+    ) -> std::result::Result<(), String> {
         let missing = || format!("`{}` is missing", plain(&property.name));
         let Some(length) = property.length else {
             return match value {
@@ -122,7 +143,8 @@ impl<'a> Body<'a> {
         match list {
             Some(list) => {
                 list.clear();
-                (0..length as usize).try_for_each(|_| self.number(property.scalar).map(|number| list.push(number)))
+                (0..length as usize)
+                    .try_for_each(|_| self.number(property.scalar).map(|number| list.push(number)))
             }
             None => self.skip(property.scalar, length as usize),
         }

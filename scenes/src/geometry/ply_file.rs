@@ -1,5 +1,5 @@
-//! PLY of Stanford, as text and binary of either byte order: the elements `vertex`, `face` and `tristrips`. Others and unknown properties are
-//! passed over, whatever they hold.
+//! PLY of Stanford, as text and binary of either byte order: the elements `vertex`, `face` and `tristrips`.
+//! Others and unknown properties are passed over, whatever they hold.
 
 use super::normals::Smoothing;
 use super::ply_body::{Body, Record};
@@ -13,7 +13,8 @@ use relume_formats::{Error, Place, Result};
 use std::path::Path;
 
 /// The names that programs give to texture coordinates.
-const UV_NAMES: [[&str; 2]; 4] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
+const UV_NAMES: [[&str; 2]; 4] =
+    [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 /// The names that programs give to lists of vertices.
 const LIST_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
@@ -26,7 +27,9 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
     builder.notes.extend(header.note);
     builder.notes.extend(leftover);
     if header.elements.iter().any(|element| element.name == "face" && element.find("texcoord").is_some()) {
-        builder.notes.push("ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned());
+        builder.notes.push(
+            "ignored the texture coordinates of faces (`texcoord`); those of vertices are read".to_owned(),
+        );
     }
     let triangulation = polygons.triangulate(&part.positions);
     builder.notes.extend(triangulation.notes());
@@ -34,8 +37,8 @@ pub(super) fn append(builder: &mut MeshBuilder, path: &Path, world_from_file: &D
     builder.append(&part, world_from_file, &place)
 }
 
-/// Reads the records by lines, after which more may stand than the header says. Text that has other lines is read by words, if these are exactly those
-/// that the header asks for.
+/// Reads the records by lines, after which more may stand than the header says. Text that has other lines is
+/// read by words, if these are exactly those that the header asks for.
 fn read<'a>(header: &Header<'_>, place: &'a Place) -> Result<PlyMesh<'a>> {
     let by_lines = read_body(header, place, &mut Body::new(header, false, place));
     if by_lines.is_ok() || header.encoding != Encoding::Ascii || has_line_per_record(header) {
@@ -47,7 +50,8 @@ fn read<'a>(header: &Header<'_>, place: &'a Place) -> Result<PlyMesh<'a>> {
 
 /// True if there are as many lines as records, so that a record that does not fit its line is broken.
 fn has_line_per_record(header: &Header<'_>) -> bool {
-    let records = header.elements.iter().filter(|element| !element.properties.is_empty()).map(|element| element.count);
+    let records =
+        header.elements.iter().filter(|element| !element.properties.is_empty()).map(|element| element.count);
     header.body.clone().filter(|(_, line)| words(line).next().is_some()).count() == records.sum::<usize>()
 }
 
@@ -70,11 +74,16 @@ fn read_body<'a>(header: &Header<'_>, place: &'a Place, body: &mut Body<'_>) -> 
 fn check_header(header: &Header<'_>, place: &Place) -> Result<usize> {
     let find = |name: &str| header.elements.iter().find(|element| element.name == name);
     let has_list = |name: &&str| find(name).is_some_and(|element| list_of(element).is_some());
-    let Some(vertex) = find("vertex").filter(|vertex| ["x", "y", "z"].iter().all(|axis| single(vertex, axis).is_some())) else {
+    let Some(vertex) =
+        find("vertex").filter(|vertex| ["x", "y", "z"].iter().all(|axis| single(vertex, axis).is_some()))
+    else {
         return Err(Error::invalid(place, "has no element `vertex` with x, y and z; export it again"));
     };
     if !["face", "tristrips"].iter().any(has_list) {
-        return Err(Error::invalid(place, "has no element `face` or `tristrips` with a list `vertex_indices`; export it as a mesh"));
+        return Err(Error::invalid(
+            place,
+            "has no element `face` or `tristrips` with a list `vertex_indices`; export it as a mesh",
+        ));
     }
     Ok(vertex.count)
 }
@@ -86,7 +95,10 @@ fn single(element: &Element, name: &str) -> Option<usize> {
 
 /// Where the list of vertices stands.
 fn list_of(element: &Element) -> Option<usize> {
-    LIST_NAMES.iter().find_map(|name| element.find(name)).filter(|index| element.properties[*index].length.is_some())
+    LIST_NAMES
+        .iter()
+        .find_map(|name| element.find(name))
+        .filter(|index| element.properties[*index].length.is_some())
 }
 
 /// What has been read so far.
@@ -102,10 +114,15 @@ struct PlyMesh<'a> {
 
 impl PlyMesh<'_> {
     fn read_vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
-        let pick = |names: &[&str]| names.iter().map(|name| single(element, name)).collect::<Option<Vec<_>>>();
+        let pick =
+            |names: &[&str]| names.iter().map(|name| single(element, name)).collect::<Option<Vec<_>>>();
         let normal = pick(&["nx", "ny", "nz"]);
         let uv = UV_NAMES.iter().find_map(|names| pick(names));
-        let wanted = [pick(&["x", "y", "z"]).unwrap_or_default(), normal.clone().unwrap_or(Vec::new()), uv.clone().unwrap_or(Vec::new())];
+        let wanted = [
+            pick(&["x", "y", "z"]).unwrap_or_default(),
+            normal.clone().unwrap_or(Vec::new()),
+            uv.clone().unwrap_or(Vec::new()),
+        ];
         let wanted: Vec<Option<usize>> = wanted.concat().into_iter().map(Some).collect();
         let part = &mut self.part;
         body.read(element, &wanted, None, |_, Record { values, .. }| {
@@ -130,19 +147,26 @@ impl PlyMesh<'_> {
         body.read(element, &[], list_of(element), |index, record| {
             corners.clear();
             for corner in &record.list {
-                corners.push(vertex_of(*corner, vertices).ok_or_else(|| stray("face", index, *corner, vertices, place))?);
+                corners.push(
+                    vertex_of(*corner, vertices)
+                        .ok_or_else(|| stray("face", index, *corner, vertices, place))?,
+                );
             }
             polygons.add(corners.iter().copied(), Smoothing::ByAngle, place)
         })
     }
 
-    /// Triangle strips, each as long as no −1 ends it; repeated vertices join parts of a strip and are no triangles.
+    /// Triangle strips, each as long as no −1 ends it; repeated vertices join parts of a strip and are no
+    /// triangles.
     fn read_strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let (vertices, place, polygons) = (self.vertices, self.place, &mut self.polygons);
         let ends = |corner: f64| corner == -1.0 || corner == f64::from(u32::MAX);
         body.read(element, &[], list_of(element), |index, record| {
             for strip in record.list.split(|corner| ends(*corner)) {
-                let corner = |corner: &f64| vertex_of(*corner, vertices).ok_or_else(|| stray("strip", index, *corner, vertices, place));
+                let corner = |corner: &f64| {
+                    vertex_of(*corner, vertices)
+                        .ok_or_else(|| stray("strip", index, *corner, vertices, place))
+                };
                 let strip = strip.iter().map(corner).collect::<Result<Vec<u32>>>()?;
                 for (number, corners) in strip.windows(3).enumerate() {
                     let [a, b, c] = [corners[0], corners[1], corners[2]];
@@ -158,9 +182,15 @@ impl PlyMesh<'_> {
 }
 
 fn vertex_of(number: f64, vertices: usize) -> Option<u32> {
-    (number >= 0.0 && number.fract() == 0.0 && number < vertices.min(MAX_ELEMENTS) as f64).then_some(number as u32)
+    (number >= 0.0 && number.fract() == 0.0 && number < vertices.min(MAX_ELEMENTS) as f64)
+        .then_some(number as u32)
 }
 
 fn stray(what: &str, index: usize, corner: f64, vertices: usize, place: &Place) -> Error {
-    Error::invalid(place, format!("{what} {index} names vertex {corner} of {vertices}, which count from 0; mend or export the file again"))
+    Error::invalid(
+        place,
+        format!(
+            "{what} {index} names vertex {corner} of {vertices}, which count from 0; mend or export the file again"
+        ),
+    )
 }

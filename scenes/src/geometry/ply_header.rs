@@ -98,17 +98,26 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
     }
     let (mut encoding, mut elements, mut unknown) = (None, Vec::new(), Vec::new());
     while let Some((number, line)) = lines.next() {
-        let refuse = |reason: String| Error::invalid(&place.part(format!("line {number}")), format!("{reason}; export the file again"));
+        let refuse = |reason: String| {
+            Error::invalid(&place.part(format!("line {number}")), format!("{reason}; export the file again"))
+        };
         let words: Vec<&[u8]> = words(line).collect();
         let keyword = words.first().map(|word| word.to_ascii_lowercase());
-        let by_keyword: Vec<&[u8]> = keyword.iter().map(Vec::as_slice).chain(words.iter().skip(1).copied()).collect();
+        let by_keyword: Vec<&[u8]> =
+            keyword.iter().map(Vec::as_slice).chain(words.iter().skip(1).copied()).collect();
         match *by_keyword.as_slice() {
             [] | [b"comment" | b"obj_info", ..] => {}
-            [b"format", name, ..] => encoding = Some(encoding_called(name).ok_or_else(|| refuse(format!("no format {}", quoted(name))))?),
+            [b"format", name, ..] => {
+                encoding =
+                    Some(encoding_called(name).ok_or_else(|| refuse(format!("no format {}", quoted(name))))?)
+            }
             [b"element", name, count] => elements.push(element(name, count, &elements).map_err(refuse)?),
             [b"property", ref rest @ ..] => {
-                let property = property(rest).ok_or_else(|| refuse(format!("{} is no property", quoted(line))))?;
-                let element = elements.last_mut().ok_or_else(|| refuse("a property before the first element".to_owned()))?;
+                let property =
+                    property(rest).ok_or_else(|| refuse(format!("{} is no property", quoted(line))))?;
+                let element = elements
+                    .last_mut()
+                    .ok_or_else(|| refuse("a property before the first element".to_owned()))?;
                 element.properties.push(property);
             }
             [b"end_header"] => {
@@ -119,8 +128,13 @@ pub(super) fn read<'a>(bytes: &'a [u8], place: &Place) -> Result<Header<'a>> {
             _ => return Err(refuse(format!("{} is no line of a header", quoted(line)))),
         }
     }
-    let first = unknown.first().map(|(number, line)| format!(", in which line {number}, {}, is not known", quoted(line)));
-    Err(Error::invalid(place, format!("ends within its header{}; fetch or export it again", first.unwrap_or_default())))
+    let first = unknown
+        .first()
+        .map(|(number, line)| format!(", in which line {number}, {}, is not known", quoted(line)));
+    Err(Error::invalid(
+        place,
+        format!("ends within its header{}; fetch or export it again", first.unwrap_or_default()),
+    ))
 }
 
 /// Programs write a line of their own about themselves without the word `comment`.
@@ -130,7 +144,8 @@ fn note_of(unknown: &[(usize, &[u8])]) -> Option<String> {
     Some(format!("ignored {count} of the header; the first is line {number}, {}", quoted(line)))
 }
 
-/// A binary body may begin with the byte of a line feed, which belongs to the line end only if the other lines end so.
+/// A binary body may begin with the byte of a line feed, which belongs to the line end only if the other
+/// lines end so.
 fn body<'a>(bytes: &'a [u8], mut rest: Lines<'a>) -> Lines<'a> {
     let ends_in_cr = bytes
         .iter()
@@ -157,17 +172,29 @@ fn element(name: &[u8], count: &[u8], before: &[Element]) -> std::result::Result
     let name = String::from_utf8_lossy(name).into_owned();
     let parsed = std::str::from_utf8(count).ok().and_then(|count| count.parse().ok());
     match parsed {
-        _ if before.iter().any(|element| element.name == name) => Err(format!("a second element {}", quoted(name.as_bytes()))),
+        _ if before.iter().any(|element| element.name == name) => {
+            Err(format!("a second element {}", quoted(name.as_bytes())))
+        }
         Some(count @ 0..=MAX_ELEMENTS) => Ok(Element { name, count, properties: Vec::new() }),
-        _ => Err(format!("{} of {}, which is no number up to {MAX_ELEMENTS}", quoted(count), quoted(name.as_bytes()))),
+        _ => Err(format!(
+            "{} of {}, which is no number up to {MAX_ELEMENTS}",
+            quoted(count),
+            quoted(name.as_bytes())
+        )),
     }
 }
 
 fn property(words: &[&[u8]]) -> Option<Property> {
     let (length, scalar, name) = match *words {
-        [list, length, scalar, name] if list.eq_ignore_ascii_case(b"list") => (Some(Scalar::called(length)?), scalar, name),
+        [list, length, scalar, name] if list.eq_ignore_ascii_case(b"list") => {
+            (Some(Scalar::called(length)?), scalar, name)
+        }
         [scalar, name] => (None, scalar, name),
         _ => return None,
     };
-    Some(Property { name: String::from_utf8_lossy(name).into_owned(), length, scalar: Scalar::called(scalar)? })
+    Some(Property {
+        name: String::from_utf8_lossy(name).into_owned(),
+        length,
+        scalar: Scalar::called(scalar)?,
+    })
 }

@@ -8,7 +8,9 @@ const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]
 const BODY: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
 fn square_header(rest: &str) -> String {
-    format!("ply\nformat ascii 1.0\n{rest}element vertex 4\nproperty float x\nproperty float y\nproperty float z\n")
+    format!(
+        "ply\nformat ascii 1.0\n{rest}element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    )
 }
 
 #[test]
@@ -17,15 +19,26 @@ fn ply_as_other_programs_write_it() {
     let faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
     let plain = square_header("") + faces + BODY;
     let expected = folder.load("t.ply", &plain).0;
-    assert_eq!((expected.positions.as_slice(), expected.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
+    assert_eq!(
+        (expected.positions.as_slice(), expected.triangles.as_slice()),
+        (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice())
+    );
     let latin = [b"ply\nformat ascii 1.0\ncomment caf\xE9\n", &plain.as_bytes()[21..]].concat();
-    let blank = plain.replace("element vertex", "\nelement vertex").replace("1 0 0\n", "1 0 0\n\n  \n").replace("3 0 2 3", "\n3 0 2 3");
-    let commented = square_header("obj_info x 3\ncomment made by hand\ncomment\n") + "comment within\n" + faces + BODY;
-    let named = plain.replace("vertex_indices", "vertex_index").replace("uchar int", "uint8 int32").replace("float x", "float64 x");
+    let blank = plain
+        .replace("element vertex", "\nelement vertex")
+        .replace("1 0 0\n", "1 0 0\n\n  \n")
+        .replace("3 0 2 3", "\n3 0 2 3");
+    let commented =
+        square_header("obj_info x 3\ncomment made by hand\ncomment\n") + "comment within\n" + faces + BODY;
+    let named = plain
+        .replace("vertex_indices", "vertex_index")
+        .replace("uchar int", "uint8 int32")
+        .replace("float x", "float64 x");
     let unread = square_header("").replace("property float y", "property float quality\nproperty float y")
         + faces
         + "0 nan 0 0\n1 -1.#IND 0 0\n1 x 1 0\n0 nan 1 0\n3 0 1 2\n3 0 2 3\n";
-    let lists = square_header("").replace("property float x", "property list int float rays\nproperty float x")
+    let lists = square_header("")
+        .replace("property float x", "property list int float rays\nproperty float x")
         + faces
         + "2 nan nan 0 0 0\n0 1 0 0\n1 5 1 1 0\n0 0 1 0\n3 0 1 2\n3 0 2 3\n";
     let faces_first = "ply\nformat ascii 1.0\n".to_owned()
@@ -85,7 +98,8 @@ fn every_number_of_binary_ply_is_read() {
     for (big, format) in [(false, "binary_little_endian"), (true, "binary_big_endian")] {
         for (name, encode) in scalars {
             let mut bytes = header(format, name, &format!("{name} {name}")).into_bytes();
-            let numbers = SQUARE.as_flattened().iter().copied().chain([3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 2.0, 3.0]);
+            let numbers =
+                SQUARE.as_flattened().iter().copied().chain([3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 2.0, 3.0]);
             for number in numbers {
                 let mut encoded = encode(number);
                 if big {
@@ -101,11 +115,13 @@ fn every_number_of_binary_ply_is_read() {
             );
         }
     }
-    // A body whose first byte is that of a line feed: 10 vertices' worth of a list, behind a header with Macintosh's line ends.
+    // A body whose first byte is that of a line feed: 10 vertices' worth of a list, behind a header with
+    // Macintosh's line ends.
     let header = "ply\rformat binary_little_endian 1.0\relement other 1\rproperty uchar n\relement vertex 4\r\
                   property float x\rproperty float y\rproperty float z\relement face 2\rproperty list uchar uchar vertex_index\rend_header\r";
     let floats = SQUARE.as_flattened().iter().flat_map(|x| x.to_le_bytes());
-    let bytes: Vec<u8> = header.bytes().chain([b'\n']).chain(floats).chain([3, 0, 1, 2, 3, 0, 2, 3]).collect();
+    let bytes: Vec<u8> =
+        header.bytes().chain([b'\n']).chain(floats).chain([3, 0, 1, 2, 3, 0, 2, 3]).collect();
     assert_eq!(folder.load("t.ply", bytes).0.positions, SQUARE);
 }
 
@@ -114,7 +130,10 @@ fn off_as_other_programs_write_it() {
     let folder = Folder::new();
     let plain = "OFF\n4 2 0\n".to_owned() + BODY;
     let expected = folder.load("t.off", &plain).0;
-    assert_eq!((expected.positions.as_slice(), expected.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
+    assert_eq!(
+        (expected.positions.as_slice(), expected.triangles.as_slice()),
+        (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice())
+    );
     for (name, text) in [
         ("counts on the first line", plain.replace("OFF\n", "OFF ").into_bytes()),
         ("no keyword", plain.replace("OFF\n", "").into()),
@@ -124,7 +143,10 @@ fn off_as_other_programs_write_it() {
         ("cr", plain.replace('\n', "\r").into()),
         ("latin", [b"OFF # caf\xE9\n", &plain.as_bytes()[4..]].concat()),
         ("blank lines and comments", plain.replace('\n', "\n\n # x\n").into()),
-        ("colours", plain.replace("3 0 1 2", "3 0 1 2 255 0 0").replace("3 0 2 3", "3 0 2 3 0.1 0.2 0.3 1").into()),
+        (
+            "colours",
+            plain.replace("3 0 1 2", "3 0 1 2 255 0 0").replace("3 0 2 3", "3 0 2 3 0.1 0.2 0.3 1").into(),
+        ),
         ("colours of vertices", plain.replace("1 1 0\n", "1 1 0 255 0 0 255\n").into()),
     ] {
         assert_eq!(folder.load("t.off", text).0, expected, "{name}");
@@ -139,10 +161,16 @@ fn concave_faces_of_every_format_have_their_area() {
     let obj = points.map(|p| format!("v {p}\n")).concat() + "f 1 2 3 4 5 6\n";
     let off = format!("OFF 6 1 6\n{lines}\n6 0 1 2 3 4 5\n");
     let ply = square_header("").replace("vertex 4", "vertex 6")
-        + &format!("element face 1\nproperty list uchar uint vertex_indices\nend_header\n{lines}\n6 0 1 2 3 4 5\n");
+        + &format!(
+            "element face 1\nproperty list uchar uint vertex_indices\nend_header\n{lines}\n6 0 1 2 3 4 5\n"
+        );
     for (name, text) in [("t.obj", obj), ("t.off", off), ("t.ply", ply)] {
         let (mesh, warnings) = folder.load(name, text);
-        let area: f64 = mesh.triangles.iter().map(|t| builder::area_vector(t.map(|v| mesh.positions[v as usize])).z / 2.0).sum();
+        let area: f64 = mesh
+            .triangles
+            .iter()
+            .map(|t| builder::area_vector(t.map(|v| mesh.positions[v as usize])).z / 2.0)
+            .sum();
         assert_eq!((area, mesh.triangles.len()), (3.0, 4), "{name}");
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 6]);
         assert!(warnings.iter().all(|w| !w.contains("cross")), "{warnings:?}");
@@ -160,8 +188,12 @@ fn unknown_lines_of_a_ply_header_are_ignored_and_told() {
     let faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
     let text = square_header("Created by Blender3D 247\n") + "x\n" + faces + BODY;
     let (mesh, warnings) = folder.load("t.ply", text);
-    assert_eq!((mesh.positions.as_slice(), mesh.triangles.as_slice()), (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice()));
-    let note = "t.ply: ignored 2 unknown lines of the header; the first is line 3, `Created by Blender3D 247`";
+    assert_eq!(
+        (mesh.positions.as_slice(), mesh.triangles.as_slice()),
+        (SQUARE.as_slice(), [[0, 1, 2], [0, 2, 3]].as_slice())
+    );
+    let note =
+        "t.ply: ignored 2 unknown lines of the header; the first is line 3, `Created by Blender3D 247`";
     assert!(warnings[0].ends_with(note), "{warnings:?}");
 }
 
@@ -181,7 +213,10 @@ fn ply_records_may_share_lines_or_take_several() {
     let message = folder.refusal("t.ply", header.clone() + "0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 2 3 0 2 3 9\n");
     assert!(message.ends_with("t.ply: ends in `vertex` 3 of 4; fetch or export it again"), "{message}");
     let message = folder.refusal("t.ply", header + "0 0\n0 1 0 0 1 1 0 0 1 0 3 0 1 2 3 0 2\n");
-    assert!(message.ends_with("t.ply: line 10: `z` is missing in `vertex` 0 of 4; mend or export the file again"), "{message}");
+    assert!(
+        message.ends_with("t.ply: line 10: `z` is missing in `vertex` 0 of 4; mend or export the file again"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -201,7 +236,10 @@ fn off_words_flow_over_lines() {
         ("all vertices on the line of the counts", "OFF 4 2 0 0 0 0 1 0 0 1 1 0 0 1 0\n".to_owned()),
         ("vertices over lines", "OFF\n4 2 0\n0\n0 0\n1 0\n0\n1 1 0\n\n0 1 0\n".to_owned()),
         ("colours on lines", "OFF\n4 2 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n1 1 0 9 9 9 9\n0 1 0\n".to_owned()),
-        ("colours on lines of their own", "COFF\n4 2 0\n0 0 0\n1 1 1 1\n1 0 0\n1 1 1 1\n1 1 0\n0 0 0 1\n0 1 0\n0 0 0 1\n".to_owned()),
+        (
+            "colours on lines of their own",
+            "COFF\n4 2 0\n0 0 0\n1 1 1 1\n1 0 0\n1 1 1 1\n1 1 0\n0 0 0 1\n0 1 0\n0 0 0 1\n".to_owned(),
+        ),
     ] {
         assert_eq!(folder.load("t.off", text + faces).0, expected, "{name}");
     }
@@ -212,16 +250,23 @@ fn off_faces_may_go_on_over_lines() {
     let folder = Folder::new();
     let header = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
     let expected = folder.load("t.off", format!("{header}3 0 1 2\n3 0 2 3\n")).0;
-    for faces in
-        ["3 0\n1 2\n3 0 2\n3\n", "3\n0\n1\n2\n3\n0\n2\n3\n", "3 0 1 2 255 0 0\n3 0\n2 3 # end\n", "3 0 1 2 3 0 2 3\n", "3 0 1 2 3 0\n2 3"]
-    {
+    for faces in [
+        "3 0\n1 2\n3 0 2\n3\n",
+        "3\n0\n1\n2\n3\n0\n2\n3\n",
+        "3 0 1 2 255 0 0\n3 0\n2 3 # end\n",
+        "3 0 1 2 3 0 2 3\n",
+        "3 0 1 2 3 0\n2 3",
+    ] {
         let (mesh, warnings) = folder.load("t.off", format!("{header}{faces}"));
         assert_eq!((mesh, warnings.len()), (expected.clone(), 1), "{faces:?}: {warnings:?}");
     }
     // What is cut short, or has words too many, is no other way of writing.
     for (faces, message) in [
         ("3 0 1\n3 0 2 3\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
-        ("3 0 1\n2 255 0 0\n3 0 2 3\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
+        (
+            "3 0 1\n2 255 0 0\n3 0 2 3\n",
+            "t.off: line 7: a vertex index is missing; mend or export the file again",
+        ),
         ("3 0 1\n2\n3 0 2\n", "t.off: line 7: a vertex index is missing; mend or export the file again"),
     ] {
         assert!(folder.refusal("t.off", format!("{header}{faces}")).ends_with(message), "{faces:?}");
@@ -247,9 +292,18 @@ fn ply_keywords_are_of_any_case_and_what_follows_the_data_is_told() {
     for (more, note) in [("3 0 1 3\n", "1 line"), ("\nhello\nworld\n", "2 lines")] {
         let (mesh, warnings) = folder.load("t.ply", plain.clone() + BODY + more);
         assert_eq!(mesh, expected);
-        assert!(warnings[0].ends_with(&format!("t.ply: ignored {note} after the data that the header tells of")), "{warnings:?}");
+        assert!(
+            warnings[0].ends_with(&format!("t.ply: ignored {note} after the data that the header tells of")),
+            "{warnings:?}"
+        );
     }
-    assert!(folder.load("t.ply", plain.clone() + BODY + "\n \n").1.iter().all(|warning| !warning.contains("after")));
+    assert!(
+        folder
+            .load("t.ply", plain.clone() + BODY + "\n \n")
+            .1
+            .iter()
+            .all(|warning| !warning.contains("after"))
+    );
     let binary = |more: &[u8]| {
         let mut bytes = plain.replace("ascii", "BINARY_LITTLE_ENDIAN").into_bytes();
         SQUARE.as_flattened().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
@@ -264,7 +318,10 @@ fn ply_keywords_are_of_any_case_and_what_follows_the_data_is_told() {
     assert_eq!(binary(b"").0, expected);
     let (mesh, warnings) = binary(&[1, 2, 3, 4, 5]);
     assert_eq!(mesh, expected);
-    assert!(warnings[0].ends_with("t.ply: ignored 5 bytes after the data that the header tells of"), "{warnings:?}");
+    assert!(
+        warnings[0].ends_with("t.ply: ignored 5 bytes after the data that the header tells of"),
+        "{warnings:?}"
+    );
 }
 
 #[test]

@@ -19,11 +19,15 @@ impl Folder {
 
     pub fn load(&self, name: &str, content: impl AsRef<[u8]>) -> (Mesh, Vec<String>) {
         let mut warnings = Vec::new();
-        (load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut warnings).unwrap(), warnings)
+        (
+            load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut warnings).unwrap(),
+            warnings,
+        )
     }
 
     pub fn refusal(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let error = load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut Vec::new()).unwrap_err();
+        let error = load_file(&self.write(name, content), None, &DAffine3::IDENTITY, None, &mut Vec::new())
+            .unwrap_err();
         let message = error.to_string();
         assert!(error.is_bad_input() && message.contains(name) && !message.contains('\n'), "{message}");
         message
@@ -31,8 +35,10 @@ impl Folder {
 }
 
 /// A pyramid on a square: one quadrilateral and four triangles.
-const POINTS: [[f32; 3]; 5] = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.5, 0.0]];
-const NORMALS: [[f32; 3]; 5] = [[-0.6, 0.0, -0.8], [0.6, 0.0, -0.8], [0.6, 0.0, 0.8], [-0.6, 0.0, 0.8], [0.0, 1.0, 0.0]];
+const POINTS: [[f32; 3]; 5] =
+    [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.5, 0.0]];
+const NORMALS: [[f32; 3]; 5] =
+    [[-0.6, 0.0, -0.8], [0.6, 0.0, -0.8], [0.6, 0.0, 0.8], [-0.6, 0.0, 0.8], [0.0, 1.0, 0.0]];
 const UVS: [[f32; 2]; 5] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.25]];
 const FACES: [&[u32]; 5] = [&[0, 1, 2, 3], &[1, 0, 4], &[2, 1, 4], &[3, 2, 4], &[0, 3, 4]];
 
@@ -56,16 +62,21 @@ fn obj(normals: bool, uvs: bool) -> String {
 /// Position, normal and texture coordinates.
 type Corner = ([f32; 3], [f32; 3], Option<[f32; 2]>);
 
-/// The corners of every triangle with all that belongs to them: what a mesh is, whatever the order of its vertices.
+/// The corners of every triangle with all that belongs to them: what a mesh is, whatever the order of its
+/// vertices.
 fn corners(mesh: &Mesh) -> Vec<Corner> {
-    let corner = |v: &u32| (mesh.positions[*v as usize], mesh.normals[*v as usize], mesh.uvs.get(*v as usize).copied());
+    let corner = |v: &u32| {
+        (mesh.positions[*v as usize], mesh.normals[*v as usize], mesh.uvs.get(*v as usize).copied())
+    };
     mesh.triangles.as_flattened().iter().map(corner).collect()
 }
 
 /// The header, with properties that no one needs and an element that no one knows before and between.
 fn ply_header(format: &str, normals: bool, uv_names: Option<[&str; 2]>) -> String {
     let scalar = |name: &str| format!("property float {name}\n");
-    let mut text = format!("ply\nformat {format} 1.0\ncomment made by hand\nelement material 1\nproperty list uchar short keys\n");
+    let mut text = format!(
+        "ply\nformat {format} 1.0\ncomment made by hand\nelement material 1\nproperty list uchar short keys\n"
+    );
     text += "element vertex 5\nproperty float x\nproperty double y\nproperty uchar red\nproperty float z\n";
     ["nx", "ny", "nz"].iter().filter(|_| normals).for_each(|name| text += &scalar(name));
     uv_names.iter().flatten().for_each(|name| text += &scalar(name));
@@ -113,17 +124,29 @@ fn ply_binary(big_endian: bool, normals: bool, uv_names: Option<[&str; 2]>) -> V
 #[test]
 fn every_ply_is_the_mesh_that_its_obj_is() {
     let folder = Folder::new();
-    for (normals, uv_names) in
-        [(false, None), (true, None), (true, Some(["s", "t"])), (false, Some(["u", "v"])), (true, Some(["texture_u", "texture_v"]))]
-    {
+    for (normals, uv_names) in [
+        (false, None),
+        (true, None),
+        (true, Some(["s", "t"])),
+        (false, Some(["u", "v"])),
+        (true, Some(["texture_u", "texture_v"])),
+    ] {
         let expected = corners(&folder.load("t.obj", obj(normals, uv_names.is_some())).0);
         assert_eq!(expected.len(), 18);
         assert_eq!(expected[0].2.is_some(), uv_names.is_some());
         let ascii = folder.load("t.ply", ply_ascii(normals, uv_names)).0;
         assert_eq!(corners(&ascii), expected, "{normals} {uv_names:?}");
-        assert_eq!(ascii.positions.len(), if normals { 5 } else { 16 }, "vertices stay shared but along hard edges");
+        assert_eq!(
+            ascii.positions.len(),
+            if normals { 5 } else { 16 },
+            "vertices stay shared but along hard edges"
+        );
         for big_endian in [false, true] {
-            assert_eq!(folder.load("t.ply", ply_binary(big_endian, normals, uv_names)).0, ascii, "{big_endian} {normals} {uv_names:?}");
+            assert_eq!(
+                folder.load("t.ply", ply_binary(big_endian, normals, uv_names)).0,
+                ascii,
+                "{big_endian} {normals} {uv_names:?}"
+            );
         }
     }
     // OBJ and PLY count v from the last row of an image, a mesh from the first.
@@ -134,9 +157,12 @@ fn every_ply_is_the_mesh_that_its_obj_is() {
 #[test]
 fn every_off_is_the_mesh_that_its_obj_is() {
     let folder = Folder::new();
-    for (keyword, normals, colours) in
-        [("OFF", false, ""), ("COFF", false, " 255 0 0 255"), ("NOFF", true, ""), ("CNOFF", true, " 0.5 0.5 0.5 1")]
-    {
+    for (keyword, normals, colours) in [
+        ("OFF", false, ""),
+        ("COFF", false, " 255 0 0 255"),
+        ("NOFF", true, ""),
+        ("CNOFF", true, " 0.5 0.5 0.5 1"),
+    ] {
         let expected = corners(&folder.load("t.obj", obj(normals, false)).0);
         for counts in [" 5 5 8\n", "\n# a comment\n\n5 5 8 # another\n"] {
             let mut text = format!("{keyword}{counts}");
@@ -146,7 +172,11 @@ fn every_off_is_the_mesh_that_its_obj_is() {
                 text += &format!("  {x} {y}\t{z}{normal}{colours}\r\n\n");
             }
             for face in FACES {
-                text += &format!("{}{} 3 200 100\n", face.len(), face.iter().map(|i| format!(" {i}")).collect::<String>());
+                text += &format!(
+                    "{}{} 3 200 100\n",
+                    face.len(),
+                    face.iter().map(|i| format!(" {i}")).collect::<String>()
+                );
             }
             assert_eq!(corners(&folder.load("t.off", text).0), expected, "{keyword}{counts}");
         }
@@ -171,7 +201,11 @@ fn broken_ply_is_refused() {
         ("ascii", "asci", "t.ply: line 2: no format `asci`; export the file again"),
         ("format ascii 1.0\n", "", "the line `format` is missing"),
         ("element vertex 5", "element vertex 6", "line 26: `nz` is missing in `vertex` 5"),
-        ("element vertex 5", "element vertex 99999999999999", "line 6: `99999999999999` of `vertex`, which is no number up to 67108864"),
+        (
+            "element vertex 5",
+            "element vertex 99999999999999",
+            "line 6: `99999999999999` of `vertex`, which is no number up to 67108864",
+        ),
         ("element vertex 5", "element vertex 99999999999999999999999", "no number up to 67108864"),
         ("element vertex 5", "element face 5", "line 16: a second element `face`"),
         ("element material 1", "element material 67108865", "`67108865` of `material`"),
@@ -187,14 +221,22 @@ fn broken_ply_is_refused() {
             "end_headers",
             "t.ply: ends within its header, in which line 19, `end_headers`, is not known; fetch or export it again",
         ),
-        ("end_header", "end_header 1", "line 19: `end_header 1` is no line of a header; export the file again"),
+        (
+            "end_header",
+            "end_header 1",
+            "line 19: `end_header 1` is no line of a header; export the file again",
+        ),
         ("element material 1", "element material", "`element material` is no line of a header"),
         ("\n3 1 0 4 4", "\n3 1 0 5 4", "t.ply: face 1 names vertex 5 of 5, which count from 0"),
         ("\n3 1 0 4 4", "\n3 1 0 -4 4", "t.ply: face 1 names vertex -4 of 5"),
         ("\n3 1 0 4 4", "\n3 1 0 1.5 4", "t.ply: face 1 names vertex 1.5 of 5"),
         ("\n3 1 0 4 4", "\n300000000000 1 0 4 4", "line 27: 300000000000 is no length of a list in `face` 1"),
         ("\n3 1 0 4 4", "\n-3 1 0 4 4", "-3 is no length of a list"),
-        ("\n3 1 0 4 4", "\n3 1 0", "line 27: `vertex_indices` is missing in `face` 1 of 5; mend or export the file again"),
+        (
+            "\n3 1 0 4 4",
+            "\n3 1 0",
+            "line 27: `vertex_indices` is missing in `face` 1 of 5; mend or export the file again",
+        ),
         ("\n-1 0 255 -1 ", "\nnan 0 255 -1 ", "vertex 0 at [NaN, 0.0, -1.0] is not a finite position"),
         ("\n-1 0 255 -1 ", "\n1e99 0 255 -1 ", "not a finite position"),
         ("\n-1 0 255 -1 ", "\nx 0 255 -1 ", "line 21: `x` is no number in `vertex` 0"),
@@ -209,7 +251,11 @@ fn broken_ply_is_refused() {
     let bytes = [header.as_bytes(), &u32::MAX.to_le_bytes(), &[0; 64]].concat();
     assert!(folder.refusal("t.ply", bytes).contains("4294967295 is no length of a list"));
     let bytes = [header.as_bytes(), &60_000_000_u32.to_le_bytes(), &[0; 64]].concat();
-    assert!(folder.refusal("t.ply", bytes).contains("t.ply: `vertex_indices` is missing in `face` 0 of 1; mend or export the file again"));
+    assert!(
+        folder
+            .refusal("t.ply", bytes)
+            .contains("t.ply: `vertex_indices` is missing in `face` 0 of 1; mend or export the file again")
+    );
 }
 
 #[test]
@@ -236,7 +282,11 @@ fn broken_off_is_refused_with_its_line() {
     let text = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     for (from, to, part) in [
         ("OFF", "FOF", "t.off: line 1: the word OFF expected, not `FOF`"),
-        ("OFF", "nOFF", "t.off: line 1: `nOFF` is not read, OFF with N, C and ST before it is; save it as one of them"),
+        (
+            "OFF",
+            "nOFF",
+            "t.off: line 1: `nOFF` is not read, OFF with N, C and ST before it is; save it as one of them",
+        ),
         ("OFF", "NNOFF", "line 1: `NNOFF` is not read"),
         ("OFF", "OFFSET", "line 1: the word OFF expected, not `OFFSET`"),
         ("OFF", "STOFF", "line 3: a texture coordinate is missing"),
@@ -256,7 +306,11 @@ fn broken_off_is_refused_with_its_line() {
         ("3 0 1 2", "3 0 1 -2", "line 6: face 0 names vertex -2 of 3"),
         ("3 0 1 2", "4 0 1 2", "line 6: a vertex index is missing"),
         ("3 0 1 2", "18446744073709551615 0 1 2", "line 6: a vertex index is missing"),
-        ("3 0 1 2", "2 0 1", "t.off: has no faces: ignored 1 face with fewer than three corners; export it as a mesh"),
+        (
+            "3 0 1 2",
+            "2 0 1",
+            "t.off: has no faces: ignored 1 face with fewer than three corners; export it as a mesh",
+        ),
     ] {
         let message = folder.refusal("t.off", text.replacen(from, to, 1));
         assert!(message.contains(part), "{from:?} → {to:?}: {message}");

@@ -35,10 +35,18 @@ pub(super) struct Triangulation {
 
 impl Polygons {
     /// Adds one.
-    pub fn add(&mut self, corners: impl IntoIterator<Item = u32>, smoothing: Smoothing, place: &Place) -> Result<()> {
+    pub fn add(
+        &mut self,
+        corners: impl IntoIterator<Item = u32>,
+        smoothing: Smoothing,
+        place: &Place,
+    ) -> Result<()> {
         self.corners.extend(corners);
         if self.corners.len() > 3 * MAX_ELEMENTS || self.ends.len() > MAX_ELEMENTS {
-            return Err(Error::invalid(place, format!("more than {MAX_ELEMENTS} triangles in one file; split or simplify it")));
+            return Err(Error::invalid(
+                place,
+                format!("more than {MAX_ELEMENTS} triangles in one file; split or simplify it"),
+            ));
         }
         self.ends.push((self.corners.len() as u32, smoothing));
         Ok(())
@@ -65,17 +73,23 @@ impl Triangulation {
             [a, b, c] => self.triangles.push([a, b, c]),
             [first, ref rest @ ..] => {
                 let fan: Vec<[u32; 3]> = rest.windows(2).map(|pair| [first, pair[0], pair[1]]).collect();
-                let points: Vec<DVec3> = corners.iter().map(|c| Vec3::from(positions[*c as usize]).as_dvec3()).collect();
+                let points: Vec<DVec3> =
+                    corners.iter().map(|c| Vec3::from(positions[*c as usize]).as_dvec3()).collect();
                 let Some(plane) = Plane::of(&points) else {
-                    self.crossing += usize::from(fan.iter().any(|t| !is_sliver(t.map(|c| positions[c as usize]))));
+                    self.crossing +=
+                        usize::from(fan.iter().any(|t| !is_sliver(t.map(|c| positions[c as usize]))));
                     return self.triangles.extend(fan);
                 };
-                if plane.is_convex(&points) && fan.iter().all(|t| plane.faces(t.map(|c| positions[c as usize]))) {
+                if plane.is_convex(&points)
+                    && fan.iter().all(|t| plane.faces(t.map(|c| positions[c as usize])))
+                {
                     return self.triangles.extend(fan);
                 }
                 let outline: Vec<DVec2> = points.iter().map(|p| plane.project(*p)).collect();
                 match concave::triangulate(&outline) {
-                    Some(inside) => self.triangles.extend(inside.iter().map(|t| t.map(|corner| corners[corner]))),
+                    Some(inside) => {
+                        self.triangles.extend(inside.iter().map(|t| t.map(|corner| corners[corner])))
+                    }
                     None => {
                         self.crossing += 1;
                         self.triangles.extend(fan);
@@ -87,7 +101,8 @@ impl Triangulation {
 
     /// What to tell the user of faces that were no proper polygons.
     pub fn notes(&self) -> Vec<String> {
-        let degenerate = format!("ignored {} with fewer than three corners", counted(self.degenerate, "face", "faces"));
+        let degenerate =
+            format!("ignored {} with fewer than three corners", counted(self.degenerate, "face", "faces"));
         let crossing = format!(
             "the outlines of {} cross themselves or have no inside; triangulated as fans, which may overlap",
             counted(self.crossing, "face", "faces")
@@ -115,7 +130,8 @@ impl Plane {
         let origin = *points.first()?;
         let size = points.iter().map(|p| (*p - origin).abs().max_element()).fold(0.0, f64::max);
         let next = points.iter().cycle().skip(1);
-        let sum: DVec3 = points.iter().zip(next).map(|(a, b)| ((*a - origin) / size).cross((*b - origin) / size)).sum();
+        let sum: DVec3 =
+            points.iter().zip(next).map(|(a, b)| ((*a - origin) / size).cross((*b - origin) / size)).sum();
         // Whatever is not finite ends here, too.
         let normal = (sum.length() > 1e-7).then(|| sum.normalize())?;
         let (u, v) = normal.any_orthonormal_pair();

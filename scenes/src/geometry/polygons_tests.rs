@@ -33,15 +33,24 @@ fn rounded(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
     outline.iter().map(|p| p.map(|x| f64::from(x as f32))).collect()
 }
 
-/// Checks what holds for every simple outline: the area, the number of triangles, no sliver, and that every edge of the outline is one of theirs.
+/// Checks what holds for every simple outline: the area, the number of triangles, no sliver, and that every
+/// edge of the outline is one of theirs.
 fn check(outline: &[[f64; 2]]) {
     let points = flat(outline);
     let done = triangulated(&points);
     assert_eq!(done.notes(), [] as [&str; 0], "{outline:?}");
     let expected = shoelace(&rounded(outline));
-    assert!((area(&points, &done.triangles) - expected).abs() < 1e-9 * expected, "{outline:?} {:?}", done.triangles);
+    assert!(
+        (area(&points, &done.triangles) - expected).abs() < 1e-9 * expected,
+        "{outline:?} {:?}",
+        done.triangles
+    );
     assert_eq!(done.triangles.len(), outline.len() - 2);
-    assert!(done.triangles.iter().all(|t| !is_sliver(t.map(|v| points[v as usize]))), "{outline:?} {:?}", done.triangles);
+    assert!(
+        done.triangles.iter().all(|t| !is_sliver(t.map(|v| points[v as usize]))),
+        "{outline:?} {:?}",
+        done.triangles
+    );
     let count = outline.len() as u32;
     for edge in (0..count).map(|i| [i, (i + 1) % count]) {
         assert!(done.triangles.iter().any(|t| (0..3).any(|k| [t[k], t[(k + 1) % 3]] == edge)), "{edge:?}");
@@ -52,8 +61,13 @@ fn check(outline: &[[f64; 2]]) {
 fn convex_polygons_are_fans() {
     for count in [4, 5, 17, 1000] {
         let angle = |i: u32| TAU * f64::from(i) / f64::from(count);
-        let points: Vec<[f32; 3]> = (0..count).map(|i| [0.0, angle(i).cos() as f32, angle(i).sin() as f32]).collect();
-        assert_eq!(triangulated(&points).triangles, (1..count - 1).map(|i| [0, i, i + 1]).collect::<Vec<_>>(), "{count}");
+        let points: Vec<[f32; 3]> =
+            (0..count).map(|i| [0.0, angle(i).cos() as f32, angle(i).sin() as f32]).collect();
+        assert_eq!(
+            triangulated(&points).triangles,
+            (1..count - 1).map(|i| [0, i, i + 1]).collect::<Vec<_>>(),
+            "{count}"
+        );
     }
 }
 
@@ -67,8 +81,10 @@ fn concave_outlines_have_their_own_area() {
     }
     let arrow = [[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]];
     check(&arrow);
-    let comb: Vec<[f64; 2]> =
-        (0..40).flat_map(|i| [[f64::from(i), 0.1], [f64::from(i) + 0.5, 3.0]]).chain([[40.0, 0.1], [40.0, 4.0], [0.0, 4.0]]).collect();
+    let comb: Vec<[f64; 2]> = (0..40)
+        .flat_map(|i| [[f64::from(i), 0.1], [f64::from(i) + 0.5, 3.0]])
+        .chain([[40.0, 0.1], [40.0, 4.0], [0.0, 4.0]])
+        .collect();
     check(&comb);
     let star: Vec<[f64; 2]> = (0..200)
         .map(|i| (TAU * f64::from(i) / 200.0, if i % 2 == 0 { 1.0 } else { 0.1 }))
@@ -77,14 +93,18 @@ fn concave_outlines_have_their_own_area() {
     check(&star);
     // A spiral of seven turns, one way out and the other way in.
     let arm = |i: u32, wide: f64| (0.2 * f64::from(i), 1.0 + 0.1 * f64::from(i) + wide);
-    let spiral = (0..220).map(|i| arm(i, 1.0)).chain((0..220).rev().map(|i| arm(i, 0.0))).map(|(a, r)| [r * a.cos(), r * a.sin()]);
+    let spiral = (0..220)
+        .map(|i| arm(i, 1.0))
+        .chain((0..220).rev().map(|i| arm(i, 0.0)))
+        .map(|(a, r)| [r * a.cos(), r * a.sin()]);
     check(&spiral.collect::<Vec<_>>());
 }
 
 #[test]
 fn corners_on_a_line_stay_joined_to_their_neighbours() {
     // On the edges of a square, also at the first corner, where a fan would have triangles without a height.
-    let square = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [0.5, 2.0], [0.0, 2.0], [0.0, 0.25]];
+    let square =
+        [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [0.5, 2.0], [0.0, 2.0], [0.0, 0.25]];
     for first in 0..8 {
         let mut turned = square;
         turned.rotate_left(first);
@@ -92,16 +112,43 @@ fn corners_on_a_line_stay_joined_to_their_neighbours() {
     }
     // As in single precision, where they lie on the line only nearly.
     let third = |i: u32| f64::from(i as f32 / 3.0 * 0.7);
-    check(&[[0.0, 0.0], [third(1), third(1) * 0.1], [third(2), third(2) * 0.1], [third(3), third(3) * 0.1], [0.1, 1.0]]);
+    check(&[
+        [0.0, 0.0],
+        [third(1), third(1) * 0.1],
+        [third(2), third(2) * 0.1],
+        [third(3), third(3) * 0.1],
+        [0.1, 1.0],
+    ]);
 }
 
 #[test]
 fn repeated_corners_and_cuts_to_holes_add_nothing() {
-    let twice = [[0.0, 0.0], [0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
+    let twice = [
+        [0.0, 0.0],
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [2.0, 1.0],
+        [2.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 2.0],
+        [0.0, 2.0],
+        [0.0, 0.0],
+    ];
     let points = flat(&twice);
     assert_eq!(area(&points, &triangulated(&points).triangles), 6.0);
     // A square of 4 with a hole of 2, as programs write it: along a cut to the hole, around it, and back.
-    let cut = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [1.0, 1.0], [1.0, 3.0], [3.0, 3.0], [3.0, 1.0], [1.0, 1.0]];
+    let cut = [
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 3.0],
+        [3.0, 3.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
+    ];
     let points = flat(&cut);
     let done = triangulated(&points);
     assert_eq!((area(&points, &done.triangles), done.notes().len()), (24.0, 0));
@@ -117,17 +164,27 @@ fn repeated_corners_and_cuts_to_holes_add_nothing() {
 #[test]
 fn outlines_that_cross_themselves_are_told_and_become_fans() {
     let tie = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 3.0]];
-    let pentagram: Vec<[f64; 2]> = (0..5).map(|i| TAU * 0.4 * f64::from(i)).map(|a| [a.cos(), a.sin()]).collect();
-    let twice_around: Vec<[f64; 2]> = (0..8).map(|i| TAU * 0.25 * f64::from(i)).map(|a| [a.cos(), a.sin()]).collect();
+    let pentagram: Vec<[f64; 2]> =
+        (0..5).map(|i| TAU * 0.4 * f64::from(i)).map(|a| [a.cos(), a.sin()]).collect();
+    let twice_around: Vec<[f64; 2]> =
+        (0..8).map(|i| TAU * 0.25 * f64::from(i)).map(|a| [a.cos(), a.sin()]).collect();
     for outline in [tie.to_vec(), pentagram, twice_around] {
         let done = triangulated(&flat(&outline));
         assert_eq!(done.triangles, (1..outline.len() as u32 - 1).map(|i| [0, i, i + 1]).collect::<Vec<_>>());
-        assert_eq!(done.notes(), ["the outlines of 1 face cross themselves or have no inside; triangulated as fans, which may overlap"]);
+        assert_eq!(
+            done.notes(),
+            [
+                "the outlines of 1 face cross themselves or have no inside; triangulated as fans, which may overlap"
+            ]
+        );
     }
     // Corners on one line are no face at all, which the builder counts; nothing is said of crossing.
     let line = triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.5, 0.0]]));
     assert_eq!((line.triangles.len(), line.notes().len()), (2, 0));
-    assert_eq!(triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0]])).notes(), ["ignored 1 face with fewer than three corners"]);
+    assert_eq!(
+        triangulated(&flat(&[[0.0, 0.0], [1.0, 0.0]])).notes(),
+        ["ignored 1 face with fewer than three corners"]
+    );
 }
 
 #[test]
@@ -136,7 +193,11 @@ fn a_face_that_is_not_flat_keeps_its_corners() {
     let points = [[0.0, 0.0, 0.1], [2.0, 0.0, 0.0], [0.5, 0.5, 0.2], [0.0, 2.0, 0.0]];
     let done = triangulated(&points);
     assert_eq!((done.triangles.len(), done.notes().len()), (2, 0));
-    assert!(done.triangles.iter().all(|t| area_vector(t.map(|v| points[v as usize])).z > 0.0 && t.contains(&2) && t.contains(&0)));
+    assert!(
+        done.triangles
+            .iter()
+            .all(|t| area_vector(t.map(|v| points[v as usize])).z > 0.0 && t.contains(&2) && t.contains(&0))
+    );
 }
 
 /// Outlines around the origin with corners in order of their angle, less than half a turn apart.

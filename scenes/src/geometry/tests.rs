@@ -33,7 +33,10 @@ fn load_placed(path: &Path, node: Option<&str>, world_from_file: &DAffine3) -> (
 
 fn refusal(path: &Path, node: Option<&str>) -> String {
     let message = load_file(path, node, &DAffine3::IDENTITY, None, &mut Vec::new()).unwrap_err().to_string();
-    assert!(message.contains(&*path.file_name().unwrap().to_string_lossy()) && !message.contains('\n'), "{message}");
+    assert!(
+        message.contains(&*path.file_name().unwrap().to_string_lossy()) && !message.contains('\n'),
+        "{message}"
+    );
     message
 }
 
@@ -46,7 +49,8 @@ fn buffer(normals: bool) -> Vec<u8> {
     bytes
 }
 
-/// A tetrahedron in two nodes: "big" scales by 2 and has the child "moved", which moves by 10 along x and carries the mesh.
+/// A tetrahedron in two nodes: "big" scales by 2 and has the child "moved", which moves by 10 along x and
+/// carries the mesh.
 fn document(uri: Option<String>, normals: bool) -> Value {
     let mut attributes = json!({"POSITION": 0});
     if normals {
@@ -76,7 +80,10 @@ fn document(uri: Option<String>, normals: bool) -> Value {
 }
 
 fn data_uri(normals: bool) -> Option<String> {
-    Some(format!("data:application/octet-stream;base64,{}", base64::engine::general_purpose::STANDARD.encode(buffer(normals))))
+    Some(format!(
+        "data:application/octet-stream;base64,{}",
+        base64::engine::general_purpose::STANDARD.encode(buffer(normals))
+    ))
 }
 
 fn glb(document: &Value, bin: &[u8]) -> Vec<u8> {
@@ -97,7 +104,11 @@ fn gltf_buffers_may_be_inline_beside_or_binary() {
     let (mesh, warnings) = load(&inline);
     assert_eq!(warnings, [] as [&str; 0]);
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (8, 8), "both nodes");
-    assert_eq!(mesh.positions[..2], [[20.0, 0.0, 0.0], [22.0, 0.0, 0.0]], "the parent's scale acts on the child's translation");
+    assert_eq!(
+        mesh.positions[..2],
+        [[20.0, 0.0, 0.0], [22.0, 0.0, 0.0]],
+        "the parent's scale acts on the child's translation"
+    );
     assert_eq!(mesh.positions[4..6], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
     assert!(mesh.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]), "given normals are used, at unit length");
     assert_eq!(load(&beside).0, mesh);
@@ -112,7 +123,10 @@ fn a_named_node_brings_its_subtree_only() {
         let mesh = load_placed(&path, Some(node), &DAffine3::IDENTITY).0;
         assert!((enclosed_volume(&mesh) - volume).abs() < 1e-6, "{node}");
     }
-    assert!(refusal(&path, Some("plane")).ends_with("no node `plane`; did you mean `plain`? There are: `big`, `moved`, `plain`"));
+    assert!(
+        refusal(&path, Some("plane"))
+            .ends_with("no node `plane`; did you mean `plain`? There are: `big`, `moved`, `plain`")
+    );
 }
 
 #[test]
@@ -144,9 +158,21 @@ fn a_crease_angle_makes_gltf_without_normals_smooth() {
     let mut warnings = Vec::new();
     let mesh = load_file(&path, Some("plain"), &DAffine3::IDENTITY, Some(180.0), &mut warnings).unwrap();
     assert_eq!(mesh.positions.len(), 12);
-    let corner = mesh.positions.iter().zip(&mesh.normals).filter(|(p, _)| **p == [0.0; 3]).map(|(_, n)| Vec3::from(*n));
-    assert!(corner.clone().count() == 3 && corner.clone().all(|n| n.distance(Vec3::splat(-1.0).normalize()) < 1e-6), "{mesh:?}");
-    assert!(warnings.len() == 1 && warnings[0].contains("made normals for 12 of 12 vertices"), "{warnings:?}");
+    let corner = mesh
+        .positions
+        .iter()
+        .zip(&mesh.normals)
+        .filter(|(p, _)| **p == [0.0; 3])
+        .map(|(_, n)| Vec3::from(*n));
+    assert!(
+        corner.clone().count() == 3
+            && corner.clone().all(|n| n.distance(Vec3::splat(-1.0).normalize()) < 1e-6),
+        "{mesh:?}"
+    );
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("made normals for 12 of 12 vertices"),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -173,10 +199,17 @@ fn strips_and_fans_become_triangles() {
         });
         let (mesh, warnings) = load(&folder.write("s.gltf", document.to_string()));
         assert_eq!(mesh.triangles.len(), 2);
-        let area: f32 =
-            mesh.triangles.iter().map(|t| t.map(|v| Vec3::from(mesh.positions[v as usize]))).map(|[a, b, c]| (b - a).cross(c - a).z).sum();
+        let area: f32 = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| Vec3::from(mesh.positions[v as usize])))
+            .map(|[a, b, c]| (b - a).cross(c - a).z)
+            .sum();
         assert_eq!(area, 2.0, "mode {mode}: twice the square, all facing +z");
-        assert!(warnings.iter().any(|w| w.ends_with("ignored 1 of 2 primitives, which is points or lines")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|w| w.ends_with("ignored 1 of 2 primitives, which is points or lines")),
+            "{warnings:?}"
+        );
     }
 }
 
@@ -201,7 +234,11 @@ fn broken_gltf_is_refused() {
         ("/buffers/0/uri", json!("data:;base64,???"), "broken base64"),
         ("/nodes/1", json!({"children": [0]}), "t.gltf: node 0 is below itself; export the file again"),
         ("/nodes/0/children", json!([7]), "not valid glTF"),
-        ("/asset", json!({"version": "2.0", "x": 1, "minVersion": 3}), "needs glTF of version 3 (asset.minVersion)"),
+        (
+            "/asset",
+            json!({"version": "2.0", "x": 1, "minVersion": 3}),
+            "needs glTF of version 3 (asset.minVersion)",
+        ),
     ] {
         let message = change(pointer, value);
         assert!(message.contains(part), "{pointer}: {message}");
@@ -209,11 +246,17 @@ fn broken_gltf_is_refused() {
     let mut bytes = buffer(true);
     bytes[96] = 9;
     let message = refusal(&folder.write("t.glb", glb(&document(None, true), &bytes)), None);
-    assert!(message.ends_with("mesh 0, primitive 0: triangle 0 names vertex 9 of 4; mend the mesh"), "{message}");
+    assert!(
+        message.ends_with("mesh 0, primitive 0: triangle 0 names vertex 9 of 4; mend the mesh"),
+        "{message}"
+    );
     bytes[0..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let message = refusal(&folder.write("t.glb", glb(&document(None, true), &bytes)), None);
     assert!(message.contains("vertex 0 at [NaN, 0.0, 0.0] is not a finite position"), "{message}");
-    assert!(refusal(&folder.write("t.glb", &glb(&document(None, true), &bytes)[..40]), None).contains("not a whole binary glTF 2.0 file"));
+    assert!(
+        refusal(&folder.write("t.glb", &glb(&document(None, true), &bytes)[..40]), None)
+            .contains("not a whole binary glTF 2.0 file")
+    );
 }
 
 /// A cube of quads, in two groups, with relative indices in one.
@@ -267,7 +310,10 @@ fn degenerate_triangles_are_dropped_and_counted() {
     assert_eq!((mesh.triangles.len(), mesh.positions.len()), (1, 3), "and the vertices that only they used");
     assert!(warnings[0].ends_with("t.obj: dropped 3 degenerate of 4 triangles (zero area)"), "{warnings:?}");
     let message = refusal(&folder.write("t.obj", text.replace("f 1 2 3\n", "")), None);
-    assert!(message.ends_with("no usable triangle (3 degenerate); check the mesh and its scale"), "{message}");
+    assert!(
+        message.ends_with("no usable triangle (3 degenerate); check the mesh and its scale"),
+        "{message}"
+    );
     // A long thin triangle that single precision can tell from a line stays.
     let (mesh, _) = load(&folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1e-5 0\nf 1 2 3\n"));
     assert_eq!(mesh.triangles.len(), 1);
@@ -277,12 +323,24 @@ fn degenerate_triangles_are_dropped_and_counted() {
 fn broken_obj_is_refused_with_its_line() {
     let folder = Folder::new();
     for (text, part) in [
-        ("v 0 0 0\nv 1 x 0\n", "t.obj: line 2: `x` is no coordinate of a vertex; mend or export the file again"),
+        (
+            "v 0 0 0\nv 1 x 0\n",
+            "t.obj: line 2: `x` is no coordinate of a vertex; mend or export the file again",
+        ),
         ("v 0 0 0\nf 1 2 3\n", "t.obj: line 2: names vertex 2, of 1; mend"),
         ("v 0 0 0\nf 1 1 -5\n", "t.obj: line 2: names vertex -5, but only 1 come before; mend"),
-        ("v 0 0 0\nvn 0 0 1\nf 1//6148914691236517206 1 1\n", "t.obj: line 3: names normal 4294967295, of 1; mend"),
-        ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "t.obj: line 4: names vertex 2 at [inf, 0.0, 0.0], which is not finite; mend"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-2 3/1\n", "t.obj: line 5: names texture coordinate -2, but only 1 come before; mend"),
+        (
+            "v 0 0 0\nvn 0 0 1\nf 1//6148914691236517206 1 1\n",
+            "t.obj: line 3: names normal 4294967295, of 1; mend",
+        ),
+        (
+            "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n",
+            "t.obj: line 4: names vertex 2 at [inf, 0.0, 0.0], which is not finite; mend",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-2 3/1\n",
+            "t.obj: line 5: names texture coordinate -2, but only 1 come before; mend",
+        ),
         ("", "t.obj: has no faces; export it as a mesh"),
     ] {
         let message = refusal(&folder.write("t.obj", text), None);
@@ -309,11 +367,18 @@ fn texture_coordinates_come_along() {
     let (mesh, warnings) = load(&folder.write("t.obj", format!("{with}g other\nf 1 3 2\n")));
     assert_eq!(mesh.uvs.len(), mesh.positions.len());
     assert_eq!(mesh.uvs[3..], [[0.0; 2]; 3]);
-    assert!(warnings.iter().any(|w| w.ends_with("gave the texture coordinates (0, 0) to 3 of 6 vertices, which had none")), "{warnings:?}");
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.ends_with("gave the texture coordinates (0, 0) to 3 of 6 vertices, which had none")),
+        "{warnings:?}"
+    );
     let (mesh, warnings) = load(&folder.write("t.obj", with.replace("vt 1 0", "vt nan 0")));
     assert_eq!(mesh.uvs[1], [0.0; 2]);
     assert!(
-        warnings.iter().any(|w| w.ends_with("gave the texture coordinates (0, 0) to 1 of 3 vertices in place of what was not finite")),
+        warnings.iter().any(|w| w.ends_with(
+            "gave the texture coordinates (0, 0) to 1 of 3 vertices in place of what was not finite"
+        )),
         "{warnings:?}"
     );
 }
@@ -321,7 +386,9 @@ fn texture_coordinates_come_along() {
 /// What a scene would refuse as a name is gone from the names of other programs.
 #[test]
 fn names_of_other_programs_are_tidied_by_the_rule_for_names() {
-    for (given, expected) in [(" Lack\u{61c} rot\n", "Lack  rot"), ("a\u{202e}b\u{1b}c", "a b c"), ("päper", "päper")] {
+    for (given, expected) in
+        [(" Lack\u{61c} rot\n", "Lack  rot"), ("a\u{202e}b\u{1b}c", "a b c"), ("päper", "päper")]
+    {
         assert_eq!(tidy_name(given), expected);
         assert!(relume_formats::name::fault(expected).is_none());
     }

@@ -1,5 +1,5 @@
-//! Text as programs of all systems write it: byte order marks, line ends, comments, numbers. Bytes that are not ASCII stand in names and comments
-//! only, so that nothing here asks for UTF-8.
+//! Text as programs of all systems write it: byte order marks, line ends, comments, numbers. Bytes that are
+//! not ASCII stand in names and comments only, so that nothing here asks for UTF-8.
 
 use relume_formats::{Error, Place, Result};
 
@@ -45,7 +45,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// What of a line comes before its comment. The `#` of `1.#QNAN`, as Microsoft's libraries print what is no number, begins none.
+/// What of a line comes before its comment. The `#` of `1.#QNAN`, as Microsoft's libraries print what is no
+/// number, begins none.
 pub(super) fn without_comment(line: &[u8]) -> &[u8] {
     let begins = |at: &usize| line[*at] == b'#' && !line[..*at].ends_with(b".");
     (0..line.len()).find(begins).map_or(line, |at| &line[..at])
@@ -94,22 +95,36 @@ mod tests {
 
     #[test]
     fn comments_and_words() {
-        for (line, expected) in [("v 1 2#3", "v 1 2"), ("# all", ""), ("v 1.#QNAN 2 # x", "v 1.#QNAN 2 "), ("v", "v")] {
+        for (line, expected) in
+            [("v 1 2#3", "v 1 2"), ("# all", ""), ("v 1.#QNAN 2 # x", "v 1.#QNAN 2 "), ("v", "v")]
+        {
             assert_eq!(without_comment(line.as_bytes()), expected.as_bytes());
         }
         assert_eq!(words(b" a\tb \x1a").collect::<Vec<_>>(), [b"a", b"b"]);
         let mut line = b" a\tb ".as_slice();
-        assert_eq!([next_word(&mut line), next_word(&mut line), next_word(&mut line)], [Some(b"a".as_slice()), Some(b"b"), None]);
+        assert_eq!(
+            [next_word(&mut line), next_word(&mut line), next_word(&mut line)],
+            [Some(b"a".as_slice()), Some(b"b"), None]
+        );
         assert_eq!(quoted(b"a\x1b[2J\xE9"), "`a\\u{1b}[2J\u{FFFD}`");
     }
 
     #[test]
     fn numbers_are_those_of_any_program() {
-        let expected = [("1e-3", 0.001), ("1.", 1.0), (".5", 0.5), ("+2", 2.0), ("-1.5E+2", -150.0), ("1e99", 1e99)];
+        let expected =
+            [("1e-3", 0.001), ("1.", 1.0), (".5", 0.5), ("+2", 2.0), ("-1.5E+2", -150.0), ("1e99", 1e99)];
         assert!(expected.iter().all(|(text, value)| number(text.as_bytes()) == Some(*value)));
-        assert!(["nan", "-nan", "NaN", "-1.#IND", "1.#QNAN", "-nan(ind)"].iter().all(|t| number(t.as_bytes()).unwrap().is_nan()));
+        assert!(
+            ["nan", "-nan", "NaN", "-1.#IND", "1.#QNAN", "-nan(ind)"]
+                .iter()
+                .all(|t| number(t.as_bytes()).unwrap().is_nan())
+        );
         assert_eq!(number(b"-inf"), Some(f64::NEG_INFINITY));
-        assert!(["", "1,5", "x", "1d3", "0x10", "1.5.2", "\u{FF11}"].iter().all(|t| number(t.as_bytes()).is_none()));
+        assert!(
+            ["", "1,5", "x", "1d3", "0x10", "1.5.2", "\u{FF11}"]
+                .iter()
+                .all(|t| number(t.as_bytes()).is_none())
+        );
     }
 
     #[test]
@@ -118,7 +133,12 @@ mod tests {
         assert_eq!(unmarked(b"\xEF\xBB\xBFv 0", &place).unwrap(), b"v 0");
         assert_eq!(unmarked(b"v 0", &place).unwrap(), b"v 0");
         for text in [b"\xFF\xFEv\0".as_slice(), b"\xFE\xFF\0v", b"v\0 \0", b"\0v\0 "] {
-            assert!(unmarked(text, &place).unwrap_err().to_string().contains("UTF-16 text; save it as ASCII or UTF-8"));
+            assert!(
+                unmarked(text, &place)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("UTF-16 text; save it as ASCII or UTF-8")
+            );
         }
     }
 }

@@ -24,7 +24,12 @@ fn white_map() -> EquirectMap {
 }
 
 /// The environment of a scene file in `folder`.
-pub(super) fn build(file: &EnvironmentFile, folder: &Path, scene_place: &Place, warnings: &mut Vec<String>) -> Result<Environment> {
+pub(super) fn build(
+    file: &EnvironmentFile,
+    folder: &Path,
+    scene_place: &Place,
+    warnings: &mut Vec<String>,
+) -> Result<Environment> {
     let place = scene_place.part("[environment]");
     let mut named = |name: &String| named_map(name, &locate(folder, name), &place, warnings);
     let map = named(file.file.as_ref().unwrap_or(&WHITE.to_owned()))?;
@@ -35,17 +40,26 @@ pub(super) fn build(file: &EnvironmentFile, folder: &Path, scene_place: &Place, 
 }
 
 /// The map that `name` stands for: a procedural one, or the file at `path`.
-pub(super) fn named_map(name: &str, path: &Path, place: &Place, warnings: &mut Vec<String>) -> Result<NamedMap> {
+pub(super) fn named_map(
+    name: &str,
+    path: &Path,
+    place: &Place,
+    warnings: &mut Vec<String>,
+) -> Result<NamedMap> {
     let procedural = if name == WHITE { Some(white_map()) } else { skies::by_name(name) };
     if let Some(map) = procedural {
         return Ok(NamedMap { name: name.to_owned(), map: Arc::new(map) });
     }
     if Path::new(name).extension().is_none() {
         let known = skies::NAMES.into_iter().chain([WHITE]);
-        return Err(Error::invalid(place, format!("there is {} (a file ends in .hdr or .exr)", unknown_name("sky", name, known))));
+        return Err(Error::invalid(
+            place,
+            format!("there is {} (a file ends in .hdr or .exr)", unknown_name("sky", name, known)),
+        ));
     }
     expect_file(path, name, place)?;
-    let file_name = path.file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into_owned());
+    let file_name =
+        path.file_name().map_or_else(|| name.to_owned(), |name| name.to_string_lossy().into_owned());
     Ok(NamedMap { name: file_name, map: Arc::new(read_map(path, warnings)?) })
 }
 
@@ -63,7 +77,9 @@ impl Environment {
         let EnvironmentLook { gain, rotation_deg, .. } = self.look().with(change, place)?;
         (self.gain, self.rotation_deg) = (gain, rotation_deg);
         let maps = [&self.map].into_iter().chain(&self.others);
-        let brightest = maps.flat_map(|named| &named.map.texels).fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
+        let brightest = maps
+            .flat_map(|named| &named.map.texels)
+            .fold([0.0f32; 3], |m, t| std::array::from_fn(|k| m[k].max(t[k])));
         let shown: Rgb = std::array::from_fn(|k| brightest[k] * self.gain[k]);
         expect_radiometric(shown, "environment: the map's brightest texel times gain", place)?;
         Ok(self)

@@ -9,7 +9,10 @@ use std::sync::Arc;
 #[test]
 fn hostile_files_are_refused() {
     let texture = "/materials/0/pbrMetallicRoughness/baseColorTexture";
-    let huge = format!("data:image/png;base64,{}", base64(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0"));
+    let huge = format!(
+        "data:image/png;base64,{}",
+        base64(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0")
+    );
     for (pointer, value, part) in [
         (texture, json!({"index": 2}), "not valid glTF"),
         ("/textures/0/source", json!(9), "not valid glTF"),
@@ -20,7 +23,11 @@ fn hostile_files_are_refused() {
         ("/images/0", json!({}), "image 0: has neither a buffer view nor a uri"),
         ("/images/0", json!({"uri": "gone.png"}), "gone.png: "),
         ("/images/0", json!({"uri": "https://example.org/a.png"}), "download it"),
-        ("/images/0", json!({"uri": "data:image/png;base64,AAAA"}), "image 0: not a picture this version reads"),
+        (
+            "/images/0",
+            json!({"uri": "data:image/png;base64,AAAA"}),
+            "image 0: not a picture this version reads",
+        ),
         ("/images/0", json!({"uri": huge}), "image 0: "),
         ("/bufferViews/6/byteLength", json!(20), "image 0: broken picture"),
         ("/bufferViews/6/byteLength", json!(u64::MAX), "buffer view 6 reaches beyond its buffer"),
@@ -29,10 +36,22 @@ fn hostile_files_are_refused() {
         ("/accessors/2/count", json!(3), "4 positions but 3 texture coordinates"),
         ("/accessors/2/count", json!(u64::MAX), "accessor 2 reaches beyond its buffer"),
         ("/materials/0/pbrMetallicRoughness/metallicFactor", json!(7.0), "material `paint`: base_color"),
-        ("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([1e39, 0.0, 0.0, 1.0]), "material `paint`: base_color"),
+        (
+            "/materials/0/pbrMetallicRoughness/baseColorFactor",
+            json!([1e39, 0.0, 0.0, 1.0]),
+            "material `paint`: base_color",
+        ),
         ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(1e38), "is outside 0.12..1"),
-        ("/materials/1/emissiveFactor", json!([-1.0, 0.0, 0.0]), "emissive factor times strength [-8.0, 0.0, 0.0] must be numbers of 0 to"),
-        ("/materials/1/emissiveFactor", json!([1e38, 0.0, 0.0]), "material `glow`: emissive factor times strength"),
+        (
+            "/materials/1/emissiveFactor",
+            json!([-1.0, 0.0, 0.0]),
+            "emissive factor times strength [-8.0, 0.0, 0.0] must be numbers of 0 to",
+        ),
+        (
+            "/materials/1/emissiveFactor",
+            json!([1e38, 0.0, 0.0]),
+            "material `glow`: emissive factor times strength",
+        ),
         ("/materials/0/alphaMode", json!("GLASS"), "not valid glTF"),
     ] {
         let changes = [(pointer, value.clone())];
@@ -56,7 +75,10 @@ fn hostile_lights_are_refused() {
         (json!({"type": "point", "intensity": -1.0}), "color times intensity"),
         (json!({"type": "point", "color": [0.0, -1.0, 0.0]}), "color times intensity"),
         (json!({"type": "spot"}), "not valid glTF"),
-        (json!({"type": "spot", "spot": {"innerConeAngle": 0.7, "outerConeAngle": 0.6}}), "cone angles 0.7 and 0.6 must rise"),
+        (
+            json!({"type": "spot", "spot": {"innerConeAngle": 0.7, "outerConeAngle": 0.6}}),
+            "cone angles 0.7 and 0.6 must rise",
+        ),
         (json!({"type": "spot", "spot": {"outerConeAngle": 3.0}}), "cone angles 0 and 3 must rise"),
         (json!({"type": "spot", "spot": {"outerConeAngle": 0.0}}), "cone angles 0 and 0 must rise"),
         (json!({"type": "laser"}), "not valid glTF"),
@@ -90,7 +112,8 @@ fn objects_that_bring_no_material_are_named() {
 
 /// A picture beside the scene, on a square of which the mesh has texture coordinates or not.
 fn textured(keys: &str, shape: &str) -> Scratch {
-    let text = scene(&format!("[materials.m]\nbrdf = 'ggx'\n{keys}")).replace("file = 't.gltf'", &format!("{shape}\nmaterial = 'm'"));
+    let text = scene(&format!("[materials.m]\nbrdf = 'ggx'\n{keys}"))
+        .replace("file = 't.gltf'", &format!("{shape}\nmaterial = 'm'"));
     let scratch = Scratch::scene(&text);
     scratch.write("wall.png", png([9, 8, 7]));
     scratch.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -99,11 +122,15 @@ fn textured(keys: &str, shape: &str) -> Scratch {
 
 #[test]
 fn materials_of_the_scene_file_may_have_textures() {
-    let both = "texture = 'wall.png'\nalpha_cutoff = 0.5\n[materials.n]\nbrdf = 'blinn-phong'\ntexture = 'wall.png'";
+    let both =
+        "texture = 'wall.png'\nalpha_cutoff = 0.5\n[materials.n]\nbrdf = 'blinn-phong'\ntexture = 'wall.png'";
     let scene = textured(both, "shape = 'sphere'").load().unwrap();
     let [m, n] = [0, 1].map(|i| scene.materials[i].clone());
     let texture = m.texture.unwrap();
-    assert_eq!((texture.wrap, texture.texels[0], m.alpha_cutoff, n.alpha_cutoff), ([Wrap::Repeat; 2], [9, 8, 7, 255], Some(0.5), None));
+    assert_eq!(
+        (texture.wrap, texture.texels[0], m.alpha_cutoff, n.alpha_cutoff),
+        ([Wrap::Repeat; 2], [9, 8, 7, 255], Some(0.5), None)
+    );
     assert!(Arc::ptr_eq(&texture, &n.texture.unwrap()), "one file, one texture");
     for (keys, shape, part) in [
         (
@@ -111,10 +138,22 @@ fn materials_of_the_scene_file_may_have_textures() {
             "file = 'bare.obj'",
             "object `it`: its material `m` has a texture, but its mesh has no texture coordinates",
         ),
-        ("texture = 'well.png'", "shape = 'quad'", "line 9: material `m`: no such file: `well.png`; did you mean `wall.png`?"),
-        ("texture = 'scene.toml'", "shape = 'quad'", "scene.toml: not a picture this version reads; it reads PNG and JPEG"),
+        (
+            "texture = 'well.png'",
+            "shape = 'quad'",
+            "line 9: material `m`: no such file: `well.png`; did you mean `wall.png`?",
+        ),
+        (
+            "texture = 'scene.toml'",
+            "shape = 'quad'",
+            "scene.toml: not a picture this version reads; it reads PNG and JPEG",
+        ),
         ("alpha_cutoff = 0.5", "shape = 'quad'", "material `m`: alpha_cutoff needs a `texture`"),
-        ("texture = 'wall.png'\nalpha_cutoff = 0", "shape = 'quad'", "alpha_cutoff 0 must be above 0 and at most 1"),
+        (
+            "texture = 'wall.png'\nalpha_cutoff = 0",
+            "shape = 'quad'",
+            "alpha_cutoff 0 must be above 0 and at most 1",
+        ),
         ("texture = 'wall.png'\nalpha_cutoff = nan", "shape = 'quad'", "alpha_cutoff NaN must be above 0"),
     ] {
         let message = textured(keys, shape).load().unwrap_err().to_string();

@@ -32,7 +32,8 @@ pub(crate) fn png(colour: [u8; 3]) -> Vec<u8> {
 
 pub(super) const UVS: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-/// A unit square as positions, normals, texture coordinates as f32, u16 and u8, all at 4 vertices, then 6 indices; then a picture.
+/// A unit square as positions, normals, texture coordinates as f32, u16 and u8, all at 4 vertices, then 6
+/// indices; then a picture.
 fn buffer() -> Vec<u8> {
     let square = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes: Vec<u8> = square.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
@@ -45,10 +46,12 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// Nodes "wall" (material "paint", textured), "lamp" (material "glow") and "plain" (the nameless third material).
+/// Nodes "wall" (material "paint", textured), "lamp" (material "glow") and "plain" (the nameless third
+/// material).
 pub(super) fn document() -> Value {
     let bytes = buffer();
-    let view = |offset: usize, length: usize| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
+    let view =
+        |offset: usize, length: usize| json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
     let primitive = |material: usize, uvs: usize| json!({"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": uvs, "TEXCOORD_1": 4}, "indices": 5, "material": material});
     json!({
         "asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1, 2]}],
@@ -127,20 +130,35 @@ pub(super) fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
 #[test]
 fn a_file_brings_materials_textures_and_lights() {
     let scene = load_changed("", &[]);
-    assert_eq!(scene.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(), ["it/paint", "it/glow", "it/material-2"]);
-    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["glow", "material-2", "paint"]);
+    assert_eq!(
+        scene.objects.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+        ["it/paint", "it/glow", "it/material-2"]
+    );
+    assert_eq!(
+        scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(),
+        ["glow", "material-2", "paint"]
+    );
     let paint = material(&scene, "paint");
     assert_eq!(paint.brdf, Brdf::Ggx(Ggx { base_color: [0.8, 0.6, 0.4], metallic: 0.0, roughness: 0.5 }));
     let texture = paint.texture.as_ref().unwrap();
-    assert_eq!((texture.size, texture.wrap, texture.texels[0]), ([2, 1], [Wrap::Clamp, Wrap::Mirror], [255, 0, 0, 255]));
-    assert_eq!(material(&scene, "material-2").brdf, Brdf::Ggx(Ggx { base_color: [0.1, 0.2, 0.3], metallic: 1.0, roughness: 1.0 }));
+    assert_eq!(
+        (texture.size, texture.wrap, texture.texels[0]),
+        ([2, 1], [Wrap::Clamp, Wrap::Mirror], [255, 0, 0, 255])
+    );
+    assert_eq!(
+        material(&scene, "material-2").brdf,
+        Brdf::Ggx(Ggx { base_color: [0.1, 0.2, 0.3], metallic: 1.0, roughness: 1.0 })
+    );
     // f32 and normalised u16 coordinates say the same.
     assert_eq!(object(&scene, "it/paint").mesh.uvs, UVS);
     assert_eq!(object(&scene, "it/material-2").mesh.uvs, UVS);
     // Emissive strength times factor is radiance; the square glows where its node is, and reflects.
     assert_eq!(
         scene.lights,
-        [Light { name: "it/glow".to_owned(), emitter: Emitter::Mesh { object: 1, radiance: [8.0, 4.0, 0.0], glow: None } }]
+        [Light {
+            name: "it/glow".to_owned(),
+            emitter: Emitter::Mesh { object: 1, radiance: [8.0, 4.0, 0.0], glow: None }
+        }]
     );
     let mesh = &scene.objects[1].mesh;
     assert_eq!((mesh.positions[0], mesh.triangles.len()), ([0.0, 3.0, 0.0], 2));
@@ -183,12 +201,18 @@ fn texture_coordinates_are_chosen_and_moved_as_the_texture_says() {
     for (uv, expected) in moved.iter().zip([[0.0, 1.0], [0.0, 0.5], [0.5, 0.5], [0.5, 1.0]]) {
         assert!((uv[0] - expected[0]).abs() < 1e-6 && (uv[1] - expected[1]).abs() < 1e-6, "{moved:?}");
     }
-    let other_set = uvs(json!({"index": 0, "texCoord": 7, "extensions": {"KHR_texture_transform": {"texCoord": 1, "scale": [2.0, 3.0]}}}));
+    let other_set = uvs(
+        json!({"index": 0, "texCoord": 7, "extensions": {"KHR_texture_transform": {"texCoord": 1, "scale": [2.0, 3.0]}}}),
+    );
     assert_eq!(other_set, UVS.map(|[u, v]| [2.0 * u, 3.0 * v]));
     // Without the set that it asks for a part goes without its texture.
-    let bare = load_changed("", &[("/materials/0/pbrMetallicRoughness/baseColorTexture", json!({"index": 0, "texCoord": 7}))]);
+    let bare = load_changed(
+        "",
+        &[("/materials/0/pbrMetallicRoughness/baseColorTexture", json!({"index": 0, "texCoord": 7}))],
+    );
     assert!(material(&bare, "paint").texture.is_none() && object(&bare, "it/paint").mesh.uvs.is_empty());
-    let note = "material `paint`: has a texture, but some that wear it have no texture coordinates; they go without";
+    let note =
+        "material `paint`: has a texture, but some that wear it have no texture coordinates; they go without";
     assert!(bare.warnings.len() == 1 && bare.warnings[0].ends_with(note), "{:?}", bare.warnings);
 }
 
@@ -198,11 +222,15 @@ fn the_scene_file_changes_or_replaces_materials() {
     let paint = material(&changed, "paint");
     assert_eq!(paint.brdf, Brdf::Ggx(Ggx { base_color: [0.8, 0.6, 0.4], metallic: 0.0, roughness: 0.8 }));
     assert!(paint.texture.is_some() && changed.varying_names() == ["paint"]);
-    let replaced = load_changed("[materials.paint]\nbrdf = 'blinn-phong'\n[materials.glow]\nbrdf = 'ggx'", &[]);
+    let replaced =
+        load_changed("[materials.paint]\nbrdf = 'blinn-phong'\n[materials.glow]\nbrdf = 'ggx'", &[]);
     assert!(material(&replaced, "paint").texture.is_none() && replaced.lights.is_empty());
     assert_eq!(replaced.objects.len(), 3, "what glowed reflects instead");
     for (more, part) in [
-        ("[materials.paint]\nkd = [0, 0, 0]", "material `paint`: is \"ggx\", which has base_color, metallic and roughness, not `kd`"),
+        (
+            "[materials.paint]\nkd = [0, 0, 0]",
+            "material `paint`: is \"ggx\", which has base_color, metallic and roughness, not `kd`",
+        ),
         (
             "[materials.paint]\ntexture = 'a.png'",
             "material `paint`: `texture` and `alpha_cutoff` belong to a material that is described whole",
@@ -214,10 +242,22 @@ fn the_scene_file_changes_or_replaces_materials() {
         ("[materials.glow]\nemission = -1", "material `glow`: emission -1 must be a number of 0 or more"),
         ("[materials.glow]\nemission = nan", "material `glow`: emission NaN must be a number of 0 or more"),
         ("[materials.glow]\nemission = 1e30", "material `glow`: emissive factor times strength"),
-        ("[materials.glow]\nbrdf = 'ggx'\nemission = 1", "material `glow`: `emission` scales what a material of a glTF file emits"),
-        ("[materials.paint]\nemission = 1", "material `paint`: has `emission`, but emits nothing that it could scale"),
-        ("[vary]\nmaterials = ['paint']\n[materials.paint]\nroughness = 0.2", "roughness 0.2 is outside 0.32..1"),
-        ("[vary]\nmaterials = ['paint']\n[materials.paint]\nmetallic = 1", "metallic 1 with a textured base colour"),
+        (
+            "[materials.glow]\nbrdf = 'ggx'\nemission = 1",
+            "material `glow`: `emission` scales what a material of a glTF file emits",
+        ),
+        (
+            "[materials.paint]\nemission = 1",
+            "material `paint`: has `emission`, but emits nothing that it could scale",
+        ),
+        (
+            "[vary]\nmaterials = ['paint']\n[materials.paint]\nroughness = 0.2",
+            "roughness 0.2 is outside 0.32..1",
+        ),
+        (
+            "[vary]\nmaterials = ['paint']\n[materials.paint]\nmetallic = 1",
+            "metallic 1 with a textured base colour",
+        ),
     ] {
         let message = refusal(more, &[]);
         assert!(message.contains(part), "{more}: {message}");
@@ -231,7 +271,11 @@ fn smooth_materials_are_roughened_with_a_warning() {
         let scene = load_changed(vary, &smooth);
         assert!(matches!(material(&scene, "paint").brdf, Brdf::Ggx(ggx) if ggx.roughness == least));
         assert_eq!(scene.warnings.len(), 1);
-        assert!(scene.warnings[0].contains(&format!("raised its roughness from 0.05 to {least}")), "{:?}", scene.warnings);
+        assert!(
+            scene.warnings[0].contains(&format!("raised its roughness from 0.05 to {least}")),
+            "{:?}",
+            scene.warnings
+        );
     }
     assert!(load_changed("[materials.paint]\nroughness = 0.4", &smooth).warnings.is_empty());
 }
@@ -253,7 +297,11 @@ fn masks_fold_the_factor_into_the_cutoff() {
     assert_eq!(material(&masked(0.8, 0.0), "paint").alpha_cutoff, None);
     let gone = masked(0.25, 0.5);
     assert_eq!(gone.objects.len(), 2);
-    assert!(gone.warnings[0].contains("material `paint`: its mask leaves nothing of it"), "{:?}", gone.warnings);
+    assert!(
+        gone.warnings[0].contains("material `paint`: its mask leaves nothing of it"),
+        "{:?}",
+        gone.warnings
+    );
     let plain = load_changed("", &[("/materials/2/alphaMode", json!("MASK"))]);
     assert_eq!(material(&plain, "material-2").alpha_cutoff, None, "an opaque factor needs no mask");
 }
@@ -283,12 +331,20 @@ fn what_is_not_modelled_is_told_once_per_kind() {
         "t.gltf: 1 of 3 materials has a metallic-roughness texture, whose mean is taken",
         "t.gltf: the file uses KHR_materials_ior, which is ignored",
     ] {
-        assert_eq!(scene.warnings.iter().filter(|w| w.ends_with(part)).count(), 1, "{part}: {:?}", scene.warnings);
+        assert_eq!(
+            scene.warnings.iter().filter(|w| w.ends_with(part)).count(),
+            1,
+            "{part}: {:?}",
+            scene.warnings
+        );
     }
     assert_eq!(scene.warnings.len(), 5, "{:?}", scene.warnings);
     // The second picture is grey 188 and black: means of 94/255 as plain numbers.
     let Brdf::Ggx(ggx) = material(&scene, "material-2").brdf else { panic!() };
-    assert!((ggx.metallic - 94.0 / 255.0).abs() < 1e-6 && (ggx.roughness - 0.8 * 94.0 / 255.0).abs() < 1e-6, "{ggx:?}");
+    assert!(
+        (ggx.metallic - 94.0 / 255.0).abs() < 1e-6 && (ggx.roughness - 0.8 * 94.0 / 255.0).abs() < 1e-6,
+        "{ggx:?}"
+    );
 }
 
 /// The document with a light of KHR_lights_punctual at its first node.
@@ -308,18 +364,35 @@ fn punctual_lights_follow_their_nodes_and_the_object() {
     };
     let down = json!({"name": "spot", "translation": [1.0, 2.0, 3.0], "rotation": [-(0.5f64.sqrt()), 0.0, 0.0, 0.5f64.sqrt()]});
     let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
-    let scene = load(json!({"type": "point", "color": [1.0, 0.5, 0.25], "intensity": 40.0, "name": "bulb", "range": 9.0}), down.clone());
-    let Emitter::Point { position, intensity, cone: None } = scene.lights[0].emitter else { panic!("{:?}", scene.lights) };
+    let scene = load(
+        json!({"type": "point", "color": [1.0, 0.5, 0.25], "intensity": 40.0, "name": "bulb", "range": 9.0}),
+        down.clone(),
+    );
+    let Emitter::Point { position, intensity, cone: None } = scene.lights[0].emitter else {
+        panic!("{:?}", scene.lights)
+    };
     assert!(close(position, [2.0, 4.0, 11.0]) && intensity == [40.0, 20.0, 10.0], "{position:?}");
     assert_eq!(scene.lights[0].name, "spot");
-    assert!(scene.warnings[0].ends_with("1 of 1 light has a range, which is ignored"), "{:?}", scene.warnings);
-    let spot = json!({"type": "spot", "intensity": 3.0, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}});
-    let Emitter::Point { cone: Some(Cone { direction, cos_inner, cos_outer }), .. } = load(spot, down.clone()).lights[0].emitter else {
+    assert!(
+        scene.warnings[0].ends_with("1 of 1 light has a range, which is ignored"),
+        "{:?}",
+        scene.warnings
+    );
+    let spot =
+        json!({"type": "spot", "intensity": 3.0, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}});
+    let Emitter::Point { cone: Some(Cone { direction, cos_inner, cos_outer }), .. } =
+        load(spot, down.clone()).lights[0].emitter
+    else {
         panic!()
     };
-    assert!(close(direction, [0.0, -1.0, 0.0]) && (cos_inner, cos_outer) == (0.2f32.cos(), 0.6f32.cos()), "{direction:?}");
+    assert!(
+        close(direction, [0.0, -1.0, 0.0]) && (cos_inner, cos_outer) == (0.2f32.cos(), 0.6f32.cos()),
+        "{direction:?}"
+    );
     let hard = json!({"type": "spot", "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.6}});
-    let Emitter::Point { cone: Some(cone), .. } = load(hard, down.clone()).lights[0].emitter else { panic!() };
+    let Emitter::Point { cone: Some(cone), .. } = load(hard, down.clone()).lights[0].emitter else {
+        panic!()
+    };
     assert!(cone.cos_outer < cone.cos_inner && cone.cos_inner - cone.cos_outer < 1e-3);
     let sun = load(json!({"type": "directional", "intensity": 3.0}), json!({"rotation": down["rotation"]}));
     let Emitter::Directional { direction, irradiance } = sun.lights[0].emitter else { panic!() };
@@ -336,7 +409,11 @@ fn light_names_are_made_unique_and_lights_can_be_left_out() {
     assert_eq!(names(&scene), ["lamp", "lamp-2", "again/glow", "lamp-3", "it/glow"]);
     // The same file twice is read as the same materials and textures.
     assert_eq!((scene.objects.len(), scene.materials.len()), (6, 3));
-    assert!(scene.warnings.iter().any(|w| w.ends_with("names of lights repeat; numbered `lamp-2`, `lamp-3`")), "{:?}", scene.warnings);
+    assert!(
+        scene.warnings.iter().any(|w| w.ends_with("names of lights repeat; numbered `lamp-2`, `lamp-3`")),
+        "{:?}",
+        scene.warnings
+    );
     let scratch = Scratch::scene(&(import_tests::scene("") + "lights = false\n"));
     scratch.write("t.gltf", document.to_string());
     let dark = scratch.load().unwrap();

@@ -1,4 +1,5 @@
-//! What glTF files bring besides geometry: the `[[object]]`s that name no material wear the file's, and its lights shine.
+//! What glTF files bring besides geometry: the `[[object]]`s that name no material wear the file's, and its
+//! lights shine.
 
 use super::Context;
 use super::imported_lights::punctual_lights;
@@ -16,7 +17,8 @@ use std::sync::Arc;
 
 /// The part of an object that wears one of the file's materials.
 pub(super) struct ImportedObject {
-    /// `<object>/<material>`; the object's own name if spheres are fitted to it, which there is one mesh of then.
+    /// `<object>/<material>`; the object's own name if spheres are fitted to it, which there is one mesh of
+    /// then.
     pub name: String,
     /// Name of the material.
     pub material: String,
@@ -31,21 +33,36 @@ pub(super) struct Imported {
     pub materials: Vec<Material>,
     /// For each `[[object]]`, the objects that stand for it; none if it names its material.
     pub objects: Vec<Vec<ImportedObject>>,
-    /// Lights; names may occur more than once. Surfaces that emit are named by the index that their object has when all objects are in a row.
+    /// Lights; names may occur more than once. Surfaces that emit are named by the index that their object
+    /// has when all objects are in a row.
     pub lights: Vec<Light>,
 }
 
 /// Reads the files of all objects that name no material. `described` are the materials of the scene file.
-pub(super) fn read(files: &[ObjectFile], described: &BTreeMap<String, MaterialFile>, context: &mut Context<'_>) -> Result<Imported> {
+pub(super) fn read(
+    files: &[ObjectFile],
+    described: &BTreeMap<String, MaterialFile>,
+    context: &mut Context<'_>,
+) -> Result<Imported> {
     let mut materials = Materials::new(described);
     let (mut objects, mut lights, mut before) = (Vec::new(), Vec::new(), 0);
     for file in files {
-        let mut import =
-            Import { object: file, path: PathBuf::new(), before, materials: &mut materials, lights: &mut lights, left_out: None };
+        let mut import = Import {
+            object: file,
+            path: PathBuf::new(),
+            before,
+            materials: &mut materials,
+            lights: &mut lights,
+            left_out: None,
+        };
         let brought = if file.material.is_some() { Vec::new() } else { import.read(context)? };
         before += if file.material.is_some() { 1 } else { brought.len() };
         for part in &brought {
-            context.room.take(part.mesh.positions.len() as u64, part.mesh.triangles.len() as u64, &place_of(file, context))?;
+            context.room.take(
+                part.mesh.positions.len() as u64,
+                part.mesh.triangles.len() as u64,
+                &place_of(file, context),
+            )?;
         }
         objects.push(brought);
     }
@@ -69,12 +86,17 @@ struct Import<'a, 'b> {
 fn expect_one(objects: &[ImportedObject], place: &Place) -> Result<()> {
     let materials: Vec<String> = objects.iter().map(|part| part.material.clone()).collect();
     match materials.len() {
-        0 => Err(Error::invalid(place, "`spheres` are fitted to a surface, of which the file brings none; remove them, or check `node`")),
+        0 => Err(Error::invalid(
+            place,
+            "`spheres` are fitted to a surface, of which the file brings none; remove them, or check `node`",
+        )),
         1 => Ok(()),
         count => {
-            let (listed, remedy) = (listed(&materials), "give the object a `material`, or take parts of one material by `node`");
-            let reason =
-                format!("`spheres` are fitted to one mesh, but the file brings one for each of {count} materials, {listed}; {remedy}");
+            let (listed, remedy) =
+                (listed(&materials), "give the object a `material`, or take parts of one material by `node`");
+            let reason = format!(
+                "`spheres` are fitted to one mesh, but the file brings one for each of {count} materials, {listed}; {remedy}"
+            );
             Err(Error::invalid(place, reason))
         }
     }
@@ -90,9 +112,15 @@ impl Import<'_, '_> {
         }
         let file = GltfFile::open(&self.path, &mut context.warnings)?;
         if context.shapes_vary && file.document.animations().len() > 0 {
-            context.warnings.push(format!("{place}: brings its materials, so that it does not deform; give it a `material` to let it"));
+            context.warnings.push(format!(
+                "{place}: brings its materials, so that it does not deform; give it a `material` to let it"
+            ));
         }
-        let nodes = file.nodes(object.node.as_deref(), &object.transform.world_from_local(&place)?, &mut context.warnings)?;
+        let nodes = file.nodes(
+            object.node.as_deref(),
+            &object.transform.world_from_local(&place)?,
+            &mut context.warnings,
+        )?;
         let parts = file.parts_by_material(&nodes, object.crease_deg, &mut context.warnings)?;
         let before = self.lights.len();
         if object.lights != Some(false) {
@@ -107,7 +135,9 @@ impl Import<'_, '_> {
         if objects.is_empty() && self.lights.len() == before {
             let file = self.path.display();
             let reason = match &self.left_out {
-                Some(reason) => format!("nothing of {file} is left to show: {reason}; mend the file, or remove the object"),
+                Some(reason) => format!(
+                    "nothing of {file} is left to show: {reason}; mend the file, or remove the object"
+                ),
                 None => format!("{file} brings neither a surface nor a light; check the file, or `node`"),
             };
             return Err(Error::invalid(&place, reason));
@@ -115,7 +145,12 @@ impl Import<'_, '_> {
         Ok(objects)
     }
 
-    fn surfaces(&mut self, file: &GltfFile, parts: Vec<MaterialPart>, context: &mut Context<'_>) -> Result<Vec<ImportedObject>> {
+    fn surfaces(
+        &mut self,
+        file: &GltfFile,
+        parts: Vec<MaterialPart>,
+        context: &mut Context<'_>,
+    ) -> Result<Vec<ImportedObject>> {
         let Context { textures, warnings, .. } = context;
         let mut reader = MaterialReader::new(file, textures);
         let mut objects = Vec::new();
@@ -157,13 +192,19 @@ impl Import<'_, '_> {
         let radiance = source.emission.map(|x| x * self.materials.emission(&name));
         if radiance != [0.0; 3] && !replaced && self.object.lights != Some(false) {
             expect_radiometric(radiance, "emissive factor times strength", &place)?;
-            let glow_mesh = part.glow_mesh.map(|builder| builder.finish(&place, &mut Vec::new())).transpose()?;
+            let glow_mesh =
+                part.glow_mesh.map(|builder| builder.finish(&place, &mut Vec::new())).transpose()?;
             let uvs = &glow_mesh.as_ref().unwrap_or(&mesh).uvs;
             if source.glow.is_some() && uvs.is_empty() {
-                warnings.push(format!("{place}: emits by a texture, but has no texture coordinates; what it emits is left out"));
+                warnings.push(format!(
+                    "{place}: emits by a texture, but has no texture coordinates; what it emits is left out"
+                ));
             } else {
                 let glow = source.glow.map(|texture| Glow { texture, uvs: uvs.as_slice().into() });
-                self.lights.push(Light { name: full_name.clone(), emitter: Emitter::Mesh { object: index, radiance, glow } });
+                self.lights.push(Light {
+                    name: full_name.clone(),
+                    emitter: Emitter::Mesh { object: index, radiance, glow },
+                });
             }
         }
         self.materials.wear(&name);

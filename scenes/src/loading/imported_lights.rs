@@ -11,12 +11,17 @@ use relume_formats::{Error, Place, Result};
 use std::f32::consts::FRAC_PI_2;
 
 /// Every light of `nodes`, named as its node or else as itself. Adds what is ignored to `warnings`.
-pub(super) fn punctual_lights(file: &GltfFile, nodes: &[PlacedNode<'_>], warnings: &mut Vec<String>) -> Result<Vec<Light>> {
+pub(super) fn punctual_lights(
+    file: &GltfFile,
+    nodes: &[PlacedNode<'_>],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Light>> {
     let place = Place::file(&file.path);
     let (mut lights, mut ranges) = (Vec::new(), 0);
     for (node, world_from_node) in nodes {
         let Some(source) = node.light() else { continue };
-        let name = [node.name(), source.name()].into_iter().flatten().map(tidy_name).find(|name| !name.is_empty());
+        let name =
+            [node.name(), source.name()].into_iter().flatten().map(tidy_name).find(|name| !name.is_empty());
         let name = name.unwrap_or_else(|| format!("light-{}", source.index()));
         let place = place.part(format!("light `{name}`"));
         let Some(emitter) = emitter(&source, world_from_node, &place)? else {
@@ -42,12 +47,22 @@ fn emitter(source: &Source<'_>, world_from_node: &DAffine3, place: &Place) -> Re
     expect_radiometric(emission, "color times intensity", place)?;
     let direction = direction(world_from_node);
     Ok(match (source.kind(), direction) {
-        (Kind::Point, _) => Some(Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone: None }),
+        (Kind::Point, _) => Some(Emitter::Point {
+            position: finite(world_from_node.translation, place)?,
+            intensity: emission,
+            cone: None,
+        }),
         (_, None) => None,
-        (Kind::Directional, Some(direction)) => Some(Emitter::Directional { direction, irradiance: emission }),
+        (Kind::Directional, Some(direction)) => {
+            Some(Emitter::Directional { direction, irradiance: emission })
+        }
         (Kind::Spot { inner_cone_angle, outer_cone_angle }, Some(direction)) => {
             let cone = Some(cone(direction, inner_cone_angle, outer_cone_angle, place)?);
-            Some(Emitter::Point { position: finite(world_from_node.translation, place)?, intensity: emission, cone })
+            Some(Emitter::Point {
+                position: finite(world_from_node.translation, place)?,
+                intensity: emission,
+                cone,
+            })
         }
     })
 }
@@ -61,7 +76,10 @@ fn direction(world_from_node: &DAffine3) -> Option<[f32; 3]> {
 fn cone(direction: [f32; 3], inner: f32, outer: f32, place: &Place) -> Result<Cone> {
     // Exporters round a right angle up.
     if !(inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 + 1e-5) {
-        return Err(Error::invalid(place, format!("cone angles {inner} and {outer} must rise within 0 and π/2; mend the light")));
+        return Err(Error::invalid(
+            place,
+            format!("cone angles {inner} and {outer} must rise within 0 and π/2; mend the light"),
+        ));
     }
     let cos_inner = inner.cos();
     // A hard edge, which some programs write as equal angles, is a very steep one.

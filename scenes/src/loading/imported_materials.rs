@@ -1,4 +1,5 @@
-//! The materials of all glTF files of a scene: a name for each that no other has, and what the scene file changes of them.
+//! The materials of all glTF files of a scene: a name for each that no other has, and what the scene file
+//! changes of them.
 
 use crate::description::MaterialFile;
 use crate::geometry::GltfMaterial;
@@ -23,11 +24,18 @@ pub(super) struct Materials<'a> {
 
 impl<'a> Materials<'a> {
     pub fn new(described: &'a BTreeMap<String, MaterialFile>) -> Self {
-        Self { described, known: HashMap::new(), names: HashMap::new(), worn: HashSet::new(), materials: Vec::new() }
+        Self {
+            described,
+            known: HashMap::new(),
+            names: HashMap::new(),
+            worn: HashSet::new(),
+            materials: Vec::new(),
+        }
     }
 
-    /// The name in the scene of material `number` of the file at `path`, which calls it `name`: its own, or a numbered one if that stands for another
-    /// material. Without texture coordinates (`has_uvs`) a surface wears it without its texture. Adds both to `warnings`.
+    /// The name in the scene of material `number` of the file at `path`, which calls it `name`: its own, or a
+    /// numbered one if that stands for another material. Without texture coordinates (`has_uvs`) a surface
+    /// wears it without its texture. Adds both to `warnings`.
     pub fn scene_name(
         &mut self,
         path: &Path,
@@ -67,7 +75,9 @@ impl<'a> Materials<'a> {
     fn tell_of_new_name(&self, name: &str, new: &str, path: &Path, warnings: &mut Vec<String>) {
         if let Some((_, other)) = self.known.get(name).filter(|_| new != name) {
             let (path, other) = (path.display(), other.display());
-            warnings.push(format!("{path}: material `{name}` differs from the one of this name in {other}; called it `{new}`"));
+            warnings.push(format!(
+                "{path}: material `{name}` differs from the one of this name in {other}; called it `{new}`"
+            ));
         }
     }
 
@@ -94,10 +104,14 @@ impl<'a> Materials<'a> {
     /// If the scene file scales the emission of a material that emits nothing.
     pub fn finish(self, place: &Place) -> Result<Vec<Material>> {
         for (name, (source, _)) in &self.known {
-            let scaled = self.described.get(name).is_some_and(|file| file.brdf.is_none() && file.emission.is_some());
+            let scaled =
+                self.described.get(name).is_some_and(|file| file.brdf.is_none() && file.emission.is_some());
             if scaled && source.emission == [0.0; 3] {
                 let place = place.part(format!("material `{name}`"));
-                return Err(Error::invalid(&place, "has `emission`, but emits nothing that it could scale; remove the key"));
+                return Err(Error::invalid(
+                    &place,
+                    "has `emission`, but emits nothing that it could scale; remove the key",
+                ));
             }
         }
         Ok(self.materials)

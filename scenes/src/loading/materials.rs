@@ -11,18 +11,20 @@ use relume_formats::{Error, Place, Result};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-/// Every material, sorted by name. One with a `brdf` replaces an imported one of its name, one without changes it. `varying` are the names of
-/// those that vary.
+/// Every material, sorted by name. One with a `brdf` replaces an imported one of its name, one without
+/// changes it. `varying` are the names of those that vary.
 pub(super) fn build(
     files: &BTreeMap<String, MaterialFile>,
     imported: Vec<Material>,
     varying: &[String],
     context: &mut Context<'_>,
 ) -> Result<Vec<Material>> {
-    let mut materials: BTreeMap<String, Material> = imported.into_iter().map(|m| (m.name.clone(), m)).collect();
+    let mut materials: BTreeMap<String, Material> =
+        imported.into_iter().map(|m| (m.name.clone(), m)).collect();
     let varying: HashSet<&str> = varying.iter().map(String::as_str).collect();
     for material in materials.values_mut() {
-        let roughness_given = files.get(&material.name).is_some_and(|file| file.brdf.is_some() || file.roughness.is_some());
+        let roughness_given =
+            files.get(&material.name).is_some_and(|file| file.brdf.is_some() || file.roughness.is_some());
         if !roughness_given {
             raise_roughness(material, varying.contains(material.name.as_str()), context);
         }
@@ -32,8 +34,12 @@ pub(super) fn build(
             (Some(model), _) => described(name, file, model, context)?,
             (None, Some(imported)) => changed(imported, file, &context.place)?,
             (None, None) => {
-                let unknown = unknown_name("material of a glTF file", name, materials.keys().map(String::as_str));
-                return Err(Error::invalid(&context.place, format!("material `{name}`: has no `brdf`, and there is {unknown}; add one")));
+                let unknown =
+                    unknown_name("material of a glTF file", name, materials.keys().map(String::as_str));
+                return Err(Error::invalid(
+                    &context.place,
+                    format!("material `{name}`: has no `brdf`, and there is {unknown}; add one"),
+                ));
             }
         };
         materials.insert(name.clone(), material);
@@ -43,14 +49,24 @@ pub(super) fn build(
 
 /// Checks what can be checked before any file is read.
 pub(super) fn check(files: &BTreeMap<String, MaterialFile>, place: &Place) -> Result<()> {
-    let wrong = files.iter().find_map(|(name, file)| Some((name, file.emission.filter(|x| !(x.is_finite() && *x >= 0.0))?)));
+    let wrong = files
+        .iter()
+        .find_map(|(name, file)| Some((name, file.emission.filter(|x| !(x.is_finite() && *x >= 0.0))?)));
     wrong.map_or(Ok(()), |(name, emission)| {
         let place = place.part(format!("material `{name}`"));
-        Err(Error::invalid(&place, format!("emission {emission} must be a number of 0 or more; it scales what the material emits")))
+        Err(Error::invalid(
+            &place,
+            format!("emission {emission} must be a number of 0 or more; it scales what the material emits"),
+        ))
     })
 }
 
-fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Context<'_>) -> Result<Material> {
+fn described(
+    name: &str,
+    file: &MaterialFile,
+    model: BrdfName,
+    context: &mut Context<'_>,
+) -> Result<Material> {
     let default = match model {
         BrdfName::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }),
         BrdfName::Ggx => Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.0, roughness: 0.5 }),
@@ -58,11 +74,11 @@ fn described(name: &str, file: &MaterialFile, model: BrdfName, context: &mut Con
     let brdf = default.with(&leaves(file), name, &context.place)?;
     let place = context.place.part(format!("material `{name}`"));
     if file.emission.is_some() {
-        let reason =
-            "`emission` scales what a material of a glTF file emits, but a material with `brdf` is described whole; remove one of them";
+        let reason = "`emission` scales what a material of a glTF file emits, but a material with `brdf` is described whole; remove one of them";
         return Err(Error::invalid(&place, reason));
     }
-    let texture = file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
+    let texture =
+        file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
     let alpha_cutoff = alpha_cutoff(file, &place)?;
     Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })
 }
@@ -108,7 +124,8 @@ fn leaves(file: &MaterialFile) -> MaterialState {
 /// Other programs' files are often smoother than what is modelled; they are shown as smooth as it gets.
 fn raise_roughness(material: &mut Material, varies: bool, context: &mut Context<'_>) {
     let Brdf::Ggx(ggx) = &mut material.brdf else { return };
-    let (least, kind) = if varies { (ROUGHNESS_MIN, "varies") } else { (FIXED_ROUGHNESS_MIN, "does not vary") };
+    let (least, kind) =
+        if varies { (ROUGHNESS_MIN, "varies") } else { (FIXED_ROUGHNESS_MIN, "does not vary") };
     if ggx.roughness < least {
         let (place, name, given) = (&context.place, &material.name, ggx.roughness);
         context

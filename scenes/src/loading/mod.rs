@@ -26,7 +26,8 @@ use std::path::Path;
 /// Most vertices, and most triangles, of a scene: a section of a bundle holds no more.
 const MOST_ELEMENTS: u64 = MAX_SECTION_BYTES / 12;
 
-/// What the meshes of a scene take up so far. Meshes are large, so each asks before it is made, or at the latest before the next one is.
+/// What the meshes of a scene take up so far. Meshes are large, so each asks before it is made, or at the
+/// latest before the next one is.
 #[derive(Default)]
 struct Room {
     vertices: u64,
@@ -41,11 +42,17 @@ impl Room {
     fn take(&mut self, vertices: u64, triangles: u64, place: &Place) -> Result<()> {
         self.vertices = self.vertices.saturating_add(vertices);
         self.triangles = self.triangles.saturating_add(triangles);
-        let (count, what) = if self.triangles > MOST_ELEMENTS { (self.triangles, "triangles") } else { (self.vertices, "vertices") };
+        let (count, what) = if self.triangles > MOST_ELEMENTS {
+            (self.triangles, "triangles")
+        } else {
+            (self.vertices, "vertices")
+        };
         if count > MOST_ELEMENTS {
             return Err(Error::invalid(
                 place,
-                format!("more than {MOST_ELEMENTS} {what} in the scene up to here; lower segments, or simplify meshes"),
+                format!(
+                    "more than {MOST_ELEMENTS} {what} in the scene up to here; lower segments, or simplify meshes"
+                ),
             ));
         }
         Ok(())
@@ -71,7 +78,8 @@ struct Context<'a> {
 /// Reads the scene file at `path` and everything it names.
 ///
 /// # Errors
-/// `Invalid` or `Unsupported` with file and place for the first rule that is broken, `Io` for a file that is missing or unreadable.
+/// `Invalid` or `Unsupported` with file and place for the first rule that is broken, `Io` for a file that is
+/// missing or unreadable.
 pub fn load(path: &Path) -> Result<Scene> {
     load_text(path, &read_text(path)?)
 }
@@ -92,16 +100,26 @@ fn load_unlocated(path: &Path, text: &str) -> Result<Scene> {
     check_render(&file.render, &place.part("[render]"))?;
     file.camera.validate(&place)?;
     let max_error = max_error(&file.error, &place.part("[error]"))?;
-    let mut context =
-        Context { place, folder, shapes_vary: file.vary.shape, textures: Textures::default(), warnings: Vec::new(), room: Room::default() };
+    let mut context = Context {
+        place,
+        folder,
+        shapes_vary: file.vary.shape,
+        textures: Textures::default(),
+        warnings: Vec::new(),
+        room: Room::default(),
+    };
     objects::check(&file.object, &mut context)?;
     materials::check(&file.materials, &context.place)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
-    let materials = materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
+    let materials =
+        materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
     let vary = vary(&file.vary, &materials, &context.place)?;
     let objects = objects::build(&file.object, imported.objects, &materials, &mut context)?;
     let lights = lights::build(&file.light, imported.lights, &mut context)?;
-    let environment = file.environment.map(|e| environment::build(&e, folder, &context.place, &mut context.warnings)).transpose()?;
+    let environment = file
+        .environment
+        .map(|e| environment::build(&e, folder, &context.place, &mut context.warnings))
+        .transpose()?;
     let mut scene = Scene {
         name: scene_name(path, folder),
         file: path.to_path_buf(),
@@ -148,8 +166,10 @@ impl Scene {
     /// Whether anything emits light, wherever it goes.
     fn is_lit(&self) -> bool {
         let shines = |light: &Light| light.emitter.emission().iter().any(|x| *x > 0.0);
-        let environment = self.environment.iter().flat_map(|e| e.map.map.texels.iter().map(|texel| (texel, &e.gain)));
-        self.lights.iter().any(shines) || environment.into_iter().any(|(texel, gain)| texel.iter().zip(gain).any(|(t, g)| t * g > 0.0))
+        let environment =
+            self.environment.iter().flat_map(|e| e.map.map.texels.iter().map(|texel| (texel, &e.gain)));
+        self.lights.iter().any(shines)
+            || environment.into_iter().any(|(texel, gain)| texel.iter().zip(gain).any(|(t, g)| t * g > 0.0))
     }
 }
 
@@ -158,10 +178,16 @@ fn check_render(render: &RenderFile, place: &Place) -> Result<()> {
         return Err(Error::invalid(place, format!("size {:?} is outside 1..{MAX_SIDE}", render.size)));
     }
     if !is_legal_size(render.size) {
-        return Err(Error::invalid(place, format!("size {:?}: a film has at most {MAX_PIXELS} pixels; lower it", render.size)));
+        return Err(Error::invalid(
+            place,
+            format!("size {:?}: a film has at most {MAX_PIXELS} pixels; lower it", render.size),
+        ));
     }
     if render.reflections == 0 {
-        return Err(Error::invalid(place, "reflections 0 shows nothing but lights; 1 is direct light, 2 adds one bounce"));
+        return Err(Error::invalid(
+            place,
+            "reflections 0 shows nothing but lights; 1 is direct light, 2 adds one bounce",
+        ));
     }
     Ok(())
 }
@@ -180,7 +206,8 @@ fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> 
         return Err(Error::invalid(&in_vary, format!("`{twice}` is listed twice; remove one")));
     }
     let known = Names::new("material", materials.iter().map(|m| m.name.as_str()));
-    let indices = file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
+    let indices =
+        file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
     let vary = Vary { light: file.light, view: file.view, shape: file.shape, materials: indices };
     validate_varying(&vary, materials, place)?;
     Ok(vary)
@@ -195,7 +222,9 @@ fn validate_varying(vary: &Vary, materials: &[Material], place: &Place) -> Resul
 fn expect_unique<'a>(names: impl IntoIterator<Item = &'a str>, what: &str, place: &Place) -> Result<()> {
     let mut seen = HashSet::new();
     match names.into_iter().find(|name| !seen.insert(*name)) {
-        Some(twice) => Err(Error::invalid(place, format!("two {what}s are called `{twice}`; rename or remove one"))),
+        Some(twice) => {
+            Err(Error::invalid(place, format!("two {what}s are called `{twice}`; rename or remove one")))
+        }
         None => Ok(()),
     }
 }

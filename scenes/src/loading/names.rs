@@ -1,4 +1,5 @@
-//! Names in scenes: checked before anything is read or traced, as they end up in file names, bundles and terminals.
+//! Names in scenes: checked before anything is read or traced, as they end up in file names, bundles and
+//! terminals.
 
 use crate::description::SceneFile;
 use crate::scene::Scene;
@@ -21,12 +22,22 @@ pub(super) fn expect_legal(scene: &Scene) -> Result<()> {
     let lights = scene.lights.iter().map(|light| ("light", light.name.as_str()));
     let shapes = scene.objects.iter().filter_map(|object| object.shape.as_deref());
     let clips = shapes.flat_map(|shape| &shape.clips).map(|clip| ("clip", clip.name.as_str()));
-    let maps = scene.environment.iter().flat_map(|e| std::iter::once(&e.map).chain(&e.others)).map(|map| ("map", map.name.as_str()));
+    let maps = scene
+        .environment
+        .iter()
+        .flat_map(|e| std::iter::once(&e.map).chain(&e.others))
+        .map(|map| ("map", map.name.as_str()));
     let place = Place::file(&scene.file);
-    objects.chain(materials).chain(lights).chain(clips).chain(maps).try_for_each(|(what, name)| name::validate_made(what, name, &place))
+    objects
+        .chain(materials)
+        .chain(lights)
+        .chain(clips)
+        .chain(maps)
+        .try_for_each(|(what, name)| name::validate_made(what, name, &place))
 }
 
-/// The name of what is called as a file or folder is, whatever that is called: files are made by other rules than ours.
+/// The name of what is called as a file or folder is, whatever that is called: files are made by other rules
+/// than ours.
 pub(super) fn of_file(file: &OsStr) -> String {
     let name: String = plain(&file.to_string_lossy()).chars().take(MAX_CHARS).collect();
     // Bundles go into a folder of this name.

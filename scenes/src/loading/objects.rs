@@ -16,7 +16,8 @@ use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Every object, in file order. `imported` gives the objects that stand for an `[[object]]` without a material, by its index.
+/// Every object, in file order. `imported` gives the objects that stand for an `[[object]]` without a
+/// material, by its index.
 pub(super) fn build(
     files: &[ObjectFile],
     mut imported: Vec<Vec<ImportedObject>>,
@@ -43,11 +44,23 @@ pub(super) fn build(
                 expect_file_name(file, "that deforms", &place)?;
                 shape.validate(&place)?;
             }
-            objects.push(Object { name: file.name.clone(), material, mesh: Arc::new(rest), shape, spheres: file.spheres });
+            objects.push(Object {
+                name: file.name.clone(),
+                material,
+                mesh: Arc::new(rest),
+                shape,
+                spheres: file.spheres,
+            });
         }
         for part in imported.get_mut(position).map(std::mem::take).unwrap_or_default() {
             let material = names.index_of(&part.material, &place)?;
-            objects.push(Object { material, name: part.name, mesh: part.mesh, shape: None, spheres: file.spheres });
+            objects.push(Object {
+                material,
+                name: part.name,
+                mesh: part.mesh,
+                shape: None,
+                spheres: file.spheres,
+            });
         }
     }
     expect_unique(objects.iter().map(|o| o.name.as_str()), "object", &context.place)?;
@@ -67,7 +80,10 @@ pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<(
             return Err(Error::invalid(&place, "give either `file` or `shape`"));
         }
         if let Some(stranger) = file.given_parameters().next().filter(|_| file.shape.is_none()) {
-            return Err(Error::invalid(&place, format!("`{stranger}` belongs to a shape, but the object is a file; remove it")));
+            return Err(Error::invalid(
+                &place,
+                format!("`{stranger}` belongs to a shape, but the object is a file; remove it"),
+            ));
         }
         if file.node.is_some() && file.shape.is_some() {
             return Err(Error::invalid(&place, "`node` belongs to a glTF file, but the object is a shape"));
@@ -75,12 +91,17 @@ pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<(
         if let (Some(node), Some(name)) = (&file.node, &file.file)
             && !is_gltf(Path::new(name))
         {
-            let reason =
-                format!("node `{}` is named, but only a glTF file has nodes, and `{name}` is none; remove `node`", shortened(node));
+            let reason = format!(
+                "node `{}` is named, but only a glTF file has nodes, and `{name}` is none; remove `node`",
+                shortened(node)
+            );
             return Err(Error::invalid(&place, reason));
         }
         if file.lights.is_some() && file.material.is_some() {
-            return Err(Error::invalid(&place, "`lights` belongs to a glTF file that brings its materials; remove it, or `material`"));
+            return Err(Error::invalid(
+                &place,
+                "`lights` belongs to a glTF file that brings its materials; remove it, or `material`",
+            ));
         }
         file.transform.expect_extent(&place)?;
         check_crease(file, &place)?;
@@ -96,25 +117,31 @@ pub(super) fn check(files: &[ObjectFile], context: &mut Context<'_>) -> Result<(
 
 fn check_crease(file: &ObjectFile, place: &Place) -> Result<()> {
     match file.crease_deg {
-        Some(_) if file.shape.is_some() => {
-            Err(Error::invalid(place, "`crease_deg` belongs to a file without normals, but the object is a shape; remove it"))
-        }
-        Some(angle) if !(0.0..=180.0).contains(&angle) => {
-            Err(Error::invalid(place, format!("crease_deg {angle} is outside 0..180; 0 makes every face flat, 180 everything smooth")))
-        }
+        Some(_) if file.shape.is_some() => Err(Error::invalid(
+            place,
+            "`crease_deg` belongs to a file without normals, but the object is a shape; remove it",
+        )),
+        Some(angle) if !(0.0..=180.0).contains(&angle) => Err(Error::invalid(
+            place,
+            format!("crease_deg {angle} is outside 0..180; 0 makes every face flat, 180 everything smooth"),
+        )),
         _ => Ok(()),
     }
 }
 
 fn check_twist(file: &ObjectFile, place: &Place, shapes_vary: bool) -> Result<()> {
-    let given = [("twist_deg", file.twist_deg), ("twist_s", file.twist_s)].into_iter().find(|(_, value)| value.is_some());
+    let given = [("twist_deg", file.twist_deg), ("twist_s", file.twist_s)]
+        .into_iter()
+        .find(|(_, value)| value.is_some());
     match given {
-        Some((name, _)) if file.shape.is_none() => {
-            Err(Error::invalid(place, format!("`{name}` belongs to a shape, but the object is a file; remove it")))
-        }
-        Some(_) if !shapes_vary => {
-            Err(Error::invalid(place, "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s"))
-        }
+        Some((name, _)) if file.shape.is_none() => Err(Error::invalid(
+            place,
+            format!("`{name}` belongs to a shape, but the object is a file; remove it"),
+        )),
+        Some(_) if !shapes_vary => Err(Error::invalid(
+            place,
+            "twists, but nothing deforms; add shape = true to [vary], or remove twist_deg and twist_s",
+        )),
         Some(_) => {
             expect_file_name(file, "that deforms", place)?;
             Twist::from_keys(file.twist_deg, file.twist_s, place).map(drop)
@@ -128,7 +155,9 @@ fn check_spheres(file: &ObjectFile, place: &Place) -> Result<()> {
     let refuse = |reason: String| Err(Error::invalid(place, reason));
     match file.spheres {
         None => Ok(()),
-        Some(n) if !(1..=MAX_SPHERES).contains(&n) => refuse(format!("spheres {n} is outside 1..{MAX_SPHERES}")),
+        Some(n) if !(1..=MAX_SPHERES).contains(&n) => {
+            refuse(format!("spheres {n} is outside 1..{MAX_SPHERES}"))
+        }
         Some(_) => expect_file_name(file, "with `spheres`", place),
     }
 }
@@ -138,7 +167,9 @@ fn expect_file_name(file: &ObjectFile, which: &str, place: &Place) -> Result<()>
     if is_plain_name(&file.name) {
         return Ok(());
     }
-    let reason = format!("the name of an object {which} has only a-z A-Z 0-9 . _ - and blanks, as a file is called after it; rename it");
+    let reason = format!(
+        "the name of an object {which} has only a-z A-Z 0-9 . _ - and blanks, as a file is called after it; rename it"
+    );
     Err(Error::invalid(place, reason))
 }
 
@@ -159,13 +190,24 @@ fn geometry_of(object: &ObjectFile, place: &Place, context: &mut Context<'_>) ->
     let Some(name) = &object.file else { return procedural(object, &world_from_local, place, context) };
     let (path, node) = (path_of(name, place, context)?, object.node.as_deref());
     if context.shapes_vary && is_gltf(&path) {
-        return geometry::load_placed(&path, node, &world_from_local, object.crease_deg, &mut context.warnings);
+        return geometry::load_placed(
+            &path,
+            node,
+            &world_from_local,
+            object.crease_deg,
+            &mut context.warnings,
+        );
     }
     let rest = geometry::load_file(&path, node, &world_from_local, object.crease_deg, &mut context.warnings)?;
     Ok(Deforming { rest, shape: DeformingMesh::default() })
 }
 
-fn procedural(object: &ObjectFile, world_from_local: &DAffine3, place: &Place, context: &mut Context<'_>) -> Result<Deforming> {
+fn procedural(
+    object: &ObjectFile,
+    world_from_local: &DAffine3,
+    place: &Place,
+    context: &mut Context<'_>,
+) -> Result<Deforming> {
     let shape = object.shape.ok_or_else(|| Error::invalid(place, "give either `file` or `shape`"))?;
     let part = Shape::from_object(shape, object, place)?.part();
     let mut builder = MeshBuilder::default();

@@ -58,7 +58,10 @@ fn a_scene_loads_with_its_defaults() {
     assert_eq!(scene.name, scratch.path("").file_name().unwrap().to_string_lossy());
     assert_eq!((scene.size, scene.reflections, scene.max_error), ([64, 32], 2, 0.01));
     assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["clay", "gold"]);
-    assert_eq!(scene.materials[0].brdf, Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }));
+    assert_eq!(
+        scene.materials[0].brdf,
+        Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 })
+    );
     assert_eq!((scene.vary.materials.as_slice(), scene.varying_names()), (&[0][..], vec!["clay"]));
     assert_eq!(scene.objects[1].material, 1);
     assert!(scene.objects[1].mesh.positions.iter().all(|p| p[0].abs() == 2.0 && p[2].abs() == 2.0));
@@ -76,9 +79,21 @@ fn mistakes_are_one_line_with_file_and_place() {
         ),
         ("subdivisions", "subdivision", "did you mean `subdivisions`?"),
         ("\"area\"", "\"aera\"", "did you mean `area`?"),
-        ("\"blinn-phong\"", "\"phong\"", "materials.clay.brdf: no `phong`; did you mean `blinn-phong`? There are: `blinn-phong`, `ggx`"),
-        ("brdf = \"blinn-phong\"", "brdf = \"ggx\"\nroughness = 0.3", "material `clay`: roughness 0.3 is outside 0.32..1"),
-        ("ks = ", "metallic = 1\nks = ", "material `gold`: is \"blinn-phong\", which has kd, ks and shininess, not `metallic`"),
+        (
+            "\"blinn-phong\"",
+            "\"phong\"",
+            "materials.clay.brdf: no `phong`; did you mean `blinn-phong`? There are: `blinn-phong`, `ggx`",
+        ),
+        (
+            "brdf = \"blinn-phong\"",
+            "brdf = \"ggx\"\nroughness = 0.3",
+            "material `clay`: roughness 0.3 is outside 0.32..1",
+        ),
+        (
+            "ks = ",
+            "metallic = 1\nks = ",
+            "material `gold`: is \"blinn-phong\", which has kd, ks and shininess, not `metallic`",
+        ),
         ("kd = [0.1, 0.1, 0.1]", "kd = [0.6, 0.1, 0.1]", "material `gold`: kd + ks = 1.1 exceeds 1"),
         ("shininess = 80", "shininess = 20000", "shininess 20000 is outside"),
         ("position = [0, 1, 4]", "position = [0, 1, 0]", "position and target coincide"),
@@ -86,19 +101,47 @@ fn mistakes_are_one_line_with_file_and_place() {
         ("[64, 32]", "[64, 16385]", "[render]: size [64, 16385] is outside"),
         ("[64, 32]", "[64, 32]\nreflections = 0", "[render]: reflections 0"),
         ("\"floor\"", "\"ball\"", "two objects are called `ball`"),
-        ("material = \"gold\"", "material = \"golf\"", "object `floor`: no material `golf`; did you mean `gold`?"),
+        (
+            "material = \"gold\"",
+            "material = \"golf\"",
+            "object `floor`: no material `golf`; did you mean `gold`?",
+        ),
         ("[\"clay\"]", "[\"clya\"]", "[vary] materials: no material `clya`; did you mean `clay`?"),
         ("[\"clay\"]", "[\"clay\", \"clay\"]", "`clay` is listed twice; remove one"),
         ("shape = \"quad\"", "", "object `floor`: give either `file` or `shape`"),
-        ("shape = \"quad\"", "shape = \"quad\"\nfile = \"a.obj\"", "object `floor`: give either `file` or `shape`"),
+        (
+            "shape = \"quad\"",
+            "shape = \"quad\"\nfile = \"a.obj\"",
+            "object `floor`: give either `file` or `shape`",
+        ),
         ("shape = \"quad\"", "shape = \"quad\"\nnode = \"a\"", "`node` belongs to a glTF file"),
-        ("shape = \"quad\"", "shape = \"quad\"\ncrease_deg = 9.0", "object `floor`: `crease_deg` belongs to a file without normals"),
-        ("shape = \"quad\"", "file = \"a.obj\"\ncrease_deg = 181.0", "crease_deg 181 is outside 0..180; 0 makes every face flat"),
+        (
+            "shape = \"quad\"",
+            "shape = \"quad\"\ncrease_deg = 9.0",
+            "object `floor`: `crease_deg` belongs to a file without normals",
+        ),
+        (
+            "shape = \"quad\"",
+            "file = \"a.obj\"\ncrease_deg = 181.0",
+            "crease_deg 181 is outside 0..180; 0 makes every face flat",
+        ),
         ("shape = \"sphere\"", "file = \"a.obj\"", "object `ball`: `subdivisions` belongs to a shape"),
-        ("shape = \"quad\"", "file = \"a.obj\"", "object `floor`: no such file: `a.obj`; correct the path or add the file"),
+        (
+            "shape = \"quad\"",
+            "file = \"a.obj\"",
+            "object `floor`: no such file: `a.obj`; correct the path or add the file",
+        ),
         ("shape = \"quad\"", "file = \"assets/a.obj\"", "run `make assets` to fetch it"),
-        ("scale = 4", "scale = 0", "line 25: object `floor`: transform: scale 0 leaves no surface of it; give numbers other than 0"),
-        ("scale = 4", "scale = [0, 2, 0]", "object `floor`: transform: scale [0.0, 2.0, 0.0] leaves no surface of it"),
+        (
+            "scale = 4",
+            "scale = 0",
+            "line 25: object `floor`: transform: scale 0 leaves no surface of it; give numbers other than 0",
+        ),
+        (
+            "scale = 4",
+            "scale = [0, 2, 0]",
+            "object `floor`: transform: scale [0.0, 2.0, 0.0] leaves no surface of it",
+        ),
         ("scale = 4", "scale = [4, 1, 0]", "object `floor`: no usable triangle (2 degenerate)"),
         (
             "shape = \"quad\"",
@@ -111,23 +154,40 @@ fn mistakes_are_one_line_with_file_and_place() {
             "object `floor`: vertex 0 at [-0.5, 0.0, -0.5] comes to lie farther from the origin than 1e9 m; lower its scale",
         ),
         ("scale = 4", "scale = inf", "object `floor`: transform: every value must be a finite number"),
-        ("radiance = [1, 2, 3]", "radiance = [1, -2, 3]", "light `lamp`: radiance [1.0, -2.0, 3.0] must be numbers of 0 to 1e12"),
+        (
+            "radiance = [1, 2, 3]",
+            "radiance = [1, -2, 3]",
+            "light `lamp`: radiance [1.0, -2.0, 3.0] must be numbers of 0 to 1e12",
+        ),
         ("radiance = [1, 2, 3]", "radiance = [1, inf, 3]", "light `lamp`: radiance"),
         ("radiance", "intensity", "an area light is measured by `radiance`, not by `intensity`"),
         ("radiance = [1, 2, 3]", "", "an area light needs `radiance`"),
         ("scale = 2", "scale = [2, 0, 1]", "light `lamp`: its area is 0 m²"),
         ("[[light]]", "[error]\nmax = 0\n[[light]]", "[error]: max 0 must be a number above 0"),
-        ("[[light]]", "[environment]\ngain = [1, -1, 1]\n[[light]]", "environment: gain [1.0, -1.0, 1.0] is outside 0..1000000000"),
-        ("[[light]]", "[environment]\nrotation_deg = nan\n[[light]]", "environment: rotation_deg must be a finite number"),
+        (
+            "[[light]]",
+            "[environment]\ngain = [1, -1, 1]\n[[light]]",
+            "environment: gain [1.0, -1.0, 1.0] is outside 0..1000000000",
+        ),
+        (
+            "[[light]]",
+            "[environment]\nrotation_deg = nan\n[[light]]",
+            "environment: rotation_deg must be a finite number",
+        ),
         ("[[light]]", "[environment]\nfile = \"sky.exr\"\n[[light]]", "no such file: `sky.exr`"),
     ] {
         let message = refusal(from, to);
         assert!(message.contains(part) && message.contains("scene.toml"), "{to}: {message}");
     }
     let twice = format!("{TEXT}\n[[light]]\nname = 'lamp'\nkind = 'point'\nintensity = [1, 1, 1]");
-    assert!(one_line_error(&Scratch::scene(&twice)).ends_with("two lights are called `lamp`; rename or remove one"));
+    assert!(
+        one_line_error(&Scratch::scene(&twice))
+            .ends_with("two lights are called `lamp`; rename or remove one")
+    );
     let no_object = TEXT.split("[[object]]").next().unwrap();
-    assert!(one_line_error(&Scratch::scene(no_object)).ends_with("the scene has no object; add an [[object]]"));
+    assert!(
+        one_line_error(&Scratch::scene(no_object)).ends_with("the scene has no object; add an [[object]]")
+    );
     assert!(load(Path::new("nowhere/scene.toml")).unwrap_err().is_bad_input());
 }
 
@@ -157,13 +217,18 @@ fn area_lights_emit_along_their_minus_z() {
 fn point_and_directional_lights() {
     let point = light("kind = 'point'\nintensity = [4, 5, 6]\ntransform = { translation = [1, 2, 3] }");
     assert_eq!(point, Emitter::Point { position: [1.0, 2.0, 3.0], intensity: [4.0, 5.0, 6.0], cone: None });
-    let sun = light("kind = 'directional'\nirradiance = [4, 5, 6]\ntransform = { rotation_deg = [-90, 0, 0], scale = 3 }");
+    let sun = light(
+        "kind = 'directional'\nirradiance = [4, 5, 6]\ntransform = { rotation_deg = [-90, 0, 0], scale = 3 }",
+    );
     assert_eq!(sun, Emitter::Directional { direction: [0.0, -1.0, 0.0], irradiance: [4.0, 5.0, 6.0] });
 }
 
 #[test]
 fn idle_parts_are_reported() {
-    let text = TEXT.replace("materials = [\"clay\"]", "materials = [\"clay\", \"gold\"]\nlight = true\nview = true\nshape = true");
+    let text = TEXT.replace(
+        "materials = [\"clay\"]",
+        "materials = [\"clay\", \"gold\"]\nlight = true\nview = true\nshape = true",
+    );
     let text = text.split("[[light]]").next().unwrap().replace("material = \"gold\"", "material = \"clay\"");
     let scene = Scratch::scene(&text).load().unwrap();
     assert!(scene.vary.light && scene.vary.view && scene.vary.shape);
@@ -173,10 +238,15 @@ fn idle_parts_are_reported() {
 
 #[test]
 fn an_environment_without_a_file_is_white() {
-    let scene = Scratch::scene(&format!("{TEXT}\n[environment]\ngain = [1, 2, 3]\nrotation_deg = 30")).load().unwrap();
+    let scene = Scratch::scene(&format!("{TEXT}\n[environment]\ngain = [1, 2, 3]\nrotation_deg = 30"))
+        .load()
+        .unwrap();
     let environment = scene.environment.unwrap();
     assert_eq!((environment.gain, environment.rotation_deg), ([1.0, 2.0, 3.0], 30.0));
-    assert_eq!(environment.map.map.texels.len(), (environment.map.map.width * environment.map.map.height) as usize);
+    assert_eq!(
+        environment.map.map.texels.len(),
+        (environment.map.map.width * environment.map.map.height) as usize
+    );
     assert!(environment.map.map.texels.iter().all(|t| *t == [1.0; 3]));
 }
 
@@ -188,9 +258,16 @@ fn states_choose_among_the_maps_of_a_scene() {
     let shown = |text: &str| scene.with_state(&state(text), &place).map(|s| s.environment.unwrap());
     let sky = shown("environment = { map = 'clear-sky', rotation_deg = -90 }").unwrap();
     let own = scene.environment.as_ref().unwrap();
-    assert_eq!((sky.map.name.as_str(), sky.rotation_deg, sky.map.map == own.others[0].map), ("clear-sky", -90.0, true));
+    assert_eq!(
+        (sky.map.name.as_str(), sky.rotation_deg, sky.map.map == own.others[0].map),
+        ("clear-sky", -90.0, true)
+    );
     assert_eq!(shown("environment.gain = [2, 2, 2]").unwrap().map.name, "lamps");
-    assert_eq!(shown("environment.map = 'white'").unwrap().map.name, "white", "procedural maps need not be listed");
+    assert_eq!(
+        shown("environment.map = 'white'").unwrap().map.name,
+        "white",
+        "procedural maps need not be listed"
+    );
     let message = shown("environment.map = 'clear-skies'").unwrap_err().to_string();
     assert!(message.contains("did you mean `clear-sky`"), "{message}");
 }
@@ -198,7 +275,8 @@ fn states_choose_among_the_maps_of_a_scene() {
 #[test]
 fn animations_are_read_in_name_order_and_checked_at_every_key() {
     let scratch = Scratch::scene(TEXT);
-    let animation = |kd: &str| format!("duration_s = 1\n[[key]]\nt_s = 0\n[[key]]\nt_s = 0.5\nmaterials.clay.kd = {kd}");
+    let animation =
+        |kd: &str| format!("duration_s = 1\n[[key]]\nt_s = 0\n[[key]]\nt_s = 0.5\nmaterials.clay.kd = {kd}");
     scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]"));
     scratch.write("animations/a.toml", animation("[0.2, 0.1, 0.1]"));
     scratch.write("animations/notes.txt", "");
@@ -207,7 +285,10 @@ fn animations_are_read_in_name_order_and_checked_at_every_key() {
     assert_eq!(scene.animations.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
     scratch.write("animations/b.toml", animation("[1.1, 0.1, 0.1]"));
     let message = one_line_error(&scratch);
-    assert!(message.contains("b.toml: line 6: at 0.5 s: material `clay`: kd + ks = 1.1 exceeds 1"), "{message}");
+    assert!(
+        message.contains("b.toml: line 6: at 0.5 s: material `clay`: kd + ks = 1.1 exceeds 1"),
+        "{message}"
+    );
     scratch.write("animations/b.toml", animation("[0.1, 0.1, 0.1]").replace("clay", "day"));
     assert!(one_line_error(&scratch).contains("no material `day`; did you mean `clay`?"));
 }

@@ -10,9 +10,9 @@ use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// This scene, which is at rest, at `state`, whether or not it varies so at playback. Meshes are shared, not copied, but for those that it poses:
-    /// clips repeat, and a clip without a time is at its start. `place` is where the state comes
-    /// from; maps that it names are sought beside it, then beside the scene.
+    /// This scene, which is at rest, at `state`, whether or not it varies so at playback. Meshes are shared,
+    /// not copied, but for those that it poses: clips repeat, and a clip without a time is at its start.
+    /// `place` is where the state comes from; maps that it names are sought beside it, then beside the scene.
     ///
     /// # Errors
     /// `Invalid` for names that the scene lacks and values out of range, `Io` for a map that is not there.
@@ -46,30 +46,55 @@ impl Scene {
 
     /// Names of the materials that vary at playback, in the order of `[vary]`.
     pub fn varying_names(&self) -> Vec<&str> {
-        self.vary.materials.iter().filter_map(|index| self.materials.get(*index)).map(|m| m.name.as_str()).collect()
+        self.vary
+            .materials
+            .iter()
+            .filter_map(|index| self.materials.get(*index))
+            .map(|m| m.name.as_str())
+            .collect()
     }
 
-    fn environment_with(&self, change: &EnvironmentState, place: &Place, warnings: &mut Vec<String>) -> Result<Environment> {
+    fn environment_with(
+        &self,
+        change: &EnvironmentState,
+        place: &Place,
+        warnings: &mut Vec<String>,
+    ) -> Result<Environment> {
         let named = change.map.as_ref().map(|name| self.map_called(name, place, warnings)).transpose()?;
         let environment = match (&self.environment, named) {
             (Some(environment), None) => environment.clone(),
             (Some(environment), Some(map)) => Environment { map, ..environment.clone() },
             (None, Some(map)) => Environment { map, others: Vec::new(), gain: [1.0; 3], rotation_deg: 0.0 },
-            (None, None) => return Err(Error::invalid(place, "sets [environment], but the scene has none; add one, or name a map")),
+            (None, None) => {
+                return Err(Error::invalid(
+                    place,
+                    "sets [environment], but the scene has none; add one, or name a map",
+                ));
+            }
         };
         environment.with(change, place)
     }
 
     /// One of the scene's own maps, a procedural one, or a file beside the state or the scene.
     fn map_called(&self, name: &str, place: &Place, warnings: &mut Vec<String>) -> Result<NamedMap> {
-        let own = self.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).find(|map| map.name == name);
+        let own = self
+            .environment
+            .iter()
+            .flat_map(|e| [&e.map].into_iter().chain(&e.others))
+            .find(|map| map.name == name);
         if let Some(map) = own {
             return Ok(map.clone());
         }
         let path = self.locate_map(name, place);
-        let names = self.environment.iter().flat_map(|e| [&e.map].into_iter().chain(&e.others)).map(|map| map.name.as_str());
+        let names = self
+            .environment
+            .iter()
+            .flat_map(|e| [&e.map].into_iter().chain(&e.others))
+            .map(|map| map.name.as_str());
         named_map(name, &path, place, warnings).map_err(|error| match nearest(name, names) {
-            Some(meant) if !path.exists() => Error::invalid(place, format!("no map `{name}`; did you mean `{meant}`?")),
+            Some(meant) if !path.exists() => {
+                Error::invalid(place, format!("no map `{name}`; did you mean `{meant}`?"))
+            }
             _ => error,
         })
     }

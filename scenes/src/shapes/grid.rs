@@ -4,12 +4,19 @@ use crate::geometry::Part;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// The surface with `rows` × `columns` faces at evenly spaced angles; `vertex` gives position and unit normal, and the surface's outside must be
-/// ∂row × ∂column. A texture repeats `repeats` times over the rows and once over the columns, and stands upright if columns go up. Where the
-/// grid closes, vertices lie on each other, for their texture coordinates differ.
-pub(super) fn closed_grid(rows: u32, columns: u32, repeats: f64, vertex: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Part {
+/// The surface with `rows` × `columns` faces at evenly spaced angles; `vertex` gives position and unit
+/// normal, and the surface's outside must be ∂row × ∂column. A texture repeats `repeats` times over the rows
+/// and once over the columns, and stands upright if columns go up. Where the grid closes, vertices lie on
+/// each other, for their texture coordinates differ.
+pub(super) fn closed_grid(
+    rows: u32,
+    columns: u32,
+    repeats: f64,
+    vertex: impl Fn(f64, f64) -> (DVec3, DVec3),
+) -> Part {
     let mut part = Part::default();
-    // The last vertex is computed as the first one, not a turn later, so that their positions are equal to the bit.
+    // The last vertex is computed as the first one, not a turn later, so that their positions are equal to
+    // the bit.
     let angle = |index: u32, count: u32| TAU * f64::from(index % count) / f64::from(count);
     let index = |row: u32, column: u32| row * (columns + 1) + column;
     for row in 0..=rows {

@@ -1,5 +1,6 @@
-//! Procedural shapes, all centred at the origin, their axis along +Y. The closed ones are watertight: every edge is shared by exactly
-//! two triangles whose corners there have bit-identical positions. All have texture coordinates.
+//! Procedural shapes, all centred at the origin, their axis along +Y. The closed ones are watertight: every
+//! edge is shared by exactly two triangles whose corners there have bit-identical positions. All have texture
+//! coordinates.
 
 mod grid;
 mod knot;
@@ -41,9 +42,13 @@ impl Shape {
         let known = name.parameters();
         if let Some(stranger) = object.given_parameters().find(|given| !known.contains(given)) {
             let list = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            return Err(Error::invalid(place, format!("`{stranger}` is no parameter of this shape; it has {list}")));
+            return Err(Error::invalid(
+                place,
+                format!("`{stranger}` is no parameter of this shape; it has {list}"),
+            ));
         }
-        let count = |name, value: Option<u32>, default, range| count(name, value.unwrap_or(default), range, place);
+        let count =
+            |name, value: Option<u32>, default, range| count(name, value.unwrap_or(default), range, place);
         let length = |name, value: Option<f64>, default| length(name, value.unwrap_or(default), place);
         let segments = |default| count("segments", object.segments, default, 3..=8192);
         let sides = |default| count("sides", object.sides, default, 3..=512);
@@ -51,7 +56,9 @@ impl Shape {
         Ok(match name {
             ShapeName::Quad => Self::Quad { segments: count("segments", object.segments, 1, 1..=2048)? },
             ShapeName::Box => Self::Box,
-            ShapeName::Sphere => Self::Sphere { subdivisions: count("subdivisions", object.subdivisions, 4, 0..=9)? },
+            ShapeName::Sphere => {
+                Self::Sphere { subdivisions: count("subdivisions", object.subdivisions, 4, 0..=9)? }
+            }
             ShapeName::Torus => {
                 let major_radius = length("major_radius", object.major_radius, 1.0)?;
                 let minor_radius = length("minor_radius", object.minor_radius, 0.25)?;
@@ -62,14 +69,24 @@ impl Shape {
             }
             ShapeName::TorusKnot => {
                 let (p, q) = (count("p", object.p, 2, 1..=32)?, count("q", object.q, 3, 1..=32)?);
-                let (radius, tube) = (length("radius", object.radius, 1.0)?, length("tube", object.tube, 0.2)?);
+                let (radius, tube) =
+                    (length("radius", object.radius, 1.0)?, length("tube", object.tube, 0.2)?);
                 if greatest_common_divisor(p, q) != 1 {
                     return refuse("p and q must have no common divisor, else the knot runs over itself");
                 }
                 if tube >= radius / 3.0 {
-                    return refuse("tube must be thinner than a third of radius, else the knot runs through itself");
+                    return refuse(
+                        "tube must be thinner than a third of radius, else the knot runs through itself",
+                    );
                 }
-                Self::TorusKnot(knot::TorusKnot { p, q, radius, tube, segments: segments(256)?, sides: sides(24)? })
+                Self::TorusKnot(knot::TorusKnot {
+                    p,
+                    q,
+                    radius,
+                    tube,
+                    segments: segments(256)?,
+                    sides: sides(24)?,
+                })
             }
             ShapeName::Ring => {
                 let inner_radius = length("inner_radius", object.inner_radius, 0.9)?;
@@ -94,7 +111,8 @@ impl Shape {
             Self::Quad { segments } => square(segments),
             Self::Box => 12,
             Self::Sphere { subdivisions } => 20 << (2 * subdivisions),
-            Self::Torus { segments, sides, .. } | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => {
+            Self::Torus { segments, sides, .. }
+            | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => {
                 2 * u64::from(segments) * u64::from(sides)
             }
             Self::Ring(ring::Ring { segments, .. }) => 8 * u64::from(segments),
@@ -108,7 +126,8 @@ impl Shape {
             Self::Quad { segments } => grid(segments, segments),
             Self::Box => 24,
             Self::Sphere { subdivisions } => 2 + (10 << (2 * subdivisions)),
-            Self::Torus { segments, sides, .. } | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => grid(segments, sides),
+            Self::Torus { segments, sides, .. }
+            | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => grid(segments, sides),
             Self::Ring(ring::Ring { segments, .. }) => 8 * (u64::from(segments) + 1),
         }
     }
@@ -119,7 +138,9 @@ impl Shape {
             Self::Quad { segments } => simple::quad(*segments),
             Self::Box => simple::cube(),
             Self::Sphere { subdivisions } => sphere::part(*subdivisions),
-            Self::Torus { major_radius, minor_radius, segments, sides } => torus::torus(*major_radius, *minor_radius, *segments, *sides),
+            Self::Torus { major_radius, minor_radius, segments, sides } => {
+                torus::torus(*major_radius, *minor_radius, *segments, *sides)
+            }
             Self::TorusKnot(knot) => knot.part(),
             Self::Ring(ring) => ring.part(),
         }

@@ -18,11 +18,12 @@ pub(crate) struct Ring {
 }
 
 impl Ring {
-    /// The triangles; walls are smooth around the axis, edges sharp. A texture covers the height of the walls, repeats around them as often as
-    /// leaves it least stretched, and is cut off by the rims.
+    /// The triangles; walls are smooth around the axis, edges sharp. A texture covers the height of the
+    /// walls, repeats around them as often as leaves it least stretched, and is cut off by the rims.
     pub fn part(&self) -> Part {
         let mut part = Part::default();
-        let (inner, outer, top, bottom) = (self.inner_radius, self.outer_radius, 0.5 * self.height, -0.5 * self.height);
+        let (inner, outer, top, bottom) =
+            (self.inner_radius, self.outer_radius, 0.5 * self.height, -0.5 * self.height);
         let outward = |direction: DVec3| direction;
         self.add_band(&mut part, [(outer, bottom), (outer, top)], outward);
         self.add_band(&mut part, [(inner, top), (inner, bottom)], |direction| -direction);
@@ -31,7 +32,8 @@ impl Ring {
         part
     }
 
-    /// A band between two circles, given as (radius, height); its outside is counter-clockwise around the axis × first to second circle.
+    /// A band between two circles, given as (radius, height); its outside is counter-clockwise around the
+    /// axis × first to second circle.
     fn add_band(&self, part: &mut Part, circles: [(f64, f64); 2], normal: impl Fn(DVec3) -> DVec3) {
         let first = part.positions.len() as u32;
         let repeats = (TAU * self.outer_radius / self.height).round().max(1.0);
@@ -41,7 +43,8 @@ impl Ring {
             // The last direction is computed as the first one, so that their positions are equal to the bit.
             let angle = TAU * f64::from(segment % self.segments) / f64::from(self.segments);
             let direction = DVec3::new(angle.cos(), 0.0, -angle.sin());
-            part.positions.extend(circles.map(|(radius, y)| (direction * radius + DVec3::Y * y).as_vec3().to_array()));
+            part.positions
+                .extend(circles.map(|(radius, y)| (direction * radius + DVec3::Y * y).as_vec3().to_array()));
             part.normals.extend([normal(direction).as_vec3().to_array(); 2]);
             part.uvs.extend([across, 0.0].map(|v| [(repeats * around) as f32, v as f32]));
         }

@@ -3,8 +3,9 @@
 use crate::geometry::Part;
 use glam::Vec3;
 
-/// Adds the square `centre` ± ½ u ± ½ v, facing u × v, in `segments` × `segments` smaller ones. A texture covers it once and stands upright seen
-/// from the front, with the world's up above, or −Z on what faces up and +Z on what faces down.
+/// Adds the square `centre` ± ½ u ± ½ v, facing u × v, in `segments` × `segments` smaller ones. A texture
+/// covers it once and stands upright seen from the front, with the world's up above, or −Z on what faces up
+/// and +Z on what faces down.
 fn add_square(part: &mut Part, centre: Vec3, u: Vec3, v: Vec3, segments: u32) {
     let first = part.positions.len() as u32;
     let normal = u.cross(v);

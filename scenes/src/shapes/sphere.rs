@@ -5,8 +5,8 @@ use crate::geometry::Part;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Points on the unit sphere and triangles between them, counter-clockwise seen from outside: an icosahedron whose 20 triangles are split in four
-/// `subdivisions` times.
+/// Points on the unit sphere and triangles between them, counter-clockwise seen from outside: an icosahedron
+/// whose 20 triangles are split in four `subdivisions` times.
 pub fn icosphere(subdivisions: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let (mut points, mut triangles) = icosahedron();
     for _ in 0..subdivisions {

@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 
 fn shape(text: &str) -> Result<Shape> {
     let place = Place::file("scene.toml").part("object `it`");
-    let object: ObjectFile = relume_formats::state::parse_toml(&format!("name = 'it'\nmaterial = 'm'\n{text}"), &place)?;
+    let object: ObjectFile =
+        relume_formats::state::parse_toml(&format!("name = 'it'\nmaterial = 'm'\n{text}"), &place)?;
     Shape::from_object(object.shape.unwrap(), &object, &place)
 }
 
@@ -20,7 +21,8 @@ fn mesh(text: &str) -> Mesh {
     mesh
 }
 
-/// Twice the mean curvature is no concern here: a normal must agree with the faces around it to within their coarseness.
+/// Twice the mean curvature is no concern here: a normal must agree with the faces around it to within their
+/// coarseness.
 fn smallest_face_agreement(mesh: &Mesh) -> f32 {
     let face = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| Vec3::from(mesh.positions[v as usize]));
@@ -75,7 +77,14 @@ fn curve_length(p: f64, q: f64) -> f64 {
 
 #[test]
 fn normals_are_unit_and_agree_with_the_faces() {
-    for text in ["shape = 'quad'", "shape = 'box'", "shape = 'sphere'", "shape = 'torus'", "shape = 'torus-knot'", "shape = 'ring'"] {
+    for text in [
+        "shape = 'quad'",
+        "shape = 'box'",
+        "shape = 'sphere'",
+        "shape = 'torus'",
+        "shape = 'torus-knot'",
+        "shape = 'ring'",
+    ] {
         let mesh = mesh(text);
         assert!(mesh.normals.iter().all(|n| (Vec3::from(*n).length() - 1.0).abs() < 1e-6), "{text}");
         assert!(smallest_face_agreement(&mesh) > 0.95, "{text}");
@@ -107,7 +116,10 @@ fn a_quad_in_segments_is_the_same_square() {
 #[test]
 fn wrong_parameters_are_refused() {
     for (text, part) in [
-        ("shape = 'box'\ntube = 0.1", "scene.toml: object `it`: `tube` is no parameter of this shape; it has none"),
+        (
+            "shape = 'box'\ntube = 0.1",
+            "scene.toml: object `it`: `tube` is no parameter of this shape; it has none",
+        ),
         ("shape = 'ring'\nradius = 1.0", "it has inner_radius, outer_radius, height, segments"),
         ("shape = 'torus-not'", "did you mean `torus-knot`?"),
         ("shape = 'sphere'\nsubdivisions = 10", "subdivisions 10 is outside 0..9"),
@@ -134,13 +146,21 @@ fn gradient(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> Vec3 {
 
 #[test]
 fn textures_stand_upright_on_every_shape() {
-    for text in ["shape = 'quad'", "shape = 'box'", "shape = 'sphere'", "shape = 'torus'", "shape = 'torus-knot'", "shape = 'ring'"] {
+    for text in [
+        "shape = 'quad'",
+        "shape = 'box'",
+        "shape = 'sphere'",
+        "shape = 'torus'",
+        "shape = 'torus-knot'",
+        "shape = 'ring'",
+    ] {
         let mesh = mesh(text);
         assert_eq!(mesh.uvs.len(), mesh.positions.len(), "{text}");
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|v| Vec3::from(mesh.positions[v as usize]));
             let normal = (b - a).cross(c - a);
-            // Seen from the front u grows to the right and v down: never mirrored, and no triangle runs backwards across a seam.
+            // Seen from the front u grows to the right and v down: never mirrored, and no triangle runs
+            // backwards across a seam.
             let (u, v) = (gradient(&mesh, triangle, 0), gradient(&mesh, triangle, 1));
             assert!(v.cross(u).dot(normal) > 0.0, "{text}: {triangle:?}");
         }
@@ -168,7 +188,10 @@ fn a_sphere_wears_a_world_map() {
         let longitude = 2.0 * PI * (f64::from(uv[0]) - 0.5);
         let radius = f64::from(p[0]).hypot(f64::from(p[2]));
         // At the poles any longitude will do.
-        assert!((f64::from(p[0]) - radius * longitude.sin()).abs() < 1e-6 && (f64::from(p[2]) - radius * longitude.cos()).abs() < 1e-6);
+        assert!(
+            (f64::from(p[0]) - radius * longitude.sin()).abs() < 1e-6
+                && (f64::from(p[2]) - radius * longitude.cos()).abs() < 1e-6
+        );
     }
     // No triangle spans more than a tenth of the way round, except at the poles.
     let span = |t: &[u32; 3]| {

@@ -4,7 +4,8 @@ use super::placing::Placing;
 
 /// Vertical field of view, degrees: that of a short telephoto lens.
 pub(super) const FOV_DEG: f64 = 36.0;
-/// How far above the horizon, and to the right of the model's front, which is +Z in glTF, the camera stands, degrees.
+/// How far above the horizon, and to the right of the model's front, which is +Z in glTF, the camera stands,
+/// degrees.
 const ELEVATION_DEG: f64 = 25.0;
 const AZIMUTH_DEG: f64 = 30.0;
 /// The sphere about the model fills this part of the film's height.
@@ -56,17 +57,23 @@ mod tests {
         let placing = Placing::new(&Extent { low: half.map(|x| -x), high: half, radius }, Some(1.0));
         let framing = Framing::new(&placing);
         let single = |v: [f64; 3]| v.map(|x| x as f32);
-        let camera =
-            Camera { position: single(framing.position), target: single(framing.target), fov_deg: FOV_DEG as f32, exposure_ev: 0.0 };
+        let camera = Camera {
+            position: single(framing.position),
+            target: single(framing.target),
+            fov_deg: FOV_DEG as f32,
+            exposure_ev: 0.0,
+        };
         (placing, framing, camera)
     }
 
-    /// The sphere about the model is seen under the angle that fills FILLED of the film, so all of it is in view.
+    /// The sphere about the model is seen under the angle that fills FILLED of the film, so all of it is in
+    /// view.
     #[test]
     fn the_bounding_sphere_is_in_view() {
         for half in [[1.0, 1.0, 1.0], [0.01, 3.0, 0.01], [50.0, 0.0, 50.0], [1e-3, 2e-3, 1e-3]] {
             let (placing, framing, _) = framed(half);
-            let distance: f64 = (0..3).map(|k| (framing.position[k] - framing.target[k]).powi(2)).sum::<f64>().sqrt();
+            let distance: f64 =
+                (0..3).map(|k| (framing.position[k] - framing.target[k]).powi(2)).sum::<f64>().sqrt();
             let seen = (placing.radius / distance).asin().tan() / (0.5 * FOV_DEG).to_radians().tan();
             assert!((seen - 0.9).abs() < 1e-9, "{half:?}: {seen}");
         }
@@ -84,7 +91,10 @@ mod tests {
                     let t = (framing.ground_y - framing.position[1]) / direction.y;
                     assert!(t > 0.0, "{half:?}: the horizon is in view");
                     for (p, d) in [(framing.position[0], direction.x), (framing.position[2], direction.z)] {
-                        assert!((p + t * d).abs() < 0.5 * framing.ground, "{half:?}: the ground ends in view");
+                        assert!(
+                            (p + t * d).abs() < 0.5 * framing.ground,
+                            "{half:?}: the ground ends in view"
+                        );
                     }
                 }
             }

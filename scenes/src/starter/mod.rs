@@ -1,7 +1,7 @@
 //! A first scene for any model: what `bake new` writes.
 //!
-//! [`Starter::of`] looks at the model; [`Starter::text`] is the scene file, commented for its reader; [`Starter::scene`] is what that file
-//! means, so that it can be looked at before it is written.
+//! [`Starter::of`] looks at the model; [`Starter::text`] is the scene file, commented for its reader;
+//! [`Starter::scene`] is what that file means, so that it can be looked at before it is written.
 
 mod framing;
 mod model;
@@ -27,7 +27,8 @@ use std::path::{Path, PathBuf};
 pub struct Look {
     /// Steps by which the display is to brighten the picture.
     pub exposure_ev: f32,
-    /// Materials that are seen, by name, each with how many pixels of that picture show it; the one with the most first.
+    /// Materials that are seen, by name, each with how many pixels of that picture show it; the one with the
+    /// most first.
     pub seen: Vec<(String, u32)>,
 }
 
@@ -44,17 +45,24 @@ pub struct Starter {
 }
 
 impl Starter {
-    /// Looks at the model in `file`, for a scene file at `scene_file`, whose folder must be there. `scale` is how many metres the model's unit is, if
-    /// somebody knows.
+    /// Looks at the model in `file`, for a scene file at `scene_file`, whose folder must be there. `scale` is
+    /// how many metres the model's unit is, if somebody knows.
     ///
     /// # Errors
-    /// `Io` if there is no such file, `Invalid` or `Unsupported` if it cannot be read or shows no surface, or its path cannot stand in a scene file.
+    /// `Io` if there is no such file, `Invalid` or `Unsupported` if it cannot be read or shows no surface, or
+    /// its path cannot stand in a scene file.
     pub fn of(file: &Path, scene_file: &Path, scale: Option<f64>) -> Result<Self> {
         paths::expect_model(file)?;
         let model = Model::read(file)?;
         let placing = Placing::new(&model.extent, scale);
         let framing = Framing::new(&placing);
-        Ok(Self { model_path: paths::relative(file, scene_file)?, scene_file: scene_file.to_path_buf(), model, placing, framing })
+        Ok(Self {
+            model_path: paths::relative(file, scene_file)?,
+            scene_file: scene_file.to_path_buf(),
+            model,
+            placing,
+            framing,
+        })
     }
 
     /// The line of a scene file at `scene_file` that names the model in `file`.

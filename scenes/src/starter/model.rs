@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// What a model without materials of its own wears.
 pub(super) const WORN: &str = "model";
-/// A model this many times its size away from the origin is looked at a second time where it is near, for single precision.
+/// A model this many times its size away from the origin is looked at a second time where it is near, for
+/// single precision.
 const FAR: f64 = 100.0;
 
 /// The box around a model, and the sphere around that box's middle, in the model's units.
@@ -44,7 +45,10 @@ impl Model {
         let scene = draft(file, is_gltf, [0.0; 3])?;
         let rough = extent(&scene);
         let Some(rough) = rough else {
-            return Err(Error::invalid(&Place::file(file), "brings lamps and no surface; there is nothing to light"));
+            return Err(Error::invalid(
+                &Place::file(file),
+                "brings lamps and no surface; there is nothing to light",
+            ));
         };
         let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (rough.low[k] + rough.high[k]));
         let is_far = middle.iter().any(|x| x.abs() > FAR * rough.radius);
@@ -73,7 +77,9 @@ impl Extent {
 /// A scene of the model alone, moved.
 fn draft(file: &Path, is_gltf: bool, by: [f64; 3]) -> Result<Scene> {
     let name = file.file_name().unwrap_or_default().to_str();
-    let name = name.ok_or_else(|| Error::invalid(&Place::file(file), "its name is no text that a scene file could hold; rename it"))?;
+    let name = name.ok_or_else(|| {
+        Error::invalid(&Place::file(file), "its name is no text that a scene file could hold; rename it")
+    })?;
     let worn = if is_gltf { String::new() } else { format!("material = {}\n", quoted(WORN)) };
     let described = if is_gltf { String::new() } else { format!("[materials.{WORN}]\nbrdf = \"ggx\"\n") };
     let text = format!(
@@ -88,7 +94,9 @@ fn draft(file: &Path, is_gltf: bool, by: [f64; 3]) -> Result<Scene> {
 
 /// The extent of all objects; `None` if there are none.
 fn extent(scene: &Scene) -> Option<Extent> {
-    let points = || scene.objects.iter().flat_map(|object| &object.mesh.positions).map(|p| DVec3::from(p.map(f64::from)));
+    let points = || {
+        scene.objects.iter().flat_map(|object| &object.mesh.positions).map(|p| DVec3::from(p.map(f64::from)))
+    };
     let low = points().reduce(DVec3::min)?;
     let high = points().reduce(DVec3::max)?;
     let middle = 0.5 * (low + high);
@@ -98,6 +106,8 @@ fn extent(scene: &Scene) -> Option<Extent> {
 
 fn clips(file: &Path) -> Result<Vec<String>> {
     let opened = GltfFile::open(file, &mut Vec::new())?;
-    let name = |(number, clip): (usize, gltf::Animation<'_>)| clip.name().map_or_else(|| format!("clip {number}"), tidy_name);
+    let name = |(number, clip): (usize, gltf::Animation<'_>)| {
+        clip.name().map_or_else(|| format!("clip {number}"), tidy_name)
+    };
     Ok(opened.document.animations().enumerate().map(name).collect())
 }

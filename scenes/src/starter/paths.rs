@@ -14,7 +14,8 @@ pub fn is_model(path: &Path) -> bool {
     KINDS.iter().any(|kind| has_extension(path, kind))
 }
 
-/// What to call the scene of the model in `file`: as the file, but as its folder if it is called only `scene`, as downloads are.
+/// What to call the scene of the model in `file`: as the file, but as its folder if it is called only
+/// `scene`, as downloads are.
 pub fn name_of(file: &Path) -> String {
     let stem = file.file_stem().filter(|stem| !stem.eq_ignore_ascii_case("scene"));
     let folder = || file.parent().and_then(Path::file_name);
@@ -26,7 +27,9 @@ pub fn name_of(file: &Path) -> String {
 pub(super) fn expect_model(file: &Path) -> Result<()> {
     let place = Place::file(file);
     if !file.exists() {
-        let meant = nearest_file(Path::new(""), file).map(|meant| format!("; did you mean `{meant}`?")).unwrap_or_default();
+        let meant = nearest_file(Path::new(""), file)
+            .map(|meant| format!("; did you mean `{meant}`?"))
+            .unwrap_or_default();
         return Err(Error::io(&place, IoError::new(ErrorKind::NotFound, format!("no such file{meant}"))));
     }
     if !is_model(file) || !file.is_file() {
@@ -36,8 +39,8 @@ pub(super) fn expect_model(file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The path of `file` from the folder of `scene_file`, with `/` between its parts and one part at least that is no name of a folder, so that it
-/// is never taken for one of the library's assets.
+/// The path of `file` from the folder of `scene_file`, with `/` between its parts and one part at least that
+/// is no name of a folder, so that it is never taken for one of the library's assets.
 pub(super) fn relative(file: &Path, scene_file: &Path) -> Result<String> {
     let [file_folder, from] = [absolute_folder(file)?, absolute_folder(scene_file)?];
     let name = file.file_name().map(PathBuf::from).unwrap_or_default();
@@ -48,7 +51,12 @@ pub(super) fn relative(file: &Path, scene_file: &Path) -> Result<String> {
     let place = Place::file(file);
     let part = |part: Component<'_>| part.as_os_str().to_str().map(str::to_owned);
     let parts: Option<Vec<String>> = parts.map(part).collect();
-    let refuse = || Error::invalid(&place, "its path is no text that a scene file could hold; rename the file or its folders");
+    let refuse = || {
+        Error::invalid(
+            &place,
+            "its path is no text that a scene file could hold; rename the file or its folders",
+        )
+    };
     Ok(parts.ok_or_else(refuse)?.join("/"))
 }
 

@@ -1,10 +1,13 @@
-//! How large a model is and where it is put: what its unit may be, and the transform that stands it on the ground at the origin.
+//! How large a model is and where it is put: what its unit may be, and the transform that stands it on the
+//! ground at the origin.
 
 use super::model::Extent;
 
-/// Lengths in metres that models of rooms, furniture, figures and jewels have; outside, a model is in another unit.
+/// Lengths in metres that models of rooms, furniture, figures and jewels have; outside, a model is in another
+/// unit.
 const METRES: std::ops::RangeInclusive<f64> = 0.005..=100.0;
-/// Units that are tried when it is not metres: the largest that gives at most 100 m. Their name, metres, and the least length in them that is likely.
+/// Units that are tried when it is not metres: the largest that gives at most 100 m. Their name, metres, and
+/// the least length in them that is likely.
 const UNITS: [(&str, f64); 2] = [("centimetres", 0.01), ("millimetres", 0.001)];
 
 /// A model's unit and place.
@@ -31,7 +34,8 @@ impl Placing {
     pub fn new(extent: &Extent, scale: Option<f64>) -> Self {
         let units: [f64; 3] = std::array::from_fn(|k| extent.high[k] - extent.low[k]);
         let largest = units.iter().fold(0.0_f64, |m, x| m.max(*x));
-        let (scale, unit) = scale.map_or_else(|| guess(largest), |scale| (scale, "what --scale said".to_owned()));
+        let (scale, unit) =
+            scale.map_or_else(|| guess(largest), |scale| (scale, "what --scale said".to_owned()));
         let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * scale * (extent.high[k] + extent.low[k]));
         Self {
             scale,
@@ -78,7 +82,10 @@ mod tests {
         }
         for largest in [1e-9, 3e-4, 2e5, 7e12] {
             let (scale, unit) = guess(largest);
-            assert!((1.0..10.001).contains(&(scale * largest)) && unit.starts_with("no known unit"), "{largest}: {scale}");
+            assert!(
+                (1.0..10.001).contains(&(scale * largest)) && unit.starts_with("no known unit"),
+                "{largest}: {scale}"
+            );
         }
     }
 

@@ -1,6 +1,7 @@
 //! Text, keys and numbers as a TOML file writes them.
 
-/// `text` as a TOML string. JSON's quotes and escapes are TOML's, but that JSON lets the character DEL stand as it is.
+/// `text` as a TOML string. JSON's quotes and escapes are TOML's, but that JSON lets the character DEL stand
+/// as it is.
 pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
@@ -11,7 +12,8 @@ pub(super) fn key(name: &str) -> String {
     if is_bare { name.to_owned() } else { quoted(name) }
 }
 
-/// How numbers are written beside a length: with five digits of that, and never fewer than one after the point.
+/// How numbers are written beside a length: with five digits of that, and never fewer than one after the
+/// point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Digits(usize);
 
@@ -71,7 +73,10 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let shown = |length: f64, x: f64| Digits::beside(length).number(x);
-        assert_eq!((shown(1.0, 0.5), shown(1.0, -0.000_001), shown(30.0, 7.0)), ("0.5".into(), "0.0".into(), "7.0".into()));
+        assert_eq!(
+            (shown(1.0, 0.5), shown(1.0, -0.000_001), shown(30.0, 7.0)),
+            ("0.5".into(), "0.0".into(), "7.0".into())
+        );
         assert_eq!(Digits::beside(0.01).list([0.012_345_67, 1.0, 0.0]), "[0.012346, 1.0, 0.0]");
     }
 }

@@ -12,14 +12,17 @@ fn gltf(materials: &[Value], worn: &[Option<usize>]) -> String {
         .flat_map(|x| x.to_le_bytes())
         .chain([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()))
         .collect();
-    let uri = format!("data:application/octet-stream;base64,{}", crate::loading::import_tests::base64(&bytes));
+    let uri =
+        format!("data:application/octet-stream;base64,{}", crate::loading::import_tests::base64(&bytes));
     let primitive = |material: &Option<usize>| {
         let mut primitive = json!({"attributes": {"POSITION": 0}, "indices": 1});
         material.iter().for_each(|material| primitive["material"] = json!(material));
         primitive
     };
-    let meshes: Vec<Value> = worn.iter().map(|material| json!({"primitives": [primitive(material)]})).collect();
-    let nodes: Vec<Value> = (0..worn.len()).map(|i| json!({"mesh": i, "translation": [i as f64, 0.0, 0.0]})).collect();
+    let meshes: Vec<Value> =
+        worn.iter().map(|material| json!({"primitives": [primitive(material)]})).collect();
+    let nodes: Vec<Value> =
+        (0..worn.len()).map(|i| json!({"mesh": i, "translation": [i as f64, 0.0, 0.0]})).collect();
     json!({
         "asset": {"version": "2.0"}, "scenes": [{"nodes": (0..worn.len()).collect::<Vec<_>>()}],
         "nodes": nodes, "meshes": meshes, "materials": materials,
@@ -39,11 +42,16 @@ fn first_scene(name: &str, content: &str) -> (Scratch, String, Scene) {
     let scratch = Scratch::scene("");
     scratch.write(name, content);
     let starter = Starter::of(&scratch.path(name), &scratch.path("scene.toml"), None).unwrap();
-    let seen = starter.scene(None).unwrap().materials.into_iter().map(|material| (material.name, 10)).collect();
+    let seen =
+        starter.scene(None).unwrap().materials.into_iter().map(|material| (material.name, 10)).collect();
     let look = Look { exposure_ev: 0.0, seen };
     let (text, scene) = (starter.text(Some(&look)), starter.scene(Some(&look)).unwrap());
     scratch.write("scene.toml", &text);
-    assert_eq!(scratch.load().unwrap().varying_names(), scene.varying_names(), "the file means what was looked at");
+    assert_eq!(
+        scratch.load().unwrap().varying_names(),
+        scene.varying_names(),
+        "the file means what was looked at"
+    );
     (scratch, text, scene)
 }
 
@@ -53,49 +61,73 @@ fn named(name: &str) -> Value {
 
 #[test]
 fn materials_of_any_name_vary() {
-    let names = ["it's \"new\"", "two\nlines\t", "Lack-Glänzend 漆", "a.b", "ground", "back\\slash", "[x] = 1 # no"];
+    let names =
+        ["it's \"new\"", "two\nlines\t", "Lack-Glänzend 漆", "a.b", "ground", "back\\slash", "[x] = 1 # no"];
     let materials: Vec<Value> = names.iter().map(|name| named(name)).collect();
     let worn: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
     let (_scratch, text, scene) = first_scene("model.gltf", &gltf(&materials, &worn));
     let mut expected: Vec<String> = names.iter().map(|name| tidy_name(name)).collect();
-    let mut listed: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).filter(|name| *name != "ground-2").collect();
+    let mut listed: Vec<&str> = scene
+        .materials
+        .iter()
+        .map(|material| material.name.as_str())
+        .filter(|name| *name != "ground-2")
+        .collect();
     listed.sort_unstable();
     expected.sort_unstable();
     assert_eq!(listed, expected, "{text}");
-    assert_eq!((scene.varying_names().len(), text.matches("  # less is seen of it").count()), (6, 1), "{text}");
-    assert!(scene.materials.iter().any(|material| material.name == "ground-2"), "the model's own `ground` keeps its name");
+    assert_eq!(
+        (scene.varying_names().len(), text.matches("  # less is seen of it").count()),
+        (6, 1),
+        "{text}"
+    );
+    assert!(
+        scene.materials.iter().any(|material| material.name == "ground-2"),
+        "the model's own `ground` keeps its name"
+    );
 }
 
 #[test]
 fn materials_of_one_name_and_none_at_all_vary() {
     let materials = [named("Paint"), named("Paint"), json!({})];
-    let (_scratch, text, scene) = first_scene("model.gltf", &gltf(&materials, &[Some(0), Some(1), Some(2), None]));
+    let (_scratch, text, scene) =
+        first_scene("model.gltf", &gltf(&materials, &[Some(0), Some(1), Some(2), None]));
     assert_eq!(scene.varying_names(), ["Paint", "Paint-2", "material-2", "material-default"], "{text}");
     let default = scene.materials.iter().find(|material| material.name == "material-default").unwrap();
-    assert!(matches!(default.brdf, Brdf::Ggx(ggx) if ggx.metallic == 0.0), "what has no material is no metal");
+    assert!(
+        matches!(default.brdf, Brdf::Ggx(ggx) if ggx.metallic == 0.0),
+        "what has no material is no metal"
+    );
     let (_scratch, _, scene) = first_scene("model.gltf", &gltf(&[], &[None]));
     assert_eq!(scene.varying_names(), ["material-default"]);
 }
 
-/// Transfer images hold no metal with a texture: what hardly is metal is shown as none, what is stays fixed, and something always varies.
+/// Transfer images hold no metal with a texture: what hardly is metal is shown as none, what is stays fixed,
+/// and something always varies.
 #[test]
 fn metals_with_textures_are_dealt_with() {
-    let picture =
-        format!("data:image/png;base64,{}", crate::loading::import_tests::base64(&crate::loading::import_tests::png([255, 0, 0])));
+    let picture = format!(
+        "data:image/png;base64,{}",
+        crate::loading::import_tests::base64(&crate::loading::import_tests::png([255, 0, 0]))
+    );
     let textured = |metallic: f64| json!({"pbrMetallicRoughness": {"metallicFactor": metallic, "baseColorTexture": {"index": 0}}});
     let with_texture = |document: String| {
         let mut document: Value = serde_json::from_str(&document).unwrap();
         document["textures"] = json!([{"source": 0}]);
         document["images"] = json!([{"uri": picture}]);
         // Any numbers of two floats at 4 vertices do as texture coordinates.
-        document["accessors"].as_array_mut().unwrap().push(json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}));
+        document["accessors"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC2"}));
         for mesh in document["meshes"].as_array_mut().unwrap() {
             mesh["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(2);
         }
         document.to_string()
     };
     let materials = [textured(0.3), textured(0.9)];
-    let (_scratch, text, scene) = first_scene("model.gltf", &with_texture(gltf(&materials, &[Some(0), Some(1)])));
+    let (_scratch, text, scene) =
+        first_scene("model.gltf", &with_texture(gltf(&materials, &[Some(0), Some(1)])));
     assert_eq!(scene.varying_names(), ["material-0"], "{text}");
     assert!(matches!(scene.materials[0].brdf, Brdf::Ggx(ggx) if ggx.metallic == 0.0));
     assert!(text.contains("# \"material-1\",  # a metal with a texture"), "{text}");
@@ -112,7 +144,11 @@ fn the_other_way_that_the_file_tells_of_is_a_scene() {
     let (head, ground) = after.split_once("name = \"ground\"").unwrap();
     let (large, small) = ground.split_once("\n# B, whose shadows").unwrap();
     let (large, _) = large.split_once("transform = ").unwrap();
-    let small = small.split_once('\n').unwrap().1.replacen("# segments", "segments", 1).replacen("# transform", "transform", 1);
+    let small = small.split_once('\n').unwrap().1.replacen("# segments", "segments", 1).replacen(
+        "# transform",
+        "transform",
+        1,
+    );
     let followed = format!("{before}{head}name = \"ground\"{large}{small}").replace("# B: ", "");
     scratch.write("scene.toml", &followed);
     let scene = scratch.load().unwrap();
@@ -123,16 +159,23 @@ fn the_other_way_that_the_file_tells_of_is_a_scene() {
 
 /// A tetrahedron of the given size about a point, as an OBJ file.
 fn tetrahedron(size: f64, [x, y, z]: [f64; 3]) -> String {
-    let vertex = |dx: f64, dy: f64, dz: f64| format!("v {} {} {}\n", x + dx * size, y + dy * size, z + dz * size);
-    let vertices = [vertex(-0.5, -0.5, -0.5), vertex(0.5, -0.5, -0.5), vertex(0.0, -0.5, 0.5), vertex(0.0, 0.5, 0.0)].concat();
+    let vertex =
+        |dx: f64, dy: f64, dz: f64| format!("v {} {} {}\n", x + dx * size, y + dy * size, z + dz * size);
+    let vertices =
+        [vertex(-0.5, -0.5, -0.5), vertex(0.5, -0.5, -0.5), vertex(0.0, -0.5, 0.5), vertex(0.0, 0.5, 0.0)]
+            .concat();
     format!("{vertices}f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n")
 }
 
 #[test]
 fn models_of_any_size_and_place_stand_on_the_ground_at_the_origin() {
-    for (size, at, metres) in
-        [(1.8, [0.0; 3], 1.8), (180.0, [0.0, 90.0, 0.0], 1.8), (1.5e-6, [0.0; 3], 1.5), (3e8, [0.0; 3], 3.0), (2.0, [4e6, -3e6, 1e6], 2.0)]
-    {
+    for (size, at, metres) in [
+        (1.8, [0.0; 3], 1.8),
+        (180.0, [0.0, 90.0, 0.0], 1.8),
+        (1.5e-6, [0.0; 3], 1.5),
+        (3e8, [0.0; 3], 3.0),
+        (2.0, [4e6, -3e6, 1e6], 2.0),
+    ] {
         let (_scratch, text, scene) = first_scene("a model's.obj", &tetrahedron(size, at));
         let model = &scene.objects.iter().find(|object| object.name == "model").unwrap().mesh;
         let bounds = |k: usize| {
@@ -144,7 +187,8 @@ fn models_of_any_size_and_place_stand_on_the_ground_at_the_origin() {
         for (k, (low, high)) in [(0, (-0.5, 0.5)), (1, (0.0, 1.0)), (2, (-0.5, 0.5))] {
             let (found_low, found_high) = bounds(k);
             assert!(
-                (found_low - low * metres).abs() <= tolerance && (found_high - high * metres).abs() <= tolerance,
+                (found_low - low * metres).abs() <= tolerance
+                    && (found_high - high * metres).abs() <= tolerance,
                 "{size}, {k}: {text}"
             );
         }

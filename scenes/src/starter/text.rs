@@ -12,7 +12,8 @@ use std::fmt::Write as _;
 
 /// Most materials that vary: each adds some fifty images to a bundle, which a frame sums.
 const MOST_VARYING: usize = 6;
-/// A material with a texture varies only if it is no metal. Where this much of it is, or less, it is shown as none.
+/// A material with a texture varies only if it is no metal. Where this much of it is, or less, it is shown as
+/// none.
 const HARDLY_METALLIC: f32 = 0.5;
 /// The material that glTF gives to what has none: a rough metal, which nobody meant.
 const UNMEANT: &str = "material-default";
@@ -31,7 +32,16 @@ enum Varies {
 /// The scene file.
 pub(super) fn of(starter: &Starter, look: Option<&Look>) -> String {
     let writer = Writer { starter, look, ground: ground_name(&starter.model.materials) };
-    [writer.head(), writer.vary(), writer.film(), writer.model(), writer.ground(), writer.light(), writer.materials()].join("\n")
+    [
+        writer.head(),
+        writer.vary(),
+        writer.film(),
+        writer.model(),
+        writer.ground(),
+        writer.light(),
+        writer.materials(),
+    ]
+    .join("\n")
 }
 
 /// The key and value that name a model.
@@ -42,7 +52,8 @@ pub(super) fn file_line(path: &str) -> String {
 /// A name that no material of the model has.
 fn ground_name(materials: &[Material]) -> String {
     let is_free = |name: &String| materials.iter().all(|material| material.name != *name);
-    let mut names = std::iter::once("ground".to_owned()).chain((2..).map(|number| format!("ground-{number}")));
+    let mut names =
+        std::iter::once("ground".to_owned()).chain((2..).map(|number| format!("ground-{number}")));
     names.find(is_free).unwrap_or_default()
 }
 
@@ -80,7 +91,8 @@ impl Writer<'_> {
 
     /// Materials of the model that vary, the one that is seen most first.
     fn varying(&self) -> Vec<&Material> {
-        let named = |name: &String| self.starter.model.materials.iter().find(|material| material.name == *name);
+        let named =
+            |name: &String| self.starter.model.materials.iter().find(|material| material.name == *name);
         let may = |material: &&Material| !matches!(Self::variation(material), Varies::Not(_));
         self.seen().iter().filter_map(|(name, _)| named(name)).filter(may).take(MOST_VARYING).collect()
     }
@@ -91,7 +103,9 @@ impl Writer<'_> {
 
     /// Which part a material is of what is seen of the model, percent.
     fn share(&self, material: &Material) -> f64 {
-        let pixels = |of: &Material| self.seen().iter().find(|(seen, _)| *seen == of.name).map_or(0, |(_, pixels)| *pixels);
+        let pixels = |of: &Material| {
+            self.seen().iter().find(|(seen, _)| *seen == of.name).map_or(0, |(_, pixels)| *pixels)
+        };
         let all: u32 = self.starter.model.materials.iter().map(pixels).sum();
         100.0 * f64::from(pixels(material)) / f64::from(all.max(1))
     }
@@ -111,9 +125,14 @@ materials = [
         .to_owned();
         for material in self.varying() {
             let share = self.share(material);
-            let _ = writeln!(text, "    {},  # {share:.0} % of what is seen of the model", quoted(&material.name));
+            let _ = writeln!(
+                text,
+                "    {},  # {share:.0} % of what is seen of the model",
+                quoted(&material.name)
+            );
         }
-        let mut fixed: Vec<&Material> = self.starter.model.materials.iter().filter(|material| !self.varies(material)).collect();
+        let mut fixed: Vec<&Material> =
+            self.starter.model.materials.iter().filter(|material| !self.varies(material)).collect();
         fixed.sort_by(|a, b| self.share(b).total_cmp(&self.share(a)));
         for material in fixed {
             let reason = match Self::variation(material) {
@@ -128,9 +147,13 @@ materials = [
         let _ = writeln!(text, "    {sign}{},  # what the model stands on", quoted(&self.ground));
         text += "]\n# B: light = true\n# B: view = true\n";
         if !self.starter.model.clips.is_empty() {
-            let clips: Vec<String> = self.starter.model.clips.iter().take(MOST_CLIPS).map(|clip| quoted(clip)).collect();
-            let _ =
-                writeln!(text, "# The model moves: {}. For that, docs/guide/scenes.md, \"Shapes vary\", goes on from B.", clips.join(", "));
+            let clips: Vec<String> =
+                self.starter.model.clips.iter().take(MOST_CLIPS).map(|clip| quoted(clip)).collect();
+            let _ = writeln!(
+                text,
+                "# The model moves: {}. For that, docs/guide/scenes.md, \"Shapes vary\", goes on from B.",
+                clips.join(", ")
+            );
         }
         text
     }
@@ -171,7 +194,8 @@ materials = [
             let _ = writeln!(text, "material = {}", quoted(WORN));
         } else if model.lamps > 0 || model.glows {
             let lamps = counted(model.lamps, "lamp", "lamps");
-            let _ = writeln!(text, "# B: lights = false  # leaves out its {lamps} and what its surfaces emit");
+            let _ =
+                writeln!(text, "# B: lights = false  # leaves out its {lamps} and what its surfaces emit");
         }
         let _ = writeln!(
             text,
@@ -191,7 +215,9 @@ materials = [
     fn ground(&self) -> String {
         let (framing, digits) = (&self.starter.framing, self.digits());
         let y = digits.number(framing.ground_y);
-        let transform = |side: f64| format!("transform = {{ scale = {}, translation = [0.0, {y}, 0.0] }}", digits.number(side));
+        let transform = |side: f64| {
+            format!("transform = {{ scale = {}, translation = [0.0, {y}, 0.0] }}", digits.number(side))
+        };
         format!(
             "# All that the camera sees beside the model. Leave it out if the model brings its own.\n\
              [[object]]\n\
@@ -209,7 +235,8 @@ materials = [
     }
 
     fn light(&self) -> String {
-        let others = "# B: others = [\"clear-sky\", \"white\"]  # further maps to choose from while playing\n";
+        let others =
+            "# B: others = [\"clear-sky\", \"white\"]  # further maps to choose from while playing\n";
         match self.starter.model.lamps {
             0 => format!(
                 "# Light from all sides: \"lamps\" is a studio, \"clear-sky\" has a sun, \"white\" is even; or a .hdr or .exr of yours.\n\
@@ -231,8 +258,10 @@ materials = [
     }
 
     fn materials(&self) -> String {
-        let mut text =
-            format!("[materials.{}]\nbrdf = \"ggx\"\nbase_color = [0.5, 0.5, 0.5]\nmetallic = 0.0\nroughness = 0.8\n", key(&self.ground));
+        let mut text = format!(
+            "[materials.{}]\nbrdf = \"ggx\"\nbase_color = [0.5, 0.5, 0.5]\nmetallic = 0.0\nroughness = 0.8\n",
+            key(&self.ground)
+        );
         if !self.starter.model.is_gltf {
             let of = "the file brings no colours that are read";
             let _ = write!(
@@ -261,8 +290,11 @@ materials = [
         let times = if material.texture.is_some() { "  # times its texture" } else { "" };
         let no_metal = matches!(Self::variation(material), Varies::AsNoMetal) && self.varies(material);
         let (sign, metallic) = if no_metal { ("", 0.0) } else { ("# ", ggx.metallic) };
-        let why =
-            if no_metal { format!("  # {:?} in the file; what has a texture and varies is no metal", ggx.metallic) } else { String::new() };
+        let why = if no_metal {
+            format!("  # {:?} in the file; what has a texture and varies is no metal", ggx.metallic)
+        } else {
+            String::new()
+        };
         format!(
             "\n{sign}[materials.{name}]\n# base_color = {}{times}\n{sign}metallic = {metallic:?}{why}\n# roughness = {:?}\n",
             colour(ggx.base_color),

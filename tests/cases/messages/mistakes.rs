@@ -18,7 +18,11 @@ pub(super) const IN_SCENES: &[(&str, &str, &str)] = &[
     ("a list that is too short", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.2]"),
     ("a colour with alpha", "kd = [0.6, 0.6, 0.6]", "kd = [0.6, 0.6, 0.6, 1.0]"),
     ("a number in quotes", "fov_deg = 40.0", "fov_deg = \"40\""),
-    ("a number that begins with a point", "ks = [0.1, 0.1, 0.1]\nshininess = 20.0", "ks = [0.1, 0.1, 0.1]\nshininess = .9"),
+    (
+        "a number that begins with a point",
+        "ks = [0.1, 0.1, 0.1]\nshininess = 20.0",
+        "ks = [0.1, 0.1, 0.1]\nshininess = .9",
+    ),
     ("true in quotes", "[vary]", "[vary]\nlight = \"true\""),
     ("True with a capital", "[vary]", "[vary]\nlight = True"),
     ("yes for true", "[vary]", "[vary]\nlight = yes"),
@@ -99,7 +103,11 @@ pub(super) const IN_LOOKS: &[(&str, &str, &str)] = &[
     ("a camera inside an object", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.0, 0.2]"),
     ("a camera that looks past everything", "target = [0.0, 0.5, 0.0]", "target = [0.0, 1.2, 9.0]"),
     ("a camera that is too far away", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.2, 40.0]"),
-    ("a material that varies out of view", "target = [0.0, 0.5, 0.0]\nfov_deg = 40.0", "target = [0.0, 1.2, 0.0]\nfov_deg = 12.0"),
+    (
+        "a material that varies out of view",
+        "target = [0.0, 0.5, 0.0]\nfov_deg = 40.0",
+        "target = [0.0, 1.2, 0.0]\nfov_deg = 12.0",
+    ),
     ("a lamp in photometric units", "intensity = [10.0, 10.0, 10.0]", "intensity = [6830.0, 6830.0, 6830.0]"),
     ("a film that is underexposed", "fov_deg = 40.0", "fov_deg = 40.0\nexposure_ev = -8"),
 ];
@@ -133,7 +141,10 @@ pub(super) const IN_STATES: &[(&str, &str)] = &[
     ("a mirror's blur", "[materials.steel]\ngloss_deg = 1.0\n"),
     ("a texture for a colour", "[materials.paint]\nkd = \"kd.png\"\n"),
     ("a texture for a number", "[materials.paint]\nshininess = \"s.exr\"\n"),
-    ("a medium", "[media.glass]\nindex = 1.5\nextinction = [0.0, 0.1, 0.2]\nscattering = [0.0, 0.0, 0.0]\nphase_g = 0.0\n"),
+    (
+        "a medium",
+        "[media.glass]\nindex = 1.5\nextinction = [0.0, 0.1, 0.2]\nscattering = [0.0, 0.0, 0.0]\nphase_g = 0.0\n",
+    ),
     ("an unknown pose", "[shapes.ball]\npose = \"resting\"\n"),
 ];
 
@@ -153,7 +164,10 @@ pub(super) const IN_ANIMATIONS: &[(&str, &str)] = &[
     ),
     ("a key after the end", "duration_s = 2\n[[key]]\nt_s = 3\nmaterials.paint.shininess = 3\n"),
     ("an animation of nothing", "duration_s = 2\nloop = true\n"),
-    ("a misspelt key of an animation", "duration_s = 2\nlooping = true\n[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n"),
+    (
+        "a misspelt key of an animation",
+        "duration_s = 2\nlooping = true\n[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n",
+    ),
     (
         "a value out of its range at a key",
         "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.paint.shininess = 3\n[[key]]\nt_s = 1.5\nmaterials.paint.shininess = 300\n",
@@ -183,11 +197,17 @@ pub(super) const IN_ANIMATIONS: &[(&str, &str)] = &[
         "an object that moves in an animation",
         "duration_s = 2\n[[key]]\nt_s = 0\n[key.objects.ball]\ntransform = { translation = [1, 0, 0] }\n",
     ),
-    ("a light that moves in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nlights.lamp.transform = { translation = [0, 3, 0] }\n"),
+    (
+        "a light that moves in an animation",
+        "duration_s = 2\n[[key]]\nt_s = 0\nlights.lamp.transform = { translation = [0, 3, 0] }\n",
+    ),
     ("an unknown curve in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nview.tonemap = \"filmic\"\n"),
     ("a mirror in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.steel.brdf = \"mirror\"\n"),
     ("a texture in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.paint.kd = \"kd.png\"\n"),
-    ("an unknown material in an animation", "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.pant.shininess = 3\n"),
+    (
+        "an unknown material in an animation",
+        "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.pant.shininess = 3\n",
+    ),
 ];
 
 /// What is mistaken, and a command line in a folder with scene.toml and an empty folder `bundle`.
@@ -205,7 +225,10 @@ pub(super) const IN_COMMANDS: &[(&str, &[&str])] = &[
     ("a misspelt bundle", &["bake", "verify", "bundel"]),
     ("a folder that is no bundle", &["bake", "verify", "bundle"]),
     ("a misspelt file", &["bake", "info", "bundle.relum"]),
-    ("a state that is not there", &["bake", "reference", "scene.toml", "--state", "stat.toml", "-o", "a.exr"]),
+    (
+        "a state that is not there",
+        &["bake", "reference", "scene.toml", "--state", "stat.toml", "-o", "a.exr"],
+    ),
     ("another format for references", &["bake", "reference", "scene.toml", "-o", "a.png"]),
     ("a scene where a bundle is wanted", &["bake", "info", "cornell-knot"]),
     ("a misspelt scene where a bundle is wanted", &["bake", "info", "cornel-knot"]),

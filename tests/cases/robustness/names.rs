@@ -13,7 +13,10 @@ fn nothing_is_written_outside_the_folder_whatever_objects_are_called() {
         "{stderr}"
     );
     assert_eq!(place.names(""), ["out", "scene"]);
-    assert_eq!((place.names("out"), place.names("out/unfinished")), (vec!["unfinished".to_owned()], vec!["shape-x".to_owned()]));
+    assert_eq!(
+        (place.names("out"), place.names("out/unfinished")),
+        (vec!["unfinished".to_owned()], vec!["shape-x".to_owned()])
+    );
     let text = std::fs::read_to_string(place.at("scene/scene.toml")).unwrap();
     for (name, reason) in [
         ("..", "has only a-z"),
@@ -29,7 +32,13 @@ fn nothing_is_written_outside_the_folder_whatever_objects_are_called() {
     ] {
         place.write("scene/scene.toml", text.replace("x/../../../ESCAPED", name));
         let stderr = place.bake(&["--max-error", "10"], 2);
-        assert!(stderr.contains(reason) && stderr.len() < 600 && !stderr.contains('\u{1b}') && stderr.lines().count() == 1, "{stderr}");
+        assert!(
+            stderr.contains(reason)
+                && stderr.len() < 600
+                && !stderr.contains('\u{1b}')
+                && stderr.lines().count() == 1,
+            "{stderr}"
+        );
     }
     assert_eq!(place.names(""), ["out", "scene"]);
 }
@@ -66,7 +75,11 @@ fn info_cannot_steer_a_terminal() {
         place.write("out/manifest.json", manifest.replace(from, to));
         for more in [&[][..], &["--json"]] {
             let output = run("bake", &[&["info", &place.path("out")], more].concat());
-            let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+            let said = format!(
+                "{}{}",
+                String::from_utf8_lossy(&output.stdout),
+                String::from_utf8_lossy(&output.stderr)
+            );
             assert!(!said.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{said:?}");
             assert!(said.contains("1b}") || said.contains("\\u001b") || said.contains("202e"), "{said}");
         }

@@ -1,7 +1,9 @@
-//! Which approximation of a method is to blame for what, and what takes the error away that no more terms, spheres or bases buy off: the tables of docs/CHART.md.
-//! A scene takes minutes; fox-walk needs the assets (`make assets`):
+//! Which approximation of a method is to blame for what, and what takes the error away that no more terms,
+//! spheres or bases buy off: the tables of docs/CHART.md. A scene takes minutes; fox-walk needs the assets
+//! (`make assets`):
 //!
-//! `cargo build --release --workspace && cargo run --release --example ablation -- cornell-knot|knot-outdoors|knot-twist|fox-walk`
+//! `cargo build --release --workspace && cargo run --release --example ablation --
+//! cornell-knot|knot-outdoors|knot-twist|fox-walk`
 
 mod sparse_transfer;
 mod sphere_shadows;
@@ -18,7 +20,10 @@ fn main() -> ExitCode {
         Some(scene @ "cornell-knot") => transfer_images::ablation(scene),
         Some(scene @ "knot-outdoors") => sparse_transfer::ablation(scene),
         Some(scene @ ("knot-twist" | "fox-walk")) => sphere_shadows::ablation(scene),
-        _ => Err(BakeError::invalid(&Place::file("SCENE"), "give cornell-knot, knot-outdoors, knot-twist or fox-walk")),
+        _ => Err(BakeError::invalid(
+            &Place::file("SCENE"),
+            "give cornell-knot, knot-outdoors, knot-twist or fox-walk",
+        )),
     };
     let Err(error) = printed else { return ExitCode::SUCCESS };
     eprintln!("error: {error}");

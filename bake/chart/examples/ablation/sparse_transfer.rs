@@ -1,6 +1,8 @@
 //! sparse-transfer: texels, terms, rounding.
 
-use crate::steps::{Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference};
+use crate::steps::{
+    Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference,
+};
 use rayon::prelude::*;
 use relume_bake::bundle;
 use relume_bake::error::{BakeError, Result};
@@ -28,7 +30,8 @@ const TERMS: [usize; 4] = [MAX_TERMS, 256, 128, 64];
 
 /// Rows of all vertices, with what they reflect exactly under `lights`.
 fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows {
-    let (world, texels, weights) = (World::new(scene), Texels::new(rays_per_side), importance::weights(FACE_SIZE));
+    let (world, texels, weights) =
+        (World::new(scene), Texels::new(rays_per_side), importance::weights(FACE_SIZE));
     let pieces = receivers(scene);
     let pieces = pieces.par_chunks(16).map(|piece| {
         let mut rows = Rows::new(MAX_TERMS, 1);
@@ -72,29 +75,45 @@ pub fn ablation(name: &str) -> Result<()> {
     let states = at_states(&scene)?;
     let lit = |scene: &Scene| -> Result<(Environment, f32)> {
         let environment = scene.environment.as_ref();
-        let environment = environment.ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
+        let environment = environment
+            .ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
         Ok((environments(scene).swap_remove(0), environment.rotation_deg))
     };
     let maps = states.iter().map(lit).collect::<Result<Vec<_>>>()?;
     let of_state = |state: usize| (&maps[state % maps.len()].0.map, maps[state % maps.len()].1);
-    let rows = gathered(&scene, &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE), stored.meta.rays_per_texel.isqrt() as usize);
+    let rows = gathered(
+        &scene,
+        &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE),
+        stored.meta.rays_per_texel.isqrt() as usize,
+    );
     let lights = HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE);
 
     let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(state, 0)).collect();
-    let drawn = |radiance: &dyn Fn(usize) -> Vec<Rgb>| (0..states.len()).map(|at| drawings[at].draw(&radiance(at))).collect::<Vec<_>>();
+    let drawn = |radiance: &dyn Fn(usize) -> Vec<Rgb>| {
+        (0..states.len()).map(|at| drawings[at].draw(&radiance(at))).collect::<Vec<_>>()
+    };
     let mut steps = Steps::default();
-    let traced = |seed: u64, reflections: u32| states.iter().map(|s| reference(s, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>();
+    let traced = |seed: u64, reflections: u32| {
+        states.iter().map(|s| reference(s, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>()
+    };
     let truth = steps.push("path tracer", 0, traced(0, 1)?);
     steps.push("(the path tracer with other seeds)", truth, traced(1, 1)?);
     steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX)?);
-    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|at| exact(&states[at])));
-    let texels = steps.push("light of 6 × 64 × 64 texels, whole rows", vertices, drawn(&|at| whole_rows(&rows, at)));
+    let vertices =
+        steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|at| exact(&states[at])));
+    let texels =
+        steps.push("light of 6 × 64 × 64 texels, whole rows", vertices, drawn(&|at| whole_rows(&rows, at)));
     let mut most = texels;
     for terms in TERMS {
-        let number = steps.push(&format!("{terms} terms"), texels, drawn(&|at| of_terms(&rows, &lights, terms, at)));
+        let number =
+            steps.push(&format!("{terms} terms"), texels, drawn(&|at| of_terms(&rows, &lights, terms, at)));
         most = if terms == MAX_TERMS { number } else { most };
     }
-    let unrounded = steps.push(&format!("{kept} terms, as in the bundle"), most, drawn(&|at| of_terms(&rows, &lights, kept, at)));
+    let unrounded = steps.push(
+        &format!("{kept} terms, as in the bundle"),
+        most,
+        drawn(&|at| of_terms(&rows, &lights, kept, at)),
+    );
     let look = |at: usize| EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: maps[at].1 };
     let rounded = drawn(&|at| radiance(&stored, &light(&maps[at].0.map, &look(at), FACE_SIZE)));
     let rounded = steps.push("rounded to bytes", unrounded, rounded);

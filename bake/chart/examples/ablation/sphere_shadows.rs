@@ -1,6 +1,8 @@
 //! sphere-shadows: texels, lobes, spheres, caps, terms, levels.
 
-use crate::steps::{Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference};
+use crate::steps::{
+    Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference,
+};
 use crate::table_caps::blocked_by_table;
 use rayon::prelude::*;
 use relume_bake::bundle;
@@ -51,8 +53,13 @@ impl InState {
         let all: Vec<usize> = (0..shadows.rows.len()).collect();
         let posed = shown_in(&scene, &all, shadows, sets)?;
         let environment = scene.environment.as_ref();
-        let environment = environment.ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
-        let look = EnvironmentLook { map: String::new(), gain: environment.gain, rotation_deg: environment.rotation_deg };
+        let environment = environment
+            .ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
+        let look = EnvironmentLook {
+            map: String::new(),
+            gain: environment.gain,
+            rotation_deg: environment.rotation_deg,
+        };
         let planes = coefficients_of(&environments(&scene)[0].map, &look, SIDE);
         let mut texels = planes.clone();
         texels.iter_mut().for_each(|plane| inverse_cube(plane, SIDE));
@@ -61,7 +68,8 @@ impl InState {
             let lobes = [Lobe::Exact, Lobe::Blended].map(|lobe| lobe.of(receiver, shadows));
             let mut bitmap = [0; ROWS];
             for texel in (0..lobes[0].len()).filter(|texel| lobes.iter().any(|lobe| lobe[*texel] != 0.0)) {
-                bitmap[texel / 32] |= u32::from(world.occluded(tracing.origin, centre(texel), f32::INFINITY)) << (texel % 32);
+                bitmap[texel / 32] |=
+                    u32::from(world.occluded(tracing.origin, centre(texel), f32::INFINITY)) << (texel % 32);
             }
             bitmap
         };
@@ -74,7 +82,12 @@ impl InState {
         let of = |(receiver, blocked): (&Receiver, &Bitmap)| {
             let mut sums = [0.0f64; 3];
             let open = |texel: usize| blocked[texel / 32] >> (texel % 32) & 1 == 0;
-            for (texel, rho) in lobe.of(receiver, shadows).iter().enumerate().filter(|(texel, rho)| **rho != 0.0 && open(*texel)) {
+            for (texel, rho) in lobe
+                .of(receiver, shadows)
+                .iter()
+                .enumerate()
+                .filter(|(texel, rho)| **rho != 0.0 && open(*texel))
+            {
                 (0..3).for_each(|c| sums[c] += f64::from(self.texels[c][texel]) * f64::from(*rho));
             }
             sums.map(|sum| sum as f32)
@@ -117,38 +130,60 @@ pub fn ablation(name: &str) -> Result<()> {
     let with_spheres = scene.objects.iter().filter(|object| object.spheres.is_some());
     let read = |object: &Object| SphereSet::read_file(&folder.join(sphere_set_file(&object.name)));
     let sets = with_spheres.map(read).collect::<relume_formats::Result<Vec<SphereSet>>>()?;
-    let states = at_states(&scene)?.into_iter().map(|state| InState::new(state, &shadows, &sets)).collect::<Result<Vec<_>>>()?;
+    let states = at_states(&scene)?
+        .into_iter()
+        .map(|state| InState::new(state, &shadows, &sets))
+        .collect::<Result<Vec<_>>>()?;
     let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(&state.scene, 0)).collect();
     let drawn = |radiance: &dyn Fn(&InState) -> Vec<Rgb>| {
-        drawings.iter().zip(&states).map(|(drawing, state)| drawing.draw(&radiance(state))).collect::<Vec<_>>()
+        drawings
+            .iter()
+            .zip(&states)
+            .map(|(drawing, state)| drawing.draw(&radiance(state)))
+            .collect::<Vec<_>>()
     };
     let mut steps = Steps::default();
-    let traced =
-        |seed: u64, reflections: u32| states.iter().map(|s| reference(&s.scene, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>();
+    let traced = |seed: u64, reflections: u32| {
+        states.iter().map(|s| reference(&s.scene, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>()
+    };
     let truth = steps.push("path tracer", 0, traced(0, 1)?);
     steps.push("(the path tracer with other seeds)", truth, traced(1, 1)?);
     steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX)?);
-    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|state| exact(&state.scene)));
+    let vertices = steps.push(
+        "exact radiance at vertices, drawn by the mesh",
+        truth,
+        drawn(&|state| exact(&state.scene)),
+    );
     let texels = steps.push(
         "light and visibility of 6 × 32 × 32 texels",
         vertices,
         drawn(&|state| state.sum(Lobe::Exact, &shadows, &state.by_mesh)),
     );
-    let grid = steps.push("lobes from the grid of normals", texels, drawn(&|state| state.sum(Lobe::Blended, &shadows, &state.by_mesh)));
-    let by_spheres =
-        |state: &InState| state.sum(Lobe::Blended, &shadows, &state.blocked(|receiver| blocked(receiver, &state.posed.spheres)));
+    let grid = steps.push(
+        "lobes from the grid of normals",
+        texels,
+        drawn(&|state| state.sum(Lobe::Blended, &shadows, &state.by_mesh)),
+    );
+    let by_spheres = |state: &InState| {
+        state.sum(Lobe::Blended, &shadows, &state.blocked(|receiver| blocked(receiver, &state.posed.spheres)))
+    };
     let spheres = steps.push("spheres instead of meshes, exact caps", grid, drawn(&by_spheres));
     let table = VisibilityTable::bake();
     let by_table = |state: &InState| {
         let spheres = &state.posed.spheres;
         let cap = |receiver: &Receiver| {
-            if receiver.own.is_some() { blocked(receiver, spheres) } else { blocked_by_table(receiver, spheres, &table) }
+            if receiver.own.is_some() {
+                blocked(receiver, spheres)
+            } else {
+                blocked_by_table(receiver, spheres, &table)
+            }
         };
         state.sum(Lobe::Blended, &shadows, &state.blocked(cap))
     };
     steps.push("(caps from the table, off the objects with spheres)", spheres, drawn(&by_table));
     let whole = lobes(&shadows, None);
-    let all_terms = |state: &InState| state.posed.under(&whole, &light(state.planes.clone(), None), Levels::All);
+    let all_terms =
+        |state: &InState| state.posed.under(&whole, &light(state.planes.clone(), None), Levels::All);
     let wavelets = steps.push("wavelets, all terms", spheres, drawn(&all_terms));
     let Detail { terms, levels } = Detail::of(&shadows.meta);
     let kept = lobes(&shadows, terms);
@@ -162,7 +197,10 @@ pub fn ablation(name: &str) -> Result<()> {
         let vertices = first..first + object.mesh.positions.len() as u32;
         first = vertices.end;
         let masks: Vec<Vec<bool>> = drawings.iter().map(|drawing| drawing.shows(vertices.clone())).collect();
-        steps.print(&format!("sphere-shadows, {name}, `{}`", object.name), &masks.iter().map(|mask| &mask[..]).collect::<Vec<_>>());
+        steps.print(
+            &format!("sphere-shadows, {name}, `{}`", object.name),
+            &masks.iter().map(|mask| &mask[..]).collect::<Vec<_>>(),
+        );
     }
     Ok(())
 }

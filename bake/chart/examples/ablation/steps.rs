@@ -1,4 +1,5 @@
-//! Images of the same states with one approximation after the other, and how far each is from the path tracer and from the one before.
+//! Images of the same states with one approximation after the other, and how far each is from the path tracer
+//! and from the one before.
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -91,7 +92,8 @@ impl Drawing {
                     continue;
                 };
                 let Owner::Material(material) = hit.owner else { continue };
-                let albedo = Vec3A::from(scene.materials[material as usize].brdf.diffuse_albedo()) * hit.albedo;
+                let albedo =
+                    Vec3A::from(scene.materials[material as usize].brdf.diffuse_albedo()) * hit.albedo;
                 let [v, w] = hit.barycentric;
                 for (vertex, share) in corners[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w]) {
                     *shares.entry(vertex).or_insert(Vec3A::ZERO) += albedo * (share / SAMPLES as f32);
@@ -99,7 +101,8 @@ impl Drawing {
             }
             (background / SAMPLES as f32, shares.into_iter().collect::<Vec<_>>())
         };
-        let (background, shares): (Vec<_>, Vec<Vec<_>>) = (0..SIZE[0] * SIZE[1]).into_par_iter().map(pixel).unzip();
+        let (background, shares): (Vec<_>, Vec<Vec<_>>) =
+            (0..SIZE[0] * SIZE[1]).into_par_iter().map(pixel).unzip();
         let shows_surface = shares.iter().map(|shares| !shares.is_empty()).collect();
         Self { background, shares, shows_surface }
     }
@@ -112,14 +115,16 @@ impl Drawing {
     /// The image with these radiances of white surfaces at all vertices.
     pub fn draw(&self, radiance: &[Rgb]) -> Vec<Rgb> {
         let of = |(background, shares): (&Vec3A, &Vec<(u32, Vec3A)>)| {
-            let surfaces: Vec3A = shares.iter().map(|(vertex, share)| *share * Vec3A::from(radiance[*vertex as usize])).sum();
+            let surfaces: Vec3A =
+                shares.iter().map(|(vertex, share)| *share * Vec3A::from(radiance[*vertex as usize])).sum();
             (*background + surfaces).to_array()
         };
         self.background.iter().zip(&self.shares).map(of).collect()
     }
 }
 
-/// Radiance of a white surface at every vertex under direct light as the scene has it: many samples of the lights, nothing rounded to texels.
+/// Radiance of a white surface at every vertex under direct light as the scene has it: many samples of the
+/// lights, nothing rounded to texels.
 pub fn exact(scene: &Scene) -> Vec<Rgb> {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -150,10 +155,12 @@ pub fn exact(scene: &Scene) -> Vec<Rgb> {
 /// What the player shows of `method` of the bundle in `folder`, in the first states.
 pub fn played(scene: &Scene, method: &str, folder: &Path) -> Result<Vec<Vec<Rgb>>> {
     let temporary = tempfile::tempdir().map_err(|e| Error::output(&Place::file(std::env::temp_dir()), e))?;
-    let (animation, pattern) = (temporary.path().join("states.toml"), temporary.path().join("%04d.exr").display().to_string());
+    let (animation, pattern) =
+        (temporary.path().join("states.toml"), temporary.path().join("%04d.exr").display().to_string());
     let states: Vec<_> = (0..STATES).map(|number| states::random(scene, number)).collect();
     states::write_animation(&states, &animation)?;
-    Playing { folder, method, animation: &animation, frames: STATES, size: SIZE, exr: Some(&pattern) }.play()?;
+    Playing { folder, method, animation: &animation, frames: STATES, size: SIZE, exr: Some(&pattern) }
+        .play()?;
     (0..STATES).map(|frame| stored::read(&temporary.path().join(format!("{frame:04}.exr")), SIZE)).collect()
 }
 
@@ -183,17 +190,20 @@ impl Steps {
         self.steps.len() - 1
     }
 
-    /// Prints each step's error against the truth and against the step that it builds on, state by state and their median.
+    /// Prints each step's error against the truth and against the step that it builds on, state by state and
+    /// their median.
     pub fn print(&self, title: &str, masks: &[&[bool]]) {
         println!("\n**{title}**: relative L2 to the path tracer, % (to the step before)\n");
         let states: Vec<String> = (0..masks.len()).map(|state| format!(" state {state} |")).collect();
         println!("| step |{} median |\n|---|{}", states.concat(), "---|".repeat(masks.len() + 1));
         let truth = &self.steps[0].2;
         for (name, before, images) in self.steps.iter().skip(1) {
-            let errors =
-                |from: &[Vec<Rgb>]| -> Vec<f64> { (0..masks.len()).map(|at| percent(&images[at], &from[at], masks[at])).collect() };
+            let errors = |from: &[Vec<Rgb>]| -> Vec<f64> {
+                (0..masks.len()).map(|at| percent(&images[at], &from[at], masks[at])).collect()
+            };
             let (to_truth, to_before) = (errors(truth), errors(&self.steps[*before].2));
-            let cells: String = to_truth.iter().zip(&to_before).map(|(a, b)| format!(" {a:.2} ({b:.2}) |")).collect();
+            let cells: String =
+                to_truth.iter().zip(&to_before).map(|(a, b)| format!(" {a:.2} ({b:.2}) |")).collect();
             println!("| {name} |{cells} {:.2} ({:.2}) |", median(&to_truth), median(&to_before));
         }
     }

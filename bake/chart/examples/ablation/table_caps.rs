@@ -5,7 +5,8 @@ use relume_formats::basis::cap::{self, Bitmap};
 use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres};
 use relume_formats::kinds::VisibilityTable;
 
-/// What [`blocked`](relume_formats::evaluate::sphere_shadows::blocked) does, with caps from the table; for receivers that are on no object with spheres.
+/// What [`blocked`](relume_formats::evaluate::sphere_shadows::blocked) does, with caps from the table; for
+/// receivers that are on no object with spheres.
 pub fn blocked_by_table(receiver: &Receiver, sets: &[Spheres], table: &VisibilityTable) -> Bitmap {
     let mut bytes = [0; 768];
     for [x, y, z, radius] in sets.iter().flat_map(|set| &set.now) {

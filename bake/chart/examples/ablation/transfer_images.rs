@@ -8,7 +8,9 @@ use relume_bake::bundle;
 use relume_bake::compress::statistics::median;
 use relume_bake::error::Result;
 use relume_bake::methods::asked::Asked;
-use relume_bake::methods::transfer_images::held_out::{OnBases, SPACING, editable_coefficients, one_pixel_in};
+use relume_bake::methods::transfer_images::held_out::{
+    OnBases, SPACING, editable_coefficients, one_pixel_in,
+};
 use relume_bake::methods::transfer_images::{METHOD, NAME, basis_for};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
@@ -61,7 +63,9 @@ impl Film<'_> {
         let gather = Gather::new(self.scene, &self.world, &lights, SIZE, self.scene.reflections, 0);
         let pixel = |pixel: &u32| {
             let mut sums = vec![DVec3::ZERO; self.states.len()];
-            gather.pixel(*pixel, samples, |path| sums.iter_mut().enumerate().for_each(|(state, sum)| *sum += radiance(state, path)));
+            gather.pixel(*pixel, samples, |path| {
+                sums.iter_mut().enumerate().for_each(|(state, sum)| *sum += radiance(state, path))
+            });
             sums.into_iter().map(|sum| (sum / f64::from(samples)).as_vec3().to_array()).collect()
         };
         let pixels: Vec<Vec<Rgb>> = self.pixels.par_iter().map(pixel).collect();
@@ -76,14 +80,18 @@ impl Film<'_> {
     fn analytic(&self, samples: u32) -> Images {
         let materials = self.materials();
         self.gathered(samples, |state, path| {
-            radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[state][m as usize], albedo, angles)).as_dvec3()
+            radiance_of(path, |m, albedo, angles| {
+                brdf::evaluate(&materials[state][m as usize], albedo, angles)
+            })
+            .as_dvec3()
         })
     }
 
     /// With the first `bases` of `basis`.
     fn on_bases(&self, samples: u32, basis: &BrdfBasis, bases: usize) -> Images {
         let materials = self.materials();
-        let coefficients: Vec<_> = materials.iter().map(|materials| editable_coefficients(self.scene, basis, materials)).collect();
+        let coefficients: Vec<_> =
+            materials.iter().map(|materials| editable_coefficients(self.scene, basis, materials)).collect();
         self.gathered(samples, |state, path| {
             let on = OnBases { basis, materials: &materials[state], coefficients: &coefficients[state] };
             radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
@@ -92,13 +100,17 @@ impl Film<'_> {
 
     /// Of whole images.
     fn some(&self, images: Vec<Vec<Rgb>>) -> Images {
-        images.into_iter().map(|image| self.pixels.iter().map(|pixel| image[*pixel as usize]).collect()).collect()
+        images
+            .into_iter()
+            .map(|image| self.pixels.iter().map(|pixel| image[*pixel as usize]).collect())
+            .collect()
     }
 
     /// Prints the errors of `images` to `truth`, state by state.
     fn print(&self, name: &str, images: &Images, truth: &Images) {
         let all = vec![true; self.pixels.len()];
-        let errors: Vec<f64> = images.iter().zip(truth).map(|(image, truth)| percent(image, truth, &all)).collect();
+        let errors: Vec<f64> =
+            images.iter().zip(truth).map(|(image, truth)| percent(image, truth, &all)).collect();
         let cells: String = errors.iter().map(|error| format!(" {error:.3} |")).collect();
         println!("| {name} |{cells} {:.3} |", median(&errors));
     }
@@ -131,7 +143,10 @@ pub fn ablation(name: &str) -> Result<()> {
     let pixels = without_lights(&scene, &world, one_pixel_in(SPACING, SIZE));
     let film = Film { scene: &scene, world, states, pixels };
     println!("\n**transfer-images, {name}**: relative L2, %\n");
-    println!("| what is compared |{} median |", (0..STATES).map(|state| format!(" state {state} |")).collect::<String>());
+    println!(
+        "| what is compared |{} median |",
+        (0..STATES).map(|state| format!(" state {state} |")).collect::<String>()
+    );
     println!("|---|{}", "---|".repeat(STATES as usize + 1));
     let (two, unlimited) = (film.traced(1, scene.reflections), film.traced(1, u32::MAX));
     film.print("noise of the truth: 1024 samples, other seeds", &film.traced(2, scene.reflections), &two);
@@ -142,11 +157,20 @@ pub fn ablation(name: &str) -> Result<()> {
     let analytic = film.analytic(samples);
     let basis = basis_for(&scene, BASES[BASES.len() - 1])?;
     for bases in BASES {
-        film.print(&format!("{bases} bases, on the same paths"), &film.on_bases(samples, &basis, bases), &analytic);
+        film.print(
+            &format!("{bases} bases, on the same paths"),
+            &film.on_bases(samples, &basis, bases),
+            &analytic,
+        );
     }
     let unrounded = film.on_bases(samples, &stored_basis, bases);
     let on_bases = |state: &Scene| -> Vec<Vec<Rgb>> {
-        scene.vary.materials.iter().filter_map(|m| stored_basis.coefficients_of(&state.materials[*m].brdf)).collect()
+        scene
+            .vary
+            .materials
+            .iter()
+            .filter_map(|m| stored_basis.coefficients_of(&state.materials[*m].brdf))
+            .collect()
     };
     let stored = film.states.iter().map(|state| evaluate(&images, &on_bases(state))).collect();
     let stored = film.some(stored);

@@ -1,19 +1,23 @@
 //! What two charts of a scene say differently.
 //!
-//! Errors and bytes follow from the scene and the seeds, so they should not differ at all. Times do; a time ratio differs if it lies outside of the interval that was printed for it.
+//! Errors and bytes follow from the scene and the seeds, so they should not differ at all. Times do; a time
+//! ratio differs if it lies outside of the interval that was printed for it.
 
 use crate::figures::{Chart, ImageErrors, Point};
 
 /// Lines that say what in `after` is not as in `before`, or the one that nothing is.
 pub fn between(before: &Chart, after: &Chart) -> Vec<String> {
     let mut lines = conditions(before, after);
-    lines.extend(errors(&before.noise, &after.noise).map(|change| format!("noise of the reference: {change}")));
+    lines.extend(
+        errors(&before.noise, &after.noise).map(|change| format!("noise of the reference: {change}")),
+    );
     for point in &after.points {
         match before.points.iter().find(|old| old.name() == point.name()) {
             None => lines.push(format!("{}: new point", point.name())),
-            Some(old) => {
-                lines.extend(of_point(old, point, before.baseline == after.baseline).map(|change| format!("{}: {change}", point.name())))
-            }
+            Some(old) => lines.extend(
+                of_point(old, point, before.baseline == after.baseline)
+                    .map(|change| format!("{}: {change}", point.name())),
+            ),
         }
     }
     let gone = before.points.iter().filter(|old| after.points.iter().all(|point| point.name() != old.name()));
@@ -38,15 +42,31 @@ fn conditions(before: &Chart, after: &Chart) -> Vec<String> {
         ]
     };
     let pairs = told(before).into_iter().zip(told(after));
-    pairs.filter(|(old, new)| old.1 != new.1).map(|((name, old), (_, new))| format!("{name}: {new}, was {old}")).collect()
+    pairs
+        .filter(|(old, new)| old.1 != new.1)
+        .map(|((name, old), (_, new))| format!("{name}: {new}, was {old}"))
+        .collect()
 }
 
-fn of_point<'a>(before: &'a Point, after: &'a Point, one_baseline: bool) -> impl Iterator<Item = String> + 'a {
-    let bytes =
-        [("bytes on disk", before.bytes_on_disk, after.bytes_on_disk), ("bytes in memory", before.bytes_in_memory, after.bytes_in_memory)];
-    let bytes = bytes.into_iter().filter(|(_, old, new)| old != new).map(|(name, old, new)| format!("{name} {new}, were {old}"));
+fn of_point<'a>(
+    before: &'a Point,
+    after: &'a Point,
+    one_baseline: bool,
+) -> impl Iterator<Item = String> + 'a {
+    let bytes = [
+        ("bytes on disk", before.bytes_on_disk, after.bytes_on_disk),
+        ("bytes in memory", before.bytes_in_memory, after.bytes_in_memory),
+    ];
+    let bytes = bytes
+        .into_iter()
+        .filter(|(_, old, new)| old != new)
+        .map(|(name, old, new)| format!("{name} {new}, were {old}"));
     let settings = (before.settings != after.settings).then(|| "other settings".to_owned());
-    settings.into_iter().chain(errors(&before.errors, &after.errors)).chain(bytes).chain(ratio(before, after, one_baseline))
+    settings.into_iter().chain(errors(&before.errors, &after.errors)).chain(bytes).chain(ratio(
+        before,
+        after,
+        one_baseline,
+    ))
 }
 
 fn ratio(before: &Point, after: &Point, one_baseline: bool) -> Option<String> {
@@ -57,11 +77,15 @@ fn ratio(before: &Point, after: &Point, one_baseline: bool) -> Option<String> {
 
 /// The figures that differ at all, in full.
 fn errors<'a>(before: &'a ImageErrors, after: &'a ImageErrors) -> impl Iterator<Item = String> + use<'a> {
-    let told = |e: &ImageErrors| [("relative L2", e.relative_l2), ("relMSE", e.rel_mse), ("FLIP", e.flip), ("maximum", e.maximum)];
+    let told = |e: &ImageErrors| {
+        [("relative L2", e.relative_l2), ("relMSE", e.rel_mse), ("FLIP", e.flip), ("maximum", e.maximum)]
+    };
     let pairs = told(before).into_iter().zip(told(after));
     pairs.flat_map(|((name, old), (_, new))| {
         let both = [("median", old.median, new.median), ("worst", old.worst, new.worst)];
-        both.into_iter().filter(|(_, old, new)| old != new).map(move |(which, old, new)| format!("{name}, {which} {new}, was {old}"))
+        both.into_iter()
+            .filter(|(_, old, new)| old != new)
+            .map(move |(which, old, new)| format!("{name}, {which} {new}, was {old}"))
     })
 }
 
@@ -120,6 +144,11 @@ mod tests {
             c.points[1].frame.ratio = 9.0;
             c.baseline = c.points[0].name();
         });
-        assert_eq!(lines, ["baseline of the time ratios: transfer-images, 256 spp, 2 bases, was transfer-images, 256 spp, 6 bases"]);
+        assert_eq!(
+            lines,
+            [
+                "baseline of the time ratios: transfer-images, 256 spp, 2 bases, was transfer-images, 256 spp, 6 bases"
+            ]
+        );
     }
 }

@@ -19,12 +19,16 @@ use std::path::{Path, PathBuf};
 /// The page.
 const PAGE: &str = "README.md";
 
-/// Makes the charts of `scenes` with `chart`, which returns the folder that it left one in, puts them into the gallery in `folder`, and writes its page anew after each; what
-/// it returns says what changed.
+/// Makes the charts of `scenes` with `chart`, which returns the folder that it left one in, puts them into
+/// the gallery in `folder`, and writes its page anew after each; what it returns says what changed.
 ///
 /// # Errors
 /// What `chart` returns, or if a file of a chart or of the gallery cannot be read or written.
-pub fn make(scenes: &[String], folder: &Path, mut chart: impl FnMut(&str) -> Result<PathBuf>) -> Result<String> {
+pub fn make(
+    scenes: &[String],
+    folder: &Path,
+    mut chart: impl FnMut(&str) -> Result<PathBuf>,
+) -> Result<String> {
     let mut text = String::new();
     for scene in scenes {
         let published = chart(scene).and_then(|from| publish(&from, folder));
@@ -36,7 +40,8 @@ pub fn make(scenes: &[String], folder: &Path, mut chart: impl FnMut(&str) -> Res
     Ok(text)
 }
 
-/// The scenes of the library that can be charted; says on stderr why others cannot: `fits` refuses them, or an asset is not there.
+/// The scenes of the library that can be charted; says on stderr why others cannot: `fits` refuses them, or
+/// an asset is not there.
 ///
 /// # Errors
 /// If there is no library, or one of its scenes is broken.
@@ -77,7 +82,9 @@ pub fn expect_plain(scene: &str, place: &Place) -> Result<()> {
     if is_plain_name(scene) {
         return Ok(());
     }
-    let reason = format!("scene `{scene}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name");
+    let reason = format!(
+        "scene `{scene}` is no plain file name of a-z A-Z 0-9 . _ - and blanks; give it another name"
+    );
     Err(BakeError::invalid(place, reason))
 }
 
@@ -90,7 +97,8 @@ fn publish(from: &Path, gallery: &Path) -> Result<String> {
     create_folder(&to)?;
     // The figures come last: they stand for the rest.
     for name in [PICTURE, SVG, JSON] {
-        let bytes = std::fs::read(from.join(name)).map_err(|e| Error::output(&Place::file(from.join(name)), e))?;
+        let bytes =
+            std::fs::read(from.join(name)).map_err(|e| Error::output(&Place::file(from.join(name)), e))?;
         replace_file(&to.join(name), &bytes)?;
     }
     let lines = match before {
@@ -112,7 +120,10 @@ fn write_page(gallery: &Path) -> Result<PathBuf> {
 fn charts(gallery: &Path) -> Result<Vec<Chart>> {
     create_folder(gallery)?;
     let entries = std::fs::read_dir(gallery).map_err(|e| Error::output(&Place::file(gallery), e))?;
-    let mut folders: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.join(JSON).is_file()).collect();
+    let mut folders: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.join(JSON).is_file())
+        .collect();
     folders.sort();
     let read = |folder: &PathBuf| {
         let chart = Chart::read(folder)?;
@@ -151,7 +162,10 @@ mod tests {
         let gallery = folder.path().join("gallery");
         let scenes = ["b".to_owned(), "a".to_owned()];
         let text = make(&scenes, &gallery, |scene| Ok(left_in(folder.path(), &named(scene)))).unwrap();
-        assert_eq!(text, format!("b: new in the gallery\na: new in the gallery\n{}\n", gallery.join(PAGE).display()));
+        assert_eq!(
+            text,
+            format!("b: new in the gallery\na: new in the gallery\n{}\n", gallery.join(PAGE).display())
+        );
         for scene in ["a", "b"] {
             assert_eq!(Chart::read(&gallery.join(scene)).unwrap(), named(scene));
             assert_eq!(std::fs::read(gallery.join(scene).join(PICTURE)).unwrap(), scene.as_bytes());
@@ -163,7 +177,10 @@ mod tests {
         let mut other = named("a");
         other.points[0].bytes_on_disk += 1;
         let text = make(&scenes[1..], &gallery, |_| Ok(left_in(folder.path(), &other))).unwrap();
-        assert!(text.starts_with("a: transfer-images, 256 spp, 2 bases: bytes on disk 1200001, were 1200000\n"), "{text}");
+        assert!(
+            text.starts_with("a: transfer-images, 256 spp, 2 bases: bytes on disk 1200001, were 1200000\n"),
+            "{text}"
+        );
         assert_eq!(Chart::read(&gallery.join("a")).unwrap(), other);
         let text = make(&scenes[1..], &gallery, |_| Ok(left_in(folder.path(), &other))).unwrap();
         assert!(text.starts_with("a: all figures as before"), "{text}");
@@ -178,7 +195,8 @@ mod tests {
         std::fs::write(gallery.join("a").join(JSON), "{}").unwrap();
         let message = make(&[], &gallery, |_| unreachable!()).unwrap_err().to_string();
         assert!(message.contains("a/chart.json"), "{message}");
-        let text = make(&["a".to_owned()], &gallery, |scene| Ok(left_in(folder.path(), &named(scene)))).unwrap();
+        let text =
+            make(&["a".to_owned()], &gallery, |scene| Ok(left_in(folder.path(), &named(scene)))).unwrap();
         assert!(text.starts_with("a: replaces what could not be read"), "{text}");
         std::fs::rename(gallery.join("a"), gallery.join("b")).unwrap();
         let message = make(&[], &gallery, |_| unreachable!()).unwrap_err().to_string();
@@ -193,7 +211,8 @@ mod tests {
             other => Err(BakeError::invalid(&place, format!("{other} does not fit"))),
         };
         assert_eq!(scenes(only).unwrap(), ["cornell-knot", "ring"]);
-        let stopped = scenes(|_| Err(BakeError::Interrupted(relume_bake::interrupted::Interrupted))).unwrap_err();
+        let stopped =
+            scenes(|_| Err(BakeError::Interrupted(relume_bake::interrupted::Interrupted))).unwrap_err();
         assert_eq!(stopped.exit_code(), 130, "not every error is a misfit");
     }
 

@@ -19,7 +19,8 @@ pub fn page(charts: &[Chart]) -> String {
 
 /// What of a scene stands on the page.
 fn section(chart: &Chart) -> String {
-    let Chart { scene, size, states, reference_samples, picture, adapter, machine, date, program, .. } = chart;
+    let Chart { scene, size, states, reference_samples, picture, adapter, machine, date, program, .. } =
+        chart;
     let (folder, factor) = (scene.replace(' ', "%20"), rounded(f64::from(picture.factor), 3));
     format!(
         "## {scene}\n\n\
@@ -50,8 +51,11 @@ fn least<'a>(points: impl Iterator<Item = &'a Point>, of: impl Fn(&Point) -> f64
 /// What the chart shows, in a line.
 fn line(chart: &Chart) -> String {
     let best = |of: fn(&Point) -> f64| least(chart.points.iter(), of);
-    let superlatives =
-        [("most exact", best(error)), ("fastest", best(|p| p.frame.median_ms)), ("smallest", best(|p| p.bytes_on_disk as f64))];
+    let superlatives = [
+        ("most exact", best(error)),
+        ("fastest", best(|p| p.frame.median_ms)),
+        ("smallest", best(|p| p.bytes_on_disk as f64)),
+    ];
     let mut said: Vec<(String, &Point)> = Vec::new();
     for (word, point) in superlatives.into_iter().filter_map(|(word, point)| Some((word, point?))) {
         match said.iter_mut().find(|(_, other)| other.name() == point.name()) {
@@ -60,7 +64,8 @@ fn line(chart: &Chart) -> String {
         }
     }
     let clause = |(words, p): &(String, &Point)| {
-        let cost = format!("{} a frame and {}", milliseconds(p.frame.median_ms), bytes(p.bytes_on_disk as f64));
+        let cost =
+            format!("{} a frame and {}", milliseconds(p.frame.median_ms), bytes(p.bytes_on_disk as f64));
         format!("{words} is {}: {} at {cost}", p.name(), percent(error(p)))
     };
     let mut text = said.iter().map(clause).collect::<Vec<_>>().join("; ");
@@ -68,17 +73,27 @@ fn line(chart: &Chart) -> String {
         first.make_ascii_uppercase();
     }
     let noise = chart.noise.relative_l2.median;
-    text + &format!(". The references themselves are known to {}{}.", percent(noise), seen_through(best(error), noise))
+    text + &format!(
+        ". The references themselves are known to {}{}.",
+        percent(noise),
+        seen_through(best(error), noise)
+    )
 }
 
 /// A word of caution where noise is a good part of the least error.
 fn seen_through(best: Option<&Point>, noise: f64) -> &'static str {
-    if best.is_some_and(|p| error(p) < 2.0 * noise) { ", which is a good part of the least error here" } else { "" }
+    if best.is_some_and(|p| error(p) < 2.0 * noise) {
+        ", which is a good part of the least error here"
+    } else {
+        ""
+    }
 }
 
 /// Of each method the most exact and the cheapest point, and the noise.
 fn table(chart: &Chart) -> String {
-    let mut text = "| method | point | relative L2 | FLIP | frame | on disk | bake |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let mut text =
+        "| method | point | relative L2 | FLIP | frame | on disk | bake |\n|---|---|---|---|---|---|---|\n"
+            .to_owned();
     let mut methods: Vec<&str> = Vec::new();
     chart.points.iter().for_each(|p| {
         if !methods.contains(&p.method.as_str()) {
@@ -89,7 +104,9 @@ fn table(chart: &Chart) -> String {
         let own = || chart.points.iter().filter(|p| p.method == method);
         let (exact, cheap) = (least(own(), error), least(own(), |p| p.frame.median_ms));
         let same = exact.zip(cheap).is_some_and(|(a, b)| a.name() == b.name());
-        exact.into_iter().for_each(|p| text += &row(p, if same { "most exact and fastest" } else { "most exact" }));
+        exact
+            .into_iter()
+            .for_each(|p| text += &row(p, if same { "most exact and fastest" } else { "most exact" }));
         cheap.filter(|_| !same).into_iter().for_each(|p| text += &row(p, "fastest"));
     }
     let noise = &chart.noise;
@@ -155,7 +172,9 @@ mod tests {
         let mut alone = chart();
         alone.points.truncate(1);
         assert!(
-            line(&alone).starts_with("Most exact and fastest and smallest is transfer-images, 256 spp, 2 bases: 5.16 % at"),
+            line(&alone).starts_with(
+                "Most exact and fastest and smallest is transfer-images, 256 spp, 2 bases: 5.16 % at"
+            ),
             "{}",
             line(&alone)
         );
@@ -166,9 +185,13 @@ mod tests {
     fn the_page_shows_chart_and_picture_of_every_scene() {
         let charts = ["one scene", "two"].map(|scene| Chart { scene: scene.to_owned(), ..chart() });
         let page = page(&charts);
-        for link in ["(one%20scene/picture.png)", "(one%20scene/chart.svg)", "(two/picture.png)", "(two/chart.svg)"] {
+        for link in
+            ["(one%20scene/picture.png)", "(one%20scene/chart.svg)", "(two/picture.png)", "(two/chart.svg)"]
+        {
             assert_eq!(page.matches(link).count(), 1, "{link}");
         }
-        assert!(page.contains("From the left: transfer-images, 256 spp, 6 bases; the reference; the difference, times 20."));
+        assert!(page.contains(
+            "From the left: transfer-images, 256 spp, 6 bases; the reference; the difference, times 20."
+        ));
     }
 }

@@ -8,7 +8,8 @@ use std::path::Path;
 /// How much larger than the least an error may be and count as equal.
 const EQUAL: f64 = 1.05;
 
-/// The point of a method that comes nearest to the reference; of those as near as makes no difference, the one whose frames are fastest.
+/// The point of a method that comes nearest to the reference; of those as near as makes no difference, the
+/// one whose frames are fastest.
 #[derive(Debug, Serialize)]
 pub(super) struct BestPoint {
     /// Series and label.
@@ -30,7 +31,9 @@ pub(super) fn read(folder: &Path) -> BTreeMap<String, BestPoint> {
     let Ok(chart) = Chart::read(folder) else { return BTreeMap::new() };
     let mut methods: BTreeMap<&str, Vec<&Point>> = BTreeMap::new();
     chart.points.iter().for_each(|point| methods.entry(&point.method).or_default().push(point));
-    let best = methods.into_iter().filter_map(|(method, points)| Some((method.to_owned(), BestPoint::of(nearest(&points)?, &chart))));
+    let best = methods
+        .into_iter()
+        .filter_map(|(method, points)| Some((method.to_owned(), BestPoint::of(nearest(&points)?, &chart))));
     best.collect()
 }
 
@@ -64,11 +67,17 @@ mod tests {
     fn what_makes_no_difference_is_not_paid_for() {
         let mut points = crate::test_chart::chart().points;
         points.truncate(4);
-        for (point, (error, ms)) in points.iter_mut().zip([(0.0260, 90.0), (0.0258, 600.0), (0.0272, 10.0), (0.0259, 100.0)]) {
+        for (point, (error, ms)) in
+            points.iter_mut().zip([(0.0260, 90.0), (0.0258, 600.0), (0.0272, 10.0), (0.0259, 100.0)])
+        {
             (point.errors.relative_l2.median, point.frame.median_ms) = (error, ms);
         }
         let points: Vec<&Point> = points.iter().collect();
-        assert_eq!(nearest(&points).map(|point| point.frame.median_ms), Some(90.0), "within a twentieth of the least, 0.0271");
+        assert_eq!(
+            nearest(&points).map(|point| point.frame.median_ms),
+            Some(90.0),
+            "within a twentieth of the least, 0.0271"
+        );
         assert!(nearest(&[]).is_none());
     }
 }

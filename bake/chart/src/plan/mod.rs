@@ -1,4 +1,5 @@
-//! What a scene needs: which methods serve what it varies, what baking with each will take, which one `bake run` takes and what is left out then.
+//! What a scene needs: which methods serve what it varies, what baking with each will take, which one `bake
+//! run` takes and what is left out then.
 
 mod charted;
 mod facts;
@@ -29,13 +30,15 @@ pub struct Folders<'a> {
 /// The plan for `scene`, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
 ///
 /// # Errors
-/// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses nothing.
+/// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses
+/// nothing.
 pub fn plan(scene: &Scene, folders: &Folders<'_>, json: bool) -> Result<String> {
     let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, folders)? };
     if !json {
         return Ok(text::of(&plan));
     }
-    let text = serde_json::to_string_pretty(&plan).map_err(|e| Error::invalid(&Place::file(&scene.file), e.to_string()))?;
+    let text = serde_json::to_string_pretty(&plan)
+        .map_err(|e| Error::invalid(&Place::file(&scene.file), e.to_string()))?;
     Ok(text + "\n")
 }
 
@@ -70,7 +73,8 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
     let mut shared = None;
     let mut candidate = |registered: &'static Registered| {
         let method = (registered.new)(&asked, scene);
-        let misfit = method.expect_fit(scene).err().map(|error| reason(&error.with_line().to_string(), scene));
+        let misfit =
+            method.expect_fit(scene).err().map(|error| reason(&error.with_line().to_string(), scene));
         let mut candidate = Candidate {
             name: method.name(),
             misfit,
@@ -88,7 +92,8 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
                 None => *shared.insert(bundle::predict_shared(scene, asked.size, asked.seed, &job)?),
             };
             candidate.leaves_out = method.leaves_out(scene);
-            candidate.predicted = Some(Prediction::new(&method.predict(scene, &job)?, &shared, method.chosen()));
+            candidate.predicted =
+                Some(Prediction::new(&method.predict(scene, &job)?, &shared, method.chosen()));
         }
         Ok(candidate)
     };
@@ -125,12 +130,15 @@ fn why(method: &Registered, misfit: Option<&str>) -> String {
 /// What the `chosen` method leaves out, and what no method does.
 fn not_modelled(scene: &Scene, chosen: Option<&Candidate>) -> Vec<String> {
     let vary = &scene.vary;
-    let moves = [("light", vary.light), ("view", vary.view), ("shape", vary.shape)].into_iter().filter(|(_, varies)| *varies);
+    let moves = [("light", vary.light), ("view", vary.view), ("shape", vary.shape)]
+        .into_iter()
+        .filter(|(_, varies)| *varies);
     let moves: Vec<&str> = moves.map(|(what, _)| what).collect();
     let both = !moves.is_empty() && !vary.materials.is_empty();
     let together = both.then(|| format!("no method varies materials together with {}", moves.join(", ")));
     let meta = bundle::stored_scene(scene, scene.size).meta;
-    let animations = chosen.map(|candidate| playable::split(scene, &meta, &[candidate.name]).1).unwrap_or_default();
+    let animations =
+        chosen.map(|candidate| playable::split(scene, &meta, &[candidate.name]).1).unwrap_or_default();
     let by_choice = chosen.iter().flat_map(|candidate| candidate.leaves_out.iter().cloned());
     by_choice.chain(together).chain(animations).chain(ignored(scene)).collect()
 }

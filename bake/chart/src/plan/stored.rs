@@ -53,19 +53,35 @@ pub(super) fn read(folder: &Path, scene: &Scene) -> Stored {
         method.is_some_and(|method| entry.reads == format!("{:032x}", method.reads(scene)))
     };
     if !manifest.methods.iter().any(|entry| serves(&entry)) {
-        return unusable(format!("{}: was baked from another state of the scene; `bake run` brings it up to date", folder.display()));
+        return unusable(format!(
+            "{}: was baked from another state of the scene; `bake run` brings it up to date",
+            folder.display()
+        ));
     }
     let report = report::read(folder);
     let figures = |entry: &MethodEntry| {
         let part = |key: &str| report.get(key).and_then(|part| part.get(&entry.name)).cloned();
         StoredFigures {
             folder: folder.display().to_string(),
-            settings: entry.settings.iter().filter(|(name, _)| *name != "revision").map(|(k, v)| (k.clone(), v.clone())).collect(),
+            settings: entry
+                .settings
+                .iter()
+                .filter(|(name, _)| *name != "revision")
+                .map(|(k, v)| (k.clone(), v.clone()))
+                .collect(),
             errors: entry.errors.clone(),
             bytes_on_disk: entry.files.iter().map(|(_, file)| file.bytes).sum(),
             tracing: part("methods").and_then(|part| part.as_object().cloned()).unwrap_or_default(),
             frame: part(report::FRAME),
         }
     };
-    Stored { methods: manifest.methods.iter().filter(serves).map(|entry| (entry.name.clone(), figures(entry))).collect(), unusable: None }
+    Stored {
+        methods: manifest
+            .methods
+            .iter()
+            .filter(serves)
+            .map(|entry| (entry.name.clone(), figures(entry)))
+            .collect(),
+        unusable: None,
+    }
 }

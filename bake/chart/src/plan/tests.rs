@@ -7,7 +7,8 @@ use serde_json::Value;
 use serde_json::json;
 use std::collections::BTreeMap;
 
-/// A ball on a plane under an even sky; `vary` and `render` are lines of these tables, `object` of the ball's.
+/// A ball on a plane under an even sky; `vary` and `render` are lines of these tables, `object` of the
+/// ball's.
 fn ball(vary: &str, render: &str, object: &str) -> Scene {
     let text = format!(
         "[vary]\n{vary}\n[render]\nsize = [32, 24]\n{render}\n\
@@ -36,7 +37,12 @@ fn json_of(scene: &Scene, bundles: &Path) -> Value {
 fn a_scene_that_varies_nothing_is_told_so() {
     let scene = ball("", "reflections = 1", "");
     let text = plan(&scene, &at(Path::new("none")), false).unwrap();
-    assert!(text.starts_with("ball varies nothing, so there is nothing to bake: make one image with `bake reference`"), "{text}");
+    assert!(
+        text.starts_with(
+            "ball varies nothing, so there is nothing to bake: make one image with `bake reference`"
+        ),
+        "{text}"
+    );
     let value = json_of(&scene, Path::new("none"));
     assert_eq!((&value["chosen"], &value["methods"]), (&Value::Null, &json!([])));
 }
@@ -46,7 +52,8 @@ fn what_no_method_does_is_said() {
     let scene = ball("light = true\nview = true\nmaterials = ['white']", "reflections = 1", "");
     let value = json_of(&scene, Path::new("none"));
     assert_eq!(value["chosen"], "sparse-transfer");
-    let left_out: Vec<&str> = value["not_modelled"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    let left_out: Vec<&str> =
+        value["not_modelled"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert_eq!(
         left_out,
         [
@@ -55,16 +62,38 @@ fn what_no_method_does_is_said() {
         ]
     );
     let methods = value["methods"].as_array().unwrap();
-    let fits: Vec<_> = methods.iter().map(|m| (m["name"].as_str().unwrap(), m["misfit"].is_null(), m["serves_all"] == true)).collect();
-    assert_eq!(fits, [("transfer-images", true, false), ("sparse-transfer", true, false), ("sphere-shadows", false, false)]);
-    assert!(methods[2]["misfit"].as_str().unwrap().starts_with("no object has spheres"), "{}", methods[2]["misfit"]);
+    let fits: Vec<_> = methods
+        .iter()
+        .map(|m| (m["name"].as_str().unwrap(), m["misfit"].is_null(), m["serves_all"] == true))
+        .collect();
+    assert_eq!(
+        fits,
+        [
+            ("transfer-images", true, false),
+            ("sparse-transfer", true, false),
+            ("sphere-shadows", false, false)
+        ]
+    );
+    assert!(
+        methods[2]["misfit"].as_str().unwrap().starts_with("no object has spheres"),
+        "{}",
+        methods[2]["misfit"]
+    );
 }
 
 #[test]
 fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() {
     let text = plan(&ball("shape = true", "reflections = 1", ""), &at(Path::new("none")), false).unwrap();
-    assert!(text.contains("\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"), "{text}");
-    assert!(text.contains("\nchosen: none; sphere-shadows, which would be, does not fit: no object has spheres"), "{text}");
+    assert!(
+        text.contains(
+            "\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"
+        ),
+        "{text}"
+    );
+    assert!(
+        text.contains("\nchosen: none; sphere-shadows, which would be, does not fit: no object has spheres"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -72,10 +101,15 @@ fn meshes_too_coarse_for_light_at_vertices_are_told() {
     let outdoors = ball("light = true\nview = true", "reflections = 1", "");
     let larger = |scene: &Scene, size: [u32; 2]| Scene { size, ..scene.clone() };
     let told = |scene: &Scene| json_of(scene, Path::new("none"))["not_modelled"].to_string();
-    // The plane's triangles, 0.7 m of the 2.9 m that the film shows of its middle and more before it, are those of 24 lines of pixels here.
+    // The plane's triangles, 0.7 m of the 2.9 m that the film shows of its middle and more before it, are
+    // those of 24 lines of pixels here.
     assert!(!told(&outdoors).contains("triangles"), "{}", told(&outdoors));
     let coarse = told(&larger(&outdoors, [512, 384]));
-    assert!(coarse.contains("shadows smaller than the triangles of `plane`") && coarse.contains("(more than 24 is coarse)"), "{coarse}");
+    assert!(
+        coarse.contains("shadows smaller than the triangles of `plane`")
+            && coarse.contains("(more than 24 is coarse)"),
+        "{coarse}"
+    );
     assert!(coarse.contains("raise `segments`") && coarse.contains("use transfer-images"), "{coarse}");
     // Images know the light at pixels.
     let materials = larger(&ball("materials = ['white']", "reflections = 1", ""), [512, 384]);
@@ -88,13 +122,20 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     let bundles = tempfile::tempdir().unwrap();
     let folder = bundles.path().join("ball");
     std::fs::create_dir(&folder).unwrap();
-    let reads = (Registered::find("transfer-images").unwrap().new)(&Asked::of_scene(&scene), &scene).reads(&scene);
+    let reads =
+        (Registered::find("transfer-images").unwrap().new)(&Asked::of_scene(&scene), &scene).reads(&scene);
     let method = MethodEntry {
         reads: format!("{reads:032x}"),
         name: "transfer-images".to_owned(),
-        files: vec![("brdf-basis".to_owned(), FileEntry::of("a.relume", &[0; 70])), ("b".to_owned(), FileEntry::of("b.relume", &[0; 30]))],
+        files: vec![
+            ("brdf-basis".to_owned(), FileEntry::of("a.relume", &[0; 70])),
+            ("b".to_owned(), FileEntry::of("b.relume", &[0; 30])),
+        ],
         settings: BTreeMap::from([("bases".to_owned(), json!(5))]),
-        errors: BTreeMap::from([("relative_l2_median".to_owned(), 0.0025), ("relative_l2_worst".to_owned(), 0.0075)]),
+        errors: BTreeMap::from([
+            ("relative_l2_median".to_owned(), 0.0025),
+            ("relative_l2_worst".to_owned(), 0.0075),
+        ]),
         measured_on: String::new(),
     };
     let mut manifest = Manifest {
@@ -133,5 +174,9 @@ fn the_best_point_of_a_chart_is_told() {
     let value = json_of(&scene, charts.path());
     assert_eq!(value["methods"][0]["charted"]["relative_l2_median"], best);
     let text = plan(&scene, &at(charts.path()), false).unwrap();
-    assert!(text.contains(&format!("{:.3} % median", 100.0 * best)) && text.contains("nearest to path traced images with"), "{text}");
+    assert!(
+        text.contains(&format!("{:.3} % median", 100.0 * best))
+            && text.contains("nearest to path traced images with"),
+        "{text}"
+    );
 }

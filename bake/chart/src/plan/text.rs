@@ -10,7 +10,11 @@ use std::collections::BTreeMap;
 /// The plan for a reader.
 pub(super) fn of(plan: &Plan) -> String {
     if plan.methods.is_empty() {
-        let ignored = if plan.not_modelled.is_empty() { String::new() } else { format!("not modelled:{}\n", bullets(&plan.not_modelled)) };
+        let ignored = if plan.not_modelled.is_empty() {
+            String::new()
+        } else {
+            format!("not modelled:{}\n", bullets(&plan.not_modelled))
+        };
         return format!("{} {}\n{ignored}", plan.scene, plan.why);
     }
     let mut text = format!("{} varies {}\n", plan.scene, varies(&plan.varies));
@@ -19,15 +23,22 @@ pub(super) fn of(plan: &Plan) -> String {
         Some(chosen) => format!("\nchosen: {chosen}, for {}\n", plan.why),
         None => format!("\nchosen: none; {}\n", plan.why),
     };
-    let list = if plan.not_modelled.is_empty() { " nothing that the scene has".to_owned() } else { bullets(&plan.not_modelled) };
+    let list = if plan.not_modelled.is_empty() {
+        " nothing that the scene has".to_owned()
+    } else {
+        bullets(&plan.not_modelled)
+    };
     text += &format!("not modelled:{list}\n");
-    plan.stored_unusable.iter().for_each(|reason| text += &format!("stored figures are left out: {reason}\n"));
+    plan.stored_unusable
+        .iter()
+        .for_each(|reason| text += &format!("stored figures are left out: {reason}\n"));
     text
 }
 
 fn varies(varies: &Varies) -> String {
     let flags = [("light", varies.light), ("view", varies.view), ("shape", varies.shape)];
-    let mut parts: Vec<String> = flags.into_iter().filter(|(_, on)| *on).map(|(name, _)| name.to_owned()).collect();
+    let mut parts: Vec<String> =
+        flags.into_iter().filter(|(_, on)| *on).map(|(name, _)| name.to_owned()).collect();
     if !varies.materials.is_empty() {
         let names: Vec<String> = varies.materials.iter().map(|name| format!("`{}`", plain(name))).collect();
         parts.push(format!("materials {}", names.join(", ")));
@@ -45,7 +56,8 @@ fn method(candidate: &Candidate) -> String {
     facts.extend(candidate.stored.iter().map(|s| ("stored", stored(s))));
     facts.extend(candidate.charted.iter().map(|c| ("charted", charted(c))));
     facts.extend(candidate.leaves_out.iter().map(|sentence| ("leaves out", sentence.clone())));
-    let lines: String = facts.iter().map(|(name, value)| format!("  {name:<10}  {}\n", plain(value))).collect();
+    let lines: String =
+        facts.iter().map(|(name, value)| format!("  {name:<10}  {}\n", plain(value))).collect();
     format!("\n{}: fits, {serves}\n{lines}", candidate.name)
 }
 
@@ -63,10 +75,13 @@ fn predicted(prediction: &Prediction) -> String {
 
 fn stored(figures: &StoredFigures) -> String {
     let StoredFigures { folder, settings: of_bake, errors, bytes_on_disk, tracing, frame } = figures;
-    let error = |name: &str| errors.get(name).map_or("unknown".to_owned(), |error| format!("{:.3} %", 100.0 * error));
+    let error =
+        |name: &str| errors.get(name).map_or("unknown".to_owned(), |error| format!("{:.3} %", 100.0 * error));
     let number = |name: &str| tracing.get(name).and_then(Value::as_f64);
     let traced = number("rays").zip(number("tracing_seconds"));
-    let traced = traced.map(|(rays, seconds)| format!(", {:.1} million rays in {}", rays / 1e6, duration(seconds))).unwrap_or_default();
+    let traced = traced
+        .map(|(rays, seconds)| format!(", {:.1} million rays in {}", rays / 1e6, duration(seconds)))
+        .unwrap_or_default();
     let median_ms = frame.as_ref().and_then(|frame| frame.get("median_ms")).and_then(Value::as_f64);
     let frame = median_ms.map(|ms| format!(", a frame in {ms:.2} ms")).unwrap_or_default();
     format!(
@@ -79,7 +94,16 @@ fn stored(figures: &StoredFigures) -> String {
 }
 
 fn charted(best: &BestPoint) -> String {
-    let BestPoint { point, relative_l2_median, relative_l2_worst, median_ms, bytes_on_disk, bake_seconds, date, adapter } = best;
+    let BestPoint {
+        point,
+        relative_l2_median,
+        relative_l2_worst,
+        median_ms,
+        bytes_on_disk,
+        bake_seconds,
+        date,
+        adapter,
+    } = best;
     format!(
         "nearest to path traced images with {point}: {:.3} % median, {:.3} % worst; {} on disk, a frame in {median_ms:.2} ms, baked in {} ({date}, {adapter})",
         100.0 * relative_l2_median,

@@ -25,9 +25,12 @@ pub struct LogAxis {
 impl LogAxis {
     /// An axis from `at[0]` to `at[1]` that holds all of `values`, which are positive and finite.
     pub fn new(values: impl Iterator<Item = f64>, at: [f64; 2]) -> Self {
-        let (low, high) = values.map(f64::ln).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = values
+            .map(f64::ln)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).max(LEAST_SPAN.ln()) * (1.0 + 2.0 * MARGIN));
+        let (middle, half) =
+            (0.5 * (low + high), 0.5 * (high - low).max(LEAST_SPAN.ln()) * (1.0 + 2.0 * MARGIN));
         Self { ends: [middle - half, middle + half], at }
     }
 
@@ -54,7 +57,9 @@ impl LogAxis {
 
     fn round_values(&self, mantissas: &[&str]) -> Vec<f64> {
         let [from, to] = self.ends.map(|end| (end / std::f64::consts::LN_10).floor() as i32);
-        let all = (from..=to).flat_map(|exponent| mantissas.iter().filter_map(move |m| format!("{m}e{exponent}").parse::<f64>().ok()));
+        let all = (from..=to).flat_map(|exponent| {
+            mantissas.iter().filter_map(move |m| format!("{m}e{exponent}").parse::<f64>().ok())
+        });
         all.filter(|v| (self.ends[0]..=self.ends[1]).contains(&v.ln())).collect()
     }
 }

@@ -1,7 +1,10 @@
-//! Where the labels of points go: beside their marks if there is room, else further away at the end of a leader line.
+//! Where the labels of points go: beside their marks if there is room, else further away at the end of a
+//! leader line.
 //!
-//! Greedy and deterministic: the most crowded points first, each at the cheapest of a fixed list of places at which its label meets no other label, no mark, no leader line and not the
-//! frame. Cost is the distance, and a little for each line of the drawing underneath. Finding the best labelling of all is NP-hard (Christensen, Marks and Shieber 1995), and not needed.
+//! Greedy and deterministic: the most crowded points first, each at the cheapest of a fixed list of places at
+//! which its label meets no other label, no mark, no leader line and not the frame. Cost is the distance, and
+//! a little for each line of the drawing underneath. Finding the best labelling of all is NP-hard
+//! (Christensen, Marks and Shieber 1995), and not needed.
 
 use std::f64::consts::TAU;
 
@@ -38,7 +41,10 @@ pub struct Rect {
 impl Rect {
     /// The rectangle of half size `half` around `centre`.
     pub fn around(centre: Vec2, half: Vec2) -> Self {
-        Self { low: [centre[0] - half[0], centre[1] - half[1]], high: [centre[0] + half[0], centre[1] + half[1]] }
+        Self {
+            low: [centre[0] - half[0], centre[1] - half[1]],
+            high: [centre[0] + half[0], centre[1] + half[1]],
+        }
     }
 
     /// Larger by `by` on each side.
@@ -85,7 +91,10 @@ impl Rect {
 pub fn cross(a: &Segment, b: &Segment) -> bool {
     let side = |[p, q]: &Segment, r: Vec2| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     let apart = |s: &Segment, t: &Segment| side(s, t[0]) * side(s, t[1]) > 0.0;
-    let boxes = |s: &Segment| Rect { low: [0, 1].map(|k| s[0][k].min(s[1][k])), high: [0, 1].map(|k| s[0][k].max(s[1][k])) };
+    let boxes = |s: &Segment| Rect {
+        low: [0, 1].map(|k| s[0][k].min(s[1][k])),
+        high: [0, 1].map(|k| s[0][k].max(s[1][k])),
+    };
     let (p, q) = (boxes(a), boxes(b));
     (0..2).all(|k| p.low[k] <= q.high[k] && q.low[k] <= p.high[k]) && !apart(a, b) && !apart(b, a)
 }
@@ -114,11 +123,15 @@ pub struct Placed {
     pub leader: Option<Segment>,
 }
 
-/// Places for labels of `sizes` (width and height), one for each mark; a mark whose label finds none gets the text of size `short`, if that does.
+/// Places for labels of `sizes` (width and height), one for each mark; a mark whose label finds none gets the
+/// text of size `short`, if that does.
 ///
-/// Labels close to a mark can shut in the marks beside it. So marks whose labels find no place come first in another try, a ring further out each time; the best try counts.
+/// Labels close to a mark can shut in the marks beside it. So marks whose labels find no place come first in
+/// another try, a ring further out each time; the best try counts.
 pub fn place(around: &Surroundings, sizes: &[Vec2], short: Vec2) -> Vec<Label> {
-    let missing = |labels: &[Label]| (0..labels.len()).filter(|at| !matches!(labels[*at], Label::Whole(_))).collect::<Vec<_>>();
+    let missing = |labels: &[Label]| {
+        (0..labels.len()).filter(|at| !matches!(labels[*at], Label::Whole(_))).collect::<Vec<_>>()
+    };
     let mut best = attempt(around, sizes, short, &[]);
     let mut failed = missing(&best);
     let mut first: Vec<(usize, usize)> = Vec::new();
@@ -126,7 +139,9 @@ pub fn place(around: &Surroundings, sizes: &[Vec2], short: Vec2) -> Vec<Label> {
         if failed.is_empty() {
             break;
         }
-        let ring = |mark: usize| first.iter().find(|(at, _)| *at == mark).map_or(1, |(_, ring)| (ring + 1).min(RINGS.len() - 1));
+        let ring = |mark: usize| {
+            first.iter().find(|(at, _)| *at == mark).map_or(1, |(_, ring)| (ring + 1).min(RINGS.len() - 1))
+        };
         let again: Vec<(usize, usize)> = failed.iter().map(|mark| (*mark, ring(*mark))).collect();
         first.retain(|(at, _)| !failed.contains(at));
         first.splice(0..0, again);
@@ -139,12 +154,17 @@ pub fn place(around: &Surroundings, sizes: &[Vec2], short: Vec2) -> Vec<Label> {
     best
 }
 
-/// One round of labels, those of the marks `first` before others and not nearer than in their ring, and one of short texts for what is left.
+/// One round of labels, those of the marks `first` before others and not nearer than in their ring, and one
+/// of short texts for what is left.
 fn attempt(around: &Surroundings, sizes: &[Vec2], short: Vec2, first: &[(usize, usize)]) -> Vec<Label> {
     let mut layout = Layout { around, taken: around.taken.clone(), leaders: Vec::new() };
     let mut labels = vec![Label::Nowhere; around.marks.len()];
-    let others = by_crowd(&around.marks).into_iter().filter(|mark| first.iter().all(|(at, _)| at != mark)).map(|mark| (mark, 0));
-    let order: Vec<(usize, &[f64])> = first.iter().copied().chain(others).map(|(mark, ring)| (mark, &RINGS[ring..])).collect();
+    let others = by_crowd(&around.marks)
+        .into_iter()
+        .filter(|mark| first.iter().all(|(at, _)| at != mark))
+        .map(|mark| (mark, 0));
+    let order: Vec<(usize, &[f64])> =
+        first.iter().copied().chain(others).map(|(mark, ring)| (mark, &RINGS[ring..])).collect();
     for (mark, rings) in &order {
         let size = sizes.get(*mark).copied().unwrap_or(short);
         if let Some(placed) = layout.best(around.marks[*mark], size, rings) {
@@ -227,8 +247,11 @@ impl Layout<'_> {
     fn cost(&self, placed: &Placed) -> f64 {
         let rect = placed.rect.grown(CLEARANCE);
         let under = self.around.lines.iter().filter(|line| rect.meets(line)).count();
-        let crossed = placed.leader.map_or(0, |leader| self.around.lines.iter().filter(|line| cross(&leader, line)).count());
-        CROSSING_COST * (under as f64 + 0.5 * crossed as f64) + if placed.leader.is_some() { LEADER_COST } else { 0.0 }
+        let crossed = placed
+            .leader
+            .map_or(0, |leader| self.around.lines.iter().filter(|line| cross(&leader, line)).count());
+        CROSSING_COST * (under as f64 + 0.5 * crossed as f64)
+            + if placed.leader.is_some() { LEADER_COST } else { 0.0 }
     }
 
     fn is_free(&self, mark: Vec2, placed: &Placed) -> bool {
@@ -254,14 +277,16 @@ impl Layout<'_> {
 fn candidate(mark: Vec2, size: Vec2, reach: f64, ring: f64, angle: f64) -> Placed {
     let direction = [angle.cos(), angle.sin()];
     let half = size.map(|x| 0.5 * x + CLEARANCE);
-    // The least distance along the direction at which the box and the square of the mark are apart in one axis.
+    // The least distance along the direction at which the box and the square of the mark are apart in one
+    // axis.
     let clear = |k: usize| (half[k] + reach) / direction[k].abs();
     let distance = clear(0).min(clear(1)) + ring;
     let rect = Rect::around([0, 1].map(|k| mark[k] + distance * direction[k]), size.map(|x| 0.5 * x));
     Placed { rect, leader: (ring > 0.0).then(|| leader(mark, rect.nearest(mark), reach)) }
 }
 
-/// The line from a mark to `to`, without what lies within the mark: lines of marks on one spot do not meet there.
+/// The line from a mark to `to`, without what lies within the mark: lines of marks on one spot do not meet
+/// there.
 fn leader(mark: Vec2, to: Vec2, reach: f64) -> Segment {
     let offset = [to[0] - mark[0], to[1] - mark[1]];
     let part = reach / offset[0].hypot(offset[1]).max(reach);
@@ -274,19 +299,34 @@ mod tests {
     use proptest::prelude::*;
 
     fn surroundings(marks: Vec<Vec2>) -> Surroundings {
-        Surroundings { frame: Rect { low: [0.0; 2], high: [1000.0, 400.0] }, marks, reach: 8.0, taken: Vec::new(), lines: Vec::new() }
+        Surroundings {
+            frame: Rect { low: [0.0; 2], high: [1000.0, 400.0] },
+            marks,
+            reach: 8.0,
+            taken: Vec::new(),
+            lines: Vec::new(),
+        }
     }
 
-    /// No two labels, no label and mark, no label and frame overlap; leader lines lead from marks to labels and meet no other label or leader line.
+    /// No two labels, no label and mark, no label and frame overlap; leader lines lead from marks to labels
+    /// and meet no other label or leader line.
     fn check(around: &Surroundings, labels: &[Label]) {
-        let placed: Vec<(usize, &Placed)> = labels.iter().enumerate().filter_map(|(at, l)| Some((at, l.placed()?))).collect();
+        let placed: Vec<(usize, &Placed)> =
+            labels.iter().enumerate().filter_map(|(at, l)| Some((at, l.placed()?))).collect();
         for (number, (at, a)) in placed.iter().enumerate() {
             assert!(around.frame.holds(&a.rect));
-            assert!(around.marks.iter().all(|mark| !a.rect.overlaps(&Rect::around(*mark, [around.reach; 2]))), "{a:?} is on a mark");
+            assert!(
+                around.marks.iter().all(|mark| !a.rect.overlaps(&Rect::around(*mark, [around.reach; 2]))),
+                "{a:?} is on a mark"
+            );
             assert!(around.taken.iter().all(|taken| !a.rect.overlaps(taken)));
             for (_, b) in &placed[..number] {
                 assert!(!a.rect.overlaps(&b.rect), "{a:?} {b:?}");
-                assert!(!a.leader.is_some_and(|l| b.rect.meets(&l)) && !b.leader.is_some_and(|l| a.rect.meets(&l)), "{a:?} {b:?}");
+                assert!(
+                    !a.leader.is_some_and(|l| b.rect.meets(&l))
+                        && !b.leader.is_some_and(|l| a.rect.meets(&l)),
+                    "{a:?} {b:?}"
+                );
                 assert!(!a.leader.zip(b.leader).is_some_and(|(l, m)| cross(&l, &m)), "{a:?} {b:?}");
             }
             if let Some([from, to]) = a.leader {

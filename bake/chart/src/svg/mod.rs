@@ -1,6 +1,7 @@
 //! `chart.svg`: error against frame time, bytes and seconds of baking, in three panels, one below the other.
 //!
-//! Written without a plotting library: those at hand have no labels that keep out of each other's way, which is most of this drawing, and axes are little beside that.
+//! Written without a plotting library: those at hand have no labels that keep out of each other's way, which
+//! is most of this drawing, and axes are little beside that.
 
 mod axis;
 mod labels;
@@ -30,8 +31,18 @@ const AXES: [Axis; 3] = [
         value: |p| p.frame.median_ms,
         format: super::digits::milliseconds,
     },
-    Axis { title: "Error against size", subtitle: "bytes on disk", value: |p| p.bytes_on_disk as f64, format: super::digits::bytes },
-    Axis { title: "Error against baking", subtitle: "seconds of baking", value: |p| p.bake_seconds, format: seconds },
+    Axis {
+        title: "Error against size",
+        subtitle: "bytes on disk",
+        value: |p| p.bytes_on_disk as f64,
+        format: super::digits::bytes,
+    },
+    Axis {
+        title: "Error against baking",
+        subtitle: "seconds of baking",
+        value: |p| p.bake_seconds,
+        format: seconds,
+    },
 ];
 
 /// The drawing. The same chart always makes the same bytes.
@@ -51,9 +62,21 @@ pub fn draw(chart: &Chart) -> Result<String> {
         panels.push(panel);
     }
     let mut pen = Pen::new(WIDTH, top + 0.5 * SIDE);
-    pen.text([SIDE, SIDE + 14.0], TITLE, Align::Left, &format!("{}: speed against accuracy", chart.scene), &[("font-weight", "bold")]);
+    pen.text(
+        [SIDE, SIDE + 14.0],
+        TITLE,
+        Align::Left,
+        &format!("{}: speed against accuracy", chart.scene),
+        &[("font-weight", "bold")],
+    );
     for (number, line) in facts.iter().enumerate() {
-        pen.text([SIDE, SIDE + TITLE + 16.0 + LINE * number as f64], TEXT, Align::Left, line, &[("fill", FAINT_INK)]);
+        pen.text(
+            [SIDE, SIDE + TITLE + 16.0 + LINE * number as f64],
+            TEXT,
+            Align::Left,
+            line,
+            &[("fill", FAINT_INK)],
+        );
     }
     legend.iter().for_each(|entry| entry.draw(&mut pen, legend_top));
     panels.iter().for_each(|panel| panel.draw(&mut pen));
@@ -108,8 +131,10 @@ struct Entry {
 const SAMPLE: f64 = 38.0;
 
 fn legend(methods: &[&str]) -> Vec<Entry> {
-    let own = methods.iter().enumerate().map(|(at, name)| (Sample::Method(Style::of(at)), (*name).to_owned()));
-    let front = (Sample::Front, "Pareto front, marks filled: nothing is both cheaper and more exact".to_owned());
+    let own =
+        methods.iter().enumerate().map(|(at, name)| (Sample::Method(Style::of(at)), (*name).to_owned()));
+    let front =
+        (Sample::Front, "Pareto front, marks filled: nothing is both cheaper and more exact".to_owned());
     let noise = (Sample::Noise, "noise of the reference".to_owned());
     let (mut left, mut row) = (SIDE, 0);
     let place = |(sample, text): (Sample, String)| {

@@ -1,4 +1,5 @@
-//! One panel: axes, the noise of the reference, the front, the series, marks and labels, and below it what could not be drawn.
+//! One panel: axes, the noise of the reference, the front, the series, marks and labels, and below it what
+//! could not be drawn.
 
 use super::super::digits::percent;
 use super::super::figures::{Chart, Point};
@@ -84,7 +85,8 @@ fn error(point: &Point) -> f64 {
     point.errors.relative_l2.median
 }
 
-/// The label of a point; with the series at the end of its line, if another series of the method has the same label.
+/// The label of a point; with the series at the end of its line, if another series of the method has the same
+/// label.
 fn shown(point: &Point, all: &[Point]) -> String {
     let of_method = || all.iter().filter(|p| p.method == point.method);
     let is_shared = of_method().any(|p| p.series != point.series && p.label == point.label);
@@ -104,7 +106,8 @@ impl<'a> Panel<'a> {
             chart.points.iter().partition(|p| on_axis((axis.value)(p)) && on_axis(error(p)));
         let across = LogAxis::new(drawn.iter().map(|p| (axis.value)(p)), [frame.low[0], frame.high[0]]);
         let least = drawn.iter().map(|p| error(p)).fold(f64::INFINITY, f64::min);
-        let noise = Some(chart.noise.relative_l2.median).filter(|noise| on_axis(*noise) && noise * NOISE_IN_SIGHT >= least);
+        let noise = Some(chart.noise.relative_l2.median)
+            .filter(|noise| on_axis(*noise) && noise * NOISE_IN_SIGHT >= least);
         let up = LogAxis::new(drawn.iter().map(|p| error(p)).chain(noise), [frame.high[1], frame.low[1]]);
         let costs: Vec<[f64; 2]> = drawn.iter().map(|p| [(axis.value)(p), error(p)]).collect();
         let on_front = front(&costs);
@@ -122,7 +125,8 @@ impl<'a> Panel<'a> {
         let front = stairs(&on_front.iter().map(|number| dots[*number].at).collect::<Vec<_>>(), &frame);
         let noise_line = noise.map(|noise| noise_line(noise, up.place(noise), &frame, &dots));
         let series = series(&dots);
-        let mut panel = Self { axis, frame, across, up, dots, front, series, noise: noise_line, notes: Vec::new() };
+        let mut panel =
+            Self { axis, frame, across, up, dots, front, series, noise: noise_line, notes: Vec::new() };
         panel.label();
         panel.note(&left_out, chart.noise.relative_l2.median, noise.is_some());
         panel
@@ -159,7 +163,14 @@ impl<'a> Panel<'a> {
 
     /// Says below the panel what is not in it.
     fn note(&mut self, left_out: &[&Point], noise: f64, noise_drawn: bool) {
-        let value = |p: &Point| format!("{} at {}, error {}", p.name(), (self.axis.format)((self.axis.value)(p)), percent(error(p)));
+        let value = |p: &Point| {
+            format!(
+                "{} at {}, error {}",
+                p.name(),
+                (self.axis.format)((self.axis.value)(p)),
+                percent(error(p))
+            )
+        };
         let numbered = |dot: &Dot<'_>| match dot.label {
             Label::Whole(_) => None,
             Label::Short(_) => Some(format!("{}: {}", dot.number, value(dot.point))),
@@ -179,9 +190,19 @@ impl<'a> Panel<'a> {
     /// Draws it all, what is least first.
     pub fn draw(&self, pen: &mut Pen) {
         self.draw_axes(pen);
-        pen.lines(&self.front, FRONT, FRONT_WIDTH, &[("stroke-linejoin", "round"), ("stroke-linecap", "round")]);
+        pen.lines(
+            &self.front,
+            FRONT,
+            FRONT_WIDTH,
+            &[("stroke-linejoin", "round"), ("stroke-linecap", "round")],
+        );
         if let Some((y, text, rect)) = &self.noise {
-            pen.lines(&[[self.frame.low[0], *y], [self.frame.high[0], *y]], INK, 1.5, &[("stroke-dasharray", DASHES)]);
+            pen.lines(
+                &[[self.frame.low[0], *y], [self.frame.high[0], *y]],
+                INK,
+                1.5,
+                &[("stroke-dasharray", DASHES)],
+            );
             draw_text(pen, rect, text, INK);
         }
         self.series.iter().for_each(|(style, line)| pen.lines(line, &hex(style.colour), 1.5, &[]));
@@ -200,7 +221,10 @@ impl<'a> Panel<'a> {
         let left = low[0] - LEFT;
         pen.text([left, low[1] - 14.0], TITLE, Align::Left, self.axis.title, &[("font-weight", "bold")]);
         let beside = left + 1.15 * width(self.axis.title, TITLE) + 14.0;
-        let subtitle = format!("across: {}; up: relative L2; both logarithmic; better is down and left", self.axis.subtitle);
+        let subtitle = format!(
+            "across: {}; up: relative L2; both logarithmic; better is down and left",
+            self.axis.subtitle
+        );
         pen.text([beside, low[1] - 14.0], TEXT, Align::Left, &subtitle, &[("fill", FAINT_INK)]);
         for value in self.across.ticks(TICKS[0]) {
             let x = self.across.place(value);
@@ -212,7 +236,10 @@ impl<'a> Panel<'a> {
             pen.lines(&[[low[0], y], [high[0], y]], GRID, 1.0, &[]);
             pen.text([low[0] - 8.0, y + 0.36 * TICK], TICK, Align::Right, &percent(value), &[]);
         }
-        pen.rect([low[0], low[1], high[0], high[1]], &[("fill", "none"), ("stroke", FAINT_INK), ("stroke-width", "1")]);
+        pen.rect(
+            [low[0], low[1], high[0], high[1]],
+            &[("fill", "none"), ("stroke", FAINT_INK), ("stroke-width", "1")],
+        );
     }
 }
 
@@ -233,10 +260,17 @@ fn draw_text(pen: &mut Pen, rect: &Rect, text: &str, colour: &str) {
     let Rect { low, high } = *rect;
     pen.rect([low[0] - 1.0, low[1], high[0] + 1.0, high[1]], &[("fill", CARD), ("fill-opacity", "0.8")]);
     // In the middle, as a narrower font than the widest leaves room on both sides.
-    pen.text([0.5 * (low[0] + high[0]), low[1] + LABEL * ASCENT], LABEL, Align::Middle, text, &[("fill", colour)]);
+    pen.text(
+        [0.5 * (low[0] + high[0]), low[1] + LABEL * ASCENT],
+        LABEL,
+        Align::Middle,
+        text,
+        &[("fill", colour)],
+    );
 }
 
-/// The border of what the points of the front beat: from the top above the cheapest, down and to the right, to the right end from the most exact.
+/// The border of what the points of the front beat: from the top above the cheapest, down and to the right,
+/// to the right end from the most exact.
 fn stairs(front: &[[f64; 2]], frame: &Rect) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (front.first(), front.last()) else { return Vec::new() };
     let mut stairs = vec![[first[0], frame.low[1]], *first];
@@ -265,8 +299,12 @@ fn noise_line(noise: f64, y: f64, frame: &Rect, dots: &[Dot<'_>]) -> (f64, Strin
     let [left, right] = [frame.low[0] + half[0] + 8.0, frame.high[0] - half[0] - 8.0];
     // Along the whole line, from the left end on.
     let steps = 24;
-    let places = (0..=steps).flat_map(|step| [1.0, -1.0].map(|side| at(left + (right - left) * f64::from(step) / f64::from(steps), side)));
-    let covered = |rect: &Rect| dots.iter().filter(|dot| Rect::around(dot.at, [MARK_REACH + 2.0; 2]).overlaps(rect)).count();
+    let places = (0..=steps).flat_map(|step| {
+        [1.0, -1.0].map(|side| at(left + (right - left) * f64::from(step) / f64::from(steps), side))
+    });
+    let covered = |rect: &Rect| {
+        dots.iter().filter(|dot| Rect::around(dot.at, [MARK_REACH + 2.0; 2]).overlaps(rect)).count()
+    };
     let best = places.filter(|rect| frame.holds(rect)).min_by_key(covered).unwrap_or(at(left, 1.0));
     (y, text, best)
 }

@@ -39,8 +39,14 @@ impl Pen {
     pub fn new(width: f64, height: f64) -> Self {
         let mut pen = Self { writer: Writer::new_with_indent(Vec::new(), b' ', 1), result: Ok(()) };
         let view = format!("0 0 {} {}", number(width), number(height));
-        let root = [("xmlns", "http://www.w3.org/2000/svg"), ("viewBox", &view), ("width", &number(width)), ("height", &number(height))];
-        let root = BytesStart::new("svg").with_attributes(root.into_iter().chain([("font-family", FONTS), ("fill", INK)]));
+        let root = [
+            ("xmlns", "http://www.w3.org/2000/svg"),
+            ("viewBox", &view),
+            ("width", &number(width)),
+            ("height", &number(height)),
+        ];
+        let root = BytesStart::new("svg")
+            .with_attributes(root.into_iter().chain([("font-family", FONTS), ("fill", INK)]));
         pen.event(Event::Start(root));
         pen.rect([0.0, 0.0, width, height], &[("fill", CARD)]);
         pen
@@ -59,23 +65,37 @@ impl Pen {
 
     /// A rectangle between two corners: left, top, right, bottom.
     pub fn rect(&mut self, [x0, y0, x1, y1]: [f64; 4], more: &[(&str, &str)]) {
-        let own = [("x", number(x0)), ("y", number(y0)), ("width", number(x1 - x0)), ("height", number(y1 - y0))];
+        let own =
+            [("x", number(x0)), ("y", number(y0)), ("width", number(x1 - x0)), ("height", number(y1 - y0))];
         self.empty("rect", &own, more);
     }
 
     /// Connected lines.
     pub fn lines(&mut self, at: &[[f64; 2]], colour: &str, width: f64, more: &[(&str, &str)]) {
-        let own = [("points", points(at)), ("fill", "none".to_owned()), ("stroke", colour.to_owned()), ("stroke-width", number(width))];
+        let own = [
+            ("points", points(at)),
+            ("fill", "none".to_owned()),
+            ("stroke", colour.to_owned()),
+            ("stroke-width", number(width)),
+        ];
         self.empty("polyline", &own, more);
     }
 
     /// A method's mark, filled or as an outline.
     pub fn mark(&mut self, at: [f64; 2], style: Style, filled: bool) {
         let colour = hex(style.colour);
-        let look = [("fill", if filled { colour.as_str() } else { CARD }), ("stroke", &colour), ("stroke-width", "2")];
+        let look = [
+            ("fill", if filled { colour.as_str() } else { CARD }),
+            ("stroke", &colour),
+            ("stroke-width", "2"),
+        ];
         match style.corners(at) {
             Some(corners) => self.empty("polygon", &[("points", points(&corners))], &look),
-            None => self.empty("circle", &[("cx", number(at[0])), ("cy", number(at[1])), ("r", number(MARK_RADIUS))], &look),
+            None => self.empty(
+                "circle",
+                &[("cx", number(at[0])), ("cy", number(at[1])), ("r", number(MARK_RADIUS))],
+                &look,
+            ),
         }
     }
 
@@ -101,7 +121,8 @@ impl Pen {
         self.event(Event::End(BytesEnd::new("svg")));
         let failed = |e: std::io::Error| Error::output(&Place::file("chart.svg"), e);
         self.result.map_err(failed)?;
-        let text = String::from_utf8(self.writer.into_inner()).map_err(|e| failed(std::io::Error::other(e)))?;
+        let text =
+            String::from_utf8(self.writer.into_inner()).map_err(|e| failed(std::io::Error::other(e)))?;
         Ok(text + "\n")
     }
 }

@@ -1,10 +1,12 @@
-//! Colours and marks. The colours are those of Okabe and Ito (2008), which people with any kind of colour blindness tell apart, less the yellow, which is too light for lines on white.
-//! Every method also has a mark of its own shape.
+//! Colours and marks. The colours are those of Okabe and Ito (2008), which people with any kind of colour
+//! blindness tell apart, less the yellow, which is too light for lines on white. Every method also has a mark
+//! of its own shape.
 
 /// A colour, red, green, blue.
 pub type Colour = [u8; 3];
 
-const COLOURS: [Colour; 7] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
+const COLOURS: [Colour; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
 /// What everything stands on.
 pub const CARD: &str = "#fcfcfa";
 /// Text.
@@ -53,7 +55,8 @@ impl Style {
     /// Corners of the mark around `at`; `None` for a circle.
     pub fn corners(self, [x, y]: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         let corners = MARKS[self.mark];
-        (!corners.is_empty()).then(|| corners.iter().map(|[dx, dy]| [x + MARK_RADIUS * dx, y + MARK_RADIUS * dy]).collect())
+        (!corners.is_empty())
+            .then(|| corners.iter().map(|[dx, dy]| [x + MARK_RADIUS * dx, y + MARK_RADIUS * dy]).collect())
     }
 }
 

@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 fn texts(svg: &str) -> Vec<String> {
     let document = roxmltree::Document::parse(svg).unwrap();
-    document.descendants().filter(|n| n.has_tag_name("text")).map(|n| n.text().unwrap_or_default().to_owned()).collect()
+    document
+        .descendants()
+        .filter(|n| n.has_tag_name("text"))
+        .map(|n| n.text().unwrap_or_default().to_owned())
+        .collect()
 }
 
 #[test]
@@ -56,11 +60,14 @@ fn what_has_no_place_on_the_axes_is_named_below() {
 fn points_too_many_for_labels_are_still_all_named() {
     let mut chart = chart();
     let one = chart.points[0].clone();
-    chart.points = (0..100).map(|at| Point { label: format!("a point with a long name, number {at}"), ..one.clone() }).collect();
+    chart.points = (0..100)
+        .map(|at| Point { label: format!("a point with a long name, number {at}"), ..one.clone() })
+        .collect();
     let texts = texts(&draw(&chart).unwrap());
     // Notes are broken into lines, also within a name.
-    let all: BTreeMap<usize, usize> =
-        (0..100).map(|at| (at, texts.join(" ").matches(&format!("a point with a long name, number {at}")).count())).collect();
+    let all: BTreeMap<usize, usize> = (0..100)
+        .map(|at| (at, texts.join(" ").matches(&format!("a point with a long name, number {at}")).count()))
+        .collect();
     assert!(all.iter().all(|(_, count)| *count >= 3), "{all:?}");
 }
 
@@ -68,14 +75,21 @@ fn points_too_many_for_labels_are_still_all_named() {
 fn one_point_alone_is_a_chart() {
     let mut chart = chart();
     chart.points.truncate(1);
-    assert_eq!(texts(&draw(&chart).unwrap()).iter().filter(|text| **text == chart.points[0].label).count(), 3);
+    assert_eq!(
+        texts(&draw(&chart).unwrap()).iter().filter(|text| **text == chart.points[0].label).count(),
+        3
+    );
 }
 
 #[test]
 fn labels_that_two_series_share_are_told_apart_at_the_end_of_their_lines() {
     let mut chart = chart();
     chart.points.truncate(3);
-    let others = chart.points.clone().into_iter().map(|p| Point { series: "64 spp".to_owned(), bake_seconds: 0.3 * p.bake_seconds, ..p });
+    let others = chart.points.clone().into_iter().map(|p| Point {
+        series: "64 spp".to_owned(),
+        bake_seconds: 0.3 * p.bake_seconds,
+        ..p
+    });
     chart.points.extend(others);
     let texts = texts(&draw(&chart).unwrap());
     for (text, count) in [("3 bases", 6), ("4 bases", 0), ("4 bases, 256 spp", 3), ("4 bases, 64 spp", 3)] {

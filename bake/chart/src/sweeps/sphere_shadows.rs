@@ -22,8 +22,16 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
     let mut variants = Vec::new();
     for spheres in SPHERES {
         let mut scene = scene.clone();
-        scene.objects.iter_mut().filter_map(|object| object.spheres.as_mut()).for_each(|number| *number = spheres);
-        let baked = bench.bake(&scene, Box::new(SphereShadowsMethod::new(&scene, 0)), &format!("{NAME}-{spheres}"))?;
+        scene
+            .objects
+            .iter_mut()
+            .filter_map(|object| object.spheres.as_mut())
+            .for_each(|number| *number = spheres);
+        let baked = bench.bake(
+            &scene,
+            Box::new(SphereShadowsMethod::new(&scene, 0)),
+            &format!("{NAME}-{spheres}"),
+        )?;
         let whole: SphereShadows = read(&baked.folder)?;
         for (terms, second_level) in TERMS.into_iter().flat_map(|terms| [(terms, false), (terms, true)]) {
             let is_whole = (terms, second_level) == (whole.meta.terms, whole.meta.second_level);
@@ -36,16 +44,29 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
             } else {
                 let mut cut = whole.clone();
                 (cut.meta.terms, cut.meta.second_level) = (terms, second_level);
-                bench.cut(&baked.folder, &format!("{NAME}-{spheres}-{terms}-{level}"), |file| file.replace(&cut))?
+                bench.cut(&baked.folder, &format!("{NAME}-{spheres}-{terms}-{level}"), |file| {
+                    file.replace(&cut)
+                })?
             };
-            let settings = [("spheres", json!(spheres)), ("terms", json!(terms)), ("levels", json!(if second_level { 2 } else { 1 }))];
+            let settings = [
+                ("spheres", json!(spheres)),
+                ("terms", json!(terms)),
+                ("levels", json!(if second_level { 2 } else { 1 })),
+            ];
             let settings: BTreeMap<_, _> = settings.map(|(name, value)| (name.to_owned(), value)).into();
             let (series, label) = if is_whole {
                 ("spheres".to_owned(), format!("{spheres} spheres"))
             } else {
                 (format!("level {level}"), format!("{spheres} spheres, {terms} terms, {level}"))
             };
-            variants.push(Variant { method: NAME, series, label, settings, folder, bake_seconds: baked.seconds });
+            variants.push(Variant {
+                method: NAME,
+                series,
+                label,
+                settings,
+                folder,
+                bake_seconds: baked.seconds,
+            });
         }
     }
     Ok(variants)

@@ -1,4 +1,5 @@
-//! The settings of the method on the chart: bases, which a frame pays for, and samples, which the bake pays for.
+//! The settings of the method on the chart: bases, which a frame pays for, and samples, which the bake pays
+//! for.
 
 use crate::sweep::{Bench, Sweep, Variant, read};
 use half::f16;
@@ -40,27 +41,38 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
                     cut.replace(&fewer)
                 })?
             };
-            let settings = BTreeMap::from([("bases".to_owned(), json!(bases)), ("samples".to_owned(), json!(samples))]);
+            let settings =
+                BTreeMap::from([("bases".to_owned(), json!(bases)), ("samples".to_owned(), json!(samples))]);
             let (series, label) = (format!("{samples} samples"), format!("{bases} bases"));
-            variants.push(Variant { method: NAME, series, label, settings, folder, bake_seconds: baked.seconds });
+            variants.push(Variant {
+                method: NAME,
+                series,
+                label,
+                settings,
+                folder,
+                bake_seconds: baked.seconds,
+            });
         }
     }
     Ok(variants)
 }
 
-/// What a bake of the same paths on the fewer bases of `basis` gives: bases are the beginnings of larger ones, so every image that it has is there. Where
-/// an image holds both kinds of fragments, fewer bases bring others together.
+/// What a bake of the same paths on the fewer bases of `basis` gives: bases are the beginnings of larger
+/// ones, so every image that it has is there. Where an image holds both kinds of fragments, fewer bases bring
+/// others together.
 fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImages {
     let old = &images.head;
     let meta = Meta { bases: basis.bases() as u32, ..old.meta.clone() };
-    let [from, to] = [&old.meta, &meta].map(|meta| Layout::new(meta.materials.len(), meta.bases as usize, meta.chromaticity.is_some()));
+    let [from, to] = [&old.meta, &meta]
+        .map(|meta| Layout::new(meta.materials.len(), meta.bases as usize, meta.chromaticity.is_some()));
     let find = |is: &dyn Fn(&Slot) -> bool| from.slots.iter().position(is);
     let (mut packed, mut scales, mut squares) = (Vec::new(), Vec::new(), Vec::new());
     for (number, slot) in to.slots.iter().enumerate() {
         let seen = find(&|s| s.eye_basis == slot.eye_basis && s.first == slot.first);
         let fixed = slot.fixed.and_then(|_| find(&|s| s.fixed == slot.fixed));
-        let channels =
-            (0..slot.channels()).flat_map(|c| [part(images, &from, seen, c, false), part(images, &from, fixed, c, true)].concat());
+        let channels = (0..slot.channels()).flat_map(|c| {
+            [part(images, &from, seen, c, false), part(images, &from, fixed, c, true)].concat()
+        });
         let values: Vec<f32> = channels.collect();
         let scale = scale_for(values.iter().fold(0.0, |largest, value| largest.max(value.abs())));
         let half = |value: &f32| if scale > 0.0 { f16::from_f32(value / scale) } else { f16::ZERO };
@@ -72,15 +84,27 @@ fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImage
     TransferImages { head: Arc::new(Head { meta, scales, ..(**old).clone() }), images: packed }
 }
 
-/// Of one channel of a slot the editable fragments, or the fixed ones behind them, in radiance; nothing without a slot.
-fn part(images: &TransferImages, layout: &Layout, slot: Option<usize>, channel: usize, fixed: bool) -> Vec<f32> {
-    let Some((slot, image)) = slot.and_then(|slot| Some((slot, images.images.iter().find(|image| image.slot == slot)?))) else {
+/// Of one channel of a slot the editable fragments, or the fixed ones behind them, in radiance; nothing
+/// without a slot.
+fn part(
+    images: &TransferImages,
+    layout: &Layout,
+    slot: Option<usize>,
+    channel: usize,
+    fixed: bool,
+) -> Vec<f32> {
+    let Some((slot, image)) =
+        slot.and_then(|slot| Some((slot, images.images.iter().find(|image| image.slot == slot)?)))
+    else {
         return Vec::new();
     };
     let fragments = images.head.fragments_of(&layout.slots[slot]);
     let channel = &image.values[channel * fragments..(channel + 1) * fragments];
     let (editable, behind) = channel.split_at(images.head.meta.editable_fragments as usize);
-    (if fixed { behind } else { editable }).iter().map(|half| half.to_f32() * images.head.scales[slot]).collect()
+    (if fixed { behind } else { editable })
+        .iter()
+        .map(|half| half.to_f32() * images.head.scales[slot])
+        .collect()
 }
 
 #[cfg(test)]
@@ -90,7 +114,8 @@ mod tests {
     use relume_bake::methods::transfer_images::{Settings, bake};
     use relume_bake::stage::{Share, Stage, fill};
 
-    /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last bit of a half or two.
+    /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last
+    /// bit of a half or two.
     #[test]
     fn a_cut_bake_is_the_bake_with_fewer_bases() {
         let scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
@@ -111,15 +136,23 @@ mod tests {
             let (few, basis) = bake_with(bases);
             let cut = with_fewer_bases(&many, &basis);
             assert_eq!(cut.head.meta, few.head.meta);
-            assert_eq!((&cut.head.pixel, &cut.head.class, &cut.head.coverage), (&few.head.pixel, &few.head.class, &few.head.coverage));
+            assert_eq!(
+                (&cut.head.pixel, &cut.head.class, &cut.head.coverage),
+                (&few.head.pixel, &few.head.class, &few.head.coverage)
+            );
             let layout = few.head.layout();
             for image in &few.images {
                 let ours = cut.images.iter().find(|i| i.slot == image.slot).unwrap();
                 assert_eq!(ours.values.len(), image.values.len(), "{:?}", layout.slots[image.slot]);
                 let largest = 32_768.0 * few.head.scales[image.slot];
                 for (a, b) in ours.values.iter().zip(&image.values) {
-                    let [a, b] = [a.to_f32() * cut.head.scales[image.slot], b.to_f32() * few.head.scales[image.slot]];
-                    assert!((a - b).abs() <= 1e-3 * b.abs() + 1e-5 * largest, "{bases} bases, {:?}: {a} {b}", layout.slots[image.slot]);
+                    let [a, b] =
+                        [a.to_f32() * cut.head.scales[image.slot], b.to_f32() * few.head.scales[image.slot]];
+                    assert!(
+                        (a - b).abs() <= 1e-3 * b.abs() + 1e-5 * largest,
+                        "{bases} bases, {:?}: {a} {b}",
+                        layout.slots[image.slot]
+                    );
                 }
             }
         }

@@ -6,9 +6,13 @@ use relume_formats::Place;
 use relume_formats::near::{nearest_file, what_there_is};
 use std::path::Path;
 
-/// Fails if nothing is at `path` though it is the name of a scene, or like one: its bundle is elsewhere, or still to be baked.
+/// Fails if nothing is at `path` though it is the name of a scene, or like one: its bundle is elsewhere, or
+/// still to be baked.
 pub(super) fn expect_no_scene(path: &Path) -> Result<()> {
-    let Some(name) = path.to_str().filter(|_| !path.exists() && path.components().count() == 1 && path.extension().is_none()) else {
+    let Some(name) = path
+        .to_str()
+        .filter(|_| !path.exists() && path.components().count() == 1 && path.extension().is_none())
+    else {
         return Ok(());
     };
     let refuse = |reason: String| Err(BakeError::invalid(&Place::file(path), reason));
@@ -22,7 +26,10 @@ pub(super) fn expect_no_scene(path: &Path) -> Result<()> {
     }
     let names = relume_scenes::library().unwrap_or_default();
     if names.iter().any(|known| known == name) {
-        return refuse(format!("is a scene, not a bundle; bake it by `bake run {name}`, then name {}", bundle.display()));
+        return refuse(format!(
+            "is a scene, not a bundle; bake it by `bake run {name}`, then name {}",
+            bundle.display()
+        ));
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     refuse(format!("neither a file or folder nor a scene{}", what_there_is(name, &names)))

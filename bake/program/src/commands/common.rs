@@ -19,7 +19,8 @@ pub(super) fn load(scene: &str) -> Result<Scene> {
     let start = Instant::now();
     let scene = relume_scenes::load(&relume_scenes::resolve(scene)?)?;
     let triangles: usize = scene.objects.iter().map(|object| object.mesh.triangles.len()).sum();
-    let (objects, triangles) = (counted(scene.objects.len(), "object", "objects"), counted(triangles, "triangle", "triangles"));
+    let (objects, triangles) =
+        (counted(scene.objects.len(), "object", "objects"), counted(triangles, "triangle", "triangles"));
     let (file, seconds) = (scene.file.display(), start.elapsed().as_secs_f64());
     detail(&format!("read {file} in {seconds:.2} s: {objects}, {triangles}"));
     warn(&scene.warnings);

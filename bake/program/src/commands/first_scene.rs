@@ -38,17 +38,21 @@ fn write_new(model: &Path, scene_file: &Path, preview: &Path, scale: Option<f64>
     look_at(&scene, scene.size)?;
     let (size, samples) = PREVIEW;
     let settings = Settings { size, samples, seed: 0, reflections: scene.reflections, paths: Paths::Best };
-    let images = reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
+    let images =
+        reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
     let display = Display { exposure_ev: scene.camera.exposure_ev, tonemap: scene.tonemap };
-    let shown: Vec<_> = images.into_iter().flat_map(|image| image.radiance).map(|radiance| display.shown(radiance)).collect();
+    let shown: Vec<_> =
+        images.into_iter().flat_map(|image| image.radiance).map(|radiance| display.shown(radiance)).collect();
     replace_file(preview, &picture::alone(&shown, size, 0.0)?)?;
     replace_file(scene_file, text.as_bytes())?;
     let (scene_file, preview) = (scene_file.display(), preview.display());
-    Ok(format!("{scene_file}\n{preview}\nlook at the picture, change the scene as you like, then: bake run {scene_file}\n"))
+    Ok(format!(
+        "{scene_file}\n{preview}\nlook at the picture, change the scene as you like, then: bake run {scene_file}\n"
+    ))
 }
 
-/// The first scene for `model` for a bundle in `folder`, in a file beside that; the one that is there already, if it is of this model. Returns the
-/// bundle's folder too.
+/// The first scene for `model` for a bundle in `folder`, in a file beside that; the one that is there
+/// already, if it is of this model. Returns the bundle's folder too.
 pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Option<PathBuf>)> {
     let folder = folder.map_or_else(|| Path::new(BUNDLES).join(name_of(model)), Path::to_path_buf);
     let mut scene_file = folder.clone().into_os_string();
@@ -67,7 +71,10 @@ pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Opti
     let names = Starter::file_line(model, &scene_file)?;
     let text = std::fs::read_to_string(&scene_file).unwrap_or_default();
     if !text.contains(&names) {
-        let reason = format!("is there already and no scene of {}; give another folder with -o, or remove it", model.display());
+        let reason = format!(
+            "is there already and no scene of {}; give another folder with -o, or remove it",
+            model.display()
+        );
         return Err(BakeError::invalid(&Place::file(&scene_file), reason));
     }
     note(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
@@ -79,7 +86,8 @@ pub(super) fn unwritten(model: &Path) -> Result<Scene> {
     Ok(first_scene(model, &model.with_file_name(format!("{}.toml", name_of(model))), None)?.1)
 }
 
-/// The first scene for `model` in a file at `scene_file`, and its text. Tells what of the model is mended or ignored.
+/// The first scene for `model` in a file at `scene_file`, and its text. Tells what of the model is mended or
+/// ignored.
 fn first_scene(model: &Path, scene_file: &Path, scale: Option<f64>) -> Result<(String, Scene)> {
     let starter = Starter::of(model, scene_file, scale)?;
     let plain = starter.scene(None)?;

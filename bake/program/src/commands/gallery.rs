@@ -20,7 +20,8 @@ pub fn gallery(args: &GalleryArgs) -> Result<String> {
         let scene = load(scene)?;
         gallery::expect_plain(&scene.name, &Place::file(&scene.file))?;
         let folder = Path::new(FOLDER).join(&scene.name);
-        chart::run(&scene, &[], &folder, &job).map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
+        chart::run(&scene, &[], &folder, &job)
+            .map_err(|e| e.kept(chart::holds_work(&folder), SAME_COMMAND))?;
         Ok(folder)
     };
     let _lock = FolderLock::take(&args.output)?;

@@ -31,7 +31,8 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
     let job = Job::new(args.progress);
     files.iter().try_for_each(|file| expect_writable(file))?;
-    // States of the same light, view and shape share one set of gather paths; the others need their own, and the sooner each is written the better.
+    // States of the same light, view and shape share one set of gather paths; the others need their own, and
+    // the sooner each is written the better.
     let mut from = 0;
     while from < states.len() {
         let alike = |s: &&Scene| args.paths == Paths::Gather && differ_in_materials_only(s, &states[from]);
@@ -48,7 +49,9 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
 }
 
 fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
-    let state = |file: &PathBuf| Ok(base.with_state(&State::read_file(file)?, &Place::file(file)).map_err(with_line)?);
+    let state = |file: &PathBuf| {
+        Ok(base.with_state(&State::read_file(file)?, &Place::file(file)).map_err(with_line)?)
+    };
     files.iter().map(state).collect()
 }
 
@@ -59,7 +62,10 @@ fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
         (Paths::Gather, Some(n)) if n <= MAX_REFLECTIONS => Ok(n),
         (Paths::Gather, Some(n)) => {
             let place = Place::file("--reflections");
-            Err(BakeError::invalid(&place, format!("{n} with --paths gather, which traces at most {MAX_REFLECTIONS}; use --paths best")))
+            Err(BakeError::invalid(
+                &place,
+                format!("{n} with --paths gather, which traces at most {MAX_REFLECTIONS}; use --paths best"),
+            ))
         }
     }
 }
@@ -80,10 +86,16 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
 }
 
 fn differ_in_materials_only(a: &Scene, b: &Scene) -> bool {
-    let environment = |s: &Scene| s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map.map)));
+    let environment = |s: &Scene| {
+        s.environment.as_ref().map(|e| (e.gain, e.rotation_deg, std::sync::Arc::as_ptr(&e.map.map)))
+    };
     let camera = |s: &Scene| (s.camera.position, s.camera.target, s.camera.fov_deg);
-    let meshes = |s: &Scene| s.objects.iter().map(|object| std::sync::Arc::as_ptr(&object.mesh)).collect::<Vec<_>>();
-    meshes(a) == meshes(b) && camera(a) == camera(b) && a.lights == b.lights && environment(a) == environment(b)
+    let meshes =
+        |s: &Scene| s.objects.iter().map(|object| std::sync::Arc::as_ptr(&object.mesh)).collect::<Vec<_>>();
+    meshes(a) == meshes(b)
+        && camera(a) == camera(b)
+        && a.lights == b.lights
+        && environment(a) == environment(b)
 }
 
 /// The file for each of `count` images: the name itself for one, else the pattern with its number filled in.
@@ -94,9 +106,15 @@ fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
         return refuse("references are written as .exr; end the name so");
     }
     let Some((before, rest)) = pattern.split_once('%') else {
-        return if count == 1 { Ok(vec![pattern.into()]) } else { refuse("many states need a pattern such as 'OUT/%04d.exr'") };
+        return if count == 1 {
+            Ok(vec![pattern.into()])
+        } else {
+            refuse("many states need a pattern such as 'OUT/%04d.exr'")
+        };
     };
-    let Some((digits, after)) = rest.split_once('d').filter(|(d, after)| d.chars().all(|c| c.is_ascii_digit()) && !after.contains('%'))
+    let Some((digits, after)) = rest
+        .split_once('d')
+        .filter(|(d, after)| d.chars().all(|c| c.is_ascii_digit()) && !after.contains('%'))
     else {
         return refuse("a pattern has one number such as %d or %04d");
     };
@@ -105,9 +123,11 @@ fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
 }
 
 fn write_estimate(image: &Estimate, [width, height]: [u32; 2], file: &Path) -> Result<()> {
-    let plane = |pixels: &[[f32; 3]], channel: usize| -> Vec<f32> { pixels.iter().map(|p| p[channel]).collect() };
+    let plane =
+        |pixels: &[[f32; 3]], channel: usize| -> Vec<f32> { pixels.iter().map(|p| p[channel]).collect() };
     let [r, g, b] = [0, 1, 2].map(|c| plane(&image.radiance, c));
     let [vr, vg, vb] = [0, 1, 2].map(|c| plane(&image.variance, c));
-    let channels = [("R", &r[..]), ("G", &g), ("B", &b), ("variance.R", &vr), ("variance.G", &vg), ("variance.B", &vb)];
+    let channels =
+        [("R", &r[..]), ("G", &g), ("B", &b), ("variance.R", &vr), ("variance.G", &vg), ("variance.B", &vb)];
     Ok(write_exr(file, width as usize, height as usize, &channels)?)
 }

@@ -34,13 +34,20 @@ pub fn run(args: &RunArgs) -> Result<String> {
         let reason = "is a model, of which each part would have a scene of its own; write one by `bake new`, and give that to all machines";
         return Err(BakeError::invalid(&Place::file(model), reason));
     }
-    let (scene, folder) =
-        if is_model(model) { first_scene::beside(model, args.output.as_deref())? } else { (load(&args.scene)?, args.output.clone()) };
+    let (scene, folder) = if is_model(model) {
+        first_scene::beside(model, args.output.as_deref())?
+    } else {
+        (load(&args.scene)?, args.output.clone())
+    };
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
-        return Err(BakeError::invalid(&Place::file("--max-error"), format!("{max_error} makes no sense; give a number above 0")));
+        return Err(BakeError::invalid(
+            &Place::file("--max-error"),
+            format!("{max_error} makes no sense; give a number above 0"),
+        ));
     }
-    let chosen = if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
+    let chosen =
+        if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let asked = asked(args, &scene, max_error);
     look_at(&scene, asked.size)?;
     let methods = methods(&chosen, &asked, &scene)?;
@@ -58,12 +65,23 @@ pub fn run(args: &RunArgs) -> Result<String> {
 }
 
 /// Bakes and tells what came of it.
-fn bake(scene: &Scene, methods: &[Box<dyn Method>], asked: &Asked, folder: &Path, leftover: Leftover, job: &Job) -> Result<String> {
+fn bake(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    asked: &Asked,
+    folder: &Path,
+    leftover: Leftover,
+    job: &Job,
+) -> Result<String> {
     let baked = bundle::run(scene, methods, asked.size, folder, leftover, asked.seed, job);
     // The lock lasts until the report is whole.
     let (summary, _lock) = baked.map_err(|e| e.kept(holds_work(folder, &names(methods)), RESUME))?;
-    let mut text: String = summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
-    summary.methods.iter().for_each(|method| text += &describe(scene, method, summary.is_black, asked.max_error));
+    let mut text: String =
+        summary.sphere_sets.iter().map(|set| spheres::describe_stage(&scene.name, set)).collect();
+    summary
+        .methods
+        .iter()
+        .for_each(|method| text += &describe(scene, method, summary.is_black, asked.max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
     if summary.has_news() {
         text += &frame_cost::measure(scene, &summary, asked.size, folder)?;
@@ -103,8 +121,14 @@ pub fn merge(args: &MergeArgs) -> Result<String> {
     let scene = relume_scenes::load(&shard.scene)?;
     shard.expect_scene(&scene)?;
     warn(&scene.warnings);
-    let unknown = |name: &String| BakeError::invalid(&Place::file(name), "is no method of this program; merge with the one that baked");
-    let chosen = shard.methods.iter().map(|name| Registered::find(name).ok_or_else(|| unknown(name))).collect::<Result<Vec<_>>>()?;
+    let unknown = |name: &String| {
+        BakeError::invalid(&Place::file(name), "is no method of this program; merge with the one that baked")
+    };
+    let chosen = shard
+        .methods
+        .iter()
+        .map(|name| Registered::find(name).ok_or_else(|| unknown(name)))
+        .collect::<Result<Vec<_>>>()?;
     let methods = methods(&chosen, &shard.asked, &scene)?;
     let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
     bundle::expect_room(&scene, &args.output)?;
@@ -137,9 +161,15 @@ fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Resu
         return refuse("--method", "the same one is given twice; once is enough");
     }
     cards_of(names.iter().copied(), &Place::file("--method"))?;
-    let stranger = METHODS.into_iter().filter(|method| !names.contains(&method.card.name)).filter_map(|method| method.option);
+    let stranger = METHODS
+        .into_iter()
+        .filter(|method| !names.contains(&method.card.name))
+        .filter_map(|method| method.option);
     if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(asked)) {
-        return refuse(flag, "belongs to a method that is not baked here; remove it, or add the method with --method");
+        return refuse(
+            flag,
+            "belongs to a method that is not baked here; remove it, or add the method with --method",
+        );
     }
     let methods: Vec<Box<dyn Method>> = chosen.iter().map(|method| (method.new)(asked, scene)).collect();
     warn(&methods.iter().flat_map(|method| method.leaves_out(scene)).collect::<Vec<_>>());
@@ -151,25 +181,43 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     let MethodSummary { entry, traced } = summary;
     let error = |name: &str| entry.errors.get(name).map(|error| 100.0 * error);
     let figures = error("relative_l2_median").zip(error("relative_l2_worst")).filter(|_| !is_black);
-    let settings = entry.settings.iter().filter(|(name, _)| *name != "revision").map(|(name, value)| format!("{name} {value}"));
+    let settings = entry
+        .settings
+        .iter()
+        .filter(|(name, _)| *name != "revision")
+        .map(|(name, value)| format!("{name} {value}"));
     let settings: Vec<String> = settings.collect();
     let what = if traced.is_none() { "up to date, reused" } else { "baked" };
     let mut text = format!("{}: {} {what}: {}\n", scene.name, entry.name, settings.join(", "));
     text += &match figures {
-        Some((median, worst)) => format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n"),
+        Some((median, worst)) => {
+            format!("error over held-out states: median {median:.3} %, worst {worst:.3} %\n")
+        }
         None if is_black => "no error figure: the picture is black\n".to_owned(),
         None => {
-            say(&format!("warning: nothing that {} was compared on is lit and reflects; check camera, lights and materials", entry.name));
+            say(&format!(
+                "warning: nothing that {} was compared on is lit and reflects; check camera, lights and materials",
+                entry.name
+            ));
             "no error figure: nothing that was compared is lit\n".to_owned()
         }
     };
     if let Some(traced) = traced {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
-        text += &format!("{:.1} million rays in {:.1} s, {rate:.2} million a second\n", traced.rays as f64 / 1e6, traced.seconds);
+        text += &format!(
+            "{:.1} million rays in {:.1} s, {rate:.2} million a second\n",
+            traced.rays as f64 / 1e6,
+            traced.seconds
+        );
     }
     if figures.is_some_and(|(_, worst)| worst > 100.0 * max_error) {
-        let remedy = Registered::find(&entry.name).map(|method| (method.remedy)(&entry.settings)).unwrap_or_default();
-        say(&format!("warning: the worst error of {} is above the {} % asked for; {remedy}", entry.name, 100.0 * max_error));
+        let remedy =
+            Registered::find(&entry.name).map(|method| (method.remedy)(&entry.settings)).unwrap_or_default();
+        say(&format!(
+            "warning: the worst error of {} is above the {} % asked for; {remedy}",
+            entry.name,
+            100.0 * max_error
+        ));
     }
     text
 }

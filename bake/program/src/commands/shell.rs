@@ -16,6 +16,7 @@ pub fn completions(args: &CompletionsArgs) -> String {
 /// `bake man`.
 pub fn man(args: &ManArgs) -> Result<String> {
     create_folder(&args.output)?;
-    clap_mangen::generate_to(Cli::command(), &args.output).map_err(|e| Error::output(&Place::file(&args.output), e))?;
+    clap_mangen::generate_to(Cli::command(), &args.output)
+        .map_err(|e| Error::output(&Place::file(&args.output), e))?;
     Ok(format!("{}\n", args.output.join("bake.1").display()))
 }

@@ -29,7 +29,12 @@ pub fn spheres(args: &SpheresArgs) -> Result<String> {
     // A fit may take long; that its file has nowhere to go had better be known before.
     expect_writable(&output)?;
     let name = args.mesh.file_name().unwrap_or_default().to_string_lossy();
-    let settings = Settings { spheres: args.count as usize, seed: args.seed, iterations: args.iterations, tight: args.tight };
+    let settings = Settings {
+        spheres: args.count as usize,
+        seed: args.seed,
+        iterations: args.iterations,
+        tight: args.tight,
+    };
     let start = Instant::now();
     let fitted = fit(&mesh, &poses, &name, &Place::file(&args.mesh), &settings, &Job::new(args.progress))?;
     fitted.notes.iter().for_each(|note| say(&format!("warning: {note}")));
@@ -49,8 +54,12 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<Vec<[f32; 
         // A file of another kind has no clips; clips that are broken need not keep a mesh from its spheres.
         Err(error) => {
             let mesh = relume_scenes::load_mesh(path, warnings)?;
-            if ["gltf", "glb"].iter().any(|e| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(e))) {
-                warnings.push(format!("{error}; the spheres are fitted at rest, without a look at its clips"));
+            if ["gltf", "glb"]
+                .iter()
+                .any(|e| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(e)))
+            {
+                warnings
+                    .push(format!("{error}; the spheres are fitted at rest, without a look at its clips"));
             }
             Ok((mesh, Vec::new()))
         }
@@ -60,9 +69,13 @@ fn load(path: &Path, warnings: &mut Vec<String>) -> Result<(Mesh, Vec<Vec<[f32; 
 /// Where the set goes. Other commands know it by the end of its name.
 fn output_file(args: &SpheresArgs) -> Result<PathBuf> {
     let stem = args.mesh.file_stem().unwrap_or_default().to_string_lossy();
-    let output = args.output.clone().unwrap_or_else(|| format!("{stem}-spheres-{}.relume", args.count).into());
+    let output =
+        args.output.clone().unwrap_or_else(|| format!("{stem}-spheres-{}.relume", args.count).into());
     if output.extension().is_none_or(|e| e != "relume") {
-        return Err(BakeError::invalid(&Place::file(&output), "sphere sets are written as .relume; end the name so"));
+        return Err(BakeError::invalid(
+            &Place::file(&output),
+            "sphere sets are written as .relume; end the name so",
+        ));
     }
     Ok(output)
 }

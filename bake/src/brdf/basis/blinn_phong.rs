@@ -1,8 +1,9 @@
 //! A PCA basis of the Blinn-Phong space (thesis §4.1.2).
 //!
-//! Samples are the glossy lobes of exponents 1..=200 on the angle grid, each scaled to unit norm, no mean taken away; the diffuse lobe is a basis
-//! of its own. Every basis function is a known linear combination of the analytic samples, so it can be evaluated exactly at any half angle:
-//! that fills the fine tables, and the coarse grid serves for inner products only.
+//! Samples are the glossy lobes of exponents 1..=200 on the angle grid, each scaled to unit norm, no mean
+//! taken away; the diffuse lobe is a basis of its own. Every basis function is a known linear combination of
+//! the analytic samples, so it can be evaluated exactly at any half angle: that fills the fine tables, and
+//! the coarse grid serves for inner products only.
 
 use super::samples::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
@@ -16,11 +17,13 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Exponents of the samples: as in the thesis, every integer.
 const SAMPLES: usize = SHININESS_MAX as usize;
-/// Nodes of the coefficient table per octave of exponents, as long as that is finer than every integer. Linear interpolation then errs by about
-/// (1/64)²/8 = 3e-5 of the lobe, which stays below the error of any basis worth baking.
+/// Nodes of the coefficient table per octave of exponents, as long as that is finer than every integer.
+/// Linear interpolation then errs by about (1/64)²/8 = 3e-5 of the lobe, which stays below the error of any
+/// basis worth baking.
 const NODES_PER_OCTAVE: f32 = 64.0;
 
-/// The half angles of the angle grid, each pair of mirrored nodes (θi, θo), (θo, θi) once, with the square root of how often it occurs.
+/// The half angles of the angle grid, each pair of mirrored nodes (θi, θo), (θo, θi) once, with the square
+/// root of how often it occurs.
 struct Grid {
     cos_delta: Vec<f64>,
     weight: Vec<f64>,
@@ -63,13 +66,15 @@ pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, Lin
     let glossy_bases = bases - 1;
     // Root mean square 1 over the grid, so that coefficients are of the order of the BRDF.
     let rms = (brdf_grid::NODES as f64).sqrt();
-    let lobes: Vec<f32> = (0..glossy_bases).flat_map(|j| samples.lobe_table(&vt.row(j).to_vec(), rms / s[j])).collect();
+    let lobes: Vec<f32> =
+        (0..glossy_bases).flat_map(|j| samples.lobe_table(&vt.row(j).to_vec(), rms / s[j])).collect();
 
     let on_grid = u.slice(s![.., ..glossy_bases]).to_owned();
     let shininess = coefficient_nodes();
     let coefficients = project(&grid, &on_grid, &shininess, shared_diffuse, rms);
     let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
-    let mut basis = BrdfBasis { meta, parameters: shininess, coefficients, functions: Functions::BlinnPhong { lobes } };
+    let mut basis =
+        BrdfBasis { meta, parameters: shininess, coefficients, functions: Functions::BlinnPhong { lobes } };
     let integers: Vec<f32> = (SHININESS_MIN as usize..=SAMPLES).map(|s| s as f32).collect();
     basis.meta.error_at_samples = measure(&basis, &grid, &integers);
     // Nodes are dyadic fractions apart, so this offset meets none of them.
@@ -95,14 +100,19 @@ impl Samples {
             .map(|node| {
                 let c = lobe_table::cos_delta(node);
                 let samples = weights.iter().zip(&self.scale).zip(&self.diffuse_share).enumerate();
-                let sum: f64 = samples.map(|(i, ((w, scale), share))| w * (scale * glossy((i + 1) as f64, c) - share * FRAC_1_PI)).sum();
+                let sum: f64 = samples
+                    .map(|(i, ((w, scale), share))| {
+                        w * (scale * glossy((i + 1) as f64, c) - share * FRAC_1_PI)
+                    })
+                    .sum();
                 (factor * sum) as f32
             })
             .collect()
     }
 }
 
-/// Exponents at which coefficients are stored: every integer, and between them as many as [`NODES_PER_OCTAVE`] asks.
+/// Exponents at which coefficients are stored: every integer, and between them as many as
+/// [`NODES_PER_OCTAVE`] asks.
 fn coefficient_nodes() -> Vec<f32> {
     let mut nodes = vec![SHININESS_MIN];
     let mut last = SHININESS_MIN;
@@ -115,14 +125,21 @@ fn coefficient_nodes() -> Vec<f32> {
 }
 
 /// Coefficients of the unit glossy lobe of each exponent: row-major [nodes, bases].
-fn project(grid: &Grid, on_grid: &Array2<f64>, shininess: &[f32], shared_diffuse: bool, rms: f64) -> Vec<f32> {
+fn project(
+    grid: &Grid,
+    on_grid: &Array2<f64>,
+    shininess: &[f32],
+    shared_diffuse: bool,
+    rms: f64,
+) -> Vec<f32> {
     let diffuse = grid.diffuse();
     let diffuse_squared = dot(&diffuse, &diffuse);
     let columns: Vec<Vec<f64>> = on_grid.columns().into_iter().map(|c| c.to_vec()).collect();
     let row = |s: &f32| {
         let lobe = grid.lobe(f64::from(*s));
         let diffuse_part = if shared_diffuse { dot(&lobe, &diffuse) / diffuse_squared } else { 0.0 };
-        // The columns are orthonormal, and orthogonal to the diffuse lobe if that is shared: projection is the least-squares fit.
+        // The columns are orthonormal, and orthogonal to the diffuse lobe if that is shared: projection is
+        // the least-squares fit.
         let mut row = vec![diffuse_part as f32];
         row.extend(columns.iter().map(|u| (dot(&lobe, u) / rms) as f32));
         row
@@ -146,7 +163,8 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
         let (mut difference, mut norm) = (0.0, 0.0);
         for ((cos_delta, weight), value) in grid.cos_delta.iter().zip(&grid.weight).zip(&values) {
             let truth = glossy(f64::from(*s), *cos_delta);
-            let approximation: f64 = coefficients.iter().zip(value).map(|(c, b)| f64::from(*c) * f64::from(*b)).sum();
+            let approximation: f64 =
+                coefficients.iter().zip(value).map(|(c, b)| f64::from(*c) * f64::from(*b)).sum();
             difference += (weight * (approximation - truth)).powi(2);
             norm += (weight * truth).powi(2);
         }
@@ -169,17 +187,24 @@ mod tests {
     /// The figures of the thesis, under the metric that reproduces them, are ceilings.
     #[test]
     fn errors_stay_below_the_published_figures() {
-        for (bases, shared, mean, worst) in
-            [(6, true, 0.0065, 0.050), (6, false, 0.0090, 0.068), (4, false, 0.048, 1.0), (9, true, 0.0007, 0.005)]
-        {
+        for (bases, shared, mean, worst) in [
+            (6, true, 0.0065, 0.050),
+            (6, false, 0.0090, 0.068),
+            (4, false, 0.048, 1.0),
+            (9, true, 0.0007, 0.005),
+        ] {
             let meta = build(bases, shared).unwrap().meta;
             for error in [meta.error_at_samples, meta.error_between] {
-                assert!(error.mean <= mean && error.worst <= worst, "{bases} bases, shared {shared}: {error:?}");
+                assert!(
+                    error.mean <= mean && error.worst <= worst,
+                    "{bases} bases, shared {shared}: {error:?}"
+                );
             }
         }
     }
 
-    /// Independent of the grid metric: with many bases the look-up must converge to the analytic lobe everywhere.
+    /// Independent of the grid metric: with many bases the look-up must converge to the analytic lobe
+    /// everywhere.
     #[test]
     fn many_bases_reproduce_the_analytic_brdf() {
         let basis = build(16, true).unwrap();
@@ -194,7 +219,8 @@ mod tests {
                 let truth = crate::brdf::blinn_phong::evaluate(&material, Vec3A::ONE, cos_delta);
                 for channel in 0..3 {
                     let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum();
-                    // Powers that are no integers have a singular derivative at cos δ = 0, where integer powers follow them slowly.
+                    // Powers that are no integers have a singular derivative at cos δ = 0, where integer
+                    // powers follow them slowly.
                     assert!(
                         (sum - truth[channel]).abs() < 5e-4 * peak.max(1.0),
                         "s {s}, cos δ {cos_delta}: {sum} against {}",

@@ -1,9 +1,10 @@
 //! A PCA basis of the GGX space.
 //!
-//! A lobe is f₀·A(r) + B(r): A = D·V·(1 − w) and B = D·V·w with Schlick's weight w, each a sample of its own at every roughness. They depend on three
-//! angles, so inner products are sums over half and difference angles (Rusinkiewicz 1998), which follow the peak of any lobe, weighted so that
-//! they are integrals over both directions with both cosines. Basis functions are stored as the combinations of analytic samples that they are, and
-//! no table limits how well they resolve a lobe.
+//! A lobe is f₀·A(r) + B(r): A = D·V·(1 − w) and B = D·V·w with Schlick's weight w, each a sample of its own
+//! at every roughness. They depend on three angles, so inner products are sums over half and difference
+//! angles (Rusinkiewicz 1998), which follow the peak of any lobe, weighted so that they are integrals over
+//! both directions with both cosines. Basis functions are stored as the combinations of analytic samples that
+//! they are, and no table limits how well they resolve a lobe.
 
 use super::samples::{Samples, dot, errors_of, unmeasured};
 use crate::compress::linalg::{Svd, thin_svd};
@@ -16,10 +17,11 @@ use std::f64::consts::FRAC_1_PI;
 
 /// Roughnesses of the samples, spaced evenly in octaves. Twice as many change no error by a tenth.
 const SAMPLES: usize = 16;
-/// What B counts beside A, whose norm is made 1. B has the factor 1 in every material and A f₀, from 0.04 to 1; 2 is where metals and
-/// dielectrics come off alike.
+/// What B counts beside A, whose norm is made 1. B has the factor 1 in every material and A f₀, from 0.04 to
+/// 1; 2 is where metals and dielectrics come off alike.
 const SCHLICK_WEIGHT: f64 = 2.0;
-/// Intervals of the coefficient table. Steps of 0.22 % in roughness make linear interpolation err by about 1e-5 of the lobe.
+/// Intervals of the coefficient table. Steps of 0.22 % in roughness make linear interpolation err by about
+/// 1e-5 of the lobe.
 const INTERVALS: usize = 512;
 /// Pairs of directions on which lobes are integrated.
 struct Grid(HalfDifference);
@@ -31,9 +33,14 @@ impl Grid {
 
     /// The parts A and B of the lobe, weighted.
     fn lobe(&self, roughness: f64) -> [Vec<f64>; 2] {
-        let distribution = |angles: &Angles| f64::from(microfacet::distribution_visibility((roughness as f32).powi(4), angles));
+        let distribution = |angles: &Angles| {
+            f64::from(microfacet::distribution_visibility((roughness as f32).powi(4), angles))
+        };
         let schlick = |angles: &Angles| f64::from(microfacet::schlick(angles.cos_difference));
-        [self.tabulate(|a| distribution(a) * (1.0 - schlick(a))), self.tabulate(|a| distribution(a) * schlick(a))]
+        [
+            self.tabulate(|a| distribution(a) * (1.0 - schlick(a))),
+            self.tabulate(|a| distribution(a) * schlick(a)),
+        ]
     }
 
     fn diffuse(&self) -> Vec<f64> {
@@ -55,7 +62,9 @@ impl Samples {
     /// Row of the stored weights for the combination Σ combination·column, times `factor`.
     fn weights(&self, combination: &[f64], factor: f64) -> Vec<f32> {
         let diffuse: f64 = combination.iter().zip(&self.diffuse_share).map(|(c, share)| -c * share).sum();
-        let of_part = |part: usize| combination.iter().zip(&self.scale).skip(part).step_by(2).map(|(c, scale)| c * scale);
+        let of_part = |part: usize| {
+            combination.iter().zip(&self.scale).skip(part).step_by(2).map(|(c, scale)| c * scale)
+        };
         std::iter::once(diffuse).chain(of_part(0)).chain(of_part(1)).map(|w| (factor * w) as f32).collect()
     }
 }
@@ -83,7 +92,10 @@ pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, Lin
         let glossy = columns.iter().map(|u| (dot(&part, u) / norm) as f32).collect::<Vec<_>>();
         std::iter::once(diffuse_part as f32).chain(glossy)
     };
-    let coefficients = parameters.iter().flat_map(|r| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients)).collect();
+    let coefficients = parameters
+        .iter()
+        .flat_map(|r| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients))
+        .collect();
     let functions = Functions::Ggx { roughness: roughness.clone(), weights };
     let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
     let mut basis = BrdfBasis { meta, parameters, coefficients, functions };
@@ -109,8 +121,13 @@ fn measure(basis: &BrdfBasis, grid: &Grid, roughness: &[f32]) -> BasisError {
         let [at_f0, schlick] = [0, 1].map(|part| basis.lobe_coefficients(part, *r));
         let [a, b] = grid.lobe(f64::from(*r));
         let (mut difference, mut norm) = (0.0, 0.0);
-        for ((truth, weight), value) in a.iter().zip(&b).map(|(a, b)| a + b).zip(&grid.0.weight).zip(&values) {
-            let sum: f64 = value.iter().zip(at_f0.iter().zip(&schlick)).map(|(v, (c, e))| f64::from(*v) * f64::from(c + e)).sum();
+        for ((truth, weight), value) in a.iter().zip(&b).map(|(a, b)| a + b).zip(&grid.0.weight).zip(&values)
+        {
+            let sum: f64 = value
+                .iter()
+                .zip(at_f0.iter().zip(&schlick))
+                .map(|(v, (c, e))| f64::from(*v) * f64::from(c + e))
+                .sum();
             difference += (weight * sum - truth).powi(2);
             norm += truth * truth;
         }
@@ -128,7 +145,9 @@ mod tests {
     #[test]
     fn errors_fall_with_every_base() {
         let mut last = f64::INFINITY;
-        for (bases, mean, worst) in [(6, 0.065, 0.13), (9, 0.01, 0.03), (12, 0.0025, 0.005), (16, 0.0003, 0.0006)] {
+        for (bases, mean, worst) in
+            [(6, 0.065, 0.13), (9, 0.01, 0.03), (12, 0.0025, 0.005), (16, 0.0003, 0.0006)]
+        {
             let meta = build(bases, true).unwrap().meta;
             for error in [meta.error_at_samples, meta.error_between] {
                 assert!(error.mean <= mean && error.worst <= worst, "{bases} bases: {error:?}");
@@ -138,16 +157,20 @@ mod tests {
         }
     }
 
-    /// Independent of the quadrature: with many bases the sum must converge to the analytic BRDF, for metals, dielectrics and what is between.
+    /// Independent of the quadrature: with many bases the sum must converge to the analytic BRDF, for metals,
+    /// dielectrics and what is between.
     #[test]
     fn many_bases_reproduce_the_analytic_brdf() {
         let basis = build(24, true).unwrap();
         let mut values = vec![0.0; 24];
-        let direction = |theta: f32, phi: f32| Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let direction =
+            |theta: f32, phi: f32| Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
         for (metallic, roughness) in [(1.0, 0.32), (0.0, 0.35), (0.5, 0.5), (1.0, 0.77), (0.0, 1.0)] {
             let material = Ggx { base_color: [0.9, 0.5, 0.1], metallic, roughness };
             let coefficients = basis.coefficients_of(&Brdf::Ggx(material)).unwrap();
-            let peak = ggx::evaluate(&material, Vec3A::ONE, &crate::brdf::angles(Vec3A::Z, Vec3A::Z, Vec3A::Z)).max_element();
+            let peak =
+                ggx::evaluate(&material, Vec3A::ONE, &crate::brdf::angles(Vec3A::Z, Vec3A::Z, Vec3A::Z))
+                    .max_element();
             for step in 0..2000 {
                 let [u, v, w] = [0.618_034, 0.414_214, 0.732_051].map(|g: f32| (step as f32 * g).fract());
                 let (i, o) = (direction(1.5 * u, 0.0), direction(1.5 * v, std::f32::consts::PI * w));
@@ -155,8 +178,13 @@ mod tests {
                 basis.evaluate(&angles, &mut values);
                 let truth = ggx::evaluate(&material, Vec3A::ONE, &angles) * angles.cos_in;
                 for channel in 0..3 {
-                    let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum::<f32>() * angles.cos_in;
-                    assert!((sum - truth[channel]).abs() < 2e-3 * peak, "{material:?} {angles:?}: {sum} against {}", truth[channel]);
+                    let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum::<f32>()
+                        * angles.cos_in;
+                    assert!(
+                        (sum - truth[channel]).abs() < 2e-3 * peak,
+                        "{material:?} {angles:?}: {sum} against {}",
+                        truth[channel]
+                    );
                 }
             }
         }

@@ -8,7 +8,8 @@ use ndarray_linalg::error::LinalgError;
 use relume_formats::kinds::brdf_basis::BrdfBasis;
 use relume_formats::state::Model;
 
-/// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are approximated with the diffuse basis too.
+/// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are
+/// approximated with the diffuse basis too.
 ///
 /// # Errors
 /// If LAPACK fails.
@@ -30,7 +31,11 @@ mod tests {
         let basis = build(model, bases, shared_diffuse).unwrap();
         let stored = basis.meta.error_at_samples.worst.max(basis.meta.error_between.worst);
         let found = basis.largest_error();
-        println!("{} bases of {}, shared {shared_diffuse}: {found:.3e} at nodes, {stored:.3e} stored", bases, model.name());
+        println!(
+            "{} bases of {}, shared {shared_diffuse}: {found:.3e} at nodes, {stored:.3e} stored",
+            bases,
+            model.name()
+        );
         // Readers allow 1.25 times what is stored, and a thousandth.
         assert!(found <= 1.2 * stored + 5e-4, "{bases} bases of {}: {found} against {stored}", model.name());
         basis.to_bytes(Place::file("basis")).unwrap();
@@ -39,9 +44,12 @@ mod tests {
     /// With room to spare: the bound of readers is larger.
     #[test]
     fn readers_find_the_errors_that_are_stored() {
-        for (model, bases, shared) in
-            [(Model::BlinnPhong, 2, false), (Model::BlinnPhong, 32, true), (Model::Ggx, 2, true), (Model::Ggx, 32, false)]
-        {
+        for (model, bases, shared) in [
+            (Model::BlinnPhong, 2, false),
+            (Model::BlinnPhong, 32, true),
+            (Model::Ggx, 2, true),
+            (Model::Ggx, 32, false),
+        ] {
             assert_taken(model, bases, shared);
         }
     }
@@ -50,7 +58,12 @@ mod tests {
     #[ignore = "takes minutes"]
     fn readers_find_the_errors_that_are_stored_for_any_number_of_bases() {
         for bases in 2..=32 {
-            for (model, shared) in [(Model::BlinnPhong, true), (Model::BlinnPhong, false), (Model::Ggx, true), (Model::Ggx, false)] {
+            for (model, shared) in [
+                (Model::BlinnPhong, true),
+                (Model::BlinnPhong, false),
+                (Model::Ggx, true),
+                (Model::Ggx, false),
+            ] {
                 assert_taken(model, bases, shared);
             }
         }
@@ -61,7 +74,8 @@ mod tests {
     fn tables_that_do_not_make_the_lobes_are_refused() {
         for model in [Model::BlinnPhong, Model::Ggx] {
             let sound = build(model, 6, true).unwrap();
-            let changes: [&dyn Fn(&mut f32); 4] = [&|v| *v *= 1000.0, &|v| *v *= 10.0, &|v| *v = -*v, &|v| *v = 0.0];
+            let changes: [&dyn Fn(&mut f32); 4] =
+                [&|v| *v *= 1000.0, &|v| *v *= 10.0, &|v| *v = -*v, &|v| *v = 0.0];
             for change in changes {
                 let (mut scaled, mut other) = (sound.clone(), sound.clone());
                 scaled.coefficients.iter_mut().for_each(change);
@@ -75,9 +89,14 @@ mod tests {
                 row.coefficients.chunks_exact_mut(width).skip(200).take(2).flatten().for_each(change);
                 let mut reordered = sound.clone();
                 reordered.coefficients.reverse();
-                for (what, basis) in [("coefficients", scaled), ("functions", other), ("node", row), ("order", reordered)] {
+                for (what, basis) in
+                    [("coefficients", scaled), ("functions", other), ("node", row), ("order", reordered)]
+                {
                     let message = basis.to_bytes(Place::file("basis")).unwrap_err().to_string();
-                    assert!(message.contains("section `coefficients`") && message.contains("the model's lobes"), "{what}: {message}");
+                    assert!(
+                        message.contains("section `coefficients`") && message.contains("the model's lobes"),
+                        "{what}: {message}"
+                    );
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! Stored and loaded things in standard formats: `.npy` arrays, `.exr` images, `.ply` meshes, `.json` metadata.
+//! Stored and loaded things in standard formats: `.npy` arrays, `.exr` images, `.ply` meshes, `.json`
+//! metadata.
 
 mod scene;
 #[cfg(test)]
@@ -14,8 +15,8 @@ use relume_formats::{Place, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Exports the `.relume` file or bundle folder at `path` into the folder `out`, a bundle's files each into a folder of its own.
-/// Existing files of the same names are replaced. Returns the files written.
+/// Exports the `.relume` file or bundle folder at `path` into the folder `out`, a bundle's files each into a
+/// folder of its own. Existing files of the same names are replaced. Returns the files written.
 ///
 /// # Errors
 /// Those of [`verify`], and if something cannot be written.

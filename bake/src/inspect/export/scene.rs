@@ -62,7 +62,8 @@ enum EmitterFile {
         edge_v: [f32; 3],
         radiance: Rgb,
     },
-    /// The front of an object, which reflects as well; `textured` if a texture says where how much of `radiance` is emitted.
+    /// The front of an object, which reflects as well; `textured` if a texture says where how much of
+    /// `radiance` is emitted.
     Mesh {
         object: String,
         radiance: Rgb,
@@ -95,8 +96,9 @@ struct EnvironmentFile {
     rotation_deg: f32,
 }
 
-/// Exports a loaded scene into the folder `out`: `scene.json`, a PLY file for each object in world space, `environment.exr` without gain
-/// and rotation, and animations. Existing files of the same names are replaced. Returns the files written.
+/// Exports a loaded scene into the folder `out`: `scene.json`, a PLY file for each object in world space,
+/// `environment.exr` without gain and rotation, and animations. Existing files of the same names are
+/// replaced. Returns the files written.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -116,7 +118,13 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
         };
         out.bytes(&file, &ply.encode())?;
         let material = scene.materials.get(object.material).map(|m| m.name.as_str());
-        objects.push(ObjectFile { name: &object.name, file, material, vertices: mesh.positions.len(), triangles: mesh.triangles.len() });
+        objects.push(ObjectFile {
+            name: &object.name,
+            file,
+            material,
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+        });
     }
     let environment = scene.environment.as_ref().map(|e| environment(e, &mut out)).transpose()?;
     scene.animations.iter().try_for_each(|animation| animation_json(animation, &mut out))?;
@@ -124,9 +132,18 @@ pub fn export_scene(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
     Ok(out.written())
 }
 
-fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: Option<EnvironmentFile>) -> SceneFile<'a> {
+fn scene_file<'a>(
+    scene: &'a Scene,
+    objects: Vec<ObjectFile<'a>>,
+    environment: Option<EnvironmentFile>,
+) -> SceneFile<'a> {
     let vary = &scene.vary;
-    let varying = vary.materials.iter().filter_map(|index| scene.materials.get(*index)).map(|m| m.name.as_str()).collect();
+    let varying = vary
+        .materials
+        .iter()
+        .filter_map(|index| scene.materials.get(*index))
+        .map(|m| m.name.as_str())
+        .collect();
     let indices: HashSet<usize> = vary.materials.iter().copied().collect();
     let materials = (0..)
         .zip(&scene.materials)
@@ -142,7 +159,11 @@ fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: O
         tonemap: scene.tonemap.name(),
         materials,
         objects,
-        lights: scene.lights.iter().map(|l| LightFile { name: &l.name, emitter: emitter(&l.emitter, scene) }).collect(),
+        lights: scene
+            .lights
+            .iter()
+            .map(|l| LightFile { name: &l.name, emitter: emitter(&l.emitter, scene) })
+            .collect(),
         environment,
         warnings: &scene.warnings,
     }
@@ -150,7 +171,9 @@ fn scene_file<'a>(scene: &'a Scene, objects: Vec<ObjectFile<'a>>, environment: O
 
 fn emitter(emitter: &Emitter, scene: &Scene) -> EmitterFile {
     match *emitter {
-        Emitter::Area { corner, edge_u, edge_v, radiance } => EmitterFile::Area { corner, edge_u, edge_v, radiance },
+        Emitter::Area { corner, edge_u, edge_v, radiance } => {
+            EmitterFile::Area { corner, edge_u, edge_v, radiance }
+        }
         Emitter::Mesh { object, radiance, ref glow } => {
             let object = scene.objects.get(object).map(|object| object.name.clone()).unwrap_or_default();
             EmitterFile::Mesh { object, radiance, textured: glow.is_some() }

@@ -12,7 +12,9 @@ use relume_formats::container::Stored;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
 use relume_formats::state::{BlinnPhong, Brdf};
-use relume_scenes::{Emitter, Environment, EquirectMap, Light, Material, Mesh, NamedMap, Object, Scene, Vary};
+use relume_scenes::{
+    Emitter, Environment, EquirectMap, Light, Material, Mesh, NamedMap, Object, Scene, Vary,
+};
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -33,7 +35,8 @@ impl Npy {
         let after = |key: &str| header.split_once(&format!("'{key}':")).unwrap().1.trim_start();
         assert!(after("fortran_order").starts_with("False"));
         let list = after("shape").strip_prefix('(').unwrap().split_once(')').unwrap().0;
-        let shape = list.split(',').map(str::trim).filter(|n| !n.is_empty()).map(|n| n.parse().unwrap()).collect();
+        let shape =
+            list.split(',').map(str::trim).filter(|n| !n.is_empty()).map(|n| n.parse().unwrap()).collect();
         let descr = after("descr").split('\'').nth(1).unwrap().to_owned();
         Self { shape, descr, payload: bytes[10 + header_length..].to_vec() }
     }
@@ -74,13 +77,23 @@ fn every_file_is_listed_once_and_none_else_is_left() {
     for entry in std::fs::read_dir(&out).unwrap().map(|e| e.unwrap()) {
         let name = entry.file_name().into_string().unwrap();
         if entry.path().is_dir() {
-            found.extend(std::fs::read_dir(entry.path()).unwrap().map(|f| format!("{name}/{}", f.unwrap().file_name().display())));
+            found.extend(
+                std::fs::read_dir(entry.path())
+                    .unwrap()
+                    .map(|f| format!("{name}/{}", f.unwrap().file_name().display())),
+            );
         } else {
             found.insert(name);
         }
     }
     assert_eq!(found, listed);
-    for name in ["bundle.json", "scene/mesh.ply", "scene/camera.json", "brdf-basis/basis.npy", "transfer-images/transfer_editable.npy"] {
+    for name in [
+        "bundle.json",
+        "scene/mesh.ply",
+        "scene/camera.json",
+        "brdf-basis/basis.npy",
+        "transfer-images/transfer_editable.npy",
+    ] {
         assert!(listed.contains(name), "{name}");
     }
     assert!(listed.contains("animation-glow/animation_glow.json"));
@@ -96,12 +109,16 @@ fn the_basis_stands_on_the_grid_and_its_samples_come_first_diffuse_then_glossy()
     assert_eq!(shape, [3, 30, 30, 60]);
     for (i, o, p) in [(0, 0, 0), (1, 2, 3), (29, 29, 59), (17, 4, 58)] {
         let at = (i * 30 + o) * 60 + p;
-        // The test's lobes are x and x² of the chord, whose square is 1 − cos δ. Between two of the 4097 nodes x² errs by 1/(4·4096²).
+        // The test's lobes are x and x² of the chord, whose square is 1 − cos δ. Between two of the 4097
+        // nodes x² errs by 1/(4·4096²).
         let chord = (1.0 - cos_half_angle(i, o, p)).sqrt();
         for (basis, expected) in [std::f64::consts::FRAC_1_PI, chord, chord * chord].into_iter().enumerate() {
             let value = f64::from(grid[basis * NODES + at]);
             // The cosine is rounded to f32 first: 6e-8 near 1 are 2.5e-4 of the chord.
-            assert!((value - expected).abs() < 3e-4, "basis {basis} at {i} {o} {p}: {value} is not {expected}");
+            assert!(
+                (value - expected).abs() < 3e-4,
+                "basis {basis} at {i} {o} {p}: {value} is not {expected}"
+            );
         }
     }
     let (shape, parameters) = Npy::f32s(&out.join("parameters.npy"));
@@ -109,24 +126,41 @@ fn the_basis_stands_on_the_grid_and_its_samples_come_first_diffuse_then_glossy()
     assert_eq!((shape, parameters), (vec![3, 3], vec![1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 200.0]));
     let (shape, coefficients) = Npy::f32s(&out.join("coefficients.npy"));
     let stored = &bundle.basis.coefficients;
-    assert_eq!((shape, coefficients), (vec![3, 3], [&[1.0, 0.0, 0.0][..], &stored[..3], &stored[6..]].concat()));
+    assert_eq!(
+        (shape, coefficients),
+        (vec![3, 3], [&[1.0, 0.0, 0.0][..], &stored[..3], &stored[6..]].concat())
+    );
     assert_eq!(Npy::f32s(&out.join("exponents.npy")), (vec![3], vec![1.0, 50.5, 200.0]));
     assert_eq!(Npy::f32s(&out.join("exponent_coefficients.npy")), (vec![3, 3], stored.clone()));
     let metadata = json(&out.join("brdf.json"));
     assert_eq!(metadata["axes"][2]["values"].as_array().unwrap().len(), 60);
-    assert_eq!((&metadata["shared_diffuse"], &metadata["errors"]["between_them"]["mean"]), (&Value::from(true), &Value::from(0.0015)));
+    assert_eq!(
+        (&metadata["shared_diffuse"], &metadata["errors"]["between_them"]["mean"]),
+        (&Value::from(true), &Value::from(0.0015))
+    );
 }
 
 /// Follows `transfer-images.json` and nothing else from the arrays to an image, as somebody with NumPy would.
 fn recombine(out: &Path, on_bases: &[Vec<[f32; 3]>]) -> Vec<[f32; 3]> {
     let metadata = json(&out.join("transfer-images.json"));
     let number = |value: &Value| value.as_u64().unwrap() as usize;
-    let pixel: Vec<u32> =
-        Npy::read(&out.join("fragments_pixel.npy")).payload.as_chunks().0.iter().map(|c| u32::from_le_bytes(*c)).collect();
-    let class: Vec<u16> =
-        Npy::read(&out.join("fragments_class.npy")).payload.as_chunks().0.iter().map(|c| u16::from_le_bytes(*c)).collect();
+    let pixel: Vec<u32> = Npy::read(&out.join("fragments_pixel.npy"))
+        .payload
+        .as_chunks()
+        .0
+        .iter()
+        .map(|c| u32::from_le_bytes(*c))
+        .collect();
+    let class: Vec<u16> = Npy::read(&out.join("fragments_class.npy"))
+        .payload
+        .as_chunks()
+        .0
+        .iter()
+        .map(|c| u16::from_le_bytes(*c))
+        .collect();
     let editable = number(&metadata["fragments"]["editable"]);
-    let names: Vec<&str> = metadata["materials"].as_array().unwrap().iter().map(|m| m.as_str().unwrap()).collect();
+    let names: Vec<&str> =
+        metadata["materials"].as_array().unwrap().iter().map(|m| m.as_str().unwrap()).collect();
     let mut film = vec![[0.0; 3]; number(&metadata["size"][0]) * number(&metadata["size"][1])];
     for path in metadata["paths"].as_array().unwrap() {
         let (shape, values) = Npy::f32s(&out.join(path["array"].as_str().unwrap()));
@@ -177,7 +211,8 @@ fn pictures_are_the_fragments_summed_into_pixels() {
     let head = &bundle.images.head;
     let metadata = json(&out.join("transfer-images.json"));
     let paths = metadata["paths"].as_array().unwrap();
-    // 3 bases × (direct, fixed, 2 materials × 3 bases) for editable fragments, and one of each first reflection for fixed ones.
+    // 3 bases × (direct, fixed, 2 materials × 3 bases) for editable fragments, and one of each first
+    // reflection for fixed ones.
     assert_eq!(paths.len(), 3 * 8 + 8);
     assert_eq!(files.iter().filter(|f| f.extension().is_some_and(|e| e == "exr")).count(), paths.len());
     for path in paths {
@@ -191,7 +226,8 @@ fn pictures_are_the_fragments_summed_into_pixels() {
         for (channel, name) in channels.iter().enumerate() {
             let mut expected = [0.0; 6];
             for fragment in (0..fragments).filter(|f| (*f >= 4) == fixed) {
-                expected[head.pixel[fragment] as usize] += image.values[channel * fragments + fragment].to_f32() * head.scales[slot];
+                expected[head.pixel[fragment] as usize] +=
+                    image.values[channel * fragments + fragment].to_f32() * head.scales[slot];
             }
             assert_eq!(planes.channel(name.as_str().unwrap()).unwrap(), expected, "{path}");
         }
@@ -222,17 +258,25 @@ fn meshes_carry_normals_and_labels() {
     for (index, row) in floats.chunks_exact(6).enumerate() {
         assert_eq!(*row, *[bundle.scene.positions[index], bundle.scene.normals[index]].as_flattened());
     }
-    let faces: Vec<_> =
-        faces.chunks_exact(21).map(|f| (f[0], f[1..].as_chunks().0.iter().map(|c| i32::from_le_bytes(*c)).collect::<Vec<_>>())).collect();
+    let faces: Vec<_> = faces
+        .chunks_exact(21)
+        .map(|f| (f[0], f[1..].as_chunks().0.iter().map(|c| i32::from_le_bytes(*c)).collect::<Vec<_>>()))
+        .collect();
     assert_eq!(faces, [(3, vec![0, 1, 2, 0, 0]), (3, vec![1, 2, 3, 1, 1]), (3, vec![3, 0, 2, 1, 1])]);
 
     let materials = json(&out.join("scene/materials.json"));
-    assert_eq!((&materials[1]["name"], &materials[1]["varies"]), (&Value::from("../knot"), &Value::from(true)));
+    assert_eq!(
+        (&materials[1]["name"], &materials[1]["varies"]),
+        (&Value::from("../knot"), &Value::from(true))
+    );
     assert_eq!(json(&out.join("scene/camera.json"))["fov_deg"], 40.0);
     assert_eq!(json(&out.join("scene/scene.json"))["objects"][1]["first_triangle"], 1);
     let animation = json(&out.join("animation-glow/animation_glow.json"));
     assert_eq!(animation["tracks"][0]["leaf"], serde_json::json!(["materials", "../knot", "kd"]));
-    assert_eq!((&animation["tracks"][1]["values"][0], &animation["loop"]), (&Value::from(3.5), &Value::from(true)));
+    assert_eq!(
+        (&animation["tracks"][1]["values"][0], &animation["loop"]),
+        (&Value::from(3.5), &Value::from(true))
+    );
 }
 
 #[test]
@@ -249,7 +293,12 @@ fn names_cannot_leave_the_folder() {
 #[test]
 fn a_scene_is_exported_as_loaded() {
     let stored = TestBundle::new().scene;
-    let mesh = Arc::new(Mesh { positions: stored.positions, normals: stored.normals, uvs: Vec::new(), triangles: stored.triangles });
+    let mesh = Arc::new(Mesh {
+        positions: stored.positions,
+        normals: stored.normals,
+        uvs: Vec::new(),
+        triangles: stored.triangles,
+    });
     let texels: Vec<[f32; 3]> = (0..8).map(|i| [i as f32, 0.5, 1e4 / (1 + i) as f32]).collect();
     let (edge_u, edge_v) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     let area = Emitter::Area { corner: [0.0, 2.0, 0.0], edge_u, edge_v, radiance: [10.0, 9.0, 8.0] };
@@ -270,11 +319,22 @@ fn a_scene_is_exported_as_loaded() {
             .map(|m| Material { name: m.name.clone(), brdf: m.brdf, texture: None, alpha_cutoff: None })
             .collect(),
         objects: ["ring", "ring/2"]
-            .map(|name| Object { name: name.to_owned(), material: 1, mesh: mesh.clone(), shape: None, spheres: None })
+            .map(|name| Object {
+                name: name.to_owned(),
+                material: 1,
+                mesh: mesh.clone(),
+                shape: None,
+                spheres: None,
+            })
             .to_vec(),
-        lights: [("lamp", area), ("bulb", point)].map(|(name, emitter)| Light { name: name.to_owned(), emitter }).to_vec(),
+        lights: [("lamp", area), ("bulb", point)]
+            .map(|(name, emitter)| Light { name: name.to_owned(), emitter })
+            .to_vec(),
         environment: Some(Environment {
-            map: NamedMap { name: "map.exr".to_owned(), map: Arc::new(EquirectMap { width: 4, height: 2, texels: texels.clone() }) },
+            map: NamedMap {
+                name: "map.exr".to_owned(),
+                map: Arc::new(EquirectMap { width: 4, height: 2, texels: texels.clone() }),
+            },
             others: Vec::new(),
             gain: [2.0; 3],
             rotation_deg: 30.0,
@@ -286,19 +346,42 @@ fn a_scene_is_exported_as_loaded() {
     let files = export_scene(&scene, folder.path()).unwrap();
     assert_eq!(
         names(&files, folder.path()),
-        ["object_000_ring.ply", "object_001_ring_2.ply", "environment.exr", "animation_glow.json", "scene.json"]
+        [
+            "object_000_ring.ply",
+            "object_001_ring_2.ply",
+            "environment.exr",
+            "animation_glow.json",
+            "scene.json"
+        ]
     );
 
     let value = json(&folder.path().join("scene.json"));
-    assert_eq!((&value["vary"]["materials"][0], &value["objects"][1]["material"]), (&"../knot".into(), &"../knot".into()));
-    let varies: Vec<_> = value["materials"].as_array().unwrap().iter().map(|m| m["varies"].as_bool().unwrap()).collect();
+    assert_eq!(
+        (&value["vary"]["materials"][0], &value["objects"][1]["material"]),
+        (&"../knot".into(), &"../knot".into())
+    );
+    let varies: Vec<_> =
+        value["materials"].as_array().unwrap().iter().map(|m| m["varies"].as_bool().unwrap()).collect();
     assert_eq!(varies, [false, true, false]);
-    assert_eq!((&value["lights"][0]["kind"], &value["lights"][0]["radiance"][2]), (&"area".into(), &8.0.into()));
-    assert_eq!((&value["lights"][1]["kind"], &value["lights"][1]["intensity"][0]), (&"point".into(), &2.5.into()));
-    assert_eq!((&value["environment"]["rotation_deg"], &value["warnings"][0]), (&30.0.into(), &"a warning".into()));
+    assert_eq!(
+        (&value["lights"][0]["kind"], &value["lights"][0]["radiance"][2]),
+        (&"area".into(), &8.0.into())
+    );
+    assert_eq!(
+        (&value["lights"][1]["kind"], &value["lights"][1]["intensity"][0]),
+        (&"point".into(), &2.5.into())
+    );
+    assert_eq!(
+        (&value["environment"]["rotation_deg"], &value["warnings"][0]),
+        (&30.0.into(), &"a warning".into())
+    );
     let planes = read_exr(&folder.path().join("environment.exr")).unwrap();
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
-        assert_eq!(planes.channel(name).unwrap(), texels.iter().map(|t| t[channel]).collect::<Vec<_>>(), "without gain and rotation");
+        assert_eq!(
+            planes.channel(name).unwrap(),
+            texels.iter().map(|t| t[channel]).collect::<Vec<_>>(),
+            "without gain and rotation"
+        );
     }
     let ply = std::fs::read(&files[0]).unwrap();
     // The header, 4 vertices of 24 bytes, 3 triangles of 13.
@@ -320,7 +403,10 @@ fn tables(folder: &Path, name: &str) -> [PathBuf; 2] {
 fn tables_are_sound_and_always_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let (first, second) = (tables(folder.path(), "a"), tables(folder.path(), "b"));
-    let described = ["16 Haar coefficients of each of 65,536 bitmaps", "136 directions, which the symmetries of the cube make all of"];
+    let described = [
+        "16 Haar coefficients of each of 65,536 bitmaps",
+        "136 directions, which the symmetries of the cube make all of",
+    ];
     for (table, description) in first.iter().zip(described) {
         let checked = verify(table).unwrap();
         assert!(checked.ends_with("-table, 1 section, every checksum and value checked\n"), "{checked}");
@@ -340,10 +426,19 @@ fn the_haar_table_comes_out_whole() {
     assert_eq!(names(&files, &out), ["table.npy", "table.json"]);
     let (shape, values) = Npy::f32s(&files[0]);
     assert_eq!(shape, [65_536, 16]);
-    // Bit 0 is the upper left texel, bit 7 the right end of the second row: 1/4, its signs, and 1/2 in the quarter it stands in.
-    let expected = |nonzero: &[(usize, f32)]| (0..16).map(|k| nonzero.iter().find(|n| n.0 == k).map_or(0.0, |n| n.1)).collect::<Vec<_>>();
-    assert_eq!(values[16..32], expected(&[(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.25), (4, 0.5), (8, 0.5), (12, 0.5)]));
-    assert_eq!(values[128 * 16..129 * 16], expected(&[(0, 0.25), (1, -0.25), (2, 0.25), (3, -0.25), (5, -0.5), (9, -0.5), (13, 0.5)]));
+    // Bit 0 is the upper left texel, bit 7 the right end of the second row: 1/4, its signs, and 1/2 in the
+    // quarter it stands in.
+    let expected = |nonzero: &[(usize, f32)]| {
+        (0..16).map(|k| nonzero.iter().find(|n| n.0 == k).map_or(0.0, |n| n.1)).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        values[16..32],
+        expected(&[(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.25), (4, 0.5), (8, 0.5), (12, 0.5)])
+    );
+    assert_eq!(
+        values[128 * 16..129 * 16],
+        expected(&[(0, 0.25), (1, -0.25), (2, 0.25), (3, -0.25), (5, -0.5), (9, -0.5), (13, 0.5)])
+    );
 }
 
 #[test]
@@ -352,19 +447,35 @@ fn the_visibility_table_comes_out_whole() {
     let [_, table] = tables(folder.path(), "a");
     let out = folder.path().join("out");
     let files = export_file(&table, &out).unwrap();
-    assert_eq!(names(&files, &out), ["visibility.npy", "directions.npy", "texels.npy", "radii.npy", "visibility.json"]);
+    assert_eq!(
+        names(&files, &out),
+        ["visibility.npy", "directions.npy", "texels.npy", "radii.npy", "visibility.json"]
+    );
     let [bitmaps, directions, texels, radii] = [0, 1, 2, 3].map(|file| Npy::read(&files[file]));
-    assert_eq!([&bitmaps.shape, &directions.shape, &texels.shape, &radii.shape], [&[136, 32, 768][..], &[136, 3], &[136], &[32]]);
-    assert_eq!([&bitmaps.descr, &directions.descr, &texels.descr, &radii.descr], ["|u1", "<f8", "<u4", "<f8"]);
-    // One row by its definition: the last direction is the middle of +X, the widest cap all but a ring of the half-space x > 0.
-    let f64s = |npy: &Npy| npy.payload.as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect::<Vec<_>>();
+    assert_eq!(
+        [&bitmaps.shape, &directions.shape, &texels.shape, &radii.shape],
+        [&[136, 32, 768][..], &[136, 3], &[136], &[32]]
+    );
+    assert_eq!(
+        [&bitmaps.descr, &directions.descr, &texels.descr, &radii.descr],
+        ["|u1", "<f8", "<u4", "<f8"]
+    );
+    // One row by its definition: the last direction is the middle of +X, the widest cap all but a ring of the
+    // half-space x > 0.
+    let f64s =
+        |npy: &Npy| npy.payload.as_chunks().0.iter().map(|v| f64::from_le_bytes(*v)).collect::<Vec<_>>();
     let (directions, radii) = (f64s(&directions), f64s(&radii));
     let (v, r) = (&directions[135 * 3..], radii[31]);
     assert!((r - (90.0f64 * 31.5 / 32.0).to_radians().sin()).abs() < 1e-12);
     assert!((v[1] - v[2]).abs() < 1e-12 && (v[0] - 32.0 * v[1]).abs() < 1e-12, "{v:?}");
     assert_eq!(texels.payload[135 * 4..], (15u32 * 32 + 15).to_le_bytes());
     for texel in 0..6 * 32 * 32 {
-        let centre = relume_formats::basis::cubemap::direction(texel / 1024, 32, (texel % 32) as f64 + 0.5, (texel / 32 % 32) as f64 + 0.5);
+        let centre = relume_formats::basis::cubemap::direction(
+            texel / 1024,
+            32,
+            (texel % 32) as f64 + 0.5,
+            (texel / 32 % 32) as f64 + 0.5,
+        );
         let blocked = centre.x * v[0] + centre.y * v[1] + centre.z * v[2] >= (1.0 - r * r).sqrt();
         let bit = bitmaps.payload[(135 * 32 + 31) * 768 + texel / 8] >> (texel % 8) & 1;
         assert_eq!(bit == 1, blocked, "texel {texel}");

@@ -29,7 +29,8 @@ pub(in super::super) enum FileBake {
 }
 
 impl FileBake {
-    /// For the file at `path`; `None` if no manifest beside it names the file as that of a method, whose kind is called as the method.
+    /// For the file at `path`; `None` if no manifest beside it names the file as that of a method, whose kind
+    /// is called as the method.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -38,7 +39,8 @@ impl FileBake {
         let Ok(manifest) = Manifest::read(folder) else { return Ok(None) };
         let name = path.file_name().unwrap_or_default();
         let listed = |method: &MethodEntry| {
-            let main = method.files.iter().find(|(kind, entry)| *kind == method.name && name == entry.file.as_str());
+            let main =
+                method.files.iter().find(|(kind, entry)| *kind == method.name && name == entry.file.as_str());
             main.map(|(_, entry)| (method.clone(), entry.clone()))
         };
         let found: Option<(MethodEntry, FileEntry)> = manifest.methods.iter().find_map(listed);
@@ -69,9 +71,15 @@ mod tests {
             (&bake["belongs"], &bake["method"], &bake["measured_on"]),
             (&json!("listed"), &json!("transfer-images"), &json!("16 states"))
         );
-        assert_eq!((&bake["errors"], &bake["settings"]), (&json!({ "relative_l2_median": 0.00125 }), &json!({ "samples": 16 })));
+        assert_eq!(
+            (&bake["errors"], &bake["settings"]),
+            (&json!({ "relative_l2_median": 0.00125 }), &json!({ "samples": 16 }))
+        );
         let text = info(&path, false).unwrap();
-        assert!(text.contains("  errors      relative_l2_median 0.001250\n  measured    16 states\n"), "{text}");
+        assert!(
+            text.contains("  errors      relative_l2_median 0.001250\n  measured    16 states\n"),
+            "{text}"
+        );
         let basis = info(&folder.path().join("brdf-basis.relume"), true).unwrap();
         assert!(!basis.contains("belongs"), "the error is not that of a basis: {basis}");
 
@@ -81,7 +89,8 @@ mod tests {
         assert!(read()["bake"]["errors"].is_null());
         let text = info(&path, false).unwrap();
         assert!(
-            text.contains("lists this file with another hash, so the two do not belong together") && !text.contains("0.00125"),
+            text.contains("lists this file with another hash, so the two do not belong together")
+                && !text.contains("0.00125"),
             "{text}"
         );
 

@@ -26,11 +26,17 @@ pub struct Baked {
     pub errors: [Errors; 2],
 }
 
-/// Bakes `scene`. `run` makes the pieces of a stage and gives the log that has them; what is `None` there ends the bake without rows.
+/// Bakes `scene`. `run` makes the pieces of a stage and gives the log that has them; what is `None` there
+/// ends the bake without rows.
 ///
 /// # Errors
 /// If a log cannot be written or read, or the job is interrupted.
-pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>) -> Result<Option<Baked>> {
+pub fn bake(
+    scene: &Scene,
+    settings: &Settings,
+    job: &Job,
+    run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>,
+) -> Result<Option<Baked>> {
     let environments = environments(scene);
     let lights = HeldOutLights::new(&environments, face_size(scene));
     let gather = Gather::new(scene, &lights, settings.rays_per_texel);
@@ -53,14 +59,23 @@ pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: &dyn Fn(&dyn Sta
 }
 
 /// Rounds as many terms as are wanted and measures what that leaves.
-fn pack(rows: &Rows, lights: &HeldOutLights, terms: Terms, meta: &Meta, job: &Job) -> Result<(SparseTransfer, [Errors; 2])> {
+fn pack(
+    rows: &Rows,
+    lights: &HeldOutLights,
+    terms: Terms,
+    meta: &Meta,
+    job: &Job,
+) -> Result<(SparseTransfer, [Errors; 2])> {
     let progress = job.progress("packing", 2);
     let by_terms = errors::by_terms(rows, lights);
     progress.advance(1);
     progress.check()?;
     let terms = terms.of(&by_terms);
     let blocks = quantise::shapes(terms);
-    let transfer = SparseTransfer { blocks: quantise::blocks(rows, &blocks, meta.unit), meta: Meta { blocks, ..meta.clone() } };
+    let transfer = SparseTransfer {
+        blocks: quantise::blocks(rows, &blocks, meta.unit),
+        meta: Meta { blocks, ..meta.clone() },
+    };
     let stored = errors::of_stored(&transfer, rows, lights);
     progress.advance(1);
     Ok((transfer, [stored, by_terms[terms - 1]]))

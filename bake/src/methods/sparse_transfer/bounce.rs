@@ -1,4 +1,5 @@
-//! Light that arrives by way of other surfaces, which reflect it evenly in their colours (ours; the source has direct light only).
+//! Light that arrives by way of other surfaces, which reflect it evenly in their colours (ours; the source
+//! has direct light only).
 
 use crate::trace::receivers::Receiver;
 use crate::trace::world::{Owner, World};
@@ -62,8 +63,8 @@ impl<'a> Bouncer<'a> {
         }
     }
 
-    /// The row of light that reaches `receiver` after one reflection more than `arriving`, rows of `length` (texels × RGB) at every vertex. Surfaces seen
-    /// from behind reflect nothing.
+    /// The row of light that reaches `receiver` after one reflection more than `arriving`, rows of `length`
+    /// (texels × RGB) at every vertex. Surfaces seen from behind reflect nothing.
     pub fn row(&self, receiver: &Receiver, arriving: &[f32], length: usize) -> Vec<f32> {
         let mut row = vec![0.0; length];
         for (vertex, share) in self.shares(receiver) {
@@ -72,16 +73,22 @@ impl<'a> Bouncer<'a> {
         row
     }
 
-    /// The vertices around the points that `receiver` sees, each with the share of its radiance that counts, its colour included.
+    /// The vertices around the points that `receiver` sees, each with the share of its radiance that counts,
+    /// its colour included.
     pub fn shares(&self, receiver: &Receiver) -> BTreeMap<u32, Vec3A> {
         let mut shares = BTreeMap::new();
         for (direction, weight) in &self.directions {
             let cosine = receiver.normal.dot(*direction);
             let met = (cosine > 0.0).then(|| self.world.meet(receiver.origin, *direction)).flatten();
-            let Some((hit, Owner::Material(material))) = met.filter(|hit| hit.front).map(|hit| (hit, hit.owner)) else { continue };
+            let Some((hit, Owner::Material(material))) =
+                met.filter(|hit| hit.front).map(|hit| (hit, hit.owner))
+            else {
+                continue;
+            };
             let reflected = self.albedos[material as usize] * hit.albedo * (cosine * weight);
             let [v, w] = hit.barycentric;
-            for (vertex, share) in self.triangles[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w]) {
+            for (vertex, share) in self.triangles[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w])
+            {
                 *shares.entry(vertex).or_insert(Vec3A::ZERO) += reflected * share;
             }
         }

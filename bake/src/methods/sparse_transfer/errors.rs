@@ -1,4 +1,5 @@
-//! Errors at the vertices under the held-out lights: what is left out and what is rounded, against the whole rows.
+//! Errors at the vertices under the held-out lights: what is left out and what is rounded, against the whole
+//! rows.
 
 use super::rows::Rows;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
@@ -24,7 +25,11 @@ pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
             let mut sums = [0.0; RADIANCES];
             for (term, square) in squares.iter_mut().enumerate() {
                 let at = row * rows.terms + term;
-                add(&mut sums, &rows.values[at * rows.channels..(at + 1) * rows.channels], light_of(lights, rows.indices[at]));
+                add(
+                    &mut sums,
+                    &rows.values[at * rows.channels..(at + 1) * rows.channels],
+                    light_of(lights, rows.indices[at]),
+                );
                 add_squares(square, &sums, exact(rows, row));
             }
         }
@@ -67,7 +72,9 @@ fn exact(rows: &Rows, row: usize) -> &[f32] {
 
 /// Adds squared differences, channels together.
 fn add_squares(squares: &mut [f64; STATES], sums: &[f32; RADIANCES], exact: &[f32]) {
-    for ((square, sums), exact) in squares.iter_mut().zip(sums.as_chunks::<3>().0).zip(exact.as_chunks::<3>().0) {
+    for ((square, sums), exact) in
+        squares.iter_mut().zip(sums.as_chunks::<3>().0).zip(exact.as_chunks::<3>().0)
+    {
         *square += (0..3).map(|c| f64::from(sums[c] - exact[c]).powi(2)).sum::<f64>();
     }
 }
@@ -83,5 +90,7 @@ fn norms(rows: &Rows) -> [f64; STATES] {
 fn relative<'a>(squares: impl Iterator<Item = &'a [f64; STATES]>, norms: &[f64; STATES]) -> Errors {
     let mut total = [0.0; STATES];
     squares.for_each(|squares| total.iter_mut().zip(squares).for_each(|(t, s)| *t += s));
-    std::array::from_fn(|state| if norms[state] > 0.0 { (total[state] / norms[state]).sqrt() } else { f64::NAN })
+    std::array::from_fn(
+        |state| if norms[state] > 0.0 { (total[state] / norms[state]).sqrt() } else { f64::NAN },
+    )
 }

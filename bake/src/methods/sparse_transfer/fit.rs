@@ -21,7 +21,10 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     environment_lit::expect_fit(scene, NAME)?;
     if bounces(scene) > MAX_BOUNCES {
         let most = MAX_BOUNCES + 1;
-        return refuse(format!("[render] reflections = {}, {NAME} models at most {most}; lower it", scene.reflections));
+        return refuse(format!(
+            "[render] reflections = {}, {NAME} models at most {most}; lower it",
+            scene.reflections
+        ));
     }
     Ok(())
 }
@@ -32,15 +35,18 @@ pub(super) fn expect_sizes(scene: &Scene) -> Result<()> {
     let most = MAX_SECTION_BYTES / (16 * 2 * channels(scene) as u64);
     let vertices = vertices(scene) as u64;
     if vertices > most {
-        let reason = format!("{vertices} vertices, {NAME} holds at most {most} of this kind; simplify the meshes");
+        let reason =
+            format!("{vertices} vertices, {NAME} holds at most {most} of this kind; simplify the meshes");
         return Err(BakeError::invalid(&Place::file(&scene.file), reason));
     }
     Ok(())
 }
 
-/// Bytes that a bake holds at most: selected rows twice over, the hierarchy, the lights; where light bounces also all coefficients of all rows.
+/// Bytes that a bake holds at most: selected rows twice over, the hierarchy, the lights; where light bounces
+/// also all coefficients of all rows.
 pub(super) fn predicted_bytes(scene: &Scene) -> u64 {
-    let (vertices, channels, size) = (vertices(scene) as u64, channels(scene) as u64, face_size(scene) as u64);
+    let (vertices, channels, size) =
+        (vertices(scene) as u64, channels(scene) as u64, face_size(scene) as u64);
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let coefficients = FACES as u64 * size * size;
     let selected = vertices * (MAX_TERMS as u64 * (2 + 4 * channels) + 4 * RADIANCES as u64);

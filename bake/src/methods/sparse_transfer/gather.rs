@@ -79,11 +79,13 @@ impl<'a> Gather<'a> {
         Self { scene, world: World::new(scene), receivers: receivers(scene), lights, texels, rays_per_texel }
     }
 
-    /// The key of a stage that reads `parts` of the scene. What cuts holes into surfaces is part of their textures. How many terms are wanted changes
-    /// nothing of what is traced.
+    /// The key of a stage that reads `parts` of the scene. What cuts holes into surfaces is part of their
+    /// textures. How many terms are wanted changes nothing of what is traced.
     fn key(&self, parts: &[Part]) -> u128 {
         let reads = hash_of(self.scene, &[&[Part::Geometry, Part::Textures][..], parts].concat());
-        xxh3_128(format!("{reads:032x} {} {REVISION} {}", self.rays_per_texel, bounces(self.scene)).as_bytes())
+        xxh3_128(
+            format!("{reads:032x} {} {REVISION} {}", self.rays_per_texel, bounces(self.scene)).as_bytes(),
+        )
     }
 
     /// Rows of direct light.
@@ -100,13 +102,16 @@ impl<'a> Gather<'a> {
         };
         // Rows bring their exact radiances under the maps with them.
         let key = self.key(&[Part::Maps]);
-        let pieces = Pieces { receivers: &self.receivers, name: NAME.to_owned(), label: "tracing", key, rows };
+        let pieces =
+            Pieces { receivers: &self.receivers, name: NAME.to_owned(), label: "tracing", key, rows };
         let Some(log) = run(&pieces)? else { return Ok(None) };
         let mut all = Rows::new(MAX_TERMS, 1);
         for piece in 0..pieces.pieces() {
             let count = receivers_of(&self.receivers, piece).len();
             let rows = Rows::decode(&log.read(piece)?, count, MAX_TERMS, 1);
-            all.append(rows.ok_or_else(|| log.refuse("holds rows of another length; bake again with --force"))?);
+            all.append(
+                rows.ok_or_else(|| log.refuse("holds rows of another length; bake again with --force"))?,
+            );
         }
         Ok(Some(all))
     }
@@ -117,11 +122,20 @@ impl<'a> Gather<'a> {
             let mut row = vec![0.0; self.texels.weights.len()];
             let of = |receiver| {
                 transfer_row(receiver, &self.world, &self.texels, &mut row);
-                bounce::coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE).into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>()
+                bounce::coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE)
+                    .into_iter()
+                    .flat_map(f32::to_le_bytes)
+                    .collect::<Vec<u8>>()
             };
             receivers.iter().flat_map(of).collect()
         };
-        let pieces = Pieces { receivers: &self.receivers, name: NAME.to_owned(), label: "tracing", key: self.key(&[]), rows };
+        let pieces = Pieces {
+            receivers: &self.receivers,
+            name: NAME.to_owned(),
+            label: "tracing",
+            key: self.key(&[]),
+            rows,
+        };
         let Some(log) = run(&pieces)? else { return Ok(None) };
         let direct = self.dense_rows(&log, COARSE)?;
         let bouncer = Bouncer::new(self.scene, &self.world);
@@ -133,7 +147,10 @@ impl<'a> Gather<'a> {
                 rows.flat_map(f32::to_le_bytes).collect()
             };
             let (name, key) = (format!("{NAME}-bounce-{bounce}"), self.key(&[Part::Albedos]));
-            let Some(log) = run(&Pieces { receivers: &self.receivers, name, label: "bouncing", key, rows })? else { return Ok(None) };
+            let Some(log) = run(&Pieces { receivers: &self.receivers, name, label: "bouncing", key, rows })?
+            else {
+                return Ok(None);
+            };
             arriving = self.dense_rows(&log, 3 * COARSE)?;
             total.iter_mut().zip(&arriving).for_each(|(sum, value)| *sum += value);
         }

@@ -1,10 +1,12 @@
 //! How much a coefficient of transfer is likely to matter: its size times what light usually has there.
 //!
-//! If the coefficients of light were independent with standard deviations σ, the best terms to keep would be those of largest |transfer|·σ. Environment
-//! maps have more of low frequencies than of high ones; more difference between above and below than between left and right, for they
-//! have a horizon; and little light from below. The three numbers of that are the ones that serve the thirteen of the eighteen maps of `@pmndrs/assets` best
-//! that no figure in docs/notes/SPARSE-TRANSFER.md is measured under, at several rotations. Tables with a number for every level, type, face and elevation
-//! did no better on maps that they were not fitted to.
+//! If the coefficients of light were independent with standard deviations σ, the best terms to keep would be
+//! those of largest |transfer|·σ. Environment maps have more of low frequencies than of high ones; more
+//! difference between above and below than between left and right, for they have a horizon; and little light
+//! from below. The three numbers of that are the ones that serve the thirteen of the eighteen maps of
+//! `@pmndrs/assets` best that no figure in docs/notes/SPARSE-TRANSFER.md is measured under, at several
+//! rotations. Tables with a number for every level, type, face and elevation did no better on maps that they
+//! were not fitted to.
 
 use relume_formats::basis::haar::{self, Wavelet};
 
@@ -14,7 +16,8 @@ const AREA_POWER: f32 = 1.0 / 3.0;
 const VERTICAL: f32 = 2.378_414_2;
 /// All wavelets on the face that looks down.
 const BELOW: f32 = 0.5;
-/// Scaling functions come first: with the six of them, even light and light that is a whole face are exact. It changes no other error.
+/// Scaling functions come first: with the six of them, even light and light that is a whole face are exact.
+/// It changes no other error.
 const SCALING: f32 = 1e6;
 
 const DOWN: usize = 3;
@@ -24,7 +27,9 @@ const TOP_MINUS_BOTTOM: usize = 2;
 /// The weights of all coefficients of a cube of `face_size`² texels a face.
 pub fn weights(face_size: usize) -> Vec<f32> {
     let texels = face_size * face_size;
-    (0..relume_formats::basis::cubemap::FACES * texels).map(|index| weight(index / texels, index % texels, face_size)).collect()
+    (0..relume_formats::basis::cubemap::FACES * texels)
+        .map(|index| weight(index / texels, index % texels, face_size))
+        .collect()
 }
 
 fn weight(face: usize, index: usize, face_size: usize) -> f32 {

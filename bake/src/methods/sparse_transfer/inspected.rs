@@ -44,10 +44,23 @@ fn describe(path: &Path) -> Result<Described> {
 }
 
 fn facts(details: &Details) -> Facts {
-    let Details { rows, terms, face_size, bounces, channels, wide_terms, rays_per_texel, bytes_of_dense_matrix } = details;
+    let Details {
+        rows,
+        terms,
+        face_size,
+        bounces,
+        channels,
+        wide_terms,
+        rays_per_texel,
+        bytes_of_dense_matrix,
+    } = details;
     let [rows, bounces, rays] = [rows, bounces, rays_per_texel].map(|n| *n as usize);
     let [rows, terms] = [many(rows, "vertex", "vertices"), many(*terms, "term", "terms")];
-    let [bounces, channels, rays] = [many(bounces, "bounce", "bounces"), many(*channels, "channel", "channels"), many(rays, "ray", "rays")];
+    let [bounces, channels, rays] = [
+        many(bounces, "bounce", "bounces"),
+        many(*channels, "channel", "channels"),
+        many(rays, "ray", "rays"),
+    ];
     vec![
         ("rows", format!("{rows}, {terms} each, {wide_terms} of them 16-bit")),
         ("light", format!("6 × {face_size} × {face_size} texels, {bounces}, {channels}, {rays} a texel")),
@@ -58,19 +71,28 @@ fn facts(details: &Details) -> Facts {
 /// The scene of the bundle that the file at `path` lies in, if there is one.
 fn scene_beside(path: &Path) -> Result<Option<StoredScene>> {
     let bundle = path.parent().unwrap_or(Path::new(""));
-    Manifest::read(bundle).ok().map(|manifest| StoredScene::read_file(&bundle.join(manifest.scene_file.file))).transpose()
+    Manifest::read(bundle)
+        .ok()
+        .map(|manifest| StoredScene::read_file(&bundle.join(manifest.scene_file.file)))
+        .transpose()
 }
 
-/// `index.npy` [terms, vertices], `value.npy` [terms, vertices] or [terms, vertices, 3] as the player uses it, `sparse-transfer.json`; with the scene
-/// of the same bundle also `positions.npy` and `normals.npy` [vertices, 3].
+/// `index.npy` [terms, vertices], `value.npy` [terms, vertices] or [terms, vertices, 3] as the player uses
+/// it, `sparse-transfer.json`; with the scene of the same bundle also `positions.npy` and `normals.npy`
+/// [vertices, 3].
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let transfer = SparseTransfer::read_file(path)?;
     let meta = &transfer.meta;
     let (terms, vertices, channels) = (meta.terms(), meta.vertices as usize, meta.channels());
     out.npy("index.npy", &[terms, vertices], transfer.blocks.iter().flat_map(|b| b.indices.iter().copied()))?;
-    let columns = transfer.blocks.iter().zip(&meta.blocks).flat_map(|(b, shape)| (0..shape.terms as usize).map(move |term| (b, term)));
-    let values =
-        columns.flat_map(|(block, term)| (0..vertices).flat_map(move |vertex| block.value(meta, term, vertex).into_iter().take(channels)));
+    let columns = transfer
+        .blocks
+        .iter()
+        .zip(&meta.blocks)
+        .flat_map(|(b, shape)| (0..shape.terms as usize).map(move |term| (b, term)));
+    let values = columns.flat_map(|(block, term)| {
+        (0..vertices).flat_map(move |vertex| block.value(meta, term, vertex).into_iter().take(channels))
+    });
     let shape = [terms, vertices, channels];
     out.npy("value.npy", if meta.rgb { &shape } else { &shape[..2] }, values)?;
     if let Some(scene) = scene_beside(path)? {

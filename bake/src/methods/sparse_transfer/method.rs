@@ -44,7 +44,10 @@ impl Method for SparseTransferMethod {
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
         let Settings { rays_per_texel, terms } = self.settings;
-        let mut asked = BTreeMap::from([("revision".to_owned(), json!(REVISION)), ("rays_per_texel".to_owned(), json!(rays_per_texel))]);
+        let mut asked = BTreeMap::from([
+            ("revision".to_owned(), json!(REVISION)),
+            ("rays_per_texel".to_owned(), json!(rays_per_texel)),
+        ]);
         match terms {
             Terms::Number(terms) => asked.insert(TERMS.to_owned(), json!(terms)),
             Terms::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
@@ -72,10 +75,15 @@ impl Method for SparseTransferMethod {
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
-        let Some(baked) = bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else { return Ok(None) };
+        let Some(baked) = bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else {
+            return Ok(None);
+        };
         let mut files = Vec::new();
         for (number, environment) in baked.environments.iter().enumerate() {
-            files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
+            files.push((
+                Environment::KIND.name().to_owned(),
+                work.write(environment, &format!("environment-{number}.relume"))?,
+            ));
         }
         if let Some(textures) = environment_lit::textures(scene) {
             files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));

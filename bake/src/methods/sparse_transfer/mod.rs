@@ -1,10 +1,12 @@
 //! Method `sparse-transfer`: shape and materials stay, the environment and the view vary.
 //!
-//! Gather: what each vertex sees of the environment, [`visibility`], and what other surfaces send it, [`bounce`]. Project: Haar, the most
-//! important terms of each row, [`rows`]. Compress: blocks of integers with a scale per row, [`quantise`]. What it cannot do: highlights, lights other than
-//! the environment, shadows finer than the mesh.
+//! Gather: what each vertex sees of the environment, [`visibility`], and what other surfaces send it,
+//! [`bounce`]. Project: Haar, the most important terms of each row, [`rows`]. Compress: blocks of integers
+//! with a scale per row, [`quantise`]. What it cannot do: highlights, lights other than the environment,
+//! shadows finer than the mesh.
 //!
-//! The steps are public for charts, which cut bundles with other settings out of one bake, and for telling which step an error comes from.
+//! The steps are public for charts, which cut bundles with other settings out of one bake, and for telling
+//! which step an error comes from.
 
 mod bake;
 mod bounce;

@@ -26,7 +26,8 @@ use std::time::Instant;
 const VERTICES: usize = 128;
 /// Rows that are at hand when light bounces, to be read in place of all others.
 const SOURCES: usize = 1024;
-/// Bytes on disk of an index, of a byte and of a 16-bit value that are not 0, in parts of what they take in memory; from bundles of the library's scenes.
+/// Bytes on disk of an index, of a byte and of a 16-bit value that are not 0, in parts of what they take in
+/// memory; from bundles of the library's scenes.
 const INDEX: f64 = 0.62;
 const VALUE: f64 = 0.6;
 const WIDE: f64 = 0.9;
@@ -41,7 +42,10 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     let (world, receivers) = (World::new(scene), receivers(scene));
     let lights = HeldOutLights::new(&environments(scene), face_size(scene));
     let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
-    let some: Vec<Receiver> = spread(VERTICES, receivers.len()).into_iter().filter_map(|vertex| receivers.get(vertex).copied()).collect();
+    let some: Vec<Receiver> = spread(VERTICES, receivers.len())
+        .into_iter()
+        .filter_map(|vertex| receivers.get(vertex).copied())
+        .collect();
     let weights = importance::weights(face_size(scene));
     let progress = job.progress("predicting", some.len() as u64);
     reset_ray_counts();
@@ -70,8 +74,16 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     })
 }
 
-/// The row of direct light at a vertex, as the bake selects it; in colour where light bounces, of which direct light is the larger part.
-fn rows_of(receiver: &Receiver, scene: &Scene, world: &World, texels: &Texels, weights: &[f32], lights: &HeldOutLights) -> Rows {
+/// The row of direct light at a vertex, as the bake selects it; in colour where light bounces, of which
+/// direct light is the larger part.
+fn rows_of(
+    receiver: &Receiver,
+    scene: &Scene,
+    world: &World,
+    texels: &Texels,
+    weights: &[f32],
+    lights: &HeldOutLights,
+) -> Rows {
     let mut row = vec![0.0; texels.weights.len()];
     transfer_row(receiver, world, texels, &mut row);
     if bounces(scene) > 0 {
@@ -82,8 +94,8 @@ fn rows_of(receiver: &Receiver, scene: &Scene, world: &World, texels: &Texels, w
     rows
 }
 
-/// Gathers what bounces to some vertices and throws it away; returns the rays. Rows of other vertices, not known yet, are as long and as many as caches
-/// cannot hold.
+/// Gathers what bounces to some vertices and throws it away; returns the rays. Rows of other vertices, not
+/// known yet, are as long and as many as caches cannot hold.
 fn bounce(scene: &Scene, world: &World, some: &[Receiver]) -> u64 {
     let length = 3 * FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
     if bounces(scene) == 0 {
@@ -119,9 +131,11 @@ fn stored_bytes(rows: &Rows, terms: usize, scene: &Scene) -> f64 {
     let mut bytes = 0.0;
     for (block, shape) in blocks.iter().zip(&shapes) {
         for term in 0..shape.terms as usize {
-            let values = (0..rows.count()).flat_map(|row| block.value(&meta, term, row).into_iter().take(rows.channels));
+            let values = (0..rows.count())
+                .flat_map(|row| block.value(&meta, term, row).into_iter().take(rows.channels));
             let filled = values.filter(|value| *value != 0.0).count() as f64;
-            bytes += filled * if shape.wide { 2.0 * WIDE } else { VALUE } + 2.0 * INDEX * filled / rows.channels as f64;
+            bytes += filled * if shape.wide { 2.0 * WIDE } else { VALUE }
+                + 2.0 * INDEX * filled / rows.channels as f64;
         }
     }
     bytes

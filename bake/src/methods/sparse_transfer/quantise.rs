@@ -6,8 +6,8 @@ use half::f16;
 use rayon::prelude::*;
 use relume_formats::kinds::sparse_transfer::{Block, BlockShape, Steps};
 
-/// Terms of each of the first blocks: short ones, so that there is something to see soon. The terms that matter most are
-/// 16-bit integers: a byte's rounding of these would be the largest error of all.
+/// Terms of each of the first blocks: short ones, so that there is something to see soon. The terms that
+/// matter most are 16-bit integers: a byte's rounding of these would be the largest error of all.
 const FIRST_BLOCKS: [BlockShape; 4] = [
     BlockShape { terms: 4, wide: true },
     BlockShape { terms: 4, wide: true },
@@ -46,16 +46,23 @@ pub fn blocks(rows: &Rows, shapes: &[BlockShape], unit: f32) -> Vec<Block> {
 fn block(rows: &Rows, shape: BlockShape, first: usize, unit: f32) -> Block {
     let terms = first..first + shape.terms as usize;
     let at = |term: usize, row: usize| row * rows.terms + term;
-    let of_term = |term: usize, row: usize| rows.values[at(term, row) * rows.channels..(at(term, row) + 1) * rows.channels].iter().copied();
+    let of_term = |term: usize, row: usize| {
+        rows.values[at(term, row) * rows.channels..(at(term, row) + 1) * rows.channels].iter().copied()
+    };
     let by_column = || terms.clone().flat_map(|term| (0..rows.count()).map(move |row| (term, row)));
     let most = if shape.wide { f32::from(i16::MAX) } else { f32::from(i8::MAX) };
-    let largest = |row: usize| terms.clone().flat_map(|term| of_term(term, row)).fold(0.0, |m: f32, v| m.max(v.abs()));
+    let largest =
+        |row: usize| terms.clone().flat_map(|term| of_term(term, row)).fold(0.0, |m: f32, v| m.max(v.abs()));
     let scales: Vec<f16> = (0..rows.count()).map(|row| step_for(largest(row) / unit, most)).collect();
     let steps = by_column().flat_map(|(term, row)| {
         let step = scales[row].to_f32() * unit;
         of_term(term, row).map(move |v| if step > 0.0 { (v / step).round().clamp(-most, most) } else { 0.0 })
     });
-    let steps = if shape.wide { Steps::Wide(steps.map(|s| s as i16).collect()) } else { Steps::Bytes(steps.map(|s| s as i8).collect()) };
+    let steps = if shape.wide {
+        Steps::Wide(steps.map(|s| s as i16).collect())
+    } else {
+        Steps::Bytes(steps.map(|s| s as i8).collect())
+    };
     Block { indices: by_column().map(|(term, row)| rows.indices[at(term, row)]).collect(), scales, steps }
 }
 
@@ -83,20 +90,34 @@ mod tests {
             let planes: Vec<Vec<f32>> = (0..3)
                 .map(|c| {
                     (0..terms)
-                        .map(|i| value(i * 3 + c + row * 77) * 10f32.powi(-(i as i32) / 8) * [1.0, 1e-3, 0.0, 1e3, 1.0][row])
+                        .map(|i| {
+                            value(i * 3 + c + row * 77)
+                                * 10f32.powi(-(i as i32) / 8)
+                                * [1.0, 1e-3, 0.0, 1e3, 1.0][row]
+                        })
                         .collect()
                 })
                 .collect();
             rows.push(&planes, &vec![1.0; terms], &[0.0; RADIANCES]);
         }
         let (shapes, unit) = (shapes(terms), unit_for(&rows.values));
-        let meta = Meta { vertices: 5, face_size: 64, bounces: 1, rgb: true, unit, blocks: shapes.clone(), rays_per_texel: 1 };
+        let meta = Meta {
+            vertices: 5,
+            face_size: 64,
+            bounces: 1,
+            rgb: true,
+            unit,
+            blocks: shapes.clone(),
+            rays_per_texel: 1,
+        };
         let blocks = blocks(&rows, &shapes, unit);
         let mut first = 0;
         for (block, shape) in blocks.iter().zip(&shapes) {
             for row in 0..5 {
                 let of_term = |term: usize| &rows.values[(row * terms + term) * 3..][..3];
-                let largest = (first..first + shape.terms as usize).flat_map(of_term).fold(0.0, |m: f32, v| m.max(v.abs()));
+                let largest = (first..first + shape.terms as usize)
+                    .flat_map(of_term)
+                    .fold(0.0, |m: f32, v| m.max(v.abs()));
                 for term in 0..shape.terms as usize {
                     assert_eq!(block.indices[term * 5 + row], rows.indices[row * terms + first + term]);
                     for (stored, v) in block.value(&meta, term, row).iter().zip(of_term(first + term)) {

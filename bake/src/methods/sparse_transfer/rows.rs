@@ -32,8 +32,9 @@ impl Rows {
         self.exact.len() / RADIANCES
     }
 
-    /// Adds the most important terms of a row, given as one plane of Haar coefficients per channel, and its exact radiances. `weights` is what sizes of
-    /// coefficients are multiplied by to tell how important they are.
+    /// Adds the most important terms of a row, given as one plane of Haar coefficients per channel, and its
+    /// exact radiances. `weights` is what sizes of coefficients are multiplied by to tell how important they
+    /// are.
     pub fn push(&mut self, planes: &[Vec<f32>], weights: &[f32], exact: &[f32]) {
         let size = |i: usize| planes.iter().map(|plane| plane[i] * plane[i]).sum::<f32>().sqrt();
         let sizes: Vec<f32> = (0..weights.len()).map(size).collect();
@@ -46,8 +47,15 @@ impl Rows {
         self.exact.extend_from_slice(exact);
     }
 
-    /// Adds a row given by texels of a light of faces `face_size` wide, one plane per channel; see [`Rows::push`].
-    pub fn push_texels(&mut self, mut planes: Vec<Vec<f32>>, weights: &[f32], lights: &HeldOutLights, face_size: usize) {
+    /// Adds a row given by texels of a light of faces `face_size` wide, one plane per channel; see
+    /// [`Rows::push`].
+    pub fn push_texels(
+        &mut self,
+        mut planes: Vec<Vec<f32>>,
+        weights: &[f32],
+        lights: &HeldOutLights,
+        face_size: usize,
+    ) {
         let exact = exact_radiances(&planes, lights);
         planes.iter_mut().for_each(|plane| haar::forward_cube(plane, face_size));
         self.push(&planes, weights, &exact);
@@ -73,7 +81,13 @@ impl Rows {
         let floats: Vec<f32> = floats.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
         let (values, exact) = floats.split_at_checked(rows * terms * channels)?;
         let indices = indices.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect();
-        (exact.len() == rows * RADIANCES).then(|| Self { terms, channels, indices, values: values.to_vec(), exact: exact.to_vec() })
+        (exact.len() == rows * RADIANCES).then(|| Self {
+            terms,
+            channels,
+            indices,
+            values: values.to_vec(),
+            exact: exact.to_vec(),
+        })
     }
 }
 
@@ -88,17 +102,29 @@ mod tests {
         let mut rows = Rows::new(2, 2);
         rows.push(&planes, &[1.0; 4], &exact);
         rows.push(&planes, &[9.0, 1.0, 1.0, 1.0], &exact);
-        assert_eq!((&rows.indices[..], &rows.values[..]), (&[1, 3, 0, 1][..], &[-4.0, 0.0, 2.0, 2.0, 1.0, 0.0, -4.0, 0.0][..]));
+        assert_eq!(
+            (&rows.indices[..], &rows.values[..]),
+            (&[1, 3, 0, 1][..], &[-4.0, 0.0, 2.0, 2.0, 1.0, 0.0, -4.0, 0.0][..])
+        );
         let mut many = Rows::new(4, 2);
         many.push(&planes, &[1.0; 4], &exact);
-        assert_eq!((many.indices[3], &many.values[6..]), (0, &[0.0, 0.0][..]), "coefficients that are 0 fill up");
+        assert_eq!(
+            (many.indices[3], &many.values[6..]),
+            (0, &[0.0, 0.0][..]),
+            "coefficients that are 0 fill up"
+        );
         let bytes = rows.encode();
         assert_eq!(Rows::decode(&bytes, 2, 2, 2).as_ref(), Some(&rows));
         assert!(
-            [Rows::decode(&bytes, 1, 2, 2), Rows::decode(&bytes[4..], 2, 2, 2), Rows::decode(&[], 2, 2, 2)].iter().all(Option::is_none)
+            [Rows::decode(&bytes, 1, 2, 2), Rows::decode(&bytes[4..], 2, 2, 2), Rows::decode(&[], 2, 2, 2)]
+                .iter()
+                .all(Option::is_none)
         );
         let mut both = rows.clone();
         both.append(rows.clone());
-        assert_eq!((both.count(), &both.exact[..RADIANCES], &both.indices[4..]), (4, &exact[..], &rows.indices[..]));
+        assert_eq!(
+            (both.count(), &both.exact[..RADIANCES], &both.indices[4..]),
+            (4, &exact[..], &rows.indices[..])
+        );
     }
 }

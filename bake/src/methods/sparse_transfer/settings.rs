@@ -11,7 +11,8 @@ pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
 pub const REVISION: u32 = 1;
 /// Texels along a side of the light's faces where light bounces.
 pub(super) const BOUNCED_FACE_SIZE: usize = 16;
-/// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for it.
+/// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for
+/// it.
 const ROUNDING: f64 = 1.05;
 
 /// The settings that change results.
@@ -37,7 +38,9 @@ impl Terms {
     pub(super) fn of(self, by_terms: &[Errors]) -> usize {
         match self {
             Self::Number(terms) => terms.min(by_terms.len()),
-            Self::Error(max) => 1 + by_terms[..by_terms.len() - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count(),
+            Self::Error(max) => {
+                1 + by_terms[..by_terms.len() - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count()
+            }
         }
     }
 }

@@ -14,7 +14,8 @@ pub struct Texels {
     pub weights: Vec<f32>,
     /// The four texels that share a border with each, across the cube's edges too.
     neighbours: Vec<[u16; 4]>,
-    /// Directions within each texel, so many per texel, with the share of its solid angle that each stands for.
+    /// Directions within each texel, so many per texel, with the share of its solid angle that each stands
+    /// for.
     points: Vec<(Vec3A, f32)>,
     points_per_texel: usize,
 }
@@ -30,18 +31,27 @@ impl Texels {
         let share = |s: f64, t: f64| (1.0 + s * s + t * t).powf(-1.5);
         let mut points = Vec::with_capacity(FACES * n * n * side * side);
         for (face, x, y) in places() {
-            let place = |k: usize| (x + ((k % side) as f64 + 0.5) / side as f64, y + ((k / side) as f64 + 0.5) / side as f64);
+            let place = |k: usize| {
+                (x + ((k % side) as f64 + 0.5) / side as f64, y + ((k / side) as f64 + 0.5) / side as f64)
+            };
             let on_face = |c: f64| 2.0 * c / n as f64 - 1.0;
             let shares = (0..side * side).map(|k| share(on_face(place(k).0), on_face(place(k).1)));
             let total: f64 = shares.clone().sum();
-            points.extend(shares.enumerate().map(|(k, share)| (towards(face, place(k).0, place(k).1), (share / total) as f32)));
+            points.extend(
+                shares
+                    .enumerate()
+                    .map(|(k, share)| (towards(face, place(k).0, place(k).1), (share / total) as f32)),
+            );
         }
         Self {
             directions: places().map(|(face, x, y)| towards(face, x + 0.5, y + 0.5)).collect(),
-            weights: places().map(|(_, x, y)| (solid_angles[y as usize * n + x as usize] / std::f64::consts::PI) as f32).collect(),
+            weights: places()
+                .map(|(_, x, y)| (solid_angles[y as usize * n + x as usize] / std::f64::consts::PI) as f32)
+                .collect(),
             neighbours: places()
                 .map(|(face, x, y)| {
-                    [(x - 0.5, y + 0.5), (x + 1.5, y + 0.5), (x + 0.5, y - 0.5), (x + 0.5, y + 1.5)].map(|(x, y)| neighbour(face, x, y))
+                    [(x - 0.5, y + 0.5), (x + 1.5, y + 0.5), (x + 0.5, y - 0.5), (x + 0.5, y + 1.5)]
+                        .map(|(x, y)| neighbour(face, x, y))
                 })
                 .collect(),
             points,
@@ -78,7 +88,10 @@ mod tests {
             let around = texels.neighbours(texel);
             assert!(!around.contains(&texel));
             for neighbour in around {
-                assert!(direction.distance(texels.directions[neighbour]) < farthest, "{texel} and {neighbour}");
+                assert!(
+                    direction.distance(texels.directions[neighbour]) < farthest,
+                    "{texel} and {neighbour}"
+                );
                 assert!(texels.neighbours(neighbour).contains(&texel), "{texel} and {neighbour}");
             }
         }

@@ -1,4 +1,5 @@
-//! How far the shadows of spheres are from those of the meshes: rays against the pixel basis, at some receivers, in some poses, under the held-out lights.
+//! How far the shadows of spheres are from those of the meshes: rays against the pixel basis, at some
+//! receivers, in some poses, under the held-out lights.
 
 use super::rows::MAX_EXACT;
 use super::settings::{NAME, REVISION};
@@ -17,7 +18,9 @@ use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers as shading_receivers};
+use relume_formats::evaluate::sphere_shadows::{
+    Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers as shading_receivers,
+};
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
@@ -61,14 +64,22 @@ impl Measuring {
     /// If a clip leads beyond all numbers.
     pub fn new(scene: &Scene, maps: &[Environment]) -> Result<Self> {
         let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
-        Ok(Self { lights: HeldOutLights::new(maps, SIDE), poses: poses(scene)?, some: receivers_looked_at(vertices) })
+        Ok(Self {
+            lights: HeldOutLights::new(maps, SIDE),
+            poses: poses(scene)?,
+            some: receivers_looked_at(vertices),
+        })
     }
 
     /// What rays to the meshes of `scene` see, a stage for each pose; `None` if others make pieces of one.
     ///
     /// # Errors
     /// If a log cannot be written or read, or the user interrupts.
-    pub fn traced(&self, scene: &Scene, run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>) -> Result<Option<Truth>> {
+    pub fn traced(
+        &self,
+        scene: &Scene,
+        run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>,
+    ) -> Result<Option<Truth>> {
         let reads = hash_of(scene, &[Part::Geometry, Part::Shapes, Part::Textures, Part::Maps]);
         let mut truth = Some(Vec::new());
         for (number, pose) in self.poses.iter().enumerate() {
@@ -90,7 +101,13 @@ impl Measuring {
     ///
     /// # Errors
     /// If the user interrupts, or a sphere cannot follow.
-    pub fn errors(&self, shadows: &SphereShadows, sets: &[SphereSet], truth: &Truth, job: &Job) -> Result<Measured> {
+    pub fn errors(
+        &self,
+        shadows: &SphereShadows,
+        sets: &[SphereSet],
+        truth: &Truth,
+        job: &Job,
+    ) -> Result<Measured> {
         let Self { lights, poses, some } = self;
         let progress = job.progress("measuring", (poses.len() * 2 * STATES) as u64);
         let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
@@ -98,12 +115,17 @@ impl Measuring {
         let [kept, whole] = [detail.terms, None].map(|terms| lobes(shadows, terms));
         for (pose, truth) in poses.iter().zip(truth) {
             let ours = shown_in(pose, some, shadows, sets)?;
-            for (errors, lobes, terms, levels) in
-                [(&mut shown, &kept, detail.terms, detail.levels), (&mut all_terms, &whole, None, Levels::All)]
-            {
+            for (errors, lobes, terms, levels) in [
+                (&mut shown, &kept, detail.terms, detail.levels),
+                (&mut all_terms, &whole, None, Levels::All),
+            ] {
                 for state in 0..STATES {
                     progress.check()?;
-                    errors.push(error(&ours.under(lobes, &light(planes(lights, state), terms), levels), truth, state));
+                    errors.push(error(
+                        &ours.under(lobes, &light(planes(lights, state), terms), levels),
+                        truth,
+                        state,
+                    ));
                     progress.advance(1);
                 }
             }
@@ -176,12 +198,18 @@ pub fn lobes(shadows: &SphereShadows, terms: Option<usize>) -> Vec<Function> {
     (0..shadows.normals.len()).map(|row| lobe(shadows.lobe(row).to_vec(), terms)).collect()
 }
 
-/// Bytes that measuring holds at most: the hierarchy, the lights four times over, weights of all texels for each row, and radiances.
+/// Bytes that measuring holds at most: the hierarchy, the lights four times over, weights of all texels for
+/// each row, and radiances.
 pub fn predicted_bytes(scene: &Scene) -> u64 {
-    let count = |of: fn(&relume_scenes::Mesh) -> usize| scene.objects.iter().map(|o| of(&o.mesh) as u64).sum::<u64>();
+    let count =
+        |of: fn(&relume_scenes::Mesh) -> usize| scene.objects.iter().map(|o| of(&o.mesh) as u64).sum::<u64>();
     let (triangles, vertices) = (count(|mesh| mesh.triangles.len()), count(|mesh| mesh.positions.len()));
     let rows = (NODES + MAX_EXACT) as u64;
-    triangles * 600 + vertices * (POSES as u64 + 2) * 100 + (TEXELS * RADIANCES * 4 * 4) as u64 + rows * TEXELS as u64 * 4 * 9 + (64 << 20)
+    triangles * 600
+        + vertices * (POSES as u64 + 2) * 100
+        + (TEXELS * RADIANCES * 4 * 4) as u64
+        + rows * TEXELS as u64 * 4 * 9
+        + (64 << 20)
 }
 
 /// The scene at rest, and with all that deforms at moments between those that the spheres were fitted to.
@@ -199,7 +227,8 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
         State { shapes: shapes.collect::<BTreeMap<_, _>>(), ..State::default() }
     };
     let deforms = scene.objects.iter().any(|o| o.shape.is_some());
-    let posed = (0..if deforms { POSES } else { 0 }).map(|k| Ok(scene.with_state(&moment(k), &Place::file(&scene.file))?));
+    let posed = (0..if deforms { POSES } else { 0 })
+        .map(|k| Ok(scene.with_state(&moment(k), &Place::file(&scene.file))?));
     std::iter::once(Ok(scene.clone())).chain(posed).collect()
 }
 
@@ -215,14 +244,16 @@ impl<'a> Eyes<'a> {
         Self { world: World::new(pose), receivers: receivers::receivers(pose), lights }
     }
 
-    /// Radiance of a white surface at `vertex` under all lights, as rays to the centres of texels see the meshes.
+    /// Radiance of a white surface at `vertex` under all lights, as rays to the centres of texels see the
+    /// meshes.
     pub(super) fn radiances(&self, vertex: usize) -> [f32; RADIANCES] {
         let receiver = &self.receivers[vertex];
         let mut row = diffuse::lobe(receiver.normal.into());
         inverse_cube(&mut row, SIDE);
         for (texel, value) in row.iter_mut().enumerate() {
             let direction = centre(texel);
-            // What of a texel is above the horizon while its centre is below is seen by its centre all the same, unless the surface is in the way.
+            // What of a texel is above the horizon while its centre is below is seen by its centre all the
+            // same, unless the surface is in the way.
             if *value != 0.0 && self.world.occluded(receiver.origin, direction, f32::INFINITY) {
                 *value = 0.0;
             }
@@ -252,8 +283,11 @@ pub struct Posed {
 /// # Errors
 /// If a sphere cannot follow.
 pub fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Posed> {
-    let all = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| pose.objects.iter().flat_map(move |o| of(&o.mesh).iter().copied());
-    let (positions, normals): (Vec<_>, Vec<_>) = (all(|mesh| &mesh.positions).collect(), all(|mesh| &mesh.normals).collect());
+    let all = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| {
+        pose.objects.iter().flat_map(move |o| of(&o.mesh).iter().copied())
+    };
+    let (positions, normals): (Vec<_>, Vec<_>) =
+        (all(|mesh| &mesh.positions).collect(), all(|mesh| &mesh.normals).collect());
     let receivers = shading_receivers(shadows, sets, &positions, &normals);
     let with_spheres = pose.objects.iter().filter(|o| o.spheres.is_some());
     let follow = |(object, set): (&relume_scenes::Object, &SphereSet)| {
@@ -262,21 +296,32 @@ pub fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[S
         Ok(spheres)
     };
     let spheres = with_spheres.zip(sets).map(follow).collect::<Result<Vec<Spheres>>>()?;
-    Ok(Posed { receivers: some.iter().map(|vertex| receivers[*vertex]).collect(), spheres, table: HaarTable::bake() })
+    Ok(Posed {
+        receivers: some.iter().map(|vertex| receivers[*vertex]).collect(),
+        spheres,
+        table: HaarTable::bake(),
+    })
 }
 
 impl Posed {
     /// Radiance at the receivers; light and lobes carry the terms that are kept.
     pub fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
         let mut radiance = vec![[0.0; 3]; self.receivers.len()];
-        Shading::new(lobes, light, levels).radiance(&self.receivers, &self.spheres, &self.table, &mut radiance);
+        Shading::new(lobes, light, levels).radiance(
+            &self.receivers,
+            &self.spheres,
+            &self.table,
+            &mut radiance,
+        );
         radiance
     }
 }
 
 /// Haar coefficients of a held-out light.
 fn planes(lights: &HeldOutLights, state: usize) -> [Vec<f32>; 3] {
-    std::array::from_fn(|c| lights.coefficients.iter().skip(3 * state + c).step_by(RADIANCES).copied().collect())
+    std::array::from_fn(|c| {
+        lights.coefficients.iter().skip(3 * state + c).step_by(RADIANCES).copied().collect()
+    })
 }
 
 /// Relative L2 error under a light, NaN if it shows nothing.

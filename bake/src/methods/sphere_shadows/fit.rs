@@ -16,18 +16,25 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     environment_lit::expect_fit(scene, NAME)?;
     if scene.reflections > 1 {
         let reflections = scene.reflections;
-        return refuse(format!("[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"));
+        return refuse(format!(
+            "[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"
+        ));
     }
-    let pairs = scene.objects.iter().filter_map(|object| object.spheres).map(|n| u64::from(n).pow(2)).sum::<u64>();
+    let pairs =
+        scene.objects.iter().filter_map(|object| object.spheres).map(|n| u64::from(n).pow(2)).sum::<u64>();
     if pairs > MAX_SPHERE_PAIRS {
-        return refuse(format!("its spheres make {pairs} pairs within objects, {NAME} holds at most {MAX_SPHERE_PAIRS}; lower `spheres`"));
+        return refuse(format!(
+            "its spheres make {pairs} pairs within objects, {NAME} holds at most {MAX_SPHERE_PAIRS}; lower `spheres`"
+        ));
     }
     for object in &scene.objects {
         let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
         object.shape.iter().try_for_each(|shape| shape.validate(&place))?;
     }
     if !scene.objects.iter().any(|object| object.spheres.is_some()) {
-        return refuse(format!("no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"));
+        return refuse(format!(
+            "no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"
+        ));
     }
     Ok(())
 }
@@ -39,11 +46,14 @@ pub(super) fn leaves_out(scene: &Scene) -> Vec<String> {
         scene.objects.iter().filter(casts_none).map(|object| format!("`{}`", object.name)).collect()
     };
     let deforming = names(true).into_iter();
-    let deforming = deforming.map(|name| format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64"));
+    let deforming = deforming.map(|name| {
+        format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64")
+    });
     let still = names(false);
     let more = still.len().saturating_sub(MOST_LISTED);
     let listed = still[..still.len() - more].join(", ");
     let listed = if more > 0 { format!("{listed} and {more} more") } else { listed };
-    let still = (!still.is_empty()).then(|| format!("without spheres, {listed} receives shadows and casts none"));
+    let still =
+        (!still.is_empty()).then(|| format!("without spheres, {listed} receives shadows and casts none"));
     environment_lit::leaves_out(scene, NAME).into_iter().chain(deforming).chain(still).collect()
 }

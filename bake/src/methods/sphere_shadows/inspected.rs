@@ -62,7 +62,8 @@ fn object(object: &ShadowObject) -> String {
     format!("{} ({},{casts}{moves})", object.name, many(object.vertices as usize, "vertex", "vertices"))
 }
 
-/// `normals.npy` [rows, 3], `lobes.npy` [rows, 6144], `order.npy` [rows, 200], `rows.npy` [vertices], `meta.json`.
+/// `normals.npy` [rows, 3], `lobes.npy` [rows, 6144], `order.npy` [rows, 200], `rows.npy` [vertices],
+/// `meta.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let shadows = SphereShadows::read_file(path)?;
     let rows = shadows.normals.len();

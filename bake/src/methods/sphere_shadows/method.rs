@@ -19,7 +19,8 @@ use relume_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What to bake. The hash of a scene has neither names nor numbers of spheres, which this method's files and errors depend on.
+/// What to bake. The hash of a scene has neither names nor numbers of spheres, which this method's files and
+/// errors depend on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SphereShadowsMethod {
     /// Names of the objects, with the number of spheres of those that have some.
@@ -31,7 +32,10 @@ pub struct SphereShadowsMethod {
 impl SphereShadowsMethod {
     /// For `scene`, whose spheres are fitted with `seed`.
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        Self { objects: scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect(), seed }
+        Self {
+            objects: scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect(),
+            seed,
+        }
     }
 }
 
@@ -50,7 +54,10 @@ impl Method for SphereShadowsMethod {
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
         let Self { objects, seed } = self;
-        BTreeMap::from([("revision", json!(REVISION)), ("objects", json!(objects)), ("seed", json!(seed))].map(|(k, v)| (k.to_owned(), v)))
+        BTreeMap::from(
+            [("revision", json!(REVISION)), ("objects", json!(objects)), ("seed", json!(seed))]
+                .map(|(k, v)| (k.to_owned(), v)),
+        )
     }
 
     fn chosen(&self) -> Option<&'static str> {
@@ -78,12 +85,17 @@ impl Method for SphereShadowsMethod {
         let measured = measuring.errors(&shadows, &sets, &truth, work.job)?;
         let mut files = Vec::new();
         for (number, environment) in environments.iter().enumerate() {
-            files.push((Environment::KIND.name().to_owned(), work.write(environment, &format!("environment-{number}.relume"))?));
+            files.push((
+                Environment::KIND.name().to_owned(),
+                work.write(environment, &format!("environment-{number}.relume"))?,
+            ));
         }
         if let Some(textures) = environment_lit::textures(scene) {
             files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
         }
-        for (object, shape) in scene.objects.iter().filter_map(|object| Some((object, object.shape.as_deref()?))) {
+        for (object, shape) in
+            scene.objects.iter().filter_map(|object| Some((object, object.shape.as_deref()?)))
+        {
             files.push((Kind::Shape.name().to_owned(), work.write(shape, &shape_file(&object.name))?));
         }
         files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));

@@ -1,8 +1,10 @@
 //! Method `sphere-shadows`: light, view and shapes vary, materials stay.
 //!
-//! Nothing of the transfer is baked: spheres cast the shadows, wherever they are ([`relume_formats::evaluate::sphere_shadows`]). What a bake makes is the
-//! lobes of normals ([`rows`]), the shapes that deform, and the error against shadows of the meshes themselves ([`errors`]). What it cannot do: highlights, light
-//! that bounces, lights other than the environment, shadows of objects without spheres, shadows finer than the receivers' mesh.
+//! Nothing of the transfer is baked: spheres cast the shadows, wherever they are
+//! ([`relume_formats::evaluate::sphere_shadows`]). What a bake makes is the lobes of normals ([`rows`]), the
+//! shapes that deform, and the error against shadows of the meshes themselves ([`errors`]). What it cannot
+//! do: highlights, light that bounces, lights other than the environment, shadows of objects without spheres,
+//! shadows finer than the receivers' mesh.
 //!
 //! [`errors`] and [`rows`] are public for telling which step an error comes from.
 

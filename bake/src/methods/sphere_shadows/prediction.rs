@@ -1,4 +1,5 @@
-//! What a bake will take: nothing but measuring traces rays, and files are small enough to be made on the spot.
+//! What a bake will take: nothing but measuring traces rays, and files are small enough to be made on the
+//! spot.
 
 use super::errors::{Eyes, poses, predicted_bytes, receivers_looked_at};
 use super::rows;
@@ -27,7 +28,8 @@ pub fn predict(scene: &Scene) -> Result<Predicted> {
     let poses = poses(scene)?;
     let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
     let looked_at = receivers_looked_at(vertices);
-    let some: Vec<usize> = spread(RECEIVERS, looked_at.len()).into_iter().filter_map(|k| looked_at.get(k).copied()).collect();
+    let some: Vec<usize> =
+        spread(RECEIVERS, looked_at.len()).into_iter().filter_map(|k| looked_at.get(k).copied()).collect();
     let eyes = Eyes::new(scene, &lights);
     reset_ray_counts();
     let start = Instant::now();

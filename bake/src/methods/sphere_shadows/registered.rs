@@ -28,7 +28,8 @@ fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
     let mut shapes = scene.meta.shapes.iter();
     environment_lit::verify(bundle, files, |kind, path, lit| {
         let place = Place::file(path);
-        let refused = |reason: String| Error::invalid(&place, format!("{reason}; bake the whole bundle again"));
+        let refused =
+            |reason: String| Error::invalid(&place, format!("{reason}; bake the whole bundle again"));
         if kind == Kind::Shape {
             let shape = DeformingMesh::read_file(path)?;
             let stored = shapes.next().ok_or_else(|| refused("is a shape of no object".to_owned()))?;
@@ -39,6 +40,8 @@ fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {
         expect_receivers(&shadows, scene, objects, &place)?;
         settings.expect_objects(&scene.meta, objects)?;
         let missing = shapes.next();
-        missing.map_or(Ok(()), |shape| Err(refused(format!("needs the shape of object `{}` before it", shape.object))))
+        missing.map_or(Ok(()), |shape| {
+            Err(refused(format!("needs the shape of object `{}` before it", shape.object)))
+        })
     })
 }

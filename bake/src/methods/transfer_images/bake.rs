@@ -24,7 +24,8 @@ use xxhash_rust::xxh3::xxh3_128;
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
 
-/// Bakes `scene`. `run` makes the tiles and gives the log that has them; what is `None` there ends the bake without images.
+/// Bakes `scene`. `run` makes the tiles and gives the log that has them; what is `None` there ends the bake
+/// without images.
 ///
 /// # Errors
 /// If the log cannot be written or read, or the job is interrupted.
@@ -110,13 +111,23 @@ impl Stage for Tiles<'_> {
 }
 
 /// What projects the paths of `scene`.
-pub(super) fn projector<'a>(scene: &Scene, basis: &'a BrdfBasis, layout: &'a Layout, chromaticity: Option<Rgb>) -> Projector<'a> {
+pub(super) fn projector<'a>(
+    scene: &Scene,
+    basis: &'a BrdfBasis,
+    layout: &'a Layout,
+    chromaticity: Option<Rgb>,
+) -> Projector<'a> {
     let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
     Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel(chromaticity))
 }
 
 /// The fragments of some pixels, projected.
-pub(super) fn trace_pixels(pixels: impl Iterator<Item = u32>, samples: u32, gather: &Gather<'_>, projector: &Projector<'_>) -> Tile {
+pub(super) fn trace_pixels(
+    pixels: impl Iterator<Item = u32>,
+    samples: u32,
+    gather: &Gather<'_>,
+    projector: &Projector<'_>,
+) -> Tile {
     let mut records = projector.empty();
     let mut tile = Tile::default();
     for pixel in pixels {

@@ -11,7 +11,8 @@ pub fn model(scene: &Scene) -> Model {
     scene.vary.materials.first().map_or(Model::BlinnPhong, |index| scene.materials[*index].brdf.model())
 }
 
-/// A basis for the materials of `scene` that vary. The diffuse basis carries the texture of textured ones, so highlights may not use it then.
+/// A basis for the materials of `scene` that vary. The diffuse basis carries the texture of textured ones, so
+/// highlights may not use it then.
 ///
 /// # Errors
 /// If LAPACK fails.

@@ -30,11 +30,15 @@ pub fn chromaticity(scene: &Scene) -> Option<Rgb> {
 /// Every colour that a light has somewhere.
 fn colours_of(emitter: &Emitter) -> Box<dyn Iterator<Item = Rgb> + '_> {
     match emitter {
-        Emitter::Mesh { radiance, glow: Some(glow), .. } => Box::new(glow.texture.texels.iter().map(|texel| {
-            let share = |k: usize| linear_from_srgb(texel[k]);
-            std::array::from_fn(|k| radiance[k] * share(k))
-        })),
-        Emitter::Area { radiance, .. } | Emitter::Mesh { radiance, .. } => Box::new(std::iter::once(*radiance)),
+        Emitter::Mesh { radiance, glow: Some(glow), .. } => {
+            Box::new(glow.texture.texels.iter().map(|texel| {
+                let share = |k: usize| linear_from_srgb(texel[k]);
+                std::array::from_fn(|k| radiance[k] * share(k))
+            }))
+        }
+        Emitter::Area { radiance, .. } | Emitter::Mesh { radiance, .. } => {
+            Box::new(std::iter::once(*radiance))
+        }
         Emitter::Point { intensity, .. } => Box::new(std::iter::once(*intensity)),
         Emitter::Directional { irradiance, .. } => Box::new(std::iter::once(*irradiance)),
     }

@@ -23,7 +23,10 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
         );
     }
     if scene.vary.materials.len() > MAX_MATERIALS {
-        return refuse(format!("[vary] names {} materials, {NAME} serves at most {MAX_MATERIALS}", scene.vary.materials.len()));
+        return refuse(format!(
+            "[vary] names {} materials, {NAME} serves at most {MAX_MATERIALS}",
+            scene.vary.materials.len()
+        ));
     }
     let varying = || scene.vary.materials.iter().map(|index| &scene.materials[*index]);
     if let Some(other) = varying().find(|m| m.brdf.model() != model(scene)) {
@@ -36,13 +39,16 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
         ));
     }
     if scene.reflections > MAX_REFLECTIONS {
-        return refuse(format!("[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; set 2 or 1", scene.reflections));
+        return refuse(format!(
+            "[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; set 2 or 1",
+            scene.reflections
+        ));
     }
     Ok(())
 }
 
-/// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images that measuring compares with, the
-/// hierarchy, and the environment.
+/// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images
+/// that measuring compares with, the hierarchy, and the environment.
 pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some());
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
@@ -50,5 +56,8 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let fragments = pixels + pixels / 10;
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
-    fragments * (layout.channels() as u64 * 8 + 32) + pixels * 12 * u64::from(held_out::STATES) + triangles * 600 + texels * 48
+    fragments * (layout.channels() as u64 * 8 + 32)
+        + pixels * 12 * u64::from(held_out::STATES)
+        + triangles * 600
+        + texels * 48
 }

@@ -1,7 +1,9 @@
-//! Errors on states that a bake was not made for: the bake's own paths with the analytic BRDF against what bases and storage make of it.
+//! Errors on states that a bake was not made for: the bake's own paths with the analytic BRDF against what
+//! bases and storage make of it.
 //!
-//! As the paths are the same, noise cancels and what is left is the error of bases and storage. Pixels that show a light or the background are
-//! left out: nothing there depends on bases, and one lamp in view can outshine, and so hide, the errors of a whole room.
+//! As the paths are the same, noise cancels and what is left is the error of bases and storage. Pixels that
+//! show a light or the background are left out: nothing there depends on bases, and one lamp in view can
+//! outshine, and so hide, the errors of a whole room.
 
 use super::basis::basis_for;
 use super::settings::Settings;
@@ -46,8 +48,9 @@ pub struct HeldOutErrors {
     pub worst: f64,
 }
 
-/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and glossy in any proportion, or dielectrics,
-/// metals and what is between in equal numbers; exponents and roughnesses evenly spread over octaves, which is how artists perceive them.
+/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and
+/// glossy in any proportion, or dielectrics, metals and what is between in equal numbers; exponents and
+/// roughnesses evenly spread over octaves, which is how artists perceive them.
 pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
     let material = |(index, material): (u32, &usize)| {
@@ -79,7 +82,11 @@ fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
     let [b, _] = sample.pair(2);
     // A third each of dielectrics and metals, the rest evenly between.
     let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
-    Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0) })
+    Brdf::Ggx(Ggx {
+        base_color: [r, g, b],
+        metallic,
+        roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0),
+    })
 }
 
 /// What [`measure`] compares.
@@ -96,12 +103,19 @@ pub fn measured_on() -> String {
 ///
 /// # Errors
 /// If the job is interrupted.
-pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &TransferImages, job: &Job) -> Result<Option<HeldOutErrors>> {
+pub fn measure(
+    scene: &Scene,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    baked: &TransferImages,
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
-    let on_bases = |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
+    let on_bases =
+        |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
     let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
@@ -122,12 +136,20 @@ pub fn measure(scene: &Scene, settings: &Settings, basis: &BrdfBasis, baked: &Tr
     Ok((!errors.is_empty()).then(|| HeldOutErrors { median: median(&errors), worst: worst(&errors) }))
 }
 
-/// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about so many `pixels`; the most there are if none
-/// do.
+/// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about
+/// so many `pixels`; the most there are if none do.
 ///
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
-pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_error: f64, pixels: u32, job: &Job) -> Result<usize> {
+pub fn choose_bases(
+    scene: &Scene,
+    size: [u32; 2],
+    samples: u32,
+    seed: u64,
+    max_error: f64,
+    pixels: u32,
+    job: &Job,
+) -> Result<usize> {
     let basis = basis_for(scene, *CHOICE.end())?;
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -135,7 +157,8 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
     // A smaller basis is the beginning of a larger one.
-    let coefficients: Vec<Vec<Option<Vec<Rgb>>>> = states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
+    let coefficients: Vec<Vec<Option<Vec<Rgb>>>> =
+        states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
 
     let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let pixels = one_pixel_in(spacing, size);
@@ -146,7 +169,10 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
         let mut paths = Vec::with_capacity(samples as usize);
         gather.pixel(pixel, samples, |path| paths.push(*path));
         let shows_light = paths.iter().any(GatherPath::shows_light);
-        let squares = states.iter().zip(&coefficients).flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
+        let squares = states
+            .iter()
+            .zip(&coefficients)
+            .flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
         let squares = if shows_light { Vec::new() } else { squares.collect() };
         progress.advance(1);
         Ok(squares)
@@ -154,7 +180,9 @@ pub fn choose_bases(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, max_
     let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
     let candidates = CHOICE.count();
     let errors = relative_errors(&sums, candidates * states.len());
-    let worst = |candidate: usize| errors.iter().skip(candidate).step_by(candidates).flatten().fold(0.0, |m: f64, e| m.max(*e));
+    let worst = |candidate: usize| {
+        errors.iter().skip(candidate).step_by(candidates).flatten().fold(0.0, |m: f64, e| m.max(*e))
+    };
     let enough = (0..candidates).find(|c| worst(*c).hypot(HALVES) <= max_error);
     Ok(CHOICE.start() + enough.unwrap_or(candidates - 1))
 }
@@ -182,27 +210,42 @@ pub(super) fn trace(gather: &Gather<'_>, scene: &Scene, pixels: &[u32], samples:
     pixels.par_iter().for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states)));
 }
 
-/// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the background.
+/// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the
+/// background.
 fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Brdf>]) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
     let mut shows_light = false;
     gather.pixel(pixel, samples, |path| {
         shows_light |= path.shows_light();
         for (sum, materials) in sums.iter_mut().zip(states) {
-            *sum += radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles)).as_dvec3();
+            *sum +=
+                radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles))
+                    .as_dvec3();
         }
     });
     (!shows_light).then(|| sums.into_iter().map(|sum| sum / f64::from(samples)).collect())
 }
 
-/// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed materials stay analytic.
-fn compare_bases(paths: &[GatherPath], basis: &BrdfBasis, materials: &[Brdf], coefficients: &[Option<Vec<Rgb>>]) -> Vec<Squares> {
-    let analytic = |material: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[material as usize], albedo, angles);
+/// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed
+/// materials stay analytic.
+fn compare_bases(
+    paths: &[GatherPath],
+    basis: &BrdfBasis,
+    materials: &[Brdf],
+    coefficients: &[Option<Vec<Rgb>>],
+) -> Vec<Squares> {
+    let analytic = |material: u32, albedo: Vec3A, angles: &Angles| {
+        brdf::evaluate(&materials[material as usize], albedo, angles)
+    };
     let on = OnBases { basis, materials, coefficients };
     let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
-        let sum: DVec3 =
-            paths.iter().map(|path| radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()).sum();
+        let sum: DVec3 = paths
+            .iter()
+            .map(|path| {
+                radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
+            })
+            .sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
     };
     CHOICE.map(squares).collect()
@@ -234,7 +277,8 @@ impl OnBases<'_> {
 
 /// For every material: its coefficients if it varies.
 pub fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf]) -> Vec<Option<Vec<Rgb>>> {
-    let of = |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
+    let of =
+        |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
 }
 
@@ -252,7 +296,8 @@ pub fn one_pixel_in(side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
     let mut pixels = Vec::new();
     for y0 in (0..height).step_by(side as usize) {
         for x0 in (0..width).step_by(side as usize) {
-            let [dx, dy] = PixelSampler::new(1, y0 * width + x0).sample(0).pair(0).map(|u| (u * side as f32) as u32);
+            let [dx, dy] =
+                PixelSampler::new(1, y0 * width + x0).sample(0).pair(0).map(|u| (u * side as f32) as u32);
             pixels.push((y0 + dy).min(height - 1) * width + (x0 + dx).min(width - 1));
         }
     }

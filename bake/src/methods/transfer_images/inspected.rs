@@ -55,17 +55,42 @@ impl Details {
             rgb_images,
             single_channel_images: layout.slots.len() - rgb_images,
             fragments: head.pixel.len(),
-            classes: materials.enumerate().map(|(class, material)| ClassInfo { material, fragments: fragments_of(class) }).collect(),
+            classes: materials
+                .enumerate()
+                .map(|(class, material)| ClassInfo { material, fragments: fragments_of(class) })
+                .collect(),
         }
     }
 
     fn facts(&self) -> Facts {
-        let Self { size, bases, chromaticity, samples, seed, rgb_images, single_channel_images, fragments, classes } = self;
-        let class = |c: &ClassInfo| format!("{} {}", c.material.as_deref().unwrap_or("(fixed)"), grouped(c.fragments as u64));
+        let Self {
+            size,
+            bases,
+            chromaticity,
+            samples,
+            seed,
+            rgb_images,
+            single_channel_images,
+            fragments,
+            classes,
+        } = self;
+        let class = |c: &ClassInfo| {
+            format!("{} {}", c.material.as_deref().unwrap_or("(fixed)"), grouped(c.fragments as u64))
+        };
         vec![
-            ("size", format!("{}, {} a pixel, seed {seed}", pixels(*size), many(*samples as usize, "sample", "samples"))),
+            (
+                "size",
+                format!(
+                    "{}, {} a pixel, seed {seed}",
+                    pixels(*size),
+                    many(*samples as usize, "sample", "samples")
+                ),
+            ),
             ("bases", bases.to_string()),
-            ("light", chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}"))),
+            (
+                "light",
+                chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}")),
+            ),
             ("images", format!("{rgb_images} RGB, {single_channel_images} single-channel")),
             ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
         ]
@@ -101,8 +126,8 @@ struct LightPath {
     first_row: usize,
 }
 
-/// `fragments_*.npy`, `transfer_editable.npy` and `transfer_fixed.npy` [rows, fragments], a picture for every light path,
-/// `transfer-images.json`.
+/// `fragments_*.npy`, `transfer_editable.npy` and `transfer_fixed.npy` [rows, fragments], a picture for every
+/// light path, `transfer-images.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let images = &TransferImages::read_file(path)?;
     let head = &images.head;
@@ -176,7 +201,10 @@ fn file_name(slot: usize, surface: Surface, meaning: &Slot, first: FirstReflecti
         FirstReflection::None => "direct".to_owned(),
         FirstReflection::Fixed => "first-fixed".to_owned(),
         FirstReflection::Editable { material, basis } => {
-            format!("first-{}-b{basis}", file_name_part(meta.materials.get(material).map_or("", String::as_str)))
+            format!(
+                "first-{}-b{basis}",
+                file_name_part(meta.materials.get(material).map_or("", String::as_str))
+            )
         }
     };
     format!("image_{slot:04}_{eye}_{first}.exr")
@@ -193,7 +221,12 @@ fn first_json(first: FirstReflection, meta: &Meta) -> Value {
 }
 
 /// Scaled values of one channel of a path, fragment by fragment.
-fn channel<'a>(path: &LightPath, channel: usize, head: &Head, by_slot: &[&'a Image]) -> impl Iterator<Item = f32> + use<'a> {
+fn channel<'a>(
+    path: &LightPath,
+    channel: usize,
+    head: &Head,
+    by_slot: &[&'a Image],
+) -> impl Iterator<Item = f32> + use<'a> {
     let range = range(head, path.surface);
     // A slot that serves fixed fragments holds all of them, another only the editable ones.
     let values: &'a [_] = by_slot.get(path.slot).map_or(&[], |image| &image.values);
@@ -205,7 +238,8 @@ fn channel<'a>(path: &LightPath, channel: usize, head: &Head, by_slot: &[&'a Ima
 fn array(paths: &[LightPath], head: &Head, by_slot: &[&Image], out: &mut Out) -> Result<()> {
     let Some(first) = paths.first() else { return Ok(()) };
     let rows = paths.iter().map(|p| p.channels.len()).sum();
-    let values = paths.iter().flat_map(|p| (0..p.channels.len()).flat_map(move |c| channel(p, c, head, by_slot)));
+    let values =
+        paths.iter().flat_map(|p| (0..p.channels.len()).flat_map(move |c| channel(p, c, head, by_slot)));
     out.npy(first.array, &[rows, range(head, first.surface).len()], values)
 }
 
@@ -216,9 +250,9 @@ fn picture(path: &LightPath, head: &Head, by_slot: &[&Image], out: &mut Out) -> 
     for (index, name) in path.channels.iter().enumerate() {
         let mut plane = vec![0.0; pixels];
         for (&pixel, value) in of_fragments.iter().zip(channel(path, index, head, by_slot)) {
-            *plane
-                .get_mut(pixel as usize)
-                .ok_or_else(|| Error::invalid(&Place::file(&path.file), "a fragment lies outside the film"))? += value;
+            *plane.get_mut(pixel as usize).ok_or_else(|| {
+                Error::invalid(&Place::file(&path.file), "a fragment lies outside the film")
+            })? += value;
         }
         planes.push((*name, plane));
     }

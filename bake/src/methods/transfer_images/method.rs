@@ -34,7 +34,9 @@ impl Method for TransferImagesMethod {
     fn leaves_out(&self, scene: &Scene) -> Vec<String> {
         let parts = [("light", scene.vary.light), ("view", scene.vary.view)];
         let fixed = parts.into_iter().filter(|(_, varies)| *varies);
-        fixed.map(|(what, _)| format!("[vary] {what} = true, but {NAME} keeps the {what} as the scene has it")).collect()
+        fixed
+            .map(|(what, _)| format!("[vary] {what} = true, but {NAME} keeps the {what} as the scene has it"))
+            .collect()
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
@@ -77,12 +79,16 @@ impl Method for TransferImagesMethod {
         let Self { size, samples, seed, bases } = *self;
         let bases = match bases {
             Bases::Number(bases) => bases,
-            Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, CHOICE_PIXELS, work.job)?,
+            Bases::Error(max) => {
+                held_out::choose_bases(scene, size, samples, seed, max, CHOICE_PIXELS, work.job)?
+            }
         };
         let settings = Settings { size, samples, seed, bases };
         work.job.memory().expect(need(scene, &settings))?;
         let basis = basis_for(scene, bases)?;
-        let Some(images) = bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else { return Ok(None) };
+        let Some(images) = bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else {
+            return Ok(None);
+        };
         let errors = held_out::measure(scene, &settings, &basis, &images, work.job)?;
         let files = vec![
             (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),
@@ -90,8 +96,9 @@ impl Method for TransferImagesMethod {
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
-        let figures =
-            |errors: HeldOutErrors| [("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)];
+        let figures = |errors: HeldOutErrors| {
+            [("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]
+        };
         let errors = errors.into_iter().flat_map(figures).collect();
         let measured_on = held_out::measured_on();
         Ok(Some(Product { files, settings: recorded, errors, measured_on }))

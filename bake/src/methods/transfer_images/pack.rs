@@ -1,4 +1,5 @@
-//! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts images by importance.
+//! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts
+//! images by importance.
 
 use super::tiles::{Tile, TileFragment};
 use crate::compress::quantise::scale_for;
@@ -7,7 +8,9 @@ use crate::job::Progress;
 use crate::work_log::WorkLog;
 use half::f16;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, LARGEST_HALF, Layout, MAX_SCALE, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{
+    FirstReflection, Head, Image, LARGEST_HALF, Layout, MAX_SCALE, Meta, Slot, TransferImages,
+};
 use std::sync::Arc;
 
 /// Sums over all fragments of one slot.
@@ -48,12 +51,18 @@ pub fn pack(
         }
     })?;
     if !finite {
-        return Err(log.refuse("holds radiance that is not finite: light this bright overflows; lower the lights").into());
+        return Err(log
+            .refuse("holds radiance that is not finite: light this bright overflows; lower the lights")
+            .into());
     }
     let scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
     if scales.iter().any(|scale| *scale > MAX_SCALE) {
         let most = MAX_SCALE * LARGEST_HALF;
-        return Err(log.refuse(&format!("holds radiance above {most:e}, at which pictures could overflow; lower the lights")).into());
+        return Err(log
+            .refuse(&format!(
+                "holds radiance above {most:e}, at which pictures could overflow; lower the lights"
+            ))
+            .into());
     }
     let fixed_class = layout.materials as u16;
     fragments.sort_by_key(|f| (f.class == fixed_class, f.pixel, f.class));
@@ -62,34 +71,51 @@ pub fn pack(
 
     // Second reading: every value to its place.
     let count_of = |slot: &Slot| if slot.fixed.is_some() { fragments.len() } else { editable };
-    let mut images: Vec<Vec<f16>> = layout.slots.iter().map(|s| vec![f16::ZERO; s.channels() * count_of(s)]).collect();
+    let mut images: Vec<Vec<f16>> =
+        layout.slots.iter().map(|s| vec![f16::ZERO; s.channels() * count_of(s)]).collect();
     for_each_record(log, tiles, layout, progress, |fragment, record| {
         let key = |f: &TileFragment| (f.class == fixed_class, f.pixel, f.class);
         let Ok(index) = fragments.binary_search_by_key(&key(fragment), key) else { return };
-        for ((image, slot), (start, scale)) in images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales)) {
-            for (channel, value) in record.get(start[0]..start[1]).into_iter().flatten().enumerate().filter(|_| *scale > 0.0) {
+        for ((image, slot), (start, scale)) in
+            images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales))
+        {
+            for (channel, value) in
+                record.get(start[0]..start[1]).into_iter().flatten().enumerate().filter(|_| *scale > 0.0)
+            {
                 image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
             }
         }
     })?;
 
-    let mut images: Vec<Image> = images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
+    let mut images: Vec<Image> =
+        images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
     sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
     let head = Head {
         meta,
         pixel: fragments.iter().map(|f| f.pixel).collect(),
         class: fragments.iter().map(|f| f.class).collect(),
         // Fragments that only show what others emit have no samples of their own.
-        coverage: fragments.iter().map(|f| f16::from_f32(f.count as f32 / samples).max(f16::from_bits(1))).collect(),
+        coverage: fragments
+            .iter()
+            .map(|f| f16::from_f32(f.count as f32 / samples).max(f16::from_bits(1)))
+            .collect(),
         scales,
     };
     Ok(TransferImages { head: Arc::new(head), images })
 }
 
 /// Puts first what counts most in a typical material; `squares` gives the sum of a slot's squares.
-pub fn sort_by_importance(images: &mut [Image], layout: &Layout, basis: &BrdfBasis, squares: impl Fn(usize) -> f64) {
+pub fn sort_by_importance(
+    images: &mut [Image],
+    layout: &Layout,
+    basis: &BrdfBasis,
+    squares: impl Fn(usize) -> f64,
+) {
     let weights = basis_weights(basis);
-    let importance: Vec<f64> = (0..).zip(&layout.slots).map(|(number, slot)| squares(number) * slot_weight(slot, &weights)).collect();
+    let importance: Vec<f64> = (0..)
+        .zip(&layout.slots)
+        .map(|(number, slot)| squares(number) * slot_weight(slot, &weights))
+        .collect();
     images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
 }
 
@@ -115,10 +141,14 @@ fn for_each_record(
         let mut values = tile.values.as_slice();
         for fragment in &tile.fragments {
             // Fixed fragments have the first slots only, all of them RGB.
-            let channels = if usize::from(fragment.class) == layout.materials { 3 * layout.firsts() } else { layout.channels() };
-            let (record, rest) = values
-                .split_at_checked(channels)
-                .ok_or_else(|| log.refuse("holds a tile that does not fit the layout; bake again with --force"))?;
+            let channels = if usize::from(fragment.class) == layout.materials {
+                3 * layout.firsts()
+            } else {
+                layout.channels()
+            };
+            let (record, rest) = values.split_at_checked(channels).ok_or_else(|| {
+                log.refuse("holds a tile that does not fit the layout; bake again with --force")
+            })?;
             each(fragment, record);
             values = rest;
         }

@@ -40,7 +40,9 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let start = Instant::now();
     let chosen = match bases {
         Bases::Number(bases) => bases,
-        Bases::Error(max) => held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?,
+        Bases::Error(max) => {
+            held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?
+        }
     };
     let choosing = start.elapsed().as_secs_f64();
     let start = Instant::now();
@@ -64,7 +66,8 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
         let zeros = tile.values.iter().filter(|value| **value == 0.0).count();
         (take_ray_count() as f64, tile.values.len() as f64, zeros as f64)
     };
-    let traced = pixels.par_chunks(4).map(some).reduce(|| (0.0, 0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
+    let traced =
+        pixels.par_chunks(4).map(some).reduce(|| (0.0, 0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
     let scale = all as f64 / pixels.len() as f64;
     let [rays, values, zeros] = [traced.0, traced.1, traced.2].map(|count| count * scale);
     let tracing = start.elapsed().as_secs_f64() * scale;

@@ -1,4 +1,5 @@
-//! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with every basis (thesis eq. 4-26, 4-27).
+//! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with
+//! every basis (thesis eq. 4-26, 4-27).
 
 use crate::brdf;
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
@@ -15,7 +16,8 @@ pub struct Projector<'a> {
     layout: &'a Layout,
     /// For each material: its class if it varies, or its fixed parameters.
     materials: Vec<Reflector>,
-    /// For (eye basis, first reflection): where the channels of the slot start in an editable fragment's record.
+    /// For (eye basis, first reflection): where the channels of the slot start in an editable fragment's
+    /// record.
     channels: Vec<Channels>,
     /// Which channel of the light single-channel slots follow: the one where the chromaticity is 1.
     grey_channel: usize,
@@ -43,15 +45,26 @@ pub struct PixelRecords {
 }
 
 impl<'a> Projector<'a> {
-    /// Prepares the projection. `editable` lists the materials that vary in order of their class; `grey_channel` is the largest of the
-    /// light's chromaticity.
-    pub fn new(basis: &'a BrdfBasis, layout: &'a Layout, materials: &[Brdf], editable: &[usize], grey_channel: usize) -> Self {
+    /// Prepares the projection. `editable` lists the materials that vary in order of their class;
+    /// `grey_channel` is the largest of the light's chromaticity.
+    pub fn new(
+        basis: &'a BrdfBasis,
+        layout: &'a Layout,
+        materials: &[Brdf],
+        editable: &[usize],
+        grey_channel: usize,
+    ) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
-        let materials = materials.iter().enumerate().map(|(i, m)| class(i).map_or(Reflector::Fixed(*m), Reflector::Editable)).collect();
+        let materials = materials
+            .iter()
+            .enumerate()
+            .map(|(i, m)| class(i).map_or(Reflector::Fixed(*m), Reflector::Editable))
+            .collect();
         let mut channels = vec![Channels::default(); layout.bases * layout.firsts()];
         let mut start = 0;
         for slot in &layout.slots {
-            channels[slot.eye_basis * layout.firsts() + layout.first_index(slot.first)] = Channels { start, rgb: slot.rgb };
+            channels[slot.eye_basis * layout.firsts() + layout.first_index(slot.first)] =
+                Channels { start, rgb: slot.rgb };
             start += slot.channels();
         }
         Self { basis, layout, materials, channels, grey_channel }
@@ -77,12 +90,15 @@ impl<'a> Projector<'a> {
                 Reflector::Editable(class) => {
                     self.add_editable(eye, &mut records.classes[class]);
                     if eye.emitted != Vec3A::ZERO {
-                        // What a surface emits does not follow its material. The sample counts for its material alone.
+                        // What a surface emits does not follow its material. The sample counts for its
+                        // material alone.
                         let (_, sums) = &mut records.classes[self.layout.materials];
                         add_rgb(sums, 0, eye.emitted);
                     }
                 }
-                Reflector::Fixed(material) => self.add_fixed(eye, &material, &mut records.classes[self.layout.materials]),
+                Reflector::Fixed(material) => {
+                    self.add_fixed(eye, &material, &mut records.classes[self.layout.materials])
+                }
             },
         }
     }
@@ -90,11 +106,19 @@ impl<'a> Projector<'a> {
     fn add_editable(&self, eye: &EyeVertex, (count, sums): &mut (u32, Vec<f32>)) {
         *count += 1;
         for direct in eye.direct.iter().flatten() {
-            self.add_slots(sums, FirstReflection::None, direct.light, eye.albedo, &self.values(&direct.angles));
+            self.add_slots(
+                sums,
+                FirstReflection::None,
+                direct.light,
+                eye.albedo,
+                &self.values(&direct.angles),
+            );
         }
         if let Some(first) = &eye.indirect {
             let at_eye = self.values(&first.eye_angles);
-            self.each_first(first, |reflection, light| self.add_slots(sums, reflection, light, eye.albedo, &at_eye));
+            self.each_first(first, |reflection, light| {
+                self.add_slots(sums, reflection, light, eye.albedo, &at_eye)
+            });
         }
     }
 
@@ -103,19 +127,25 @@ impl<'a> Projector<'a> {
         add_rgb(sums, 0, eye.emitted + reflect(&eye.direct, eye.albedo, material));
         if let Some(first) = &eye.indirect {
             let at_eye = brdf::evaluate(material, eye.albedo, &first.eye_angles);
-            self.each_first(first, |reflection, light| add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye));
+            self.each_first(first, |reflection, light| {
+                add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye)
+            });
         }
     }
 
     /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
     fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
         match self.materials[first.material as usize] {
-            Reflector::Fixed(material) => each(FirstReflection::Fixed, reflect(&first.reflections, first.albedo, &material)),
+            Reflector::Fixed(material) => {
+                each(FirstReflection::Fixed, reflect(&first.reflections, first.albedo, &material))
+            }
             Reflector::Editable(material) => {
                 let mut sums = [Vec3A::ZERO; MAX_BASES];
                 for Reflection { angles, light } in first.reflections.iter().flatten() {
                     let values = self.values(angles);
-                    sums.iter_mut().zip(&values[..self.layout.bases]).for_each(|(sum, value)| *sum += *light * *value);
+                    sums.iter_mut()
+                        .zip(&values[..self.layout.bases])
+                        .for_each(|(sum, value)| *sum += *light * *value);
                 }
                 sums[0] *= first.albedo;
                 for (basis, light) in sums[..self.layout.bases].iter().enumerate() {
@@ -125,9 +155,16 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Adds `light`, weighed with every eye basis, to the slots of one first reflection. The eye's `albedo` acts on the diffuse basis, whose slots are
-    /// all RGB.
-    fn add_slots(&self, sums: &mut [f32], first: FirstReflection, light: Vec3A, albedo: Vec3A, at_eye: &Values) {
+    /// Adds `light`, weighed with every eye basis, to the slots of one first reflection. The eye's `albedo`
+    /// acts on the diffuse basis, whose slots are all RGB.
+    fn add_slots(
+        &self,
+        sums: &mut [f32],
+        first: FirstReflection,
+        light: Vec3A,
+        albedo: Vec3A,
+        at_eye: &Values,
+    ) {
         let (firsts, first) = (self.layout.firsts(), self.layout.first_index(first));
         for (eye_basis, value) in at_eye[..self.layout.bases].iter().enumerate() {
             let channels = self.channels[eye_basis * firsts + first];
@@ -148,7 +185,8 @@ impl<'a> Projector<'a> {
 }
 
 impl PixelRecords {
-    /// Hands over every class that was met or holds what others emit, with its samples and its sums, and forgets them.
+    /// Hands over every class that was met or holds what others emit, with its samples and its sums, and
+    /// forgets them.
     pub fn drain(&mut self, mut each: impl FnMut(usize, u32, &[f32])) {
         for (class, (count, sums)) in self.classes.iter_mut().enumerate() {
             if *count > 0 || sums.iter().any(|sum| *sum != 0.0) {

@@ -7,7 +7,8 @@ pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
 /// Changes whenever the same scene and settings give other bytes than before.
 pub const REVISION: u32 = 2;
 /// What a bake reads of a scene.
-pub(super) const READS: [Part; 6] = [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
+pub(super) const READS: [Part; 6] =
+    [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
 
 /// The settings that change results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -40,7 +40,11 @@ impl Tile {
         let count = word(0) as usize;
         let fragment = |i: usize| {
             let at = 4 + 10 * i;
-            TileFragment { pixel: word(at), class: u16::from_le_bytes([bytes[at + 4], bytes[at + 5]]), count: word(at + 6) }
+            TileFragment {
+                pixel: word(at),
+                class: u16::from_le_bytes([bytes[at + 4], bytes[at + 5]]),
+                count: word(at + 6),
+            }
         };
         let fragments = (0..count).map(fragment).collect();
         let values = bytes[4 + 10 * count..].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
@@ -55,7 +59,9 @@ mod tests {
     #[test]
     fn tiles_come_back() {
         for n in [0u32, 1, 7] {
-            let fragments = (0..n).map(|i| TileFragment { pixel: i * 7 + n, class: (i % 3) as u16, count: i + 1 }).collect();
+            let fragments = (0..n)
+                .map(|i| TileFragment { pixel: i * 7 + n, class: (i % 3) as u16, count: i + 1 })
+                .collect();
             let tile = Tile { fragments, values: (0..n * 5).map(|i| i as f32 * 0.25 - n as f32).collect() };
             assert_eq!(Tile::decode(&tile.encode()), tile);
         }

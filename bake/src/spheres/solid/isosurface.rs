@@ -1,4 +1,5 @@
-//! The surface where a mesh's winding number is 1/2, by marching tetrahedra (Doi and Koide 1991) on a grid: closed whatever the mesh is like.
+//! The surface where a mesh's winding number is 1/2, by marching tetrahedra (Doi and Koide 1991) on a grid:
+//! closed whatever the mesh is like.
 
 use super::super::triangle_tree::TriangleTree;
 use glam::{DVec3, UVec3};
@@ -7,7 +8,8 @@ use std::collections::HashMap;
 
 /// Cells beyond the mesh's box on each side.
 const PADDING: f64 = 2.0;
-/// Where the grid starts within the padding, in cells: odd shares, so that planes of a mesh that is itself on some grid do not meet its corners.
+/// Where the grid starts within the padding, in cells: odd shares, so that planes of a mesh that is itself on
+/// some grid do not meet its corners.
 const SHIFT: DVec3 = DVec3::new(0.371, 0.413, 0.317);
 /// Most halvings of a grid's edge on which the winding number jumps.
 const HALVINGS: u32 = 8;
@@ -30,10 +32,12 @@ struct Grid<'a> {
     values: Vec<f64>,
 }
 
-/// Vertices, triangles that face outwards, and the side of a cell. Each edge of the triangles is run once each way.
+/// Vertices, triangles that face outwards, and the side of a cell. Each edge of the triangles is run once
+/// each way.
 pub fn isosurface(mesh: &TriangleTree, cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>, f64) {
     let grid = Grid::new(mesh, cells);
-    let edges: Vec<[Edge; 3]> = (0..grid.size.z.saturating_sub(1)).into_par_iter().flat_map_iter(|z| grid.slab(z)).collect();
+    let edges: Vec<[Edge; 3]> =
+        (0..grid.size.z.saturating_sub(1)).into_par_iter().flat_map_iter(|z| grid.slab(z)).collect();
     let mut index = HashMap::new();
     let mut unique = Vec::new();
     let mut number = |edge: Edge| {
@@ -60,11 +64,19 @@ impl<'a> Grid<'a> {
     fn value(&self, index: u32) -> f64 {
         let at = self.corner(index);
         // Nothing that a mesh encloses reaches here, so that the surface closes.
-        if (at.cmpeq(UVec3::ZERO) | at.cmpeq(self.size - 1)).any() { 0.0 } else { self.mesh.winding_number(self.position(index)) }
+        if (at.cmpeq(UVec3::ZERO) | at.cmpeq(self.size - 1)).any() {
+            0.0
+        } else {
+            self.mesh.winding_number(self.position(index))
+        }
     }
 
     fn corner(&self, index: u32) -> UVec3 {
-        UVec3::new(index % self.size.x, index / self.size.x % self.size.y, index / (self.size.x * self.size.y))
+        UVec3::new(
+            index % self.size.x,
+            index / self.size.x % self.size.y,
+            index / (self.size.x * self.size.y),
+        )
     }
 
     fn index(&self, at: UVec3) -> u32 {
@@ -98,7 +110,8 @@ impl<'a> Grid<'a> {
                 at[*axis] += 1;
                 *corner = self.index(at);
             }
-            // The first three orders are even permutations, with positive volume; the others are their mirrors.
+            // The first three orders are even permutations, with positive volume; the others are their
+            // mirrors.
             if i >= 3 {
                 corners.swap(2, 3);
             }

@@ -1,7 +1,8 @@
 //! What a mesh bounds.
 //!
-//! A mesh that is closed and does not meet itself bounds its solid, and volumes against it are exact. Of any other mesh the inside is where the
-//! generalised winding number (Jacobson et al. 2013) is at least 1/2, and an isosurface on a grid bounds that.
+//! A mesh that is closed and does not meet itself bounds its solid, and volumes against it are exact. Of any
+//! other mesh the inside is where the generalised winding number (Jacobson et al. 2013) is at least 1/2, and
+//! an isosurface on a grid bounds that.
 
 mod clean;
 mod isosurface;
@@ -32,11 +33,14 @@ const LEAST_VOLUME: f64 = 1e-12;
 pub struct Solid {
     /// Bounds the solid: closed, facing outwards, not meeting itself.
     pub boundary: TriangleTree,
-    /// What must be covered: the mesh's triangles with its vertices welded, and those of `boundary` where that is not the mesh itself.
+    /// What must be covered: the mesh's triangles with its vertices welded, and those of `boundary` where
+    /// that is not the mesh itself.
     pub surface: TriangleTree,
-    /// For each vertex of the mesh its index in the vertices of `surface`, where each position stands once. Vertices that only the boundary has follow.
+    /// For each vertex of the mesh its index in the vertices of `surface`, where each position stands once.
+    /// Vertices that only the boundary has follow.
     pub welded: Vec<u32>,
-    /// The other way: for each welded vertex the first vertex of the mesh there. What only the boundary has is beyond its end.
+    /// The other way: for each welded vertex the first vertex of the mesh there. What only the boundary has
+    /// is beyond its end.
     pub mesh_vertex: Vec<u32>,
     /// What counts as the inside.
     pub kind: Kind,
@@ -57,7 +61,8 @@ impl Solid {
         let (welded, mut notes) = weld(mesh);
         let tree = TriangleTree::new(welded.vertices.clone(), welded.triangles.clone());
         let diagonal = tree.nodes.first().map_or(0.0, |root| (root.max - root.min).length());
-        let doubts = if orient::is_closed(&welded.triangles) { clean::doubts(&tree, diagonal) } else { Doubts::Open };
+        let doubts =
+            if orient::is_closed(&welded.triangles) { clean::doubts(&tree, diagonal) } else { Doubts::Open };
         let solid = match doubts.note(MEETING) {
             Ok(note) => {
                 notes.extend(note);
@@ -81,7 +86,13 @@ impl Solid {
         Ok(solid)
     }
 
-    fn by_winding_number(mesh: &TriangleTree, diagonal: f64, welded: Welded, reason: &str, mut notes: Vec<String>) -> Self {
+    fn by_winding_number(
+        mesh: &TriangleTree,
+        diagonal: f64,
+        welded: Welded,
+        reason: &str,
+        mut notes: Vec<String>,
+    ) -> Self {
         let (vertices, triangles, cell) = isosurface::isosurface(mesh, CELLS);
         notes.push(format!(
             "the mesh {reason}: inside is where its winding number is at least 1/2, on a grid of {CELLS} cells along the longest side; parts thinner than \
@@ -94,18 +105,30 @@ impl Solid {
         let surface = TriangleTree::new(all_vertices, all_triangles);
         let boundary = TriangleTree::new(vertices, triangles);
         let (kind, volume) = (Kind::WindingNumber { cells: CELLS }, volume(&boundary));
-        Self { boundary, surface, kind, volume, diagonal, notes, welded: welded.index, mesh_vertex: welded.first }
+        Self {
+            boundary,
+            surface,
+            kind,
+            volume,
+            diagonal,
+            notes,
+            welded: welded.index,
+            mesh_vertex: welded.first,
+        }
     }
 }
 
-/// The mesh with its triangles turned to agree, and what was mended. Vertices that only rounding keeps apart are welded where that closes it; a mesh
-/// that is closed as it is, or open anyhow, keeps its least details.
+/// The mesh with its triangles turned to agree, and what was mended. Vertices that only rounding keeps apart
+/// are welded where that closes it; a mesh that is closed as it is, or open anyhow, keeps its least details.
 fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
     let oriented = |mut welded: Welded| {
         let mut notes = Vec::new();
         orient::orient(&welded.vertices, &mut welded.triangles, &mut notes);
         if welded.left_out > 0 {
-            notes.push(format!("left out {}, there again or without extent", counted(welded.left_out, "triangle", "triangles")));
+            notes.push(format!(
+                "left out {}, there again or without extent",
+                counted(welded.left_out, "triangle", "triangles")
+            ));
         }
         (welded, notes)
     };
@@ -133,7 +156,9 @@ fn volume(tree: &TriangleTree) -> f64 {
 fn no_volume(place: &Place, kind: Kind) -> BakeError {
     let cells = match kind {
         Kind::Closed => String::new(),
-        Kind::WindingNumber { cells } => format!(" that a grid of {cells} cells along its longest side would show"),
+        Kind::WindingNumber { cells } => {
+            format!(" that a grid of {cells} cells along its longest side would show")
+        }
     };
     BakeError::invalid(place, format!("encloses no volume{cells}; give it thickness, or close its holes"))
 }

@@ -20,7 +20,11 @@ struct Side {
 /// All uses, those of an edge in a row.
 fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     let of = |(triangle, t): (u32, &[u32; 3])| {
-        [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| Side { edge: [a.min(b), a.max(b)], triangle, forward: a < b })
+        [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| Side {
+            edge: [a.min(b), a.max(b)],
+            triangle,
+            forward: a < b,
+        })
     };
     let mut sides: Vec<Side> = (0..).zip(triangles).flat_map(of).collect();
     sides.sort_unstable();
@@ -33,11 +37,12 @@ pub fn is_closed(triangles: &[[u32; 3]]) -> bool {
     sides(triangles).chunk_by(|a, b| a.edge == b.edge).all(|uses| balance(uses) == 0)
 }
 
-/// Makes triangles across edges of two agree, each part with the majority of its own; then turns parts that face inwards and are no cavities, and all
-/// open parts together if they face inwards on the whole.
+/// Makes triangles across edges of two agree, each part with the majority of its own; then turns parts that
+/// face inwards and are no cavities, and all open parts together if they face inwards on the whole.
 pub fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]], notes: &mut Vec<String>) {
     let parts = agree(triangles, notes);
-    let (closed, open): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| is_closed(&pick(triangles, part)));
+    let (closed, open): (Vec<_>, Vec<_>) =
+        parts.into_iter().partition(|part| is_closed(&pick(triangles, part)));
     let mut inverted = inverted_closed(vertices, triangles, &closed);
     let open: Vec<u32> = open.concat();
     if faces_inwards(vertices, &pick(triangles, &open)) {
@@ -76,12 +81,16 @@ fn agree(triangles: &mut [[u32; 3]], notes: &mut Vec<String>) -> Vec<Vec<u32>> {
         parts.push(part);
     }
     if count > 0 {
-        notes.push(format!("turned {}, which faced against the neighbours", counted(count, "triangle", "triangles")));
+        notes.push(format!(
+            "turned {}, which faced against the neighbours",
+            counted(count, "triangle", "triangles")
+        ));
     }
     parts
 }
 
-/// For each triangle its neighbours across edges of exactly two, and whether the two run the edge the same way: then one of them is the wrong way round.
+/// For each triangle its neighbours across edges of exactly two, and whether the two run the edge the same
+/// way: then one of them is the wrong way round.
 fn neighbours(triangles: &[[u32; 3]]) -> Vec<Vec<(u32, bool)>> {
     let mut neighbours = vec![Vec::new(); triangles.len()];
     for uses in sides(triangles).chunk_by(|a, b| a.edge == b.edge) {
@@ -113,21 +122,27 @@ fn spread(seed: u32, neighbours: &[Vec<(u32, bool)>], turned: &mut [Option<bool>
     part
 }
 
-/// The closed parts that enclose less than nothing and are no cavities, that is, lie within an even number of others.
+/// The closed parts that enclose less than nothing and are no cavities, that is, lie within an even number of
+/// others.
 fn inverted_closed(vertices: &[DVec3], triangles: &[[u32; 3]], parts: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let tree = |part: &Vec<u32>| TriangleTree::new(vertices.to_vec(), pick(triangles, part));
-    let inwards: Vec<usize> = (0..parts.len()).filter(|i| faces_inwards(vertices, &pick(triangles, &parts[*i]))).collect();
+    let inwards: Vec<usize> =
+        (0..parts.len()).filter(|i| faces_inwards(vertices, &pick(triangles, &parts[*i]))).collect();
     if inwards.is_empty() {
         return Vec::new();
     }
     let mut depth = vec![0; parts.len()];
     let boxes: Vec<(DVec3, DVec3)> = parts.iter().map(|part| bounds(vertices, triangles, part)).collect();
     for (outer, (min, max)) in boxes.iter().enumerate() {
-        let fits = |i: &&usize| **i != outer && boxes[**i].0.cmpge(*min).all() && boxes[**i].1.cmple(*max).all();
+        let fits =
+            |i: &&usize| **i != outer && boxes[**i].0.cmpge(*min).all() && boxes[**i].1.cmple(*max).all();
         let within: Vec<usize> = inwards.iter().filter(fits).copied().collect();
         if !within.is_empty() {
             let outer = tree(&parts[outer]);
-            within.into_iter().filter(|i| lies_within(vertices, &pick(triangles, &parts[*i]), &outer)).for_each(|i| depth[i] += 1);
+            within
+                .into_iter()
+                .filter(|i| lies_within(vertices, &pick(triangles, &parts[*i]), &outer))
+                .for_each(|i| depth[i] += 1);
         }
     }
     inwards.into_iter().filter(|i| depth[*i] % 2 == 0).map(|i| parts[i].clone()).collect()
@@ -140,7 +155,9 @@ fn bounds(vertices: &[DVec3], triangles: &[[u32; 3]], part: &[u32]) -> (DVec3, D
 
 fn lies_within(vertices: &[DVec3], part: &[[u32; 3]], outer: &TriangleTree) -> bool {
     let centre = |t: &[u32; 3]| t.map(|v| vertices[v as usize]).iter().sum::<DVec3>() / 3.0;
-    part.iter().step_by(part.len().div_ceil(PROBES).max(1)).all(|t| outer.winding_number(centre(t)).abs() > 0.5)
+    part.iter()
+        .step_by(part.len().div_ceil(PROBES).max(1))
+        .all(|t| outer.winding_number(centre(t)).abs() > 0.5)
 }
 
 /// Whether the cones from the mean of the corners to the triangles have less than no volume.

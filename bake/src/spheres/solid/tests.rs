@@ -1,7 +1,8 @@
 //! Solids of meshes that are well made and of meshes that are not.
 
 use super::super::test_meshes::{
-    cuboid, flipped_face_cube, icosphere, inside_out, joined, l_shape, mesh, open_hemisphere, thin_plate, torus, two_cubes,
+    cuboid, flipped_face_cube, icosphere, inside_out, joined, l_shape, mesh, open_hemisphere, thin_plate,
+    torus, two_cubes,
 };
 use super::{CELLS, Kind, Solid, orient};
 use glam::DVec3;
@@ -18,7 +19,10 @@ fn solid(triangles: Triangles) -> Solid {
     let solid = try_solid(triangles).unwrap();
     // Whatever came in, this must hold.
     assert!(orient::is_closed(&solid.boundary.triangles));
-    assert!((solid.boundary.nodes[0].moment / 3.0 - solid.volume).abs() <= 1e-12 * solid.volume && solid.volume > 0.0);
+    assert!(
+        (solid.boundary.nodes[0].moment / 3.0 - solid.volume).abs() <= 1e-12 * solid.volume
+            && solid.volume > 0.0
+    );
     solid
 }
 
@@ -87,16 +91,29 @@ fn split_vertices_are_welded_and_map_both_ways() {
 
 /// With corners of their own for every triangle, each moved by `move_by` of its number.
 fn split((vertices, triangles): Triangles, move_by: impl Fn(usize) -> DVec3) -> Triangles {
-    let corners = triangles.iter().flatten().map(|v| vertices[*v as usize]).enumerate().map(|(i, v)| v + move_by(i)).collect();
+    let corners = triangles
+        .iter()
+        .flatten()
+        .map(|v| vertices[*v as usize])
+        .enumerate()
+        .map(|(i, v)| v + move_by(i))
+        .collect();
     (corners, (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
 }
 
 #[test]
 fn seams_that_rounding_opens_are_welded() {
     // The diagonal is 3.46: up to 1.7e-7 of it each way, and whatever the order of the copies.
-    let moved = |i: usize| 6e-7 * DVec3::new((i % 3) as f64 - 1.0, (i % 5) as f64 / 2.0 - 1.0, (i % 7) as f64 / 3.0 - 1.0);
+    let moved = |i: usize| {
+        6e-7 * DVec3::new((i % 3) as f64 - 1.0, (i % 5) as f64 / 2.0 - 1.0, (i % 7) as f64 / 3.0 - 1.0)
+    };
     let (exact, near) = (solid(cube(-1.0, 1.0)), solid(split(cube(-1.0, 1.0), moved)));
-    assert_eq!((near.kind, near.surface.vertices.len(), near.surface.triangles.len()), (Kind::Closed, 8, 12), "{:?}", near.notes);
+    assert_eq!(
+        (near.kind, near.surface.vertices.len(), near.surface.triangles.len()),
+        (Kind::Closed, 8, 12),
+        "{:?}",
+        near.notes
+    );
     assert!((near.volume - exact.volume).abs() < 1.5e-5, "{}", near.volume);
     let welded = split(cube(-1.0, 1.0), moved)
         .0
@@ -105,7 +122,12 @@ fn seams_that_rounding_opens_are_welded() {
         .collect::<std::collections::HashSet<_>>()
         .len()
         - 8;
-    assert_eq!(near.notes, [format!("welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh")]);
+    assert_eq!(
+        near.notes,
+        [format!(
+            "welded {welded} vertices to others at less than a millionth of the diagonal, which closes the mesh"
+        )]
+    );
     // A gap of 3e-5 of the diagonal is one.
     let apart = super::weld(&mesh(split(cube(-1.0, 1.0), |i| moved(i) * 100.0))).0;
     assert!(!orient::is_closed(&apart.triangles) && apart.vertices.len() > 8);
@@ -115,13 +137,16 @@ fn seams_that_rounding_opens_are_welded() {
 fn the_poles_of_a_computed_sphere_are_one_vertex_each() {
     let (around, up) = (24, 12);
     let point = |i: u32, j: u32| {
-        let (longitude, latitude) = (std::f32::consts::TAU * i as f32 / around as f32, std::f32::consts::PI * j as f32 / up as f32);
+        let (longitude, latitude) =
+            (std::f32::consts::TAU * i as f32 / around as f32, std::f32::consts::PI * j as f32 / up as f32);
         [latitude.sin() * longitude.cos(), latitude.cos(), -latitude.sin() * longitude.sin()].map(f64::from)
     };
     // Every longitude has its own pole, and the first one is there again at the end.
     let vertices = (0..=up).flat_map(|j| (0..=around).map(move |i| DVec3::from(point(i, j)))).collect();
     let at = |i: u32, j: u32| j * (around + 1) + i;
-    let quad = |i: u32, j: u32| [[at(i, j), at(i, j + 1), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i + 1, j)]];
+    let quad = |i: u32, j: u32| {
+        [[at(i, j), at(i, j + 1), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i + 1, j)]]
+    };
     let triangles = (0..up).flat_map(|j| (0..around).flat_map(move |i| quad(i, j))).collect();
     let solid = solid((vertices, triangles));
     assert_eq!((solid.kind, solid.surface.vertices.len()), (Kind::Closed, 2 + 11 * 24), "{:?}", solid.notes);
@@ -134,8 +159,13 @@ fn far_from_the_origin_the_last_place_is_near() {
     let far = |v: DVec3| v + 1e5;
     let (vertices, triangles) = cube(0.0, 1.0);
     let step = |i: usize| DVec3::splat(if i.is_multiple_of(2) { 0.0 } else { 1.0 / 128.0 });
-    let (welded, notes) = super::weld(&mesh(split((vertices.into_iter().map(far).collect(), triangles), step)));
-    assert_eq!((welded.vertices.len(), welded.triangles.len(), orient::is_closed(&welded.triangles)), (8, 12, true), "{notes:?}");
+    let (welded, notes) =
+        super::weld(&mesh(split((vertices.into_iter().map(far).collect(), triangles), step)));
+    assert_eq!(
+        (welded.vertices.len(), welded.triangles.len(), orient::is_closed(&welded.triangles)),
+        (8, 12, true),
+        "{notes:?}"
+    );
 }
 
 #[test]
@@ -147,14 +177,17 @@ fn welding_does_not_run_along_chains_nor_flatten_what_is_closed() {
     let line = (0..400_000_u32).map(|i| DVec3::X * f64::from(i) * 0.6e-6).chain([DVec3::new(0.0, 0.97, 0.0)]);
     let mesh = mesh((line.collect(), Vec::new()));
     let welded = super::weld::Welded::nearly(&mesh);
-    let moved = |(p, i): (&[f32; 3], &u32)| DVec3::from_array(p.map(f64::from)).distance(welded.vertices[*i as usize]);
+    let moved = |(p, i): (&[f32; 3], &u32)| {
+        DVec3::from_array(p.map(f64::from)).distance(welded.vertices[*i as usize])
+    };
     assert!(mesh.positions.iter().zip(&welded.index).map(moved).fold(0.0, f64::max) <= 1e-6);
     assert!((199_000..202_000).contains(&welded.vertices.len()), "{}", welded.vertices.len());
 }
 
 #[test]
 fn parts_that_meet_are_united_on_the_grid() {
-    // The grid cuts convex edges off and fills concave ones by at most half a cell squared along their length.
+    // The grid cuts convex edges off and fills concave ones by at most half a cell squared along their
+    // length.
     let overlapping = two_cubes(DVec3::splat(0.5));
     let bound = |length: f64, longest: f64| length * (longest / f64::from(CELLS)).powi(2) / 2.0;
     assert_gridded(overlapping, 2.0 - 0.125, bound(24.0, 1.5));
@@ -198,6 +231,11 @@ fn sheets_are_no_solids() {
         let error = try_solid((square.clone(), triangles)).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         let message = error.to_string();
-        assert!(message.contains("shape.obj") && message.contains("encloses no volume") && message.contains("thickness"), "{message}");
+        assert!(
+            message.contains("shape.obj")
+                && message.contains("encloses no volume")
+                && message.contains("thickness"),
+            "{message}"
+        );
     }
 }

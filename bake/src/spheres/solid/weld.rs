@@ -1,5 +1,5 @@
-//! One vertex for each position: meshes split their vertices where texture coordinates or normals jump, and programs that compute the two sides of a
-//! seam by themselves leave them apart by a rounding error.
+//! One vertex for each position: meshes split their vertices where texture coordinates or normals jump, and
+//! programs that compute the two sides of a seam by themselves leave them apart by a rounding error.
 
 use glam::{DVec3, IVec3};
 use relume_scenes::Mesh;
@@ -7,7 +7,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Vertices nearer than this, in parts of the diagonal, may be one whose copies differ by rounding.
 const NEAR: f64 = 1e-6;
-/// Far from the origin single precision itself is coarser: an error of a unit in the last place along each axis.
+/// Far from the origin single precision itself is coarser: an error of a unit in the last place along each
+/// axis.
 const ROUNDING: f64 = 1.75 * f32::EPSILON as f64;
 
 /// A mesh with one vertex for each position.
@@ -41,10 +42,12 @@ impl Welded {
         Self::new(mesh, index, first)
     }
 
-    /// Welds vertices that only rounding keeps apart. Each joins the first one before it that stays and is near; those that stay are not near each
-    /// other, so that chains of near vertices do not run together and no cell of the search's grid holds many.
+    /// Welds vertices that only rounding keeps apart. Each joins the first one before it that stays and is
+    /// near; those that stay are not near each other, so that chains of near vertices do not run together and
+    /// no cell of the search's grid holds many.
     pub fn nearly(mesh: &Mesh) -> Self {
-        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+        let positions: Vec<DVec3> =
+            mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
         let reach = reach(&positions);
         let cell_of = |p: DVec3| (p / reach).floor();
         let low = positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
@@ -53,7 +56,9 @@ impl Welded {
         let mut weld = |(at, position): (u32, &DVec3)| {
             let cell = cell_of(*position - low).as_ivec3();
             let around = (0..27).map(|i| cell + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-            let is_near = |kept: &u32| positions[first[*kept as usize] as usize].distance_squared(*position) <= reach * reach;
+            let is_near = |kept: &u32| {
+                positions[first[*kept as usize] as usize].distance_squared(*position) <= reach * reach
+            };
             let near = around.filter_map(|cell| cells.get(&cell)).flatten().copied().filter(is_near).min();
             near.unwrap_or_else(|| {
                 let kept = first.len() as u32;
@@ -73,8 +78,10 @@ impl Welded {
             key.sort_unstable();
             key[0] != key[1] && key[1] != key[2] && seen.insert(key)
         };
-        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| index[v as usize])).filter(is_new).collect();
-        let vertices = first.iter().map(|at| DVec3::from_array(mesh.positions[*at as usize].map(f64::from))).collect();
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().map(|t| t.map(|v| index[v as usize])).filter(is_new).collect();
+        let vertices =
+            first.iter().map(|at| DVec3::from_array(mesh.positions[*at as usize].map(f64::from))).collect();
         let left_out = mesh.triangles.len() - triangles.len();
         Self { vertices, triangles, index, first, left_out }
     }
@@ -82,7 +89,9 @@ impl Welded {
 
 /// How near is near.
 fn reach(positions: &[DVec3]) -> f64 {
-    let (low, high) = positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let (low, high) = positions
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let farthest = low.abs().max(high.abs()).max_element();
     (NEAR * (high - low).length()).max(ROUNDING * farthest).max(f64::MIN_POSITIVE)
 }

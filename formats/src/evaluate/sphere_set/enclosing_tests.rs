@@ -38,7 +38,9 @@ fn circumcentre(points: &[DVec3]) -> DVec3 {
             (a.length_squared() * b.cross(n) + b.length_squared() * n.cross(a)) / (2.0 * n.length_squared())
         }
         (Some(a), Some(b), Some(c)) => {
-            DMat3::from_cols(a, b, c).transpose().inverse() * DVec3::new(a.length_squared(), b.length_squared(), c.length_squared()) / 2.0
+            DMat3::from_cols(a, b, c).transpose().inverse()
+                * DVec3::new(a.length_squared(), b.length_squared(), c.length_squared())
+                / 2.0
         }
     };
     points[0] + offset
@@ -51,8 +53,13 @@ fn reach(centre: DVec3, points: &[DVec3]) -> f64 {
 /// The least reach over the circumcentres of all sets of up to four points.
 fn brute_force(points: &[DVec3]) -> f64 {
     let sets = (1_u32..1 << points.len()).filter(|set| set.count_ones() <= 4);
-    let chosen = |set: u32| points.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1).map(|(_, p)| *p).collect::<Vec<_>>();
-    sets.map(|set| circumcentre(&chosen(set))).filter(|c| c.is_finite()).map(|c| reach(c, points)).fold(f64::INFINITY, f64::min)
+    let chosen = |set: u32| {
+        points.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1).map(|(_, p)| *p).collect::<Vec<_>>()
+    };
+    sets.map(|set| circumcentre(&chosen(set)))
+        .filter(|c| c.is_finite())
+        .map(|c| reach(c, points))
+        .fold(f64::INFINITY, f64::min)
 }
 
 #[test]

@@ -1,9 +1,11 @@
-//! The best similarity between two sets of points (Horn 1987, "Closed-form solution of absolute orientation using unit quaternions").
+//! The best similarity between two sets of points (Horn 1987, "Closed-form solution of absolute orientation
+//! using unit quaternions").
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// How much the unturned, unscaled pose weighs against the points, in parts of what they and their lever arm do. It decides where they leave a turn
-/// open, and keeps points that all but coincide from turning a distant centre with their rounding errors.
+/// How much the unturned, unscaled pose weighs against the points, in parts of what they and their lever arm
+/// do. It decides where they leave a turn open, and keeps points that all but coincide from turning a distant
+/// centre with their rounding errors.
 const PRIOR: f64 = 1e-9;
 /// Rounds of Jacobi rotations, each over all pairs; a 4 × 4 matrix needs five or six.
 const SWEEPS: usize = 12;
@@ -18,7 +20,8 @@ pub(super) struct Similarity {
 }
 
 impl Similarity {
-    /// The motion from points at `rest`, given from their `centroid`, to where they are `now`; `arm` is the place, from the centroid, that matters.
+    /// The motion from points at `rest`, given from their `centroid`, to where they are `now`; `arm` is the
+    /// place, from the centroid, that matters.
     pub fn between(centroid: DVec3, rest: impl Iterator<Item = DVec3>, now: &[DVec3], arm: DVec3) -> Self {
         if now.is_empty() {
             return Self { to: centroid, rotation: DQuat::IDENTITY, scale: 1.0 };
@@ -44,7 +47,8 @@ impl Similarity {
     }
 }
 
-/// The rotation that maximises Σ now · (rotation · rest), of a matrix whose columns are Σ rest · nowₓ, Σ rest · now_y, Σ rest · now_z.
+/// The rotation that maximises Σ now · (rotation · rest), of a matrix whose columns are Σ rest · nowₓ, Σ rest
+/// · now_y, Σ rest · now_z.
 fn rotation(m: &DMat3) -> DQuat {
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = m.to_cols_array_2d();
     let (vectors, values) = eigen([
@@ -59,9 +63,11 @@ fn rotation(m: &DMat3) -> DQuat {
     DQuat::from_xyzw(x, y, z, w).normalize()
 }
 
-/// Eigenvectors, as columns, and eigenvalues of a symmetric matrix, by cyclic Jacobi rotations (Golub & Van Loan, §8.5).
+/// Eigenvectors, as columns, and eigenvalues of a symmetric matrix, by cyclic Jacobi rotations (Golub & Van
+/// Loan, §8.5).
 fn eigen(mut a: [[f64; 4]; 4]) -> ([[f64; 4]; 4], [f64; 4]) {
-    let mut vectors: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut vectors: [[f64; 4]; 4] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for _ in 0..SWEEPS {
         for p in 0..3 {
             for q in p + 1..4 {
@@ -71,9 +77,13 @@ fn eigen(mut a: [[f64; 4]; 4]) -> ([[f64; 4]; 4], [f64; 4]) {
                 let tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
                 let tan = tau.signum() / (tau.abs() + tau.hypot(1.0));
                 let cos = 1.0 / tan.hypot(1.0);
-                let turn = |row: &mut [f64; 4]| (row[p], row[q]) = (cos * (row[p] - tan * row[q]), cos * (row[q] + tan * row[p]));
+                let turn = |row: &mut [f64; 4]| {
+                    (row[p], row[q]) = (cos * (row[p] - tan * row[q]), cos * (row[q] + tan * row[p]))
+                };
                 a.iter_mut().for_each(turn);
-                (0..4).for_each(|k| (a[p][k], a[q][k]) = (cos * (a[p][k] - tan * a[q][k]), cos * (a[q][k] + tan * a[p][k])));
+                (0..4).for_each(|k| {
+                    (a[p][k], a[q][k]) = (cos * (a[p][k] - tan * a[q][k]), cos * (a[q][k] + tan * a[p][k]))
+                });
                 (a[p][q], a[q][p]) = (0.0, 0.0);
                 vectors.iter_mut().for_each(turn);
             }

@@ -6,9 +6,15 @@ use crate::kinds::sphere_shadows::NO_ROW;
 use crate::kinds::{SphereSet, SphereShadows};
 use glam::Vec3;
 
-/// The receivers of a bundle with its vertices at `positions`, world space, and their unit `normals`. `sets` are the sphere sets of the objects that
-/// have one, in the order of the objects, which is that of [`Own::set`]. Lobes of rows that are not blended are the row alone.
-pub fn receivers(shadows: &SphereShadows, sets: &[SphereSet], positions: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<Receiver> {
+/// The receivers of a bundle with its vertices at `positions`, world space, and their unit `normals`. `sets`
+/// are the sphere sets of the objects that have one, in the order of the objects, which is that of
+/// [`Own::set`]. Lobes of rows that are not blended are the row alone.
+pub fn receivers(
+    shadows: &SphereShadows,
+    sets: &[SphereSet],
+    positions: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> Vec<Receiver> {
     let mut next_set = 0..;
     let mut owners: Vec<Option<Own>> = Vec::with_capacity(positions.len());
     for object in &shadows.meta.objects {
@@ -17,8 +23,18 @@ pub fn receivers(shadows: &SphereShadows, sets: &[SphereSet], positions: &[[f32;
         let of = |vertex: u32| Some(Own { set: own?, sphere: *clusters?.get(vertex as usize)? });
         owners.extend((0..object.vertices).map(of));
     }
-    let lobes = |row: u32, normal: Vec3| if row == NO_ROW { blend(normal) } else { [(row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] };
-    let places = positions.iter().zip(normals).map(|(position, normal)| (Vec3::from(*position), Vec3::from(*normal)));
+    let lobes = |row: u32, normal: Vec3| {
+        if row == NO_ROW { blend(normal) } else { [(row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] }
+    };
+    let places =
+        positions.iter().zip(normals).map(|(position, normal)| (Vec3::from(*position), Vec3::from(*normal)));
     let vertices = places.zip(shadows.rows.iter().zip(owners));
-    vertices.map(|((position, normal), (row, own))| Receiver { position, normal, lobes: lobes(*row, normal), own }).collect()
+    vertices
+        .map(|((position, normal), (row, own))| Receiver {
+            position,
+            normal,
+            lobes: lobes(*row, normal),
+            own,
+        })
+        .collect()
 }

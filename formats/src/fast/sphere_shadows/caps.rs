@@ -8,7 +8,8 @@ use crate::evaluate::sphere_shadows::{Receiver, Spheres};
 /// Bitmaps of a group, row by row.
 pub(super) type Rows = [Lanes<u32>; ROWS];
 
-/// Positions and normals of a group, coordinate by coordinate. A group that is not full repeats its last receiver.
+/// Positions and normals of a group, coordinate by coordinate. A group that is not full repeats its last
+/// receiver.
 struct Group {
     position: [Lanes<f32>; 3],
     normal: [Lanes<f32>; 3],
@@ -134,7 +135,15 @@ fn add_to_face(
     for y in first as usize..end as usize {
         let (row, place) = (&mut rows[y], &ROW[y]);
         for lane in 0..LANES {
-            let cone = FaceCone { a: a[lane], b: b[lane], g: g[lane], c: c[lane], c2: c2[lane], q: q[lane], one_over_q: one_over_q[lane] };
+            let cone = FaceCone {
+                a: a[lane],
+                b: b[lane],
+                g: g[lane],
+                c: c[lane],
+                c2: c2[lane],
+                q: q[lane],
+                one_over_q: one_over_q[lane],
+            };
             row[lane] |= cone.span(place) & reached[lane];
         }
     }

@@ -1,8 +1,9 @@
 //! Light folded into lobes: what each part of the visibility is multiplied with.
 //!
-//! With light L and lobe ρ̃ given, the sum of [`crate::evaluate::sphere_shadows`] is linear in the coefficients of V and in its means over squares. Here these
-//! factors are gathered term by term, in the same three cases, and brought to tiles or texels by the inverse transform and by handing the weight
-//! of each square to the four in it.
+//! With light L and lobe ρ̃ given, the sum of [`crate::evaluate::sphere_shadows`] is linear in the
+//! coefficients of V and in its means over squares. Here these factors are gathered term by term, in the same
+//! three cases, and brought to tiles or texels by the inverse transform and by handing the weight of each
+//! square to the four in it.
 
 use crate::basis::haar::{Wavelet, describe, inverse};
 use crate::basis::psum::{square, squares};
@@ -30,8 +31,8 @@ pub(super) enum Weights {
     Texels { texels: Vec<[[f32; 6 * FACE]; 3]> },
 }
 
-/// Tiles in which the light has terms of the second level of visibility, with the coefficients of a tile in the order of
-/// [`crate::kinds::HaarTable`].
+/// Tiles in which the light has terms of the second level of visibility, with the coefficients of a tile in
+/// the order of [`crate::kinds::HaarTable`].
 #[derive(Debug)]
 pub(super) struct Fine {
     /// First row in the bitmap, and tile along x.
@@ -80,7 +81,8 @@ impl Factors {
     fn new(lobe: &Function, light: &Function, side: usize) -> Self {
         // Squares one level finer than the finest wavelet are asked for too, as far as there are any.
         let levels = (side.ilog2() + 1).min(SIDE.ilog2());
-        let mut found = Self { side, coefficients: vec![0.0; 6 * side * side], means: vec![0.0; 6 * squares(levels)] };
+        let mut found =
+            Self { side, coefficients: vec![0.0; 6 * side * side], means: vec![0.0; 6 * squares(levels)] };
         lobe.terms().iter().for_each(|(index, value)| found.add_lobe(*index as usize, *value, light, levels));
         light.terms().iter().for_each(|(index, value)| found.add_light(*index as usize, *value, lobe));
         found
@@ -94,7 +96,9 @@ impl Factors {
     /// The sums in which a term of the lobe is.
     fn add_lobe(&mut self, index: usize, value: f32, light: &Function, levels: u32) {
         let (ls, face) = (light.coefficients(), index / FACE);
-        let (Wavelet::Detail { level, m, i, j }, Some(covering)) = (describe(index, SIDE), covering(index, SIDE)) else {
+        let (Wavelet::Detail { level, m, i, j }, Some(covering)) =
+            (describe(index, SIDE), covering(index, SIDE))
+        else {
             if let Some(place) = self.place(index) {
                 self.coefficients[place] += value * ls[index] / SIDE as f32;
             }
@@ -123,7 +127,9 @@ impl Factors {
     fn weights(&mut self) -> Vec<f32> {
         let (side, mut scratch) = (self.side, Vec::new());
         let per_face = self.means.len() / 6;
-        for (face, means) in self.coefficients.chunks_exact_mut(side * side).zip(self.means.chunks_exact_mut(per_face)) {
+        for (face, means) in
+            self.coefficients.chunks_exact_mut(side * side).zip(self.means.chunks_exact_mut(per_face))
+        {
             inverse(face, side, &mut scratch);
             // A wavelet of this image is larger than one of 32 × 32 by the ratio of sides.
             let scale = side as f32 / SIDE as f32;
@@ -138,7 +144,8 @@ impl Factors {
     }
 }
 
-/// Turns factors of means into factors of texels, in the finest squares those of all coarser ones too; returns how many of these there are along a side.
+/// Turns factors of means into factors of texels, in the finest squares those of all coarser ones too;
+/// returns how many of these there are along a side.
 fn hand_down(means: &mut [f32]) -> usize {
     let levels = (3 * means.len() + 1).ilog2() / 2;
     for level in 0..levels {
@@ -160,14 +167,20 @@ impl Fine {
         if levels == Levels::Two {
             light.iter().enumerate().for_each(|(channel, light)| found.add(channel, light));
         }
-        found.means = lobes.par_iter().map(|lobe| found.tiles.iter().map(|(row, x)| means(lobe, *row, *x)).collect()).collect();
+        found.means = lobes
+            .par_iter()
+            .map(|lobe| found.tiles.iter().map(|(row, x)| means(lobe, *row, *x)).collect())
+            .collect();
         found
     }
 
     fn add(&mut self, channel: usize, light: &Function) {
         for (index, value) in light.terms() {
-            let Wavelet::Detail { level: level @ 3.., m, i, j } = describe(*index as usize, SIDE) else { continue };
-            let (x, y, within) = if level == 3 { (i, j, m) } else { (i / 2, j / 2, 4 * m + 2 * (j % 2) + i % 2) };
+            let Wavelet::Detail { level: level @ 3.., m, i, j } = describe(*index as usize, SIDE) else {
+                continue;
+            };
+            let (x, y, within) =
+                if level == 3 { (i, j, m) } else { (i / 2, j / 2, 4 * m + 2 * (j % 2) + i % 2) };
             let tile = (*index as usize / FACE * SIDE + 4 * y, x);
             let at = self.tiles.iter().position(|known| *known == tile).unwrap_or_else(|| {
                 self.tiles.push(tile);
@@ -183,5 +196,7 @@ impl Fine {
 fn means(lobe: &Function, row: usize, x: usize) -> [f32; 16] {
     let psums = &lobe.psums()[row / SIDE * squares(SIDE.ilog2())..];
     let y = row % SIDE / 4;
-    std::array::from_fn(|k| if k < 4 { psums[square(3, x, y)] } else { psums[square(4, 2 * x + k % 2, 2 * y + k / 2 % 2)] })
+    std::array::from_fn(|k| {
+        if k < 4 { psums[square(3, x, y)] } else { psums[square(4, 2 * x + k % 2, 2 * y + k / 2 % 2)] }
+    })
 }

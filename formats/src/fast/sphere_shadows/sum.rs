@@ -15,7 +15,13 @@ type Counts = [u32; 2 * TILE_ROWS];
 type Sums = [[f32; SIDE]; 3];
 
 #[inline(always)]
-pub(super) fn radiance(rows: &Rows, receivers: &[Receiver], weights: &Weights, table: &HaarTable, out: &mut [Rgb]) {
+pub(super) fn radiance(
+    rows: &Rows,
+    receivers: &[Receiver],
+    weights: &Weights,
+    table: &HaarTable,
+    out: &mut [Rgb],
+) {
     match weights {
         Weights::Tiles { tiles, fine } => {
             let counts = visible(rows);
@@ -71,7 +77,8 @@ fn visible(rows: &Rows) -> Lanes<Counts> {
     for (tile_row, rows) in rows.as_chunks::<4>().0.iter().enumerate() {
         let mut words = [[0; LANES]; 2];
         for lane in 0..LANES {
-            // Bits of a tile stand four in a row: their number, in each four bits, is at most 4; of four rows at most 16, which needs eight.
+            // Bits of a tile stand four in a row: their number, in each four bits, is at most 4; of four rows
+            // at most 16, which needs eight.
             let (mut even, mut odd) = (0x1010_1010, 0x1010_1010);
             for row in rows {
                 let pairs = row[lane] - ((row[lane] >> 1) & 0x5555_5555);
@@ -90,7 +97,12 @@ fn visible(rows: &Rows) -> Lanes<Counts> {
 }
 
 #[inline(always)]
-fn add_tiles(sums: &mut Sums, counts: &Counts, used: &[(usize, f32)], tiles: &[[[f32; TILE_ROWS * TILES]; 3]]) {
+fn add_tiles(
+    sums: &mut Sums,
+    counts: &Counts,
+    used: &[(usize, f32)],
+    tiles: &[[[f32; TILE_ROWS * TILES]; 3]],
+) {
     let mut visible = [0.0; TILE_ROWS * TILES];
     for (values, word) in visible.as_chunks_mut::<4>().0.iter_mut().zip(counts) {
         for (k, value) in values.iter_mut().enumerate() {
@@ -110,7 +122,8 @@ fn add_tiles(sums: &mut Sums, counts: &Counts, used: &[(usize, f32)], tiles: &[[
     }
 }
 
-/// The bitmaps of the fine tiles that some receiver sees a part of: number of the tile, and 16 blocked texels for each receiver.
+/// The bitmaps of the fine tiles that some receiver sees a part of: number of the tile, and 16 blocked texels
+/// for each receiver.
 #[inline(always)]
 fn fine_bits(rows: &Rows, fine: &Fine) -> Vec<(usize, Lanes<u32>)> {
     let mut found = Vec::with_capacity(fine.tiles.len());
@@ -131,7 +144,14 @@ fn fine_bits(rows: &Rows, fine: &Fine) -> Vec<(usize, Lanes<u32>)> {
 
 /// Adds what the second level of visibility gives with the light's terms.
 #[inline(always)]
-fn add_fine(sums: &mut Sums, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &[(usize, f32)], fine: &Fine, table: &HaarTable) {
+fn add_fine(
+    sums: &mut Sums,
+    tiles: &[(usize, Lanes<u32>)],
+    lane: usize,
+    used: &[(usize, f32)],
+    fine: &Fine,
+    table: &HaarTable,
+) {
     for (tile, bits) in tiles {
         let bits = bits[lane] as u16;
         // A tile that is all visible or all blocked has no details.
@@ -156,7 +176,13 @@ fn add_fine(sums: &mut Sums, tiles: &[(usize, Lanes<u32>)], lane: usize, used: &
 }
 
 #[inline(always)]
-fn add_texels(sums: &mut Sums, rows: &Rows, lane: usize, used: &[(usize, f32)], texels: &[[[f32; 6 * SIDE * SIDE]; 3]]) {
+fn add_texels(
+    sums: &mut Sums,
+    rows: &Rows,
+    lane: usize,
+    used: &[(usize, f32)],
+    texels: &[[[f32; 6 * SIDE * SIDE]; 3]],
+) {
     for &(lobe, weight) in used {
         for (sums, weights) in sums.iter_mut().zip(&texels[lobe]) {
             for (row, weights) in rows.iter().zip(weights.as_chunks::<SIDE>().0) {

@@ -37,9 +37,11 @@ pub const MAX_SAMPLES: usize = 64;
 /// Most nodes: eight times as many as a bake writes. At each of them a reader compares the lobe.
 pub const MAX_NODES: u64 = 4096;
 
-/// Largest coefficient. Basis functions are scaled so that these are of the order of the BRDF, whose lobes reach 33 sr⁻¹.
+/// Largest coefficient. Basis functions are scaled so that these are of the order of the BRDF, whose lobes
+/// reach 33 sr⁻¹.
 pub const MAX_COEFFICIENT: f32 = 1e4;
-/// Largest value of a basis function, and largest weight. Bases of hardly any lobe are noise, scaled up; sums of products are still numbers.
+/// Largest value of a basis function, and largest weight. Bases of hardly any lobe are noise, scaled up; sums
+/// of products are still numbers.
 pub const MAX_VALUE: f32 = 1e30;
 /// How far the ends of the range may be off, in parts of themselves.
 const RANGE_TOLERANCE: f32 = 1e-5;
@@ -58,8 +60,8 @@ pub struct BasisError {
 /// The small print of a basis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
-    /// True if glossy lobes use the diffuse basis too, which costs nothing and halves the error of broad lobes.
-    /// A textured diffuse basis cannot be shared, for the texture would show in the highlight.
+    /// True if glossy lobes use the diffuse basis too, which costs nothing and halves the error of broad
+    /// lobes. A textured diffuse basis cannot be shared, for the texture would show in the highlight.
     pub shared_diffuse: bool,
     /// Error at the samples that the basis was made from: for Blinn-Phong all integer exponents 1..=200.
     pub error_at_samples: BasisError,
@@ -136,12 +138,14 @@ impl BrdfBasis {
         1 + self.functions.glossy_bases()
     }
 
-    /// Largest relative L2 error of a lobe at any node, as a reader measures it: the errors that a basis states must not be much less.
+    /// Largest relative L2 error of a lobe at any node, as a reader measures it: the errors that a basis
+    /// states must not be much less.
     pub fn largest_error(&self) -> f64 {
         residual::largest(self)
     }
 
-    /// Coefficients of part `part` of the unit lobe at `parameter`; outside the stored range the nearest node's.
+    /// Coefficients of part `part` of the unit lobe at `parameter`; outside the stored range the nearest
+    /// node's.
     pub fn lobe_coefficients(&self, part: usize, parameter: f32) -> Vec<f32> {
         let (bases, parts) = (self.bases(), self.functions.parts());
         let after = self.parameters.partition_point(|s| *s <= parameter).clamp(1, self.parameters.len() - 1);
@@ -154,7 +158,9 @@ impl BrdfBasis {
     /// RGB coefficients of a material on every basis (thesis eq. 4-22); `None` if it is of another model.
     pub fn coefficients_of(&self, material: &Brdf) -> Option<Vec<Rgb>> {
         match material {
-            Brdf::BlinnPhong(material) if self.functions.model() == Model::BlinnPhong => Some(self.of_blinn_phong(material)),
+            Brdf::BlinnPhong(material) if self.functions.model() == Model::BlinnPhong => {
+                Some(self.of_blinn_phong(material))
+            }
             Brdf::Ggx(material) if self.functions.model() == Model::Ggx => Some(self.of_ggx(material)),
             _ => None,
         }
@@ -168,7 +174,10 @@ impl BrdfBasis {
     fn of_ggx(&self, material: &Ggx) -> Vec<Rgb> {
         let [at_f0, schlick] = [0, 1].map(|part| self.lobe_coefficients(part, material.roughness));
         let f0 = material.f0();
-        with_diffuse(material.diffuse(), at_f0.iter().zip(&schlick).map(|(c, e)| f0.map(|f0| f0 * c + e)).collect())
+        with_diffuse(
+            material.diffuse(),
+            at_f0.iter().zip(&schlick).map(|(c, e)| f0.map(|f0| f0 * c + e)).collect(),
+        )
     }
 
     /// Values of every basis function, in sr⁻¹, written to `out` ([`BrdfBasis::bases`] long).
@@ -233,7 +242,9 @@ impl Stored for BrdfBasis {
         out.f32s("parameters", &[nodes], &self.parameters)?;
         out.f32s("coefficients", &[nodes, self.functions.parts() as u64, bases], &self.coefficients)?;
         match &self.functions {
-            Functions::BlinnPhong { lobes } => out.f32s("lobes", &[bases - 1, lobe_table::NODES as u64], lobes),
+            Functions::BlinnPhong { lobes } => {
+                out.f32s("lobes", &[bases - 1, lobe_table::NODES as u64], lobes)
+            }
             Functions::Ggx { roughness, weights } => {
                 let samples = roughness.len() as u64;
                 out.f32s("roughness", &[samples], roughness)?;
@@ -293,7 +304,8 @@ impl Meta {
 /// Materials may have any parameter of the range, and beyond the last node nothing is known of their lobes.
 fn fault_of_range(parameters: &[f32], [least, most]: [f32; 2]) -> Option<String> {
     let (first, last) = (*parameters.first()?, *parameters.last()?);
-    let spans = (first - least).abs() <= RANGE_TOLERANCE * least && (last - most).abs() <= RANGE_TOLERANCE * most;
+    let spans =
+        (first - least).abs() <= RANGE_TOLERANCE * least && (last - most).abs() <= RANGE_TOLERANCE * most;
     (!spans).then(|| format!("runs from {first} to {last}, expected {least} to {most}"))
 }
 
@@ -304,7 +316,9 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
         Ok(values)
     };
     let first = sections.take_any()?;
-    let first = first.ok_or_else(|| Error::invalid(&sections.place, "section `lobes` is missing; the file is damaged, bake it again"))?;
+    let first = first.ok_or_else(|| {
+        Error::invalid(&sections.place, "section `lobes` is missing; the file is damaged, bake it again")
+    })?;
     match first.info.name.as_str() {
         "lobes" => {
             let lobes = within(&first, MAX_VALUE)?;
@@ -316,7 +330,9 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
             let samples = first.length()?;
             let legal = ROUGHNESS_MIN * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
             if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| legal.contains(r)) {
-                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {ROUGHNESS_MIN} to 1")));
+                return Err(
+                    first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {ROUGHNESS_MIN} to 1"))
+                );
             }
             let section = sections.take("weights")?;
             let weights = within(&section, MAX_VALUE)?;
@@ -324,6 +340,9 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
             section.expect_shape(&[weights.len() as u64 / row, row])?;
             Ok(Functions::Ggx { roughness, weights })
         }
-        _ => Err(first.invalid("expected section `lobes` or `roughness` here; the file is damaged, bake it again")),
+        _ => {
+            Err(first
+                .invalid("expected section `lobes` or `roughness` here; the file is damaged, bake it again"))
+        }
     }
 }

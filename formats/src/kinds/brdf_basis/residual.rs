@@ -1,7 +1,8 @@
 //! How far a basis is from the lobes that it stands for, measured again by whoever reads it.
 //!
-//! A basis stores the largest relative L2 error that its bake measured at some parameters and between them. At every node of its table the lobe is analytic,
-//! so that coefficients and functions that do not belong together, or are of another size or sign, are told by an error beyond what is stored.
+//! A basis stores the largest relative L2 error that its bake measured at some parameters and between them.
+//! At every node of its table the lobe is analytic, so that coefficients and functions that do not belong
+//! together, or are of another size or sign, are told by an error beyond what is stored.
 
 use super::{BrdfBasis, Functions};
 use crate::basis::half_difference::HalfDifference;
@@ -9,10 +10,12 @@ use crate::basis::{Angles, brdf_grid, lobe_table, microfacet};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
-/// How much larger than the largest error that is stored the error at a node may be. The bake does not measure at all of them: bases of 2 to 32 functions
-/// of both models have up to 1.18 times the error at some node in between, where it is 10⁻⁵ and more.
+/// How much larger than the largest error that is stored the error at a node may be. The bake does not
+/// measure at all of them: bases of 2 to 32 functions of both models have up to 1.18 times the error at some
+/// node in between, where it is 10⁻⁵ and more.
 const FACTOR: f64 = 1.25;
-/// What may be added for roundings to single precision, and for the tables' interpolation; no picture shows it.
+/// What may be added for roundings to single precision, and for the tables' interpolation; no picture shows
+/// it.
 const ROUNDING: f64 = 1e-3;
 
 /// What is wrong with a basis whose lobes are farther from the analytic ones than it says.
@@ -24,8 +27,9 @@ pub(super) fn fault(basis: &BrdfBasis) -> Option<String> {
     (!fits).then(|| format!("coefficients and functions miss the model's lobes by {found:.3e} of them, the basis says {stored:.3e}"))
 }
 
-/// Over all nodes the largest error of a lobe, in parts of its norm. A part of a lobe may err by as much as its own norm besides, for a basis is made for
-/// whole lobes, and nothing that is fitted errs by more than it is.
+/// Over all nodes the largest error of a lobe, in parts of its norm. A part of a lobe may err by as much as
+/// its own norm besides, for a basis is made for whole lobes, and nothing that is fitted errs by more than it
+/// is.
 pub(super) fn largest(basis: &BrdfBasis) -> f64 {
     let space = Space::of(basis);
     let (bases, parts) = (basis.bases(), basis.functions.parts());
@@ -76,7 +80,8 @@ enum Directions {
     Pairs { angles: Vec<Angles>, schlick: Vec<f32>, weights: Vec<f64> },
 }
 
-/// The angle grid of the Blinn-Phong bake, each node shared out to the two nodes of the lobe table between which it falls.
+/// The angle grid of the Blinn-Phong bake, each node shared out to the two nodes of the lobe table between
+/// which it falls.
 static TABLE: LazyLock<Directions> = LazyLock::new(|| {
     let mut all = vec![0.0; lobe_table::NODES];
     for (i, o) in (0..brdf_grid::THETA_NODES).flat_map(|i| (i..brdf_grid::THETA_NODES).map(move |o| (i, o))) {
@@ -90,7 +95,8 @@ static TABLE: LazyLock<Directions> = LazyLock::new(|| {
             }
         }
     }
-    let (nodes, weights): (Vec<_>, Vec<_>) = all.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0).unzip();
+    let (nodes, weights): (Vec<_>, Vec<_>) =
+        all.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0).unzip();
     let log_cosines = nodes.iter().map(|node| lobe_table::cos_delta(*node).ln() as f32).collect();
     Directions::Table { nodes, log_cosines, weights }
 });
@@ -107,8 +113,12 @@ impl Space {
             Functions::BlinnPhong { .. } => &TABLE,
             Functions::Ggx { .. } => &PAIRS,
         };
-        let of_node =
-            |node: &usize| Angles { cos_half: lobe_table::cos_delta(*node) as f32, cos_difference: 1.0, cos_in: 1.0, cos_out: 1.0 };
+        let of_node = |node: &usize| Angles {
+            cos_half: lobe_table::cos_delta(*node) as f32,
+            cos_difference: 1.0,
+            cos_in: 1.0,
+            cos_out: 1.0,
+        };
         let angles = match model {
             Directions::Table { nodes, .. } => &nodes.iter().map(of_node).collect(),
             Directions::Pairs { angles, .. } => angles,
@@ -135,7 +145,8 @@ impl Space {
         sum
     }
 
-    /// The squares of the lobe of `parameter` and of what `rows` of coefficients, one for each part, make of it.
+    /// The squares of the lobe of `parameter` and of what `rows` of coefficients, one for each part, make of
+    /// it.
     fn sums(&self, parameter: f32, rows: &[f32]) -> Sums {
         let mut sums = Sums { whole: Squares::default(), parts: Vec::new() };
         match self.model {
@@ -151,7 +162,9 @@ impl Space {
                 let (at_f0, grazing) = rows.split_at(rows.len() / 2);
                 let [a, b] = [at_f0, grazing].map(|row| self.approximation(row));
                 let [mut first, mut second] = [Squares::default(); 2];
-                for (((angles, w), weight), (a, b)) in angles.iter().zip(schlick).zip(weights).zip(a.iter().zip(&b)) {
+                for (((angles, w), weight), (a, b)) in
+                    angles.iter().zip(schlick).zip(weights).zip(a.iter().zip(&b))
+                {
                     let lobe = microfacet::distribution_visibility(parameter.powi(4), angles);
                     let [of_a, of_b] = [a - lobe * (1.0 - w), b - lobe * w];
                     first.add(*weight, lobe * (1.0 - w), of_a);

@@ -1,5 +1,5 @@
-//! The text of a manifest: JSON, read strictly. A key that is there twice, one that nobody knows and a value of another type are errors, told by where in
-//! the manifest they are.
+//! The text of a manifest: JSON, read strictly. A key that is there twice, one that nobody knows and a value
+//! of another type are errors, told by where in the manifest they are.
 
 use super::{FileEntry, MAX_MEASURED_ON_CHARS, Manifest, MethodEntry, SphereSetEntry};
 use crate::name::{plain, shortened};
@@ -13,7 +13,9 @@ use std::fmt;
 pub(super) fn parse(text: &str) -> Result<Value, String> {
     match serde_json::from_str(text) {
         Ok(Strict(value)) => Ok(value),
-        Err(error) if error.is_eof() => Err(format!("ends early, at line {}; the file is cut short", error.line())),
+        Err(error) if error.is_eof() => {
+            Err(format!("ends early, at line {}; the file is cut short", error.line()))
+        }
         Err(error) => {
             let (line, column) = (error.line(), error.column());
             let message = error.to_string();
@@ -115,7 +117,12 @@ impl Fields {
     fn of(value: Value, place: &str, known: &[&str]) -> Read<Self> {
         let map = object(value, place)?;
         if let Some(stranger) = map.keys().find(|key| !known.contains(&key.as_str())) {
-            return Err(format!("{}: key `{}` is unknown{}", shown(place), named(stranger), did_you_mean(stranger, known.iter().copied())));
+            return Err(format!(
+                "{}: key `{}` is unknown{}",
+                shown(place),
+                named(stranger),
+                did_you_mean(stranger, known.iter().copied())
+            ));
         }
         Ok(Self { place: place.to_owned(), map })
     }
@@ -137,13 +144,20 @@ impl Fields {
     }
 
     /// Every entry of the object at `key`; nothing if it may be absent and is.
-    fn entries<T>(&mut self, key: &str, optional: bool, read: fn(Value, &str) -> Read<T>) -> Read<BTreeMap<String, T>> {
+    fn entries<T>(
+        &mut self,
+        key: &str,
+        optional: bool,
+        read: fn(Value, &str) -> Read<T>,
+    ) -> Read<BTreeMap<String, T>> {
         if optional && !self.map.contains_key(key) {
             return Ok(BTreeMap::new());
         }
         let place = self.place(key);
         let entries = object(self.take(key)?, &place)?.into_iter();
-        entries.map(|(name, value)| read(value, &join(&place, &named(&name))).map(|value| (name, value))).collect()
+        entries
+            .map(|(name, value)| read(value, &join(&place, &named(&name))).map(|value| (name, value)))
+            .collect()
     }
 }
 
@@ -182,7 +196,9 @@ fn text(value: Value, place: &str) -> Read<String> {
 
 fn number(value: Value, place: &str) -> Read<f64> {
     match value {
-        Value::Number(number) => number.as_f64().ok_or_else(|| format!("{place}: {number} is beyond all bounds")),
+        Value::Number(number) => {
+            number.as_f64().ok_or_else(|| format!("{place}: {number} is beyond all bounds"))
+        }
         other => Err(wrong(&other, place, "a number")),
     }
 }
@@ -190,13 +206,18 @@ fn number(value: Value, place: &str) -> Read<f64> {
 fn file(value: Value, place: &str) -> Read<FileEntry> {
     let mut fields = Fields::of(value, place, &["file", "bytes", "hash"])?;
     let bytes = fields.take("bytes")?;
-    let bytes = bytes.as_u64().ok_or_else(|| wrong(&bytes, &fields.place("bytes"), "a whole number of at least 0"))?;
+    let bytes = bytes
+        .as_u64()
+        .ok_or_else(|| wrong(&bytes, &fields.place("bytes"), "a whole number of at least 0"))?;
     Ok(FileEntry { file: fields.text("file")?, bytes, hash: fields.text("hash")? })
 }
 
 fn sphere_set(value: Value, place: &str) -> Read<SphereSetEntry> {
     let mut fields = Fields::of(value, place, &["file", "settings"])?;
-    Ok(SphereSetEntry { file: fields.file("file")?, settings: fields.entries("settings", false, |value, _| Ok(value))? })
+    Ok(SphereSetEntry {
+        file: fields.file("file")?,
+        settings: fields.entries("settings", false, |value, _| Ok(value))?,
+    })
 }
 
 /// A file of a method behind its kind.
@@ -207,16 +228,23 @@ fn file_of_kind(value: Value, place: &str) -> Read<(String, FileEntry)> {
 }
 
 fn method(value: Value, place: &str) -> Read<MethodEntry> {
-    let mut fields = Fields::of(value, place, &["name", "reads", "files", "settings", "errors", "measured_on"])?;
+    let mut fields =
+        Fields::of(value, place, &["name", "reads", "files", "settings", "errors", "measured_on"])?;
     let place = fields.place("files");
     let files = list(fields.take("files")?, &place)?.into_iter().enumerate();
     Ok(MethodEntry {
         name: fields.text("name")?,
         reads: fields.text("reads")?,
-        files: files.map(|(at, value)| file_of_kind(value, &format!("{place}[{at}]"))).collect::<Read<_>>()?,
+        files: files
+            .map(|(at, value)| file_of_kind(value, &format!("{place}[{at}]")))
+            .collect::<Read<_>>()?,
         settings: fields.entries("settings", false, |value, _| Ok(value))?,
         errors: fields.entries("errors", false, number)?,
-        measured_on: if fields.map.contains_key("measured_on") { fields.text("measured_on")? } else { String::new() },
+        measured_on: if fields.map.contains_key("measured_on") {
+            fields.text("measured_on")?
+        } else {
+            String::new()
+        },
     })
 }
 

@@ -1,9 +1,11 @@
 //! `manifest.json`: what a bundle holds, in order of playback preference, and what it was made from.
 //!
-//! It is read strictly: a key is there once and known, hashes are 32 digits 0-9 a-f, settings are those of their method and of their type, errors are from
-//! 0 to [`MAX_ERROR`] and medians not above the worst. What settings say of files, the files say too (`relume_formats::bundle`).
+//! It is read strictly: a key is there once and known, hashes are 32 digits 0-9 a-f, settings are those of
+//! their method and of their type, errors are from 0 to [`MAX_ERROR`] and medians not above the worst. What
+//! settings say of files, the files say too (`relume_formats::bundle`).
 //!
-//! Only what follows from the scene, the settings and the seed stands here; timings and machines go to `report.json`.
+//! Only what follows from the scene, the settings and the seed stands here; timings and machines go to
+//! `report.json`.
 
 mod figures;
 mod json;
@@ -83,7 +85,8 @@ pub struct MethodEntry {
     pub settings: BTreeMap<String, serde_json::Value>,
     /// Measured errors, by what was measured.
     pub errors: BTreeMap<String, f64>,
-    /// On which states, where, and against what they were measured; empty in bundles that are too old to tell.
+    /// On which states, where, and against what they were measured; empty in bundles that are too old to
+    /// tell.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub measured_on: String,
 }
@@ -129,7 +132,10 @@ impl FileEntry {
         })?;
         let length = file.metadata().map_err(io)?.len();
         if length != self.bytes {
-            return Err(Error::invalid(&place, format!("{length} bytes, the manifest lists {}; bake it again", self.bytes)));
+            return Err(Error::invalid(
+                &place,
+                format!("{length} bytes, the manifest lists {}; bake it again", self.bytes),
+            ));
         }
         let (mut hash, mut buffer) = (ContentHash::default(), vec![0; 1 << 16]);
         loop {
@@ -139,7 +145,10 @@ impl FileEntry {
             }
         }
         if hash.text() != self.hash {
-            return Err(Error::invalid(&place, "its hash is not the one in the manifest; the file was changed, bake it again"));
+            return Err(Error::invalid(
+                &place,
+                "its hash is not the one in the manifest; the file was changed, bake it again",
+            ));
         }
         Ok(())
     }
@@ -174,7 +183,10 @@ impl Manifest {
         let text = match read_text(&path) {
             Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
                 if let Some(meant) = nearest_file(Path::new(""), folder) {
-                    return Err(Error::invalid(&Place::file(folder), format!("no such folder; did you mean `{meant}`?")));
+                    return Err(Error::invalid(
+                        &Place::file(folder),
+                        format!("no such folder; did you mean `{meant}`?"),
+                    ));
                 }
                 if folder.join("unfinished").is_dir() {
                     let reason = "holds a bake that was interrupted, and no bundle yet; go on with it by --resume of `bake run`";
@@ -182,7 +194,10 @@ impl Manifest {
                 }
                 return Err(Error::invalid(
                     &Place::file(folder),
-                    format!("holds no bundle (no {FILE_NAME}); make one with `bake run SCENE -o {}`", folder.display()),
+                    format!(
+                        "holds no bundle (no {FILE_NAME}); make one with `bake run SCENE -o {}`",
+                        folder.display()
+                    ),
                 ));
             }
             other => other?,
@@ -209,11 +224,15 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Checks what readers rely on: plain names, files that are each of one thing, lengths that can be added up, methods, and errors that JSON can hold.
+    /// Checks what readers rely on: plain names, files that are each of one thing, lengths that can be added
+    /// up, methods, and errors that JSON can hold.
     pub fn validate(&self, place: &Place) -> Result<()> {
         let refuse = |reason: String| Err(Error::invalid(place, format!("{reason}; bake it again")));
         if let Some(entry) = self.entries().find(|e| !is_plain_name(&e.file)) {
-            return refuse(format!("`{}` is no plain file name of a-z A-Z 0-9 . _ - and blanks", entry.file.escape_default()));
+            return refuse(format!(
+                "`{}` is no plain file name of a-z A-Z 0-9 . _ - and blanks",
+                entry.file.escape_default()
+            ));
         }
         if self.entries().try_fold(0u64, |sum, e| sum.checked_add(e.bytes)).is_none() {
             return refuse("the files are longer than any disk".to_owned());
@@ -231,9 +250,13 @@ impl Manifest {
     }
 
     fn fault_of_hashes(&self) -> Option<String> {
-        let hashes = [("scene_hash", &self.scene_hash)].into_iter().chain(self.entries().map(|entry| (entry.file.as_str(), &entry.hash)));
+        let hashes = [("scene_hash", &self.scene_hash)]
+            .into_iter()
+            .chain(self.entries().map(|entry| (entry.file.as_str(), &entry.hash)));
         let mut wrong = hashes.filter(|(_, hash)| !figures::is_hash(hash));
-        wrong.next().map(|(what, hash)| format!("the hash `{}` of `{what}` is not 32 digits 0-9 a-f", plain(&shortened(hash))))
+        wrong.next().map(|(what, hash)| {
+            format!("the hash `{}` of `{what}` is not 32 digits 0-9 a-f", plain(&shortened(hash)))
+        })
     }
 
     fn fault_of_names(&self) -> Option<String> {
@@ -246,12 +269,25 @@ impl Manifest {
     /// Methods may share a file, which must then be the same for all; besides, each stands for one thing.
     fn fault_of_files(&self) -> Option<String> {
         let mut listed: HashMap<&str, (&FileEntry, usize)> = HashMap::new();
-        let shared = [&self.scene_file].into_iter().chain(self.animations.values()).chain(self.sphere_sets.values().map(|set| &set.file));
-        let of_methods = self.methods.iter().zip(1..).flat_map(|(method, user)| method.files.iter().map(move |(_, entry)| (entry, user)));
-        shared.map(|entry| (entry, 0)).chain(of_methods).find_map(|(entry, user)| match listed.insert(&entry.file, (entry, user)) {
-            Some((other, _)) if other != entry => Some(format!("`{}` is listed twice, with different lengths or hashes", entry.file)),
-            Some((_, other)) if other == user || other == 0 => Some(format!("`{}` is listed twice", entry.file)),
-            _ => None,
+        let shared = [&self.scene_file]
+            .into_iter()
+            .chain(self.animations.values())
+            .chain(self.sphere_sets.values().map(|set| &set.file));
+        let of_methods = self
+            .methods
+            .iter()
+            .zip(1..)
+            .flat_map(|(method, user)| method.files.iter().map(move |(_, entry)| (entry, user)));
+        shared.map(|entry| (entry, 0)).chain(of_methods).find_map(|(entry, user)| {
+            match listed.insert(&entry.file, (entry, user)) {
+                Some((other, _)) if other != entry => {
+                    Some(format!("`{}` is listed twice, with different lengths or hashes", entry.file))
+                }
+                Some((_, other)) if other == user || other == 0 => {
+                    Some(format!("`{}` is listed twice", entry.file))
+                }
+                _ => None,
+            }
         })
     }
 
@@ -259,7 +295,8 @@ impl Manifest {
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = folder.join(FILE_NAME);
         self.validate(&Place::file(&path))?;
-        let mut text = serde_json::to_string_pretty(self).map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
+        let mut text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::invalid(&Place::file(&path), e.to_string()))?;
         text.push('\n');
         replace_file(&path, text.as_bytes())
     }
@@ -282,7 +319,11 @@ impl Manifest {
             let name = name.unwrap_or("any");
             Error::invalid(
                 place,
-                format!("no method `{name}`; this bundle has: {}{}", there.join(", "), did_you_mean(name, there.iter().copied())),
+                format!(
+                    "no method `{name}`; this bundle has: {}{}",
+                    there.join(", "),
+                    did_you_mean(name, there.iter().copied())
+                ),
             )
         })
     }

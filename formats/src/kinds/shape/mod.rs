@@ -21,7 +21,9 @@ mod records;
 
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
-use crate::shape::{DeformingMesh, Influences, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget};
+use crate::shape::{
+    DeformingMesh, Influences, MAX_CLIP_KEYS, MAX_JOINTS, MAX_MORPHED, MAX_VERTICES, MorphTarget,
+};
 use records::{ClipRecord, JointRecord, NodeRecord};
 
 impl Stored for DeformingMesh {
@@ -34,7 +36,8 @@ impl Stored for DeformingMesh {
         out.record("joints", &self.joints.iter().map(JointRecord::of).collect::<Vec<_>>())?;
         out.record("clips", &self.clips.iter().map(ClipRecord::of).collect::<Vec<_>>())?;
         out.f32s("positions", &[vertices, 3], self.positions.as_flattened())?;
-        let (joints, weights): (Vec<_>, Vec<_>) = self.influences.iter().map(|i| (i.joints, i.weights)).unzip();
+        let (joints, weights): (Vec<_>, Vec<_>) =
+            self.influences.iter().map(|i| (i.joints, i.weights)).unzip();
         out.u32s("joint-indices", &[vertices, 4], joints.as_flattened())?;
         out.f32s("joint-weights", &[vertices, 4], weights.as_flattened())?;
         encode_targets(&self.morph_targets, out)?;
@@ -63,7 +66,9 @@ impl Stored for DeformingMesh {
         };
         match mesh.fault() {
             None => Ok(mesh),
-            Some(fault) => Err(Error::invalid(&sections.place, format!("{fault}; the file is damaged, bake it again"))),
+            Some(fault) => {
+                Err(Error::invalid(&sections.place, format!("{fault}; the file is damaged, bake it again")))
+            }
         }
     }
 }
@@ -85,7 +90,13 @@ fn decode_influences(sections: &mut Sections<'_>, vertices: usize) -> Result<Vec
     section.expect_shape(&[vertices as u64, 4])?;
     let joints = section.u32s()?;
     let weights: Vec<[f32; 4]> = f32_rows(&sections.take("joint-weights")?, Some(vertices), MAX_VERTICES)?;
-    Ok(joints.as_chunks().0.iter().zip(weights).map(|(joints, weights)| Influences { joints: *joints, weights }).collect())
+    Ok(joints
+        .as_chunks()
+        .0
+        .iter()
+        .zip(weights)
+        .map(|(joints, weights)| Influences { joints: *joints, weights })
+        .collect())
 }
 
 fn decode_targets(sections: &mut Sections<'_>) -> Result<Vec<MorphTarget>> {
@@ -98,15 +109,20 @@ fn decode_targets(sections: &mut Sections<'_>) -> Result<Vec<MorphTarget>> {
     let section = sections.take("target-vertices")?;
     expect_list(&section, None, MAX_MORPHED)?;
     let vertices = section.u32s()?;
-    let deltas: Vec<[f32; 3]> = f32_rows(&sections.take("target-deltas")?, Some(vertices.len()), MAX_MORPHED)?;
+    let deltas: Vec<[f32; 3]> =
+        f32_rows(&sections.take("target-deltas")?, Some(vertices.len()), MAX_MORPHED)?;
     if sizes.iter().map(|size| u64::from(*size)).sum::<u64>() != vertices.len() as u64 {
-        return Err(sizes_section.invalid(format!("does not sum to the {} vertices that are moved", vertices.len())));
+        return Err(
+            sizes_section.invalid(format!("does not sum to the {} vertices that are moved", vertices.len()))
+        );
     }
     let mut start = 0;
     let mut target = |(rest_weight, size): (f32, u32)| {
         let range = start..start + size as usize;
         start = range.end;
-        let of = |range| Some((vertices.get(std::ops::Range::clone(&range))?.to_vec(), deltas.get(range)?.to_vec()));
+        let of = |range| {
+            Some((vertices.get(std::ops::Range::clone(&range))?.to_vec(), deltas.get(range)?.to_vec()))
+        };
         let (vertices, deltas) = of(range).unwrap_or_default();
         MorphTarget { rest_weight, vertices, deltas }
     };
@@ -131,13 +147,18 @@ fn expect_list(section: &Section, count: Option<usize>, most: usize) -> Result<(
 
 fn expect_rows(section: &Section, rows: u64, count: Option<usize>, most: usize) -> Result<()> {
     match count {
-        Some(count) if rows != count as u64 => Err(section.invalid(format!("has {rows} rows, expected {count}"))),
-        _ if rows > most as u64 => Err(section.invalid(format!("has {rows} rows, at most {most} are allowed"))),
+        Some(count) if rows != count as u64 => {
+            Err(section.invalid(format!("has {rows} rows, expected {count}")))
+        }
+        _ if rows > most as u64 => {
+            Err(section.invalid(format!("has {rows} rows, at most {most} are allowed")))
+        }
         _ => Ok(()),
     }
 }
 
-/// Rows of `N` numbers, checked like [`expect_list`]; whether they are finite is for [`DeformingMesh::validate`] to say.
+/// Rows of `N` numbers, checked like [`expect_list`]; whether they are finite is for
+/// [`DeformingMesh::validate`] to say.
 fn f32_rows<const N: usize>(section: &Section, count: Option<usize>, most: usize) -> Result<Vec<[f32; N]>> {
     match section.info.shape[..] {
         [rows, columns] if columns == N as u64 => expect_rows(section, rows, count, most)?,

@@ -53,7 +53,9 @@ impl NodeRecord {
 
     pub fn node(self) -> Node {
         let rest = match self.rest {
-            RestRecord::Parts { translation, rotation, scale } => Transform::Parts { translation, rotation, scale },
+            RestRecord::Parts { translation, rotation, scale } => {
+                Transform::Parts { translation, rotation, scale }
+            }
             RestRecord::Fixed(map) => Transform::Fixed(DAffine3::from_cols_array(&map)),
         };
         Node { parent: self.parent, rest }
@@ -72,9 +74,16 @@ impl JointRecord {
 
 impl ClipRecord {
     pub fn of(clip: &Clip) -> Self {
-        let track =
-            |track: &Track| TrackRecord { property: track.property, interpolation: track.interpolation, keys: track.times_s.len() as u32 };
-        Self { name: clip.name.clone(), duration_s: clip.duration_s, tracks: clip.tracks.iter().map(track).collect() }
+        let track = |track: &Track| TrackRecord {
+            property: track.property,
+            interpolation: track.interpolation,
+            keys: track.times_s.len() as u32,
+        };
+        Self {
+            name: clip.name.clone(),
+            duration_s: clip.duration_s,
+            tracks: clip.tracks.iter().map(track).collect(),
+        }
     }
 }
 
@@ -82,12 +91,20 @@ impl ClipRecord {
 ///
 /// # Errors
 /// `Invalid` if the tracks do not use all keys, or more.
-pub(super) fn clips(records: Vec<ClipRecord>, times_s: &[f32], values: &[f32], place: &Place) -> Result<Vec<Clip>> {
+pub(super) fn clips(
+    records: Vec<ClipRecord>,
+    times_s: &[f32],
+    values: &[f32],
+    place: &Place,
+) -> Result<Vec<Clip>> {
     let mut keys = Keys { times_s, values };
     let clips: Option<Vec<Clip>> = records.into_iter().map(|record| keys.clip(record)).collect();
-    clips
-        .filter(|_| keys.times_s.is_empty() && keys.values.is_empty())
-        .ok_or_else(|| Error::invalid(&place.part("section `clips`"), "does not fit the keys; the file is damaged, bake it again"))
+    clips.filter(|_| keys.times_s.is_empty() && keys.values.is_empty()).ok_or_else(|| {
+        Error::invalid(
+            &place.part("section `clips`"),
+            "does not fit the keys; the file is damaged, bake it again",
+        )
+    })
 }
 
 /// What no track has taken yet.
@@ -103,7 +120,8 @@ impl Keys<'_> {
     }
 
     fn track(&mut self, record: &TrackRecord) -> Option<Track> {
-        let (keys, per_key) = (record.keys as usize, record.interpolation.values_per_key() * record.property.components());
+        let (keys, per_key) =
+            (record.keys as usize, record.interpolation.values_per_key() * record.property.components());
         let times_s = self.times_s.split_off(..keys)?.to_vec();
         let values = self.values.split_off(..keys.checked_mul(per_key)?)?.to_vec();
         Some(Track { property: record.property, interpolation: record.interpolation, times_s, values })

@@ -1,13 +1,15 @@
 //! Which light path each stored image holds, and how images share storage (thesis table 4-1).
 //!
-//! Light reaches the eye from the surface seen through the pixel, directly from a light or by way of one *first* reflection elsewhere. With E
-//! editable materials and G glossy bases (bases = 1 + G), editable fragments need
+//! Light reaches the eye from the surface seen through the pixel, directly from a light or by way of one
+//! *first* reflection elsewhere. With E editable materials and G glossy bases (bases = 1 + G), editable
+//! fragments need
 //!
-//! * 2 + E + 2EG + G images in RGB: those whose path meets a diffuse basis or a fixed surface, for these carry colour;
+//! * 2 + E + 2EG + G images in RGB: those whose path meets a diffuse basis or a fixed surface, for these
+//!   carry colour;
 //! * G + EG² images in a single channel, for glossy bases are grey, if all light has one colour.
 //!
-//! Fixed fragments need 2 + E + EG images in RGB. As no fragment is both, these share the slots of the first RGB images: 29 RGB and
-//! 55 single-channel slots for E = 2, G = 5.
+//! Fixed fragments need 2 + E + EG images in RGB. As no fragment is both, these share the slots of the first
+//! RGB images: 29 RGB and 55 single-channel slots for E = 2, G = 5.
 
 /// Where light was reflected before it reached the surface that the eye sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,8 +46,9 @@ impl Slot {
         if self.rgb { 3 } else { 1 }
     }
 
-    /// Whether nothing but light times reflectance of at least 0 adds up in it: every basis on the way is the diffuse one, or a fixed surface reflects as it
-    /// is. Other basis functions may be negative, and so may what they make of light.
+    /// Whether nothing but light times reflectance of at least 0 adds up in it: every basis on the way is the
+    /// diffuse one, or a fixed surface reflects as it is. Other basis functions may be negative, and so may
+    /// what they make of light.
     pub fn is_positive(&self) -> bool {
         self.eye_basis == 0 && !matches!(self.first, FirstReflection::Editable { basis: 1.., .. })
     }
@@ -63,16 +66,26 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The layout for `materials` editable materials and `bases` bases; `one_colour` if all light has one chromaticity.
+    /// The layout for `materials` editable materials and `bases` bases; `one_colour` if all light has one
+    /// chromaticity.
     pub fn new(materials: usize, bases: usize, one_colour: bool) -> Self {
         use FirstReflection::{Editable, Fixed, None};
         let editable = |material| move |basis| Editable { material, basis };
-        let firsts: Vec<_> = [None, Fixed].into_iter().chain((0..materials).flat_map(|m| (0..bases).map(editable(m)))).collect();
-        let grey =
-            |eye_basis: usize, first: FirstReflection| one_colour && eye_basis > 0 && matches!(first, None | Editable { basis: 1.., .. });
+        let firsts: Vec<_> = [None, Fixed]
+            .into_iter()
+            .chain((0..materials).flat_map(|m| (0..bases).map(editable(m))))
+            .collect();
+        let grey = |eye_basis: usize, first: FirstReflection| {
+            one_colour && eye_basis > 0 && matches!(first, None | Editable { basis: 1.., .. })
+        };
         let mut slots: Vec<Slot> = (0..bases)
             .flat_map(|eye_basis| firsts.iter().map(move |&first| (eye_basis, first)))
-            .map(|(eye_basis, first)| Slot { eye_basis, first, fixed: Option::None, rgb: !grey(eye_basis, first) })
+            .map(|(eye_basis, first)| Slot {
+                eye_basis,
+                first,
+                fixed: Option::None,
+                rgb: !grey(eye_basis, first),
+            })
             .collect();
         slots.sort_by_key(|slot| !slot.rgb);
         for (slot, &first) in slots.iter_mut().zip(&firsts) {
@@ -116,7 +129,10 @@ mod tests {
         assert_eq!(counts(&Layout::new(2, 6, true)), (29, 55, 14));
         assert_eq!(counts(&Layout::new(2, 6, false)), (84, 0, 14));
         for (e, g) in [(1, 1), (1, 5), (3, 8), (4, 2)] {
-            assert_eq!(counts(&Layout::new(e, g + 1, true)), (2 + e + 2 * e * g + g, g + e * g * g, 2 + e + e * g));
+            assert_eq!(
+                counts(&Layout::new(e, g + 1, true)),
+                (2 + e + 2 * e * g + g, g + e * g * g, 2 + e + e * g)
+            );
         }
     }
 
@@ -129,10 +145,16 @@ mod tests {
             assert!(slot.rgb || slot.fixed.is_none());
         }
         assert_eq!(seen.len(), layout.bases * layout.firsts());
-        let fixed: Vec<_> = layout.slots.iter().filter_map(|s| s.fixed).map(|f| layout.first_index(f)).collect();
+        let fixed: Vec<_> =
+            layout.slots.iter().filter_map(|s| s.fixed).map(|f| layout.first_index(f)).collect();
         assert_eq!(fixed, (0..layout.firsts()).collect::<Vec<_>>());
         // Fixed fragments share the slots of the same first reflection, so both are positive or neither.
-        assert!(layout.slots.iter().all(|slot| slot.fixed.is_none_or(|fixed| slot.eye_basis == 0 && fixed == slot.first)));
+        assert!(
+            layout
+                .slots
+                .iter()
+                .all(|slot| slot.fixed.is_none_or(|fixed| slot.eye_basis == 0 && fixed == slot.first))
+        );
         assert_eq!(layout.slots.iter().filter(|slot| slot.is_positive()).count(), 2 + 3);
     }
 }

@@ -33,12 +33,14 @@ use std::sync::Arc;
 
 /// Most editable materials that one bake may hold.
 pub const MAX_MATERIALS: usize = 64;
-/// Largest factor of a slot. A pixel is a sum over at most 65 fragments of 65,600 slots, each a half times two coefficients of materials of at most
-/// 2·10⁴: with this factor that is below 2·10³⁸, still a number.
+/// Largest factor of a slot. A pixel is a sum over at most 65 fragments of 65,600 slots, each a half times
+/// two coefficients of materials of at most 2·10⁴: with this factor that is below 2·10³⁸, still a number.
 pub const MAX_SCALE: f32 = 1e18;
-/// The largest stored half of an image: a power of two well below the largest half, so that scales are powers of two and scaling is exact.
+/// The largest stored half of an image: a power of two well below the largest half, so that scales are powers
+/// of two and scaling is exact.
 pub const LARGEST_HALF: f32 = 32_768.0;
-/// How far the largest half of an image may be beyond its range, in parts of it: the logarithm behind its scale is rounded.
+/// How far the largest half of an image may be beyond its range, in parts of it: the logarithm behind its
+/// scale is rounded.
 const RANGE_TOLERANCE: f32 = 0.01;
 /// How far above 1 the coverages of a pixel may be in all, for their rounding to halves.
 const COVERAGE_TOLERANCE: f32 = 1e-3;
@@ -54,7 +56,8 @@ pub struct Meta {
     pub materials: Vec<String>,
     /// Number of bases, the diffuse one included.
     pub bases: u32,
-    /// The one colour of all light, its largest channel 1; `None` if lights differ in colour, then every slot is RGB.
+    /// The one colour of all light, its largest channel 1; `None` if lights differ in colour, then every slot
+    /// is RGB.
     pub chromaticity: Option<Rgb>,
     /// Film samples a pixel.
     pub samples: u32,
@@ -118,7 +121,9 @@ impl Head {
         let pixel = section.u32s()?;
         let fragments = section.length()?;
         let pixels = u64::from(meta.size[0]) * u64::from(meta.size[1]);
-        if u64::from(meta.editable_fragments) > fragments || fragments > pixels * (meta.materials.len() as u64 + 1) {
+        if u64::from(meta.editable_fragments) > fragments
+            || fragments > pixels * (meta.materials.len() as u64 + 1)
+        {
             return Err(section.invalid(format!("{fragments} fragments do not fit the film")));
         }
         if pixel.iter().any(|p| u64::from(*p) >= pixels) {
@@ -159,7 +164,12 @@ impl Head {
         }
         // As f64 even the least f32 has its leading 1 in front of the mantissa.
         let is_power = |scale: f32| f64::from(scale).to_bits() << 12 == 0;
-        section.expect(head.scales.iter().find(|scale| !is_power(**scale)).map(|scale| format!("scale {scale:e} is no power of 2")))?;
+        section.expect(
+            head.scales
+                .iter()
+                .find(|scale| !is_power(**scale))
+                .map(|scale| format!("scale {scale:e} is no power of 2")),
+        )?;
         Ok(head)
     }
 
@@ -195,14 +205,17 @@ fn fault_of_range(scale: f32, values: &[f16]) -> Option<String> {
     if scale == 0.0 {
         return (largest > 0.0).then(|| format!("has values up to {largest} and scale 0"));
     }
-    (!(least..=most).contains(&largest)).then(|| format!("its largest value is {largest}, outside {least}..{most}"))
+    (!(least..=most).contains(&largest))
+        .then(|| format!("its largest value is {largest}, outside {least}..{most}"))
 }
 
-/// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are each in the order of pixels.
+/// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are
+/// each in the order of pixels.
 fn fault_of_coverage(pixel: &[u32], editable: usize, coverage: &[f16]) -> Option<String> {
     let mut groups = [(0, editable), (editable, pixel.len())];
-    let next =
-        |groups: &[(usize, usize); 2]| groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied();
+    let next = |groups: &[(usize, usize); 2]| {
+        groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied()
+    };
     while let Some(here) = next(&groups) {
         let mut sum = 0.0;
         for (at, end) in &mut groups {
@@ -226,15 +239,23 @@ fn image_name(slot: usize) -> String {
 impl Meta {
     fn validate(&self, section: &Section) -> Result<()> {
         if !is_legal_size(self.size) || self.samples == 0 {
-            return Err(
-                section.invalid(format!("film size {:?} of {} samples is not one of 1 to {MAX_PIXELS} pixels", self.size, self.samples))
-            );
+            return Err(section.invalid(format!(
+                "film size {:?} of {} samples is not one of 1 to {MAX_PIXELS} pixels",
+                self.size, self.samples
+            )));
         }
-        if !(1..=MAX_MATERIALS).contains(&self.materials.len()) || !(2..=MAX_BASES).contains(&(self.bases as usize)) {
-            return Err(section.invalid(format!("{} materials and {} bases are out of range", self.materials.len(), self.bases)));
+        if !(1..=MAX_MATERIALS).contains(&self.materials.len())
+            || !(2..=MAX_BASES).contains(&(self.bases as usize))
+        {
+            return Err(section.invalid(format!(
+                "{} materials and {} bases are out of range",
+                self.materials.len(),
+                self.bases
+            )));
         }
         section.expect(fault_of_names("materials", self.materials.iter().map(String::as_str)))?;
-        if self.chromaticity.is_some_and(|c| !c.iter().all(|v| (0.0..=1.0).contains(v)) || !c.contains(&1.0)) {
+        if self.chromaticity.is_some_and(|c| !c.iter().all(|v| (0.0..=1.0).contains(v)) || !c.contains(&1.0))
+        {
             return Err(section.invalid("the chromaticity is outside 0..1, or has no channel of 1"));
         }
         Ok(())
@@ -256,7 +277,11 @@ impl Stored for TransferImages {
         let layout = head.layout();
         for image in &self.images {
             let slot = &layout.slots[image.slot];
-            out.f16s(&image_name(image.slot), &[slot.channels() as u64, head.fragments_of(slot) as u64], &image.values)?;
+            out.f16s(
+                &image_name(image.slot),
+                &[slot.channels() as u64, head.fragments_of(slot) as u64],
+                &image.values,
+            )?;
         }
         Ok(())
     }
@@ -279,7 +304,8 @@ impl TransferImages {
     }
 }
 
-/// Reads head and images, one at a time. Names of sections differ, so as many images as slots are one of each.
+/// Reads head and images, one at a time. Names of sections differ, so as many images as slots are one of
+/// each.
 fn for_each_image(sections: &mut Sections<'_>, mut each: impl FnMut(Image)) -> Result<Head> {
     let head = Head::decode(sections)?;
     let layout = head.layout();
@@ -289,7 +315,10 @@ fn for_each_image(sections: &mut Sections<'_>, mut each: impl FnMut(Image)) -> R
         count += 1;
     }
     if count != layout.slots.len() {
-        return Err(Error::invalid(&sections.place, format!("{count} images, expected {}; bake it again", layout.slots.len())));
+        return Err(Error::invalid(
+            &sections.place,
+            format!("{count} images, expected {}; bake it again", layout.slots.len()),
+        ));
     }
     Ok(head)
 }

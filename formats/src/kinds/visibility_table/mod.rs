@@ -53,7 +53,8 @@ impl VisibilityTable {
         Self::expand(&bake_rings())
     }
 
-    /// The blocked texels of a sphere in the direction of texel `direction` whose relative radius is [`radius_of`]\(`radius`).
+    /// The blocked texels of a sphere in the direction of texel `direction` whose relative radius is
+    /// [`radius_of`]\(`radius`).
     ///
     /// # Panics
     /// If `direction` is not below [`DIRECTIONS`] or `radius` not below [`RADII`].
@@ -62,14 +63,17 @@ impl VisibilityTable {
         &self.bitmaps[direction * RADII + radius]
     }
 
-    /// The blocked texels of a sphere in `direction`, of any length, of relative radius `r`, by the nearest direction and half angle of the table; `None`
-    /// if the sphere counts as nothing, as it does with `r` not above 0.
+    /// The blocked texels of a sphere in `direction`, of any length, of relative radius `r`, by the nearest
+    /// direction and half angle of the table; `None` if the sphere counts as nothing, as it does with `r` not
+    /// above 0.
     ///
-    /// From r = 1 on the receiver is inside, which the caller must see to: the widest cap of the table leaves half of all texels free.
+    /// From r = 1 on the receiver is inside, which the caller must see to: the widest cap of the table leaves
+    /// half of all texels free.
     pub fn look_up(&self, direction: Vec3, r: f32) -> Option<&[u8; BYTES]> {
         let steps = f64::from(r).clamp(0.0, 1.0).asin() / FRAC_PI_2 * RADII as f64;
         // Not so either with NaN.
-        (steps >= 0.25).then(|| self.bitmap(cubemap::texel_of(direction, SIDE), (steps as usize).min(RADII - 1)))
+        (steps >= 0.25)
+            .then(|| self.bitmap(cubemap::texel_of(direction, SIDE), (steps as usize).min(RADII - 1)))
     }
 
     /// The whole table from its stored form.
@@ -87,13 +91,19 @@ impl VisibilityTable {
 
     /// The stored form.
     fn rings(&self) -> Vec<u8> {
-        let blocked = |direction, radius, texel| self.bitmap(direction, radius)[texel / 8] >> (texel % 8) & 1 == 1;
-        let free = |direction, texel| (0..RADII).take_while(|radius| !blocked(direction, *radius, texel)).count() as u8;
-        stored_directions().flat_map(|direction| (0..DIRECTIONS).map(move |texel| free(direction, texel))).collect()
+        let blocked =
+            |direction, radius, texel| self.bitmap(direction, radius)[texel / 8] >> (texel % 8) & 1 == 1;
+        let free = |direction, texel| {
+            (0..RADII).take_while(|radius| !blocked(direction, *radius, texel)).count() as u8
+        };
+        stored_directions()
+            .flat_map(|direction| (0..DIRECTIONS).map(move |texel| free(direction, texel)))
+            .collect()
     }
 }
 
-/// The relative radius of the spheres that bitmap number `radius` of a direction is made for: sin((`radius` + ½)/32 · 90°).
+/// The relative radius of the spheres that bitmap number `radius` of a direction is made for: sin((`radius` +
+/// ½)/32 · 90°).
 pub fn radius_of(radius: usize) -> f64 {
     half_angle(radius).sin()
 }
@@ -117,9 +127,15 @@ fn bake_rings() -> Vec<u8> {
     let ring = |v: [f64; 3], d: [f64; 3]| {
         let (cosine, lengths) = (dot(v, d), dot(v, v) * dot(d, d));
         // Caps are narrower than a hemisphere.
-        if cosine > 0.0 { squared_cosines.partition_point(|least| cosine * cosine < least * lengths) as u8 } else { RADII as u8 }
+        if cosine > 0.0 {
+            squared_cosines.partition_point(|least| cosine * cosine < least * lengths) as u8
+        } else {
+            RADII as u8
+        }
     };
-    stored_directions().flat_map(|v| centres.iter().map(|d| ring(centres[v], *d)).collect::<Vec<_>>()).collect()
+    stored_directions()
+        .flat_map(|v| centres.iter().map(|d| ring(centres[v], *d)).collect::<Vec<_>>())
+        .collect()
 }
 
 /// The stored form, compared with what it must be.
@@ -129,7 +145,11 @@ fn rings(sections: &mut Sections<'_>) -> Result<Vec<u8>> {
     let rings = section.u8s()?;
     match rings.iter().zip(&bake_rings()).position(|(stored, right)| stored != right) {
         None => Ok(rings),
-        Some(at) => Err(section.invalid(format!("texel {} of stored direction {} is wrong", at % DIRECTIONS, at / DIRECTIONS))),
+        Some(at) => Err(section.invalid(format!(
+            "texel {} of stored direction {} is wrong",
+            at % DIRECTIONS,
+            at / DIRECTIONS
+        ))),
     }
 }
 

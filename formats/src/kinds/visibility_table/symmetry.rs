@@ -1,5 +1,5 @@
-//! The 48 symmetries of the cube, which exchange and mirror its axes, and what they do to bitmaps: a face goes to a face, perhaps with x and y exchanged,
-//! perhaps mirrored. So a bitmap moves by whole rows.
+//! The 48 symmetries of the cube, which exchange and mirror its axes, and what they do to bitmaps: a face
+//! goes to a face, perhaps with x and y exchanged, perhaps mirrored. So a bitmap moves by whole rows.
 
 use super::{DIRECTIONS, RADII};
 use crate::basis::cubemap::{self, FACES};
@@ -34,7 +34,9 @@ impl Symmetry {
     /// All 48.
     pub fn all() -> impl Iterator<Item = Self> {
         let sign = |number: usize, bit: usize| if number >> bit & 1 == 1 { -1.0 } else { 1.0 };
-        ORDERS.into_iter().flat_map(move |axes| (0..8).map(move |n| Self { axes, signs: [sign(n, 0), sign(n, 1), sign(n, 2)] }))
+        ORDERS.into_iter().flat_map(move |axes| {
+            (0..8).map(move |n| Self { axes, signs: [sign(n, 0), sign(n, 1), sign(n, 2)] })
+        })
     }
 
     /// Where `texel` goes.

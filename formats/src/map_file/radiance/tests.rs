@@ -42,7 +42,8 @@ fn exposures_and_colour_corrections_multiply_and_are_divided_out() {
     assert_eq!(map.texels, [[1.0, 0.25, 1.0], [0.0; 3]]);
 }
 
-/// Each of the eight orders, with the place of the file's texels in the map below: y points up, and the slower axis stands first.
+/// Each of the eight orders, with the place of the file's texels in the map below: y points up, and the
+/// slower axis stands first.
 #[test]
 fn all_axis_orders_are_turned_upright() {
     for (resolution, rows) in [
@@ -65,12 +66,14 @@ fn all_axis_orders_are_turned_upright() {
 
 #[test]
 fn both_run_length_encodings_are_read() {
-    // Newer: each channel of a scan line by itself. 16 texels: red a run, green different ones, blue and exponents runs.
+    // Newer: each channel of a scan line by itself. 16 texels: red a run, green different ones, blue and
+    // exponents runs.
     let mut line = vec![2, 2, 0, 16, 128 + 16, 128, 16];
     line.extend((0..16).map(|i| 8 * i));
     line.extend([128 + 10, 0, 128 + 6, 64, 128 + 16, 129]);
     let (map, _) = parse(&picture("", "-Y 8 +X 16", &line.repeat(8))).unwrap();
-    let expected: Vec<Rgb> = (0..16u8).map(|i| [1.0, f32::from(i) / 16.0, if i < 10 { 0.0 } else { 0.5 }]).collect();
+    let expected: Vec<Rgb> =
+        (0..16u8).map(|i| [1.0, f32::from(i) / 16.0, if i < 10 { 0.0 } else { 0.5 }]).collect();
     assert_eq!(map.texels, expected.repeat(8));
     // Older: one texel and 1 + 1·256 repeats, in a scan line of 260, with two more texels after it.
     let mut line = vec![128, 0, 0, 129, 1, 1, 1, 1, 1, 1, 1, 1];
@@ -85,8 +88,14 @@ fn what_cannot_be_read_says_what_it_is() {
     let flat = doubling(2);
     for (bytes, expected) in [
         (b"hello".to_vec(), "not a Radiance map: it does not begin with `#?RADIANCE`, `#?RGBE` or the like"),
-        (b"#?RADIANCE\nGAMMA=1\n".to_vec(), "not a Radiance map: the empty line that ends its header is missing; save the picture again"),
-        (b"#?RADIANCE\n\n".to_vec(), "not a Radiance map: the line with its resolution is missing; save the picture again"),
+        (
+            b"#?RADIANCE\nGAMMA=1\n".to_vec(),
+            "not a Radiance map: the empty line that ends its header is missing; save the picture again",
+        ),
+        (
+            b"#?RADIANCE\n\n".to_vec(),
+            "not a Radiance map: the line with its resolution is missing; save the picture again",
+        ),
         (
             picture("", "-Y 1 +Z 2", &flat),
             "not a Radiance map: `-Y 1 +Z 2` where a resolution such as `-Y 512 +X 1024` is expected; save the picture again",
@@ -95,14 +104,23 @@ fn what_cannot_be_read_says_what_it_is() {
             picture("", "-Y 1 -Y 2", &flat),
             "not a Radiance map: `-Y 1 -Y 2` where a resolution such as `-Y 512 +X 1024` is expected; save the picture again",
         ),
-        (picture("", "-Y 99999 +X 199998", &[]), "199998 × 99999 texels, expected 1 to 33554432 in all; scale it down"),
+        (
+            picture("", "-Y 99999 +X 199998", &[]),
+            "199998 × 99999 texels, expected 1 to 33554432 in all; scale it down",
+        ),
         (picture("", "-Y 2 +X 4", &flat), "scan line 1 of 2 is cut short; save the picture again"),
-        (picture("", "-Y 1 +X 2", &[1, 1, 1, 2]), "scan line 1 of 1 repeats a texel before there is one; save the picture again"),
+        (
+            picture("", "-Y 1 +X 2", &[1, 1, 1, 2]),
+            "scan line 1 of 1 repeats a texel before there is one; save the picture again",
+        ),
         (
             picture("", "-Y 1 +X 2", &[9, 9, 9, 9, 1, 1, 1, 2]),
             "scan line 1 of 1 repeats a texel 2 times where 1 are left; save the picture again",
         ),
-        (picture("", "-Y 4 +X 8", &[2, 2, 0, 9]), "scan line 1 of 4 has 9 texels, 8 are expected; save the picture again"),
+        (
+            picture("", "-Y 4 +X 8", &[2, 2, 0, 9]),
+            "scan line 1 of 4 has 9 texels, 8 are expected; save the picture again",
+        ),
         (
             picture("", "-Y 4 +X 8", &[2, 2, 0, 8, 128 + 9, 0]),
             "scan line 1 of 4 has a run of 9 texels where 1 to 8 are expected; save the picture again",
@@ -111,7 +129,10 @@ fn what_cannot_be_read_says_what_it_is() {
             picture("FORMAT=32-bit_rle_xyze\n", "-Y 1 +X 2", &flat),
             "its texels are CIE XYZ (FORMAT=32-bit_rle_xyze), this version reads RGB; convert it (ra_xyze -r map.hdr > rgb.hdr)",
         ),
-        (picture("EXPOSURE=0\n", "-Y 1 +X 2", &flat), "EXPOSURE=0 in its header: a number above 0 is expected; save the picture again"),
+        (
+            picture("EXPOSURE=0\n", "-Y 1 +X 2", &flat),
+            "EXPOSURE=0 in its header: a number above 0 is expected; save the picture again",
+        ),
         (
             picture("COLORCORR=1 2\n", "-Y 1 +X 2", &flat),
             "COLORCORR=1 2 in its header: three numbers above 0 are expected; save the picture again",
@@ -129,6 +150,11 @@ fn what_cannot_be_read_says_what_it_is() {
 fn primaries_are_told() {
     let lines = "PRIMARIES= .708 .292 .170 .797 .131 .046 .3127 .3290\n";
     let (_, primaries) = parse(&picture(lines, "-Y 1 +X 2", &doubling(2))).unwrap();
-    let expected = Primaries { red: [0.708, 0.292], green: [0.170, 0.797], blue: [0.131, 0.046], white: [0.3127, 0.3290] };
+    let expected = Primaries {
+        red: [0.708, 0.292],
+        green: [0.170, 0.797],
+        blue: [0.131, 0.046],
+        white: [0.3127, 0.3290],
+    };
     assert_eq!(primaries, Some(expected));
 }

@@ -10,7 +10,10 @@ const MAX_QUOTED: usize = 40;
 
 /// Where keys belong that are likely to stand in the wrong table.
 const HOMES: [(&str, &[&str]); 8] = [
-    ("[materials.NAME]", &["brdf", "kd", "ks", "shininess", "base_color", "metallic", "roughness", "texture", "alpha_cutoff"]),
+    (
+        "[materials.NAME]",
+        &["brdf", "kd", "ks", "shininess", "base_color", "metallic", "roughness", "texture", "alpha_cutoff"],
+    ),
     ("[camera]", &["position", "target", "fov_deg", "exposure_ev"]),
     ("[render]", &["size", "reflections"]),
     ("[[light]]", &["kind", "radiance", "intensity", "irradiance"]),
@@ -23,7 +26,8 @@ const HOMES: [(&str, &[&str]); 8] = [
 /// Tables of which there may be several.
 const LISTS: [&str; 3] = ["object", "light", "key"];
 
-/// What only a scene says of what a state changes: whose it is, the keys by which the state's table is known, and those of the scene.
+/// What only a scene says of what a state changes: whose it is, the keys by which the state's table is known,
+/// and those of the scene.
 const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
     (
         "a material",
@@ -42,12 +46,20 @@ const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
 /// Why `key` is refused where `expected` may stand.
 pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
     let names = || expected.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    if let Some((whose, ..)) = OF_SCENES_ALONE.iter().find(|(_, can, cannot)| *can == expected && cannot.contains(&key)) {
-        return format!("a state cannot set `{key}` of {whose}, only scene.toml can, before the bake; there are: {}", names());
+    if let Some((whose, ..)) =
+        OF_SCENES_ALONE.iter().find(|(_, can, cannot)| *can == expected && cannot.contains(&key))
+    {
+        return format!(
+            "a state cannot set `{key}` of {whose}, only scene.toml can, before the bake; there are: {}",
+            names()
+        );
     }
     // A table that has other keys of a home is that very table.
     let is_here = |keys: &[&str]| keys.iter().any(|key| expected.contains(key));
-    let home = HOMES.iter().find(|(_, keys)| keys.contains(&key) && !is_here(keys)).map(|(table, _)| format!("it belongs to {table}"));
+    let home = HOMES
+        .iter()
+        .find(|(_, keys)| keys.contains(&key) && !is_here(keys))
+        .map(|(table, _)| format!("it belongs to {table}"));
     let near = did_you_mean(key, expected.iter().copied());
     let list = || format!("there are: {}", names());
     let remedy = if near.is_empty() { format!("; {}", home.unwrap_or_else(list)) } else { near };
@@ -55,7 +67,11 @@ pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
 }
 
 pub(super) fn short(text: &str) -> String {
-    if text.chars().count() <= MAX_QUOTED { text.to_owned() } else { text.chars().take(MAX_QUOTED).chain("…".chars()).collect() }
+    if text.chars().count() <= MAX_QUOTED {
+        text.to_owned()
+    } else {
+        text.chars().take(MAX_QUOTED).chain("…".chars()).collect()
+    }
 }
 
 /// What stands there, for a message.
@@ -66,7 +82,9 @@ pub(super) fn found(value: &DeValue<'_>) -> String {
         DeValue::Float(number) => format!("the number {}", short(number.as_str())),
         DeValue::Boolean(on) => on.to_string(),
         DeValue::Datetime(date) => format!("the date {date}"),
-        DeValue::Array(list) if list.iter().all(|member| member.get_ref().is_table()) && !list.is_empty() => "a list of tables".to_owned(),
+        DeValue::Array(list) if list.iter().all(|member| member.get_ref().is_table()) && !list.is_empty() => {
+            "a list of tables".to_owned()
+        }
         DeValue::Array(list) => format!("a list of {}", list.len()),
         DeValue::Table(_) => "a table".to_owned(),
     }
@@ -74,7 +92,9 @@ pub(super) fn found(value: &DeValue<'_>) -> String {
 
 pub(super) fn of_number(value: &DeValue<'_>) -> Option<String> {
     match value {
-        DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some(format!("write {} without quotes", text.trim())),
+        DeValue::String(text) if text.trim().parse::<f64>().is_ok() => {
+            Some(format!("write {} without quotes", text.trim()))
+        }
         DeValue::String(text) => decimal_comma(text).map(|number| format!("write {number} without quotes")),
         DeValue::Array(list) if list.len() == 1 => Some("remove the brackets".to_owned()),
         _ => None,
@@ -107,7 +127,10 @@ pub(super) fn of_switch(value: &DeValue<'_>) -> Option<String> {
             "false" | "no" | "off" | "0" => Some(false),
             _ => None,
         },
-        DeValue::Integer(number) => [("0", false), ("1", true)].into_iter().find(|(digit, _)| *digit == number.as_str()).map(|(_, on)| on),
+        DeValue::Integer(number) => [("0", false), ("1", true)]
+            .into_iter()
+            .find(|(digit, _)| *digit == number.as_str())
+            .map(|(_, on)| on),
         _ => None,
     };
     let quoted = value.as_str().is_some_and(|text| ["true", "false"].contains(&text));
@@ -124,16 +147,17 @@ pub(super) fn of_numbers(value: &DeValue<'_>, length: usize) -> Option<String> {
     match value {
         DeValue::Integer(number) => Some(repeated(&number.to_string())),
         DeValue::Float(number) => Some(repeated(number.as_str())),
-        DeValue::String(text) if length == 3 => {
-            hex_colour(text).map(|[r, g, b]| format!("write [{r:.4}, {g:.4}, {b:.4}], the linear light that this colour stands for"))
-        }
+        DeValue::String(text) if length == 3 => hex_colour(text).map(|[r, g, b]| {
+            format!("write [{r:.4}, {g:.4}, {b:.4}], the linear light that this colour stands for")
+        }),
         _ => None,
     }
 }
 
 /// What to do about a list that is not of `length`.
 pub(super) fn of_length(list: &DeArray<'_>, length: usize) -> String {
-    let digits: Option<Vec<&str>> = list.iter().map(|member| member.get_ref().as_integer().map(|integer| integer.as_str())).collect();
+    let digits: Option<Vec<&str>> =
+        list.iter().map(|member| member.get_ref().as_integer().map(|integer| integer.as_str())).collect();
     match digits {
         Some(digits) if list.len() == 2 * length => {
             let numbers: Vec<String> = digits.chunks_exact(2).map(|pair| pair.join(".")).collect();
@@ -175,7 +199,9 @@ pub(super) fn of_syntax(text: &str, span: &Range<usize>, message: &str) -> (usiz
 fn twice(line: &str, key: &str) -> String {
     let (header, several) = (line.trim_start().starts_with('['), LISTS.contains(&key));
     match (header, several) {
-        (true, true) => format!("[{key}] stands for one table where there are several; write [[{key}]] above each, with two brackets"),
+        (true, true) => format!(
+            "[{key}] stands for one table where there are several; write [[{key}]] above each, with two brackets"
+        ),
         (true, false) => format!("[{key}] is there twice; put the keys of both into one"),
         (false, _) => format!("`{key}` is there twice; remove one"),
     }
@@ -192,7 +218,9 @@ fn of_line(line: &str) -> Option<(usize, String)> {
     if let Some(hint) = of_header(line) {
         return Some(hint);
     }
-    if let Some((key, value)) = line.split_once(':').filter(|(key, _)| !key.is_empty() && key.trim().chars().all(is_bare)) {
+    if let Some((key, value)) =
+        line.split_once(':').filter(|(key, _)| !key.is_empty() && key.trim().chars().all(is_bare))
+    {
         return Some((key.len(), format!("`:` after `{0}`; write {0} = {1}", key.trim(), value.trim())));
     }
     let (before, after) = line.split_once('=')?;
@@ -201,7 +229,9 @@ fn of_line(line: &str) -> Option<(usize, String)> {
     if let Some([r, g, b]) = hex_colour(value) {
         return Some((
             at,
-            format!("{key}: `#` begins a comment; write [{r:.4}, {g:.4}, {b:.4}], the linear light that this colour stands for"),
+            format!(
+                "{key}: `#` begins a comment; write [{r:.4}, {g:.4}, {b:.4}], the linear light that this colour stands for"
+            ),
         ));
     }
     let value = value.split('#').next().unwrap_or_default().trim();
@@ -215,7 +245,13 @@ fn of_header(line: &str) -> Option<(usize, String)> {
     let quoted = name.starts_with(['"', '\'']);
     (!quoted && !name.chars().all(is_bare)).then(|| {
         let at = line.len() - line.trim_start().len();
-        (at, format!("the name `{0}` has more than letters, digits, - and _; write [materials.\"{0}\"]", short(name)))
+        (
+            at,
+            format!(
+                "the name `{0}` has more than letters, digits, - and _; write [materials.\"{0}\"]",
+                short(name)
+            ),
+        )
     })
 }
 
@@ -243,6 +279,7 @@ fn of_value(value: &str) -> Option<String> {
         let whole = if number.starts_with('.') { format!("0{number}") } else { format!("{number}0") };
         return Some(format!("write {sign}{whole}"));
     }
-    let word = value.starts_with(|c: char| c.is_alphabetic()) && value.chars().all(|c| is_bare(c) || "/ ".contains(c) || c.is_alphabetic());
+    let word = value.starts_with(|c: char| c.is_alphabetic())
+        && value.chars().all(|c| is_bare(c) || "/ ".contains(c) || c.is_alphabetic());
     word.then(|| format!("write \"{value}\" with quotes"))
 }

@@ -1,7 +1,8 @@
 //! The line of a file that a message speaks of.
 //!
-//! What a scene, state or animation says is checked long after its text was parsed, by code that knows names and keys but no lines. A message names them
-//! too, so the line is found again when there is something to complain of, and not before.
+//! What a scene, state or animation says is checked long after its text was parsed, by code that knows names
+//! and keys but no lines. A message names them too, so the line is found again when there is something to
+//! complain of, and not before.
 
 use super::{document, line_and_column, read_text};
 use crate::error::{Error, Place};
@@ -15,7 +16,9 @@ const MAX_BYTES: usize = 1 << 20;
 
 /// `error` with the line of the TOML file it names, if it tells none yet and speaks of a key or name in it.
 pub fn with_line(error: Error) -> Error {
-    let located = |place: Place, reason: &str| line_of(&place, reason).map_or_else(|| place.clone(), |line| at_line(&place, &line));
+    let located = |place: Place, reason: &str| {
+        line_of(&place, reason).map_or_else(|| place.clone(), |line| at_line(&place, &line))
+    };
     match error {
         Error::Invalid { place, reason } => Error::Invalid { place: located(place, &reason), reason },
         Error::Unsupported { place, reason } => Error::Unsupported { place: located(place, &reason), reason },
@@ -49,7 +52,8 @@ fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
 }
 
-/// The deepest key that `message` speaks of together with all tables around it, a quoted one before others; else one whose value it quotes.
+/// The deepest key that `message` speaks of together with all tables around it, a quoted one before others;
+/// else one whose value it quotes.
 fn offset_of(root: &Spanned<DeValue<'_>>, message: &str) -> Option<usize> {
     let mut found = Found { message, by_value: false, best: None };
     found.seek(root, 0);
@@ -75,7 +79,10 @@ impl Found<'_> {
         for (key, value) in table.iter() {
             let (name, at) = (key.get_ref().as_ref(), key.span().start);
             let spoken = self.speaks_of(name) && !self.by_value;
-            let members = value.get_ref().as_array().filter(|list| list.iter().all(|member| member.get_ref().is_table()));
+            let members = value
+                .get_ref()
+                .as_array()
+                .filter(|list| list.iter().all(|member| member.get_ref().is_table()));
             match members {
                 Some(members) if spoken || name == "key" || self.by_value => {
                     for (index, member) in members.iter().enumerate() {
@@ -106,7 +113,8 @@ impl Found<'_> {
         }
     }
 
-    /// Whether the message names member number `index` of a list: by its name or, in an animation, by its number or time.
+    /// Whether the message names member number `index` of a list: by its name or, in an animation, by its
+    /// number or time.
     fn names(&self, index: usize, member: &DeValue<'_>) -> bool {
         let time_s = || match member.get("t_s").map(Spanned::get_ref) {
             Some(DeValue::Float(t)) => t.as_str().parse::<f32>().ok(),
@@ -115,7 +123,9 @@ impl Found<'_> {
         };
         match member.get("name").and_then(|name| name.get_ref().as_str()) {
             Some(name) => self.quotes(name),
-            None if self.message.contains("[[key]] number") => self.message.contains(&format!("[[key]] number {} ", index + 1)),
+            None if self.message.contains("[[key]] number") => {
+                self.message.contains(&format!("[[key]] number {} ", index + 1))
+            }
             None => time_s().is_some_and(|t| self.message.contains(&format!("at {t} s"))),
         }
     }
@@ -131,7 +141,8 @@ impl Found<'_> {
         [name, &plain(name), &plain(&short)].iter().any(|shown| self.message.contains(&format!("`{shown}`")))
     }
 
-    /// Whether `key` is a word of the message, in the singular or plural too; a name of one letter must be quoted, for it may be an article.
+    /// Whether `key` is a word of the message, in the singular or plural too; a name of one letter must be
+    /// quoted, for it may be an article.
     fn speaks_of(&self, key: &str) -> bool {
         let singular = key.strip_suffix('s').filter(|word| word.len() > 2).map(str::to_owned);
         let forms = [Some(key.to_owned()), singular, Some(format!("{key}s"))];
@@ -141,7 +152,10 @@ impl Found<'_> {
     fn has_word(&self, word: &str) -> bool {
         let ends = |c: Option<char>| c.is_none_or(|c| !(c.is_alphanumeric() || c == '_'));
         self.message.match_indices(word).any(|(at, _)| {
-            let (before, after) = (self.message.get(..at).unwrap_or_default(), self.message.get(at + word.len()..).unwrap_or_default());
+            let (before, after) = (
+                self.message.get(..at).unwrap_or_default(),
+                self.message.get(at + word.len()..).unwrap_or_default(),
+            );
             ends(before.chars().next_back()) && ends(after.chars().next())
         })
     }

@@ -1,13 +1,16 @@
-//! Values of a TOML file for serde, with messages that speak of the file: its keys, numbers, texts and tables.
+//! Values of a TOML file for serde, with messages that speak of the file: its keys, numbers, texts and
+//! tables.
 //!
-//! Lists must be as long as what they are read into: serde's own arrays take what they need and leave the rest.
+//! Lists must be as long as what they are read into: serde's own arrays take what they need and leave the
+//! rest.
 
 use super::{hints, unserved};
 use crate::counts::counted;
 use crate::near::what_there_is;
 use serde::de::value::StrDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use std::fmt;
@@ -104,10 +107,14 @@ impl<'a, 'de> Reader<'a, 'de> {
         Self { value: root, key: "", owner: None, whole: true }
     }
 
-    /// The fault that something else than `expected` stands here; `remedy` says what to write, if it is known.
+    /// The fault that something else than `expected` stands here; `remedy` says what to write, if it is
+    /// known.
     fn mismatch(&self, expected: &str, remedy: Option<String>) -> Fault {
         let remedy = remedy.map(|remedy| format!("; {remedy}")).unwrap_or_default();
-        Fault::new(format!("{} where {expected} is expected{remedy}", hints::found(self.value.get_ref())), self.value.span())
+        Fault::new(
+            format!("{} where {expected} is expected{remedy}", hints::found(self.value.get_ref())),
+            self.value.span(),
+        )
     }
 
     /// Fails if a texture stands here, where no method supports one.
@@ -120,7 +127,9 @@ impl<'a, 'de> Reader<'a, 'de> {
         self.expect_numbers()?;
         let number = match self.value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64),
+            DeValue::Integer(integer) => {
+                i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64)
+            }
             other => return Err(self.mismatch("a number", hints::of_number(other))),
         };
         number.ok_or_else(|| Fault::new("a number beyond all bounds".to_owned(), self.value.span()))
@@ -129,9 +138,8 @@ impl<'a, 'de> Reader<'a, 'de> {
     /// A whole number from 0 on.
     fn count(&self) -> Result<u64, Fault> {
         match self.value.get_ref() {
-            DeValue::Integer(integer) => {
-                u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| self.mismatch("a whole number from 0 on", None))
-            }
+            DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix())
+                .map_err(|_| self.mismatch("a whole number from 0 on", None)),
             other => Err(self.mismatch("a whole number", hints::of_count(other))),
         }
     }
@@ -200,7 +208,11 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -208,7 +220,10 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
         match self.value.get_ref() {
             DeValue::Array(list) => visitor.visit_seq(self.members(list)),
-            DeValue::Table(_) => Err(self.mismatch("a list of tables", Some(format!("write [[{}]], with two brackets", self.key)))),
+            DeValue::Table(_) => {
+                Err(self
+                    .mismatch("a list of tables", Some(format!("write [[{}]], with two brackets", self.key))))
+            }
             other => Err(self.mismatch("a list", hints::of_list(other))),
         }
     }
@@ -221,13 +236,20 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
             DeValue::Array(list) => {
                 let remedy = hints::of_length(list, length);
                 Err(Fault::new(
-                    format!("{} where {length} are expected; {remedy}", counted(list.len(), "number", "numbers")),
+                    format!(
+                        "{} where {length} are expected; {remedy}",
+                        counted(list.len(), "number", "numbers")
+                    ),
                     self.value.span(),
                 ))
             }
             other => {
-                let remedy = hints::of_numbers(other, length).map(|remedy| format!("; {remedy}")).unwrap_or_default();
-                Err(Fault::new(format!("{} where {length} numbers are expected{remedy}", hints::found(other)), self.value.span()))
+                let remedy =
+                    hints::of_numbers(other, length).map(|remedy| format!("; {remedy}")).unwrap_or_default();
+                Err(Fault::new(
+                    format!("{} where {length} numbers are expected{remedy}", hints::found(other)),
+                    self.value.span(),
+                ))
             }
         }
     }
@@ -241,12 +263,21 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     }
 
     /// A table of given keys.
-    fn deserialize_struct<V: Visitor<'de>>(self, _: &'static str, _: &'static [&'static str], visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
         match (self.value.get_ref(), self.owner) {
             // What the whole file lacks is missing nowhere in particular.
             (DeValue::Table(table), _) if self.whole => visitor.visit_map(self.entries(table, None)),
-            (DeValue::Table(table), _) => visitor.visit_map(self.entries(table, None)).map_err(|fault| fault.at(self.value.span())),
-            (_, Some(owner)) => Err(self.mismatch("a table", Some(format!("write [{owner}.NAME] above the keys")))),
+            (DeValue::Table(table), _) => {
+                visitor.visit_map(self.entries(table, None)).map_err(|fault| fault.at(self.value.span()))
+            }
+            (_, Some(owner)) => {
+                Err(self.mismatch("a table", Some(format!("write [{owner}.NAME] above the keys"))))
+            }
             (DeValue::Array(list), None) if list.iter().all(|member| member.get_ref().is_table()) => {
                 Err(self.mismatch("one table", Some(format!("write [{}], with one bracket", self.key))))
             }
@@ -254,7 +285,12 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
         }
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(self, _: &'static str, _: &'static [&'static str], visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
         visitor.visit_enum(Name(self.text()?)).map_err(|fault| fault.at(self.value.span()))
     }
 
@@ -284,7 +320,10 @@ impl<'de> SeqAccess<'de> for Members<'_, 'de> {
     type Error = Fault;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Fault> {
-        let read = |value| seed.deserialize(Reader { value, key: "", owner: None, whole: false }).map_err(|fault| fault.at(value.span()));
+        let read = |value| {
+            seed.deserialize(Reader { value, key: "", owner: None, whole: false })
+                .map_err(|fault| fault.at(value.span()))
+        };
         self.rest.next().map(read).transpose()
     }
 }
@@ -302,11 +341,14 @@ impl<'de> MapAccess<'de> for Entries<'_, 'de> {
         let Some((key, value)) = self.rest.next() else { return Ok(None) };
         self.value = Some((key.get_ref(), value));
         let name: StrDeserializer<'_, Fault> = key.get_ref().as_ref().into_deserializer();
-        seed.deserialize(name).map(Some).map_err(|fault| fault.of_key(key.get_ref(), value.get_ref()).at(key.span()))
+        seed.deserialize(name)
+            .map(Some)
+            .map_err(|fault| fault.of_key(key.get_ref(), value.get_ref()).at(key.span()))
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
         let (key, value) = self.value.take().ok_or_else(|| Fault::custom("a value without a key"))?;
-        seed.deserialize(Reader { value, key, owner: self.owner, whole: false }).map_err(|fault| fault.within(key, value.span()))
+        seed.deserialize(Reader { value, key, owner: self.owner, whole: false })
+            .map_err(|fault| fault.within(key, value.span()))
     }
 }

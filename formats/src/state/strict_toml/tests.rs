@@ -12,9 +12,15 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
             "[materials.bunny]\nkd = [0.1, 0.1, 0.1]\nshinines = 3.0\n",
             "line 3, column 1: materials.bunny: unknown key `shinines`; did you mean `shininess`?",
         ),
-        ("[materials.a]\nKD = [0.1, 0.1, 0.1]\n", "line 2, column 1: materials.a: unknown key `KD`; did you mean `kd`?"),
+        (
+            "[materials.a]\nKD = [0.1, 0.1, 0.1]\n",
+            "line 2, column 1: materials.a: unknown key `KD`; did you mean `kd`?",
+        ),
         ("[camera]\nfov = 3.0\n", "line 2, column 1: camera: unknown key `fov`; did you mean `fov_deg`?"),
-        ("[camera]\nkd = [0.1, 0.1, 0.1]\n", "line 2, column 1: camera: unknown key `kd`; it belongs to [materials.NAME]"),
+        (
+            "[camera]\nkd = [0.1, 0.1, 0.1]\n",
+            "line 2, column 1: camera: unknown key `kd`; it belongs to [materials.NAME]",
+        ),
         (
             "[materials.a]\nbrdf = \"ggx\"\n",
             "line 2, column 1: materials.a: a state cannot set `brdf` of a material, only scene.toml can, before the bake; there are: `kd`, `ks`, \
@@ -36,7 +42,10 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
         ),
         ("[lights.a]\nmap = 1\n", "line 2, column 1: lights.a: unknown key `map`; there are: `gain`"),
         ("[cammera]\n", "line 1, column 2: unknown key `cammera`; did you mean `camera`?"),
-        ("[xyz]\n", "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `view`, `lights`, `materials`, `shapes`"),
+        (
+            "[xyz]\n",
+            "line 1, column 2: unknown key `xyz`; there are: `environment`, `camera`, `view`, `lights`, `materials`, `shapes`",
+        ),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
     }
@@ -92,14 +101,26 @@ fn values_of_another_type_say_what_to_write() {
             "line 1, column 18: camera.fov_deg: the text \"40,5\" where a number is expected; write 40.5 without quotes",
         ),
         ("camera.fov_deg = true", "line 1, column 18: camera.fov_deg: true where a number is expected"),
-        ("camera.fov_deg = 1979-05-27", "line 1, column 18: camera.fov_deg: the date 1979-05-27 where a number is expected"),
-        ("materials.a.kd = 0.6", "line 1, column 18: materials.a.kd: the number 0.6 where 3 numbers are expected; write [0.6, 0.6, 0.6]"),
+        (
+            "camera.fov_deg = 1979-05-27",
+            "line 1, column 18: camera.fov_deg: the date 1979-05-27 where a number is expected",
+        ),
+        (
+            "materials.a.kd = 0.6",
+            "line 1, column 18: materials.a.kd: the number 0.6 where 3 numbers are expected; write [0.6, 0.6, 0.6]",
+        ),
         (
             "materials.a.kd = \"#808080\"",
             "line 1, column 18: materials.a.kd: the text \"#808080\" where 3 numbers are expected; write [0.2159, 0.2159, 0.2159], the linear light that this colour stands for",
         ),
-        ("materials.a.kd = [0.1, 0.2]", "line 1, column 18: materials.a.kd: 2 numbers where 3 are expected; add 1"),
-        ("materials.a.kd = [0.1, 0.2, 0.3, 1.0]", "line 1, column 18: materials.a.kd: 4 numbers where 3 are expected; remove 1"),
+        (
+            "materials.a.kd = [0.1, 0.2]",
+            "line 1, column 18: materials.a.kd: 2 numbers where 3 are expected; add 1",
+        ),
+        (
+            "materials.a.kd = [0.1, 0.2, 0.3, 1.0]",
+            "line 1, column 18: materials.a.kd: 4 numbers where 3 are expected; remove 1",
+        ),
         (
             "materials.a.kd = [0,5, 0,25, 0,1]",
             "line 1, column 18: materials.a.kd: 6 numbers where 3 are expected; if the commas within numbers are decimal, write [0.5, 0.25, 0.1]",
@@ -120,8 +141,14 @@ fn values_of_another_type_say_what_to_write() {
             "[[camera]]\nfov_deg = 3",
             "line 1, column 1: camera: a list of tables where one table is expected; write [camera], with one bracket",
         ),
-        ("camera = 3", "line 1, column 10: camera: the number 3 where a table is expected; write [camera] above its keys"),
-        ("environment.map = 3", "line 1, column 19: environment.map: the number 3 where a text is expected; write \"3\" with quotes"),
+        (
+            "camera = 3",
+            "line 1, column 10: camera: the number 3 where a table is expected; write [camera] above its keys",
+        ),
+        (
+            "environment.map = 3",
+            "line 1, column 19: environment.map: the number 3 where a text is expected; write \"3\" with quotes",
+        ),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
     }
@@ -130,15 +157,24 @@ fn values_of_another_type_say_what_to_write() {
 #[test]
 fn what_is_no_toml_is_mended_where_the_mistake_is_a_common_one() {
     for (text, expected) in [
-        ("camera.fov_deg = 40,0\n", "line 1, column 18: camera.fov_deg: `40,0` is no value; write 40.0, with a decimal point"),
+        (
+            "camera.fov_deg = 40,0\n",
+            "line 1, column 18: camera.fov_deg: `40,0` is no value; write 40.0, with a decimal point",
+        ),
         ("\ncamera.fov_deg = .5\n", "line 2, column 18: camera.fov_deg: `.5` is no value; write 0.5"),
         ("camera.fov_deg = -5.\n", "line 1, column 18: camera.fov_deg: `-5.` is no value; write -5.0"),
-        ("camera.fov_deg = 40;\n", "line 1, column 18: camera.fov_deg: `40;` is no value; write 40, without the sign at its end"),
+        (
+            "camera.fov_deg = 40;\n",
+            "line 1, column 18: camera.fov_deg: `40;` is no value; write 40, without the sign at its end",
+        ),
         (
             "environment.map = studio.exr\n",
             "line 1, column 19: environment.map: `studio.exr` is no value; write \"studio.exr\" with quotes",
         ),
-        ("environment.map = “a.exr”\n", "line 1, column 19: `“` is a typographic quotation mark; write \" instead"),
+        (
+            "environment.map = “a.exr”\n",
+            "line 1, column 19: `“` is a typographic quotation mark; write \" instead",
+        ),
         ("camera.fov_deg = −5\n", "line 1, column 18: `−` is a typographic dash; write - instead"),
         ("camera.fov_deg: 40\n", "line 1, column 15: `:` after `camera.fov_deg`; write camera.fov_deg = 40"),
         (
@@ -149,13 +185,19 @@ fn what_is_no_toml_is_mended_where_the_mistake_is_a_common_one() {
             "[materials.Box Paint]\n",
             "line 1, column 1: the name `Box Paint` has more than letters, digits, - and _; write [materials.\"Box Paint\"]",
         ),
-        ("camera.fov_deg =\n", "line 1, column 17: camera.fov_deg: nothing is no value; write one after the `=`"),
+        (
+            "camera.fov_deg =\n",
+            "line 1, column 17: camera.fov_deg: nothing is no value; write one after the `=`",
+        ),
         (
             "[light]\na = 1\n[light]\nb = 1\n",
             "line 3, column 2: [light] stands for one table where there are several; write [[light]] above each, with two brackets",
         ),
         ("[camera]\n[camera]\n", "line 2, column 2: [camera] is there twice; put the keys of both into one"),
-        ("camera.fov_deg = 4\ncamera.fov_deg = 5\n", "line 2, column 8: `fov_deg` is there twice; remove one"),
+        (
+            "camera.fov_deg = 4\ncamera.fov_deg = 5\n",
+            "line 2, column 8: `fov_deg` is there twice; remove one",
+        ),
     ] {
         assert_eq!(refused(text), format!("s.toml: {expected}"));
     }
@@ -170,7 +212,10 @@ fn text_of_other_encodings_is_told_apart() {
         read_text(&path).map_err(|e| e.to_string().replace(&format!("{}: ", path.display()), ""))
     };
     assert_eq!(read(b"\xef\xbb\xbf\tcamera.fov_deg = 40\r\n").unwrap(), "\tcamera.fov_deg = 40\r\n");
-    assert_eq!(read(b"\xff\xfe[\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
+    assert_eq!(
+        read(b"\xff\xfe[\0").unwrap_err(),
+        "not a text file of UTF-8, but of UTF-16; save it as UTF-8"
+    );
     assert_eq!(read(b"[\0c\0").unwrap_err(), "not a text file of UTF-8, but of UTF-16; save it as UTF-8");
     let latin = "line 2, column 4: not a text file of UTF-8: byte 0xFC belongs to another encoding, such as Latin-1; save it as UTF-8";
     assert_eq!(read(b"a = 1\n# B\xfcro\n").unwrap_err(), latin);

@@ -1,4 +1,5 @@
-//! Parts of a state that are known, but that no method of this version supports. They are refused as what they are, not as unknown.
+//! Parts of a state that are known, but that no method of this version supports. They are refused as what
+//! they are, not as unknown.
 
 use super::hints::short;
 use toml::de::DeValue;
@@ -18,10 +19,25 @@ type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
 
 const KEYS: [Key; 8] = [
     (STATE, "objects", "the place of objects", "remove it, or move them in scene.toml and bake again"),
-    (STATE, "media", "the refracting and scattering media within objects", "remove it, as surfaces are opaque"),
+    (
+        STATE,
+        "media",
+        "the refracting and scattering media within objects",
+        "remove it, as surfaces are opaque",
+    ),
     (LIGHT, "transform", "the place of a light", "remove it, or move the light in scene.toml and bake again"),
-    (LIGHT, "radiance", "the emission of an area light", "write `gain`, a factor on it, or set it in scene.toml and bake again"),
-    (LIGHT, "size", "the size of an area light", "remove it, or scale the light in scene.toml and bake again"),
+    (
+        LIGHT,
+        "radiance",
+        "the emission of an area light",
+        "write `gain`, a factor on it, or set it in scene.toml and bake again",
+    ),
+    (
+        LIGHT,
+        "size",
+        "the size of an area light",
+        "remove it, or scale the light in scene.toml and bake again",
+    ),
     (MATERIAL, "fresnel", "the reflectance at normal incidence of the model \"cook-torrance\"", THE_MODELS),
     (MATERIAL, "reflectivity", "the reflectance of the model \"mirror\"", THE_MODELS),
     (MATERIAL, "gloss_deg", "the blur of the model \"mirror\"", THE_MODELS),
@@ -35,10 +51,14 @@ const PICTURES: [&str; 5] = [".png", ".jpg", ".jpeg", ".exr", ".hdr"];
 
 /// Why `key`, whose value is `value`, is refused where `expected` may stand, if it is known.
 pub(super) fn of_key(key: &str, value: &DeValue<'_>, expected: &[&str]) -> Option<String> {
-    if let Some(model) = value.as_str().filter(|model| key == "brdf" && expected == MATERIAL && MODELS.contains(model)) {
+    if let Some(model) =
+        value.as_str().filter(|model| key == "brdf" && expected == MATERIAL && MODELS.contains(model))
+    {
         return Some(refusal(&format!("\"{model}\""), "a model of materials", THE_MODELS));
     }
-    let is_it = |(beside, name, ..): &&Key| *name == key && if *beside == STATE { expected.ends_with(STATE) } else { *beside == expected };
+    let is_it = |(beside, name, ..): &&Key| {
+        *name == key && if *beside == STATE { expected.ends_with(STATE) } else { *beside == expected }
+    };
     KEYS.iter().find(is_it).map(|(_, _, what, remedy)| refusal(&format!("`{key}`"), what, remedy))
 }
 
@@ -49,8 +69,13 @@ pub(super) fn of_value(key: &str, value: &DeValue<'_>) -> Option<String> {
     PICTURES.iter().any(|ending| lower.ends_with(ending)).then(|| {
         let is_colour = ["kd", "base_color"].contains(&key);
         let numbers = if ["kd", "ks", "base_color"].contains(&key) { "three numbers" } else { "a number" };
-        let in_scene = if is_colour { ", or name the file by `texture` in scene.toml and bake again" } else { "" };
-        refusal(&format!("\"{}\"", short(file)), &format!("a texture for `{key}`"), &format!("write {numbers}{in_scene}"))
+        let in_scene =
+            if is_colour { ", or name the file by `texture` in scene.toml and bake again" } else { "" };
+        refusal(
+            &format!("\"{}\"", short(file)),
+            &format!("a texture for `{key}`"),
+            &format!("write {numbers}{in_scene}"),
+        )
     })
 }
 

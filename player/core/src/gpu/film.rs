@@ -3,7 +3,8 @@
 use super::Gpu;
 use wgpu::BufferUsages;
 
-/// Linear radiance of every pixel, W/(sr·m²), row by row over all buffers: four floats a pixel, the fourth unused.
+/// Linear radiance of every pixel, W/(sr·m²), row by row over all buffers: four floats a pixel, the fourth
+/// unused.
 pub struct Film {
     /// Size in pixels, width and height.
     pub size: [u32; 2],
@@ -18,7 +19,10 @@ impl Film {
     /// A film of `size` whose bands have so many pixels each.
     pub(crate) fn new(gpu: &Gpu, size: [u32; 2], pixels: impl IntoIterator<Item = usize>) -> Self {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let bands = pixels.into_iter().map(|pixels| gpu.buffer("film", pixels as u64 * Self::PIXEL_BYTES, usage)).collect();
+        let bands = pixels
+            .into_iter()
+            .map(|pixels| gpu.buffer("film", pixels as u64 * Self::PIXEL_BYTES, usage))
+            .collect();
         Self { size, bands }
     }
 }

@@ -1,6 +1,8 @@
-//! The caller's device, and what is made on it: buffers, pipelines, timed passes, the film and what a display shows of it.
+//! The caller's device, and what is made on it: buffers, pipelines, timed passes, the film and what a display
+//! shows of it.
 //!
-//! Only what every WebGPU device offers is required; timestamps are used where they exist. Nothing here waits: not for the GPU, nor for anything else.
+//! Only what every WebGPU device offers is required; timestamps are used where they exist. Nothing here
+//! waits: not for the GPU, nor for anything else.
 
 mod film;
 #[cfg(test)]
@@ -18,7 +20,8 @@ pub(crate) use tonemap::Tonemap;
 
 use crate::error::{Error, Result};
 
-/// No binding is larger than this, whatever the device allows: the smallest limit that a WebGPU device may have.
+/// No binding is larger than this, whatever the device allows: the smallest limit that a WebGPU device may
+/// have.
 const MAX_BINDING_BYTES: u64 = 128 << 20;
 
 /// A device and how it is used.
@@ -65,7 +68,12 @@ impl Gpu {
     pub(crate) fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         // Bindings must not be empty, and copies go by four bytes.
         let size = bytes.next_multiple_of(4).max(4);
-        self.device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
     }
 
     /// A storage buffer that holds `values`; room for one element at least, for bindings must not be empty.
@@ -86,7 +94,13 @@ impl Gpu {
     }
 
     /// A texture of `size` texels that holds `bytes`, row by row.
-    pub(crate) fn texture(&self, label: &str, size: [u32; 2], format: wgpu::TextureFormat, bytes: &[u8]) -> wgpu::TextureView {
+    pub(crate) fn texture(
+        &self,
+        label: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        bytes: &[u8],
+    ) -> wgpu::TextureView {
         let [width, height] = size;
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
@@ -100,7 +114,8 @@ impl Gpu {
             view_formats: &[],
         });
         let row_bytes = bytes.len() as u32 / height.max(1);
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
         self.queue.write_texture(texture.as_image_copy(), bytes, layout, size);
         // As with buffers, the copy of `bytes` is not to stay.
         self.queue.submit([]);
@@ -108,7 +123,12 @@ impl Gpu {
     }
 
     /// A texture of `size` texels to draw on and then to read.
-    pub(crate) fn target(&self, label: &str, size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::TextureView {
+    pub(crate) fn target(
+        &self,
+        label: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> wgpu::TextureView {
         let [width, height] = size;
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -150,11 +170,15 @@ impl Gpu {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout,
-            entries: &(0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect::<Vec<_>>(),
+            entries: &(0..)
+                .zip(resources)
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+                .collect::<Vec<_>>(),
         })
     }
 
-    /// Workgroups of `lanes` invocations each for `items` of them, in two dimensions where one does not reach.
+    /// Workgroups of `lanes` invocations each for `items` of them, in two dimensions where one does not
+    /// reach.
     pub(crate) fn workgroups(&self, items: u32, lanes: u32) -> [u32; 2] {
         let groups = items.div_ceil(lanes);
         let rows = groups.div_ceil(self.workgroups_per_dimension).max(1);

@@ -17,34 +17,50 @@ impl<'a> Passes<'a> {
 
     /// Begins a compute pass.
     pub(crate) fn compute(&mut self, label: &'static str) -> ComputePass<'_> {
-        let timestamp_writes = self.slot.as_deref_mut().and_then(|slot| Some((slot.next(label)?, &slot.queries)));
-        let timestamp_writes = timestamp_writes.map(|([begin, end], query_set)| wgpu::ComputePassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(begin),
-            end_of_pass_write_index: Some(end),
-        });
+        let timestamp_writes =
+            self.slot.as_deref_mut().and_then(|slot| Some((slot.next(label)?, &slot.queries)));
+        let timestamp_writes =
+            timestamp_writes.map(|([begin, end], query_set)| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(begin),
+                end_of_pass_write_index: Some(end),
+            });
         self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes })
     }
 
-    /// Begins a pass that draws on `colour`, cleared to black, and on `depth`, cleared to 0; the depth is not kept.
-    pub(crate) fn draw(&mut self, label: &'static str, colour: &TextureView, depth: &TextureView) -> RenderPass<'_> {
-        let timestamp_writes = self.slot.as_deref_mut().and_then(|slot| Some((slot.next(label)?, &slot.queries)));
-        let timestamp_writes = timestamp_writes.map(|([begin, end], query_set)| wgpu::RenderPassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(begin),
-            end_of_pass_write_index: Some(end),
-        });
+    /// Begins a pass that draws on `colour`, cleared to black, and on `depth`, cleared to 0; the depth is not
+    /// kept.
+    pub(crate) fn draw(
+        &mut self,
+        label: &'static str,
+        colour: &TextureView,
+        depth: &TextureView,
+    ) -> RenderPass<'_> {
+        let timestamp_writes =
+            self.slot.as_deref_mut().and_then(|slot| Some((slot.next(label)?, &slot.queries)));
+        let timestamp_writes =
+            timestamp_writes.map(|([begin, end], query_set)| wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(begin),
+                end_of_pass_write_index: Some(end),
+            });
         self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: colour,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
                 stencil_ops: None,
             }),
             timestamp_writes,

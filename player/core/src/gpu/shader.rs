@@ -12,8 +12,8 @@ const SNIPPETS: [(&str, &str); 8] = [
     ("view", include_str!("../lit/view.wgsl")),
 ];
 
-/// `source` with each snippet that it imports, or that these import, once and where it is first asked for. A name that nothing is called stays as it is, which
-/// no compiler accepts.
+/// `source` with each snippet that it imports, or that these import, once and where it is first asked for. A
+/// name that nothing is called stays as it is, which no compiler accepts.
 pub(crate) fn expand(source: &str) -> String {
     let (mut expanded, mut imported) = (String::new(), Vec::new());
     add(source, &mut expanded, &mut imported);
@@ -68,19 +68,25 @@ mod tests {
         assert!(texts.len() > SNIPPETS.len());
         for (path, text) in texts {
             let text = expand(&text);
-            let module = naga::front::wgsl::parse_str(&text)
-                .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&text, &path.display().to_string())));
+            let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| {
+                panic!("{}", e.emit_to_string_with_path(&text, &path.display().to_string()))
+            });
             // `unpack2x16float` is part of WebGPU, though naga knows devices below it.
             Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
                 .validate(&module)
-                .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&text, &path.display().to_string())));
+                .unwrap_or_else(|e| {
+                    panic!("{}", e.emit_to_string_with_path(&text, &path.display().to_string()))
+                });
         }
     }
 
     #[test]
     fn every_snippet_is_shared() {
         for (name, snippet) in SNIPPETS {
-            let users = texts().iter().filter(|(_, text)| text.lines().any(|line| line == format!("#import {name}"))).count();
+            let users = texts()
+                .iter()
+                .filter(|(_, text)| text.lines().any(|line| line == format!("#import {name}")))
+                .count();
             assert!(users >= 1, "nobody imports {name}");
             assert!(!snippet.is_empty() && SNIPPETS.iter().filter(|(other, _)| *other == name).count() == 1);
         }
@@ -90,12 +96,13 @@ mod tests {
     fn no_function_or_struct_is_written_twice() {
         let mut seen = std::collections::BTreeMap::new();
         for (path, text) in texts() {
-            for item in text
-                .split("\n\n")
-                .filter(|item| item.lines().count() > 2 && (item.contains("\nfn ") || item.starts_with("fn ") || item.contains("struct ")))
-            {
+            for item in text.split("\n\n").filter(|item| {
+                item.lines().count() > 2
+                    && (item.contains("\nfn ") || item.starts_with("fn ") || item.contains("struct "))
+            }) {
                 // Without comments, and whatever the indentation.
-                let code: Vec<&str> = item.lines().map(str::trim).filter(|line| !line.starts_with("//")).collect();
+                let code: Vec<&str> =
+                    item.lines().map(str::trim).filter(|line| !line.starts_with("//")).collect();
                 if let Some(other) = seen.insert(code.join("\n"), path.clone()) {
                     panic!("{} and {} share\n{item}", path.display(), other.display());
                 }
@@ -107,7 +114,10 @@ mod tests {
     fn imports_come_once_and_nest() {
         let text = expand("#import corner\n#import view\nfn f() {}\n");
         assert_eq!(text.matches("struct View {").count(), 1);
-        assert!(text.find("struct View {") < text.find("fn corner(") && text.find("fn corner(") < text.find("fn f()"));
+        assert!(
+            text.find("struct View {") < text.find("fn corner(")
+                && text.find("fn corner(") < text.find("fn f()")
+        );
         assert_eq!(expand("#import nothing"), "#import nothing\n");
     }
 }

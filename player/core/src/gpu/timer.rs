@@ -1,4 +1,5 @@
-//! The GPU's time for the passes of each frame, where the device has timestamps: told a few frames later, when it is known, so that nothing waits for it.
+//! The GPU's time for the passes of each frame, where the device has timestamps: told a few frames later,
+//! when it is known, so that nothing waits for it.
 
 use super::Gpu;
 use std::sync::Arc;
@@ -35,7 +36,8 @@ pub(super) struct Slot {
     resolved: wgpu::Buffer,
     /// What the CPU reads.
     host: wgpu::Buffer,
-    /// Whether it may. The device holds a second reference until it has copied the timestamps, or the frame was dropped without being submitted.
+    /// Whether it may. The device holds a second reference until it has copied the timestamps, or the frame
+    /// was dropped without being submitted.
     is_mapped: Arc<AtomicBool>,
     frame: u64,
     labels: Vec<&'static str>,
@@ -61,7 +63,8 @@ impl Timer {
     /// The times that have become known since the last call, in the order of the frames.
     pub(crate) fn times(&mut self) -> Vec<PassTimes> {
         let ms_per_tick = self.ms_per_tick;
-        let mut times: Vec<PassTimes> = self.slots.iter_mut().filter_map(|slot| slot.take(ms_per_tick)).collect();
+        let mut times: Vec<PassTimes> =
+            self.slots.iter_mut().filter_map(|slot| slot.take(ms_per_tick)).collect();
         times.sort_by_key(|times| times.frame);
         times
     }
@@ -71,7 +74,11 @@ impl Slot {
     fn new(gpu: &Gpu) -> Self {
         let count = 2 * MOST_PASSES;
         let bytes = u64::from(count) * TICK_BYTES;
-        let descriptor = wgpu::QuerySetDescriptor { label: Some("pass begins and ends"), ty: wgpu::QueryType::Timestamp, count };
+        let descriptor = wgpu::QuerySetDescriptor {
+            label: Some("pass begins and ends"),
+            ty: wgpu::QueryType::Timestamp,
+            count,
+        };
         Self {
             queries: gpu.device.create_query_set(&descriptor),
             resolved: gpu.buffer("timestamps", bytes, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
@@ -90,7 +97,8 @@ impl Slot {
         !self.is_under_way() && !self.is_mapped.load(Ordering::Acquire)
     }
 
-    /// The numbers of the timestamps at both ends of the pass that comes now; `None` if there are too many passes.
+    /// The numbers of the timestamps at both ends of the pass that comes now; `None` if there are too many
+    /// passes.
     pub(super) fn next(&mut self, label: &'static str) -> Option<[u32; 2]> {
         let first = 2 * self.labels.len() as u32;
         if first == 2 * MOST_PASSES {
@@ -161,7 +169,10 @@ mod tests {
         }
         wait(&gpu);
         let mut times = timer.times();
-        assert!(times.len() >= SLOTS && times.windows(2).all(|pair| pair[0].frame < pair[1].frame), "{times:?}");
+        assert!(
+            times.len() >= SLOTS && times.windows(2).all(|pair| pair[0].frame < pair[1].frame),
+            "{times:?}"
+        );
         let first = times.remove(0);
         assert_eq!((first.frame, first.passes.len()), (0, 1));
         assert!(times.iter().all(|t| t.passes.len() as u64 == 1 + t.frame && t.frame_ms >= 0.0));
@@ -180,6 +191,9 @@ mod tests {
         gpu.queue.submit([last.finish()]);
         wait(&gpu);
         let times = timer.times();
-        assert_eq!(times.iter().map(|t| (t.frame, t.passes.len())).collect::<Vec<_>>(), [(99, MOST_PASSES as usize)]);
+        assert_eq!(
+            times.iter().map(|t| (t.frame, t.passes.len())).collect::<Vec<_>>(),
+            [(99, MOST_PASSES as usize)]
+        );
     }
 }

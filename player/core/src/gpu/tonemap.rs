@@ -34,7 +34,8 @@ struct Band {
 }
 
 impl Tonemap {
-    /// Shows `film` on textures of this `format`: sRGB-encoded on 8-bit formats that do not encode themselves, else linear.
+    /// Shows `film` on textures of this `format`: sRGB-encoded on 8-bit formats that do not encode
+    /// themselves, else linear.
     pub(crate) fn new(gpu: &Gpu, film: &Film, format: TextureFormat) -> Self {
         let holds_bytes = matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
         let pipeline = pipeline(gpu, format, if holds_bytes { "encoded" } else { "linear" });
@@ -43,9 +44,19 @@ impl Tonemap {
         let layout = pipeline.get_bind_group_layout(0);
         let mut first_pixel = 0;
         let work = |buffer: &wgpu::Buffer| {
-            let band = Band { first_pixel, pixels: (buffer.size() / Film::PIXEL_BYTES) as u32, width: film.size[0], gain: 1.0, curve: 0 };
+            let band = Band {
+                first_pixel,
+                pixels: (buffer.size() / Film::PIXEL_BYTES) as u32,
+                width: film.size[0],
+                gain: 1.0,
+                curve: 0,
+            };
             first_pixel += band.pixels;
-            let uniform = gpu.buffer("tonemap", size_of::<Band>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+            let uniform = gpu.buffer(
+                "tonemap",
+                size_of::<Band>() as u64,
+                BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            );
             let resources = [&uniform, buffer].into_iter().chain(&steps).map(wgpu::Buffer::as_entire_binding);
             let bindings = gpu.bind(&layout, resources);
             Work { band, uniform, bindings }
@@ -60,20 +71,30 @@ impl Tonemap {
     }
 
     /// Encodes the pass that fills `target`, of the size of the film, from the film as it will be by then.
-    pub(crate) fn encode(&self, gpu: &Gpu, encoder: &mut CommandEncoder, target: &TextureView, display: Display) {
+    pub(crate) fn encode(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        display: Display,
+    ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tonemap"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: target,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
             })],
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
         for work in &self.bands {
-            let band = Band { gain: display.exposure_ev.exp2(), curve: number_of(display.tonemap), ..work.band };
+            let band =
+                Band { gain: display.exposure_ev.exp2(), curve: number_of(display.tonemap), ..work.band };
             gpu.queue.write_buffer(&work.uniform, 0, bytemuck::bytes_of(&band));
             pass.set_bind_group(0, &work.bindings, &[]);
             pass.draw(0..3, 0..1);
@@ -123,7 +144,11 @@ fn srgb_steps() -> Vec<f32> {
         let (mut below, mut reached) = (0, one);
         while below < reached {
             let middle = below + (reached - below) / 2;
-            if srgb_from_linear(f32::from_bits(middle)) >= step { reached = middle } else { below = middle + 1 }
+            if srgb_from_linear(f32::from_bits(middle)) >= step {
+                reached = middle
+            } else {
+                below = middle + 1
+            }
         }
         f32::from_bits(reached)
     };
@@ -137,12 +162,19 @@ mod tests {
 
     /// What `display` shows of `radiance` on a texture of `format`, from two bands that do not end with rows.
     fn shown(gpu: &Gpu, radiance: &[[f32; 3]], display: Display, format: TextureFormat) -> wgpu::Texture {
-        let film = |part: &[[f32; 3]]| gpu.storage("film", &part.iter().map(|p| [p[0], p[1], p[2], 9.0]).collect::<Vec<[f32; 4]>>());
+        let film = |part: &[[f32; 3]]| {
+            gpu.storage("film", &part.iter().map(|p| [p[0], p[1], p[2], 9.0]).collect::<Vec<[f32; 4]>>())
+        };
         let (top, bottom) = radiance.split_at(300);
         let film = Film { size: SIZE, bands: vec![film(top), film(bottom)] };
         let texture = target(gpu, SIZE, format);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        Tonemap::new(gpu, &film, format).encode(gpu, &mut encoder, &texture.create_view(&Default::default()), display);
+        Tonemap::new(gpu, &film, format).encode(
+            gpu,
+            &mut encoder,
+            &texture.create_view(&Default::default()),
+            display,
+        );
         gpu.queue.submit([encoder.finish()]);
         texture
     }
@@ -153,16 +185,22 @@ mod tests {
     fn a_texture_shows_what_a_png_holds() {
         let Some(gpu) = gpu() else { return };
         // Every decade of radiance, negative values, what overflows the display, and what has no end.
-        let mut radiance: Vec<[f32; 3]> =
-            (0..37 * 23).map(|i| [i as f32 / 700.0, (i as f32 / 100.0 - 6.0).exp2(), i as f32 / 300.0 - 1.0]).collect();
+        let mut radiance: Vec<[f32; 3]> = (0..37 * 23)
+            .map(|i| [i as f32 / 700.0, (i as f32 / 100.0 - 6.0).exp2(), i as f32 / 300.0 - 1.0])
+            .collect();
         radiance[5] = [f32::INFINITY, f32::NEG_INFINITY, -0.0];
         for format in [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm, TextureFormat::Rgba8UnormSrgb] {
-            for (tonemap, exposure_ev) in Curve::ALL.into_iter().flat_map(|curve| [-2.5_f32, 0.0, 3.0].map(|ev| (curve, ev))) {
+            for (tonemap, exposure_ev) in
+                Curve::ALL.into_iter().flat_map(|curve| [-2.5_f32, 0.0, 3.0].map(|ev| (curve, ev)))
+            {
                 let display = Display { exposure_ev, tonemap };
                 let texture = shown(&gpu, &radiance, display, format);
-                for ((shown, radiance), index) in read_bytes(&gpu, &texture).into_iter().zip(&radiance).zip(0..) {
+                for ((shown, radiance), index) in
+                    read_bytes(&gpu, &texture).into_iter().zip(&radiance).zip(0..)
+                {
                     let [r, g, b] = display.shown(*radiance).map(srgb_from_linear);
-                    let expected = if format == TextureFormat::Bgra8Unorm { [b, g, r, 255] } else { [r, g, b, 255] };
+                    let expected =
+                        if format == TextureFormat::Bgra8Unorm { [b, g, r, 255] } else { [r, g, b, 255] };
                     // What encodes itself may round its own way, and curves divide and take powers as the
                     // device does.
                     let slack = u8::from(format.is_srgb() || tonemap != Curve::Clamp);
@@ -179,12 +217,16 @@ mod tests {
     #[test]
     fn curves_are_those_of_the_cpu() {
         let Some(gpu) = gpu() else { return };
-        let values = [-1.0, 0.0, 1e-6, 0.003, 0.04, 0.08, 0.3, 0.8, 2.5, 40.0, 1e6, f32::MAX, f32::INFINITY, f32::NAN];
+        let values =
+            [-1.0, 0.0, 1e-6, 0.003, 0.04, 0.08, 0.3, 0.8, 2.5, 40.0, 1e6, f32::MAX, f32::INFINITY, f32::NAN];
         let pick = |i: usize| values[i % values.len()];
-        let all: Vec<[f32; 3]> =
-            (0..values.len().pow(3)).map(|i| [pick(i), pick(i / values.len()), pick(i / values.len().pow(2))]).collect();
+        let all: Vec<[f32; 3]> = (0..values.len().pow(3))
+            .map(|i| [pick(i), pick(i / values.len()), pick(i / values.len().pow(2))])
+            .collect();
         let pixels = (SIZE[0] * SIZE[1]) as usize;
-        for (tonemap, part) in Curve::ALL.into_iter().flat_map(|curve| all.chunks(pixels).map(move |part| (curve, part))) {
+        for (tonemap, part) in
+            Curve::ALL.into_iter().flat_map(|curve| all.chunks(pixels).map(move |part| (curve, part)))
+        {
             let display = Display { exposure_ev: 0.5, tonemap };
             let mut radiance = part.to_vec();
             radiance.resize(pixels, [0.5; 3]);
@@ -192,7 +234,10 @@ mod tests {
             for (radiance, shown) in radiance.iter().zip(read_texels::<[f32; 4]>(&gpu, &texture)) {
                 let expected = display.shown(*radiance);
                 // Devices may take powers of 2 as exp2 and log2 do, to some 10⁻⁶.
-                assert!((0..3).all(|c| (shown[c] - expected[c]).abs() <= 2e-5), "{tonemap:?} of {radiance:?}: {shown:?} {expected:?}");
+                assert!(
+                    (0..3).all(|c| (shown[c] - expected[c]).abs() <= 2e-5),
+                    "{tonemap:?} of {radiance:?}: {shown:?} {expected:?}"
+                );
             }
         }
     }

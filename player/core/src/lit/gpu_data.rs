@@ -52,13 +52,16 @@ mod tests {
 
     #[test]
     fn the_structs_have_the_shaders_layout() {
-        let view =
-            layout_of!(View { eye_in_world, near, forward, band_middle, right, band_reach, up, first_row, gain, width, height } unused);
+        let view = layout_of!(View { eye_in_world, near, forward, band_middle, right, band_reach, up, first_row, gain, width, height } unused);
         for shader in [super::super::ENVIRONMENT, super::super::DIFFUSE] {
             expect(shader, "View", &view);
         }
         let environment = layout_of!(Environment { sin_rotation, cos_rotation, unit, face_size, points });
         expect(super::super::ENVIRONMENT, "Environment", &environment);
-        expect(super::super::DIFFUSE, "Material", &layout_of!(Material { albedo, alpha_cutoff, wrap, textured, nearest }));
+        expect(
+            super::super::DIFFUSE,
+            "Material",
+            &layout_of!(Material { albedo, alpha_cutoff, wrap, textured, nearest }),
+        );
     }
 }

@@ -45,9 +45,11 @@ impl Map {
     /// Uploads a map.
     pub(crate) fn new(gpu: &Gpu, environment: &Environment) -> Self {
         let (unit, halves) = environment.halves();
-        let texels: Vec<[f16; 4]> = halves.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, f16::ZERO]).collect();
+        let texels: Vec<[f16; 4]> =
+            halves.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, f16::ZERO]).collect();
         let size = [environment.map.width, environment.map.height];
-        let texture = gpu.texture("environment", size, wgpu::TextureFormat::Rgba16Float, bytemuck::cast_slice(&texels));
+        let texture =
+            gpu.texture("environment", size, wgpu::TextureFormat::Rgba16Float, bytemuck::cast_slice(&texels));
         Self { name: environment.name.clone(), texels: texture, width: size[0], unit }
     }
 }
@@ -75,9 +77,18 @@ impl Light {
         let transform = gpu.compute_pipeline(HAAR, "transform");
         let map_layout = resample.get_bind_group_layout(1);
         Self {
-            texels: maps.iter().map(|map| gpu.bind(&map_layout, [wgpu::BindingResource::TextureView(&map.texels)])).collect(),
-            cube: gpu.bind(&resample.get_bind_group_layout(0), [uniform.as_entire_binding(), cube.as_entire_binding()]),
-            faces: gpu.bind(&transform.get_bind_group_layout(0), [&side, &cube, &coefficients].map(wgpu::Buffer::as_entire_binding)),
+            texels: maps
+                .iter()
+                .map(|map| gpu.bind(&map_layout, [wgpu::BindingResource::TextureView(&map.texels)]))
+                .collect(),
+            cube: gpu.bind(
+                &resample.get_bind_group_layout(0),
+                [uniform.as_entire_binding(), cube.as_entire_binding()],
+            ),
+            faces: gpu.bind(
+                &transform.get_bind_group_layout(0),
+                [&side, &cube, &coefficients].map(wgpu::Buffer::as_entire_binding),
+            ),
             workgroups: gpu.workgroups(texels * TEAM, WORKGROUP),
             shines: None,
             maps,
@@ -91,7 +102,8 @@ impl Light {
 
     /// Adds a map, or puts it in the place of the one that has its name. Returns its index.
     pub(crate) fn add(&mut self, gpu: &Gpu, map: Map) -> usize {
-        let texels = gpu.bind(&self.resample.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(&map.texels)]);
+        let texels = gpu
+            .bind(&self.resample.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(&map.texels)]);
         let index = self.maps.iter().position(|known| known.name == map.name).unwrap_or(self.maps.len());
         self.shines = self.shines.filter(|(shining, _)| *shining != index);
         put(&mut self.maps, index, map);
@@ -99,13 +111,23 @@ impl Light {
         index
     }
 
-    /// Makes it shine as `look` says, but for the gain, which is a factor on all that follows. Returns whether that is a change.
+    /// Makes it shine as `look` says, but for the gain, which is a factor on all that follows. Returns
+    /// whether that is a change.
     pub(crate) fn set(&mut self, gpu: &Gpu, look: &EnvironmentLook) -> bool {
         let Some(index) = self.maps.iter().position(|map| map.name == look.map) else { return false };
-        let Some(map) = self.maps.get(index).filter(|_| self.shines != Some((index, look.rotation_deg))) else { return false };
+        let Some(map) = self.maps.get(index).filter(|_| self.shines != Some((index, look.rotation_deg)))
+        else {
+            return false;
+        };
         let (sin_rotation, cos_rotation) = look.rotation_deg.to_radians().sin_cos();
         let points = subsamples(map.width, self.face_size as usize);
-        let environment = gpu_data::Environment { sin_rotation, cos_rotation, unit: map.unit, face_size: self.face_size, points };
+        let environment = gpu_data::Environment {
+            sin_rotation,
+            cos_rotation,
+            unit: map.unit,
+            face_size: self.face_size,
+            points,
+        };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&environment));
         self.shines = Some((index, look.rotation_deg));
         true

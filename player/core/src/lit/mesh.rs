@@ -40,13 +40,20 @@ const NEAR: f32 = 1e-5;
 impl Mesh {
     /// Uploads the meshes of `scene`.
     pub(crate) fn new(gpu: &Gpu, scene: &StoredScene, textures: Option<&Textures>) -> Self {
-        let texture_of = |index: usize| textures?.textures.iter().find(|texture| texture.material as usize == index);
+        let texture_of =
+            |index: usize| textures?.textures.iter().find(|texture| texture.material as usize == index);
         let no_uvs = || vec![[0.0; 2]; scene.positions.len()];
         let uvs = textures.map_or_else(no_uvs, |textures| textures.uvs.clone());
         let materials = scene.meta.materials.iter().enumerate();
-        let materials: Vec<Material> = materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
+        let materials: Vec<Material> =
+            materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
         Self {
-            positions: upload(gpu, "positions", BufferUsages::VERTEX | BufferUsages::STORAGE, &scene.positions),
+            positions: upload(
+                gpu,
+                "positions",
+                BufferUsages::VERTEX | BufferUsages::STORAGE,
+                &scene.positions,
+            ),
             uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
             triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
             materials: gpu.storage("materials", &materials),
@@ -79,7 +86,8 @@ fn material(albedo: [f32; 3], texture: Option<&MaterialTexture>) -> Material {
 }
 
 fn texture(gpu: &Gpu, texture: Option<&MaterialTexture>) -> wgpu::TextureView {
-    let (size, texels) = texture.map_or(([1, 1], [[255; 4]].as_slice()), |texture| (texture.texture.size, &texture.texture.texels));
+    let (size, texels) = texture
+        .map_or(([1, 1], [[255; 4]].as_slice()), |texture| (texture.texture.size, &texture.texture.texels));
     gpu.texture("texture", size, TextureFormat::Rgba8Unorm, texels.as_flattened())
 }
 

@@ -1,5 +1,6 @@
-//! Meshes in the light of an environment map, as the methods have them that know the radiance of every vertex: the map turned, brought to a cube and to
-//! Haar coefficients, and the meshes drawn with what comes of it.
+//! Meshes in the light of an environment map, as the methods have them that know the radiance of every
+//! vertex: the map turned, brought to a cube and to Haar coefficients, and the meshes drawn with what comes
+//! of it.
 
 mod gpu_data;
 mod light;

@@ -1,6 +1,7 @@
 //! What the camera sees: the meshes before the environment, at two by two samples for each pixel.
 //!
-//! The film is drawn in bands of whole rows, one after the other on the same targets, so that memory does not grow with it.
+//! The film is drawn in bands of whole rows, one after the other on the same targets, so that memory does not
+//! grow with it.
 
 use super::gpu_data::View;
 use super::light::{Light, put};
@@ -9,7 +10,10 @@ use super::{AVERAGE, ENVIRONMENT};
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu, Passes};
 use relume_formats::state::{Camera, Rgb};
-use wgpu::{BufferUsages, CompareFunction, RenderPipeline, TextureFormat, VertexBufferLayout, VertexFormat, VertexStepMode};
+use wgpu::{
+    BufferUsages, CompareFunction, RenderPipeline, TextureFormat, VertexBufferLayout, VertexFormat,
+    VertexStepMode,
+};
 
 /// Samples along a side of a pixel.
 const SAMPLES: u32 = 2;
@@ -50,8 +54,9 @@ struct Band {
 }
 
 impl Picture {
-    /// A picture of `size` pixels, of meshes with this `radiance` by vertex, before the maps of `light`. The shader `surface` says how a surface looks: its
-    /// fragment entry point is `surface`, its vertices are those of the snippet `corner`.
+    /// A picture of `size` pixels, of meshes with this `radiance` by vertex, before the maps of `light`. The
+    /// shader `surface` says how a surface looks: its fragment entry point is `surface`, its vertices are
+    /// those of the snippet `corner`.
     ///
     /// # Errors
     /// If the GPU cannot draw so wide a picture.
@@ -66,16 +71,24 @@ impl Picture {
         let most = gpu.device.limits().max_texture_dimension_2d / SAMPLES;
         let [width, height] = size;
         if width > most {
-            let reason = format!("GPU {} draws at most {most} pixels a row, not {width}; give a smaller size", gpu.name);
+            let reason = format!(
+                "GPU {} draws at most {most} pixels a row, not {width}; give a smaller size",
+                gpu.name
+            );
             return Err(Error::Request(reason));
         }
         let rows = (BAND_PIXELS / width).clamp(1, height.min(most));
-        let film = Film::new(gpu, size, (0..height).step_by(rows as usize).map(|row| (width * rows.min(height - row)) as usize));
+        let film = Film::new(
+            gpu,
+            size,
+            (0..height).step_by(rows as usize).map(|row| (width * rows.min(height - row)) as usize),
+        );
         let colour = gpu.target("samples", [SAMPLES * width, SAMPLES * rows], COLOUR);
         let depth = gpu.target("depth", [SAMPLES * width, SAMPLES * rows], DEPTH);
         let (surface, background) = (surface_pipeline(gpu, surface), background_pipeline(gpu));
-        let one =
-            |pipeline: &RenderPipeline, view| gpu.bind(&pipeline.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(view)]);
+        let one = |pipeline: &RenderPipeline, view| {
+            gpu.bind(&pipeline.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(view)])
+        };
         let mut picture = Self {
             textures: mesh.textures.iter().map(|texture| one(&surface, texture)).collect(),
             maps: light.maps().iter().map(|map| one(&background, &map.texels)).collect(),
@@ -101,7 +114,8 @@ impl Picture {
 
     fn band(&self, gpu: &Gpu, film: &wgpu::Buffer, first_row: u32, light: &Light) -> Band {
         let pixels = (film.size() / Film::PIXEL_BYTES) as u32;
-        let view = gpu.buffer("view", size_of::<View>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let view =
+            gpu.buffer("view", size_of::<View>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let surface = [view.as_entire_binding(), self.mesh.materials.as_entire_binding()];
         let average = [wgpu::BindingResource::TextureView(&self.colour), film.as_entire_binding()];
         Band {
@@ -199,8 +213,11 @@ impl Picture {
 /// Both sides are drawn: a surface hides what is behind it, wherever it is seen from.
 fn surface_pipeline(gpu: &Gpu, shader: &str) -> RenderPipeline {
     let attribute = |format, shader_location| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
-    let [position, radiance, uv] =
-        [attribute(VertexFormat::Float32x3, 0), attribute(VertexFormat::Float32x4, 1), attribute(VertexFormat::Float32x2, 2)];
+    let [position, radiance, uv] = [
+        attribute(VertexFormat::Float32x3, 0),
+        attribute(VertexFormat::Float32x4, 1),
+        attribute(VertexFormat::Float32x2, 2),
+    ];
     let buffers = [&position, &radiance, &uv].map(|attributes| {
         let array_stride = attributes.iter().map(|attribute| attribute.format.size()).sum();
         Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes })
@@ -224,7 +241,12 @@ fn pipeline(
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: None,
-        vertex: wgpu::VertexState { module: &module, entry_point: Some(vertex), compilation_options: Default::default(), buffers },
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some(vertex),
+            compilation_options: Default::default(),
+            buffers,
+        },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH,
@@ -246,9 +268,14 @@ fn pipeline(
 }
 
 /// The bindings of the background, which are not consecutive: binding 1 is of the resampling.
-fn background_bindings(gpu: &Gpu, pipeline: &RenderPipeline, environment: &wgpu::Buffer, view: &wgpu::Buffer) -> wgpu::BindGroup {
-    let entries =
-        [(0, environment), (2, view)].map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+fn background_bindings(
+    gpu: &Gpu,
+    pipeline: &RenderPipeline,
+    environment: &wgpu::Buffer,
+    view: &wgpu::Buffer,
+) -> wgpu::BindGroup {
+    let entries = [(0, environment), (2, view)]
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("background"),
         layout: &pipeline.get_bind_group_layout(0),

@@ -41,7 +41,9 @@ impl Surroundings {
         let size = setup.size.unwrap_or(setup.scene.meta.size);
         if !scene::is_legal_size(size) {
             let ([width, height], most) = (size, scene::MAX_PIXELS);
-            return Err(Error::Request(format!("size {width}x{height} is too large; at most {most} pixels are drawn")));
+            return Err(Error::Request(format!(
+                "size {width}x{height} is too large; at most {most} pixels are drawn"
+            )));
         }
         Ok(Self {
             scene: setup.scene,
@@ -79,8 +81,8 @@ impl Surroundings {
         Ok(())
     }
 
-    /// Files of different bakes can each be sound and yet not fit together: fails if the main file at `place`, with what it calls `what` for so many
-    /// `vertices`, does not fit what came before it.
+    /// Files of different bakes can each be sound and yet not fit together: fails if the main file at
+    /// `place`, with what it calls `what` for so many `vertices`, does not fit what came before it.
     pub(crate) fn expect_bake(&self, what: &str, vertices: u64, place: &Place) -> relume_formats::Result<()> {
         expect_lit(what, vertices, &self.scene, &self.known, self.textures.is_some(), place)
     }
@@ -101,11 +103,25 @@ impl Surroundings {
         Light::new(gpu, std::mem::take(&mut self.maps), face_size)
     }
 
-    /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the shader of surfaces.
+    /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the
+    /// shader of surfaces.
     ///
     /// # Errors
     /// If the GPU cannot draw so wide a picture.
-    pub(crate) fn picture(&self, gpu: &Gpu, radiance: &wgpu::Buffer, light: &Light, surface: &'static str) -> Result<Picture> {
-        Picture::new(gpu, self.size, Mesh::new(gpu, &self.scene, self.textures.as_ref()), radiance, light, surface)
+    pub(crate) fn picture(
+        &self,
+        gpu: &Gpu,
+        radiance: &wgpu::Buffer,
+        light: &Light,
+        surface: &'static str,
+    ) -> Result<Picture> {
+        Picture::new(
+            gpu,
+            self.size,
+            Mesh::new(gpu, &self.scene, self.textures.as_ref()),
+            radiance,
+            light,
+            surface,
+        )
     }
 }

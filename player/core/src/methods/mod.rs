@@ -1,4 +1,5 @@
-//! The methods that this player knows, one folder each: the GPU twin of the method's file in `relume_formats::evaluate`.
+//! The methods that this player knows, one folder each: the GPU twin of the method's file in
+//! `relume_formats::evaluate`.
 //!
 //! A method is a [`Playback`] and a line in [`METHODS`]; nothing else in the player knows one from another.
 
@@ -54,8 +55,8 @@ pub struct Pieces {
     pub bytes_per_frame: u64,
 }
 
-/// A method at work: what has arrived of a bake, on its way to and on the GPU. Its pieces arrive in order of importance, and it plays from the
-/// first one on.
+/// A method at work: what has arrived of a bake, on its way to and on the GPU. Its pieces arrive in order of
+/// importance, and it plays from the first one on.
 pub(crate) trait Playback: Send {
     /// Takes the next section of one of the method's files, which come in the order of the manifest.
     ///
@@ -92,8 +93,8 @@ pub(crate) trait Playback: Send {
     /// Encodes the passes that fill the film, as far as what has changed since the last frame asks for them.
     fn encode(&mut self, passes: &mut Passes<'_>);
 
-    /// By vertex of the scene, four floats of which the last is unused: the radiance of a white diffuse surface there, W/(sr·m²), and a factor on all of it;
-    /// `None` if the method knows nothing of vertices.
+    /// By vertex of the scene, four floats of which the last is unused: the radiance of a white diffuse
+    /// surface there, W/(sr·m²), and a factor on all of it; `None` if the method knows nothing of vertices.
     fn vertex_radiance(&self) -> Option<(&wgpu::Buffer, Rgb)> {
         None
     }
@@ -114,7 +115,11 @@ impl Method {
 
     /// The error that a file of this kind does not belong to the method, or not in this place.
     fn has_no_use_for(&self, arrival: &Arrival) -> Error {
-        let reason = format!("method {} has no use for kind `{}` here; bake it again", self.card.name, arrival.kind.name());
+        let reason = format!(
+            "method {} has no use for kind `{}` here; bake it again",
+            self.card.name,
+            arrival.kind.name()
+        );
         FormatError::invalid(&arrival.section.place, reason).into()
     }
 }

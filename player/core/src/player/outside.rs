@@ -19,8 +19,7 @@ pub type FindMap = fn(&str, &Place) -> relume_formats::Result<Option<Environment
 const MOST: usize = 32;
 
 /// What the player is told of a map that is not the bundle's own.
-pub const NOT_MEASURED: &str =
-    "the environment map is not one of the bundle's own, under which the error was measured that the bundle states";
+pub const NOT_MEASURED: &str = "the environment map is not one of the bundle's own, under which the error was measured that the bundle states";
 
 /// The maps from outside.
 #[derive(Debug, Default)]
@@ -85,8 +84,13 @@ impl Outside {
             self.add(stage, &map)?;
             *name = map.name;
         } else if ["hdr", "exr"].iter().any(|extension| has_extension(name.as_ref(), extension)) {
-            let (maps, meant) = (stage.scope.maps.join(", "), did_you_mean(name, stage.scope.maps.iter().map(String::as_str)));
-            let reason = format!("environment: no map `{name}`, nor a file of that name beside this one; this bundle has: {maps}{meant}");
+            let (maps, meant) = (
+                stage.scope.maps.join(", "),
+                did_you_mean(name, stage.scope.maps.iter().map(String::as_str)),
+            );
+            let reason = format!(
+                "environment: no map `{name}`, nor a file of that name beside this one; this bundle has: {maps}{meant}"
+            );
             return Err(FormatError::invalid(place, reason).into());
         }
         Ok(())
@@ -100,10 +104,15 @@ impl Outside {
         }
         if !self.names.contains(&map.name) {
             if stage.scope.maps.contains(&map.name) {
-                return Err(Error::Request(format!("the bundle has a map called `{}` itself; rename the file", map.name)));
+                return Err(Error::Request(format!(
+                    "the bundle has a map called `{}` itself; rename the file",
+                    map.name
+                )));
             }
             if self.names.len() >= MOST {
-                return Err(Error::Request(format!("{MOST} maps were added, and no more can be; start the player again")));
+                return Err(Error::Request(format!(
+                    "{MOST} maps were added, and no more can be; start the player again"
+                )));
             }
             self.names.push(map.name.clone());
             stage.scope.maps.push(map.name.clone());
@@ -125,7 +134,9 @@ impl Player {
     /// # Errors
     /// If the light does not vary, the bundle has a map of that name itself, or nothing has arrived yet.
     pub fn add_environment(&mut self, map: &Environment) -> Result<()> {
-        let (Some(playback), Some(controls)) = (self.playback.as_deref_mut(), &mut self.controls) else { return Err(Error::NothingThere) };
+        let (Some(playback), Some(controls)) = (self.playback.as_deref_mut(), &mut self.controls) else {
+            return Err(Error::NothingThere);
+        };
         self.outside.add(&mut Stage { gpu: &self.gpu, playback, scope: controls.scope_mut() }, map)
     }
 

@@ -33,12 +33,14 @@ impl Incoming {
     pub fn new(playlist: &Playlist) -> Self {
         let length = playlist.items.iter().map(|item| item.bytes).sum();
         let items = playlist.items.iter().cloned().collect();
-        let mut incoming = Self { items, current: None, bytes: Vec::new(), used: 0, length, decoded: 0, ended: false };
+        let mut incoming =
+            Self { items, current: None, bytes: Vec::new(), used: 0, length, decoded: 0, ended: false };
         incoming.begin_next();
         incoming
     }
 
-    /// How many bytes from the last push on must come before anything can come of them; `None` if no more are needed. It changes with every poll.
+    /// How many bytes from the last push on must come before anything can come of them; `None` if no more are
+    /// needed. It changes with every poll.
     pub fn wanted(&self) -> Option<usize> {
         let wanted = self.current.as_ref()?.unpacker.wanted()?;
         Some(wanted.saturating_sub(self.bytes.len() - self.used))
@@ -80,7 +82,12 @@ impl Source for Incoming {
             self.used += wanted;
             if let Some(section) = current.take(bytes, &mut self.decoded, self.length)? {
                 let last = current.unpacker.wanted().is_none();
-                return Ok(Event::Section(Arrival { kind: current.item.kind, name: current.item.name.clone(), section, last }));
+                return Ok(Event::Section(Arrival {
+                    kind: current.item.kind,
+                    name: current.item.name.clone(),
+                    section,
+                    last,
+                }));
             }
         }
         Ok(Event::End { complete: true })
@@ -88,8 +95,14 @@ impl Source for Incoming {
 }
 
 impl Current {
-    /// Takes the next bytes; with the last of them the file must turn out to be the one that the manifest lists.
-    fn take(&mut self, bytes: &[u8], decoded: &mut u64, length: u64) -> relume_formats::Result<Option<Section>> {
+    /// Takes the next bytes; with the last of them the file must turn out to be the one that the manifest
+    /// lists.
+    fn take(
+        &mut self,
+        bytes: &[u8],
+        decoded: &mut u64,
+        length: u64,
+    ) -> relume_formats::Result<Option<Section>> {
         let was_known = self.unpacker.header().is_some();
         self.hash.update(bytes);
         let section = self.unpacker.take(bytes.to_vec())?;
@@ -103,7 +116,8 @@ impl Current {
             expect_decoded(*decoded, length, place)?;
         }
         if self.unpacker.wanted().is_none() && self.hash.text() != self.item.hash {
-            let reason = format!("its hash is not the one in {FILE_NAME}; the file was changed, bake it again");
+            let reason =
+                format!("its hash is not the one in {FILE_NAME}; the file was changed, bake it again");
             return Err(FormatError::invalid(place, reason));
         }
         Ok(section)
@@ -126,7 +140,9 @@ mod tests {
         let (mut portions, mut found) = (bytes.chunks(portion), Vec::new());
         loop {
             match source.poll()? {
-                Event::Section(arrival) => found.push((arrival.section.info.name, arrival.section.bytes, arrival.last)),
+                Event::Section(arrival) => {
+                    found.push((arrival.section.info.name, arrival.section.bytes, arrival.last))
+                }
                 Event::End { complete } => return Ok((found, complete)),
                 Event::Waiting => match portions.next() {
                     Some(portion) => source.push(portion),
@@ -143,7 +159,11 @@ mod tests {
         let bytes = bytes(&playlist);
         let (whole, complete) = play(&playlist, &bytes, usize::MAX).unwrap();
         let at = |name: &str| whole.iter().position(|(n, ..)| n == name).unwrap();
-        assert!(at("positions") < at("animation") && at("animation") < at("lobes") && at("lobes") < at("fragments/pixel"));
+        assert!(
+            at("positions") < at("animation")
+                && at("animation") < at("lobes")
+                && at("lobes") < at("fragments/pixel")
+        );
         assert!(complete && at("scales") + 1 == at(&format!("image/{:04}", bundle.images.images[0].slot)));
         assert_eq!(whole.iter().filter(|(.., last)| *last).count(), playlist.items.len());
         for portion in [1, 7, 64, 4096] {

@@ -1,7 +1,7 @@
 //! The files of a bundle, as they arrive: whole decoded sections in playback order.
 //!
-//! Wherever they come from, the player polls and is never kept waiting. So it meets a slow or short source in one form only: sections that are late, or that
-//! do not come.
+//! Wherever they come from, the player polls and is never kept waiting. So it meets a slow or short source in
+//! one form only: sections that are late, or that do not come.
 
 mod decode;
 mod incoming;
@@ -28,7 +28,8 @@ pub trait Source {
 pub struct Arrival {
     /// What its file holds.
     pub kind: Kind,
-    /// What the manifest calls that which its file holds, or the object that it is of; `None` for files of a method.
+    /// What the manifest calls that which its file holds, or the object that it is of; `None` for files of a
+    /// method.
     pub name: Option<String>,
     /// The section, decoded and checked.
     pub section: Section,

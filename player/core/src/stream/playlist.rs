@@ -1,7 +1,8 @@
 //! Which files of a bundle are played, and in which order.
 //!
-//! The scene comes first, then the animations, which are small, and without which not even the first frame is known, then the sphere sets, if the method
-//! plays with them, then the files of the method in the order of the manifest, the one that arrives piece by piece last.
+//! The scene comes first, then the animations, which are small, and without which not even the first frame is
+//! known, then the sphere sets, if the method plays with them, then the files of the method in the order of
+//! the manifest, the one that arrives piece by piece last.
 
 use crate::error::{Error, Result};
 use crate::methods::{METHODS, Method};
@@ -20,7 +21,8 @@ pub struct Item {
     pub place: Place,
     /// What the manifest says it holds.
     pub kind: Kind,
-    /// What the manifest calls that which it holds, or the object that it is of; `None` for files of a method.
+    /// What the manifest calls that which it holds, or the object that it is of; `None` for files of a
+    /// method.
     pub name: Option<String>,
     /// How long the manifest says it is.
     pub bytes: u64,
@@ -46,8 +48,8 @@ pub struct Playlist {
 }
 
 impl Playlist {
-    /// The playlist of the bundle whose `manifest` stands at `place`: for the method called `method`, or the first in the manifest that this player knows,
-    /// with all animations, the one called `first` in front.
+    /// The playlist of the bundle whose `manifest` stands at `place`: for the method called `method`, or the
+    /// first in the manifest that this player knows, with all animations, the one called `first` in front.
     ///
     /// # Errors
     /// If there is no such method or animation, or the manifest lists files that this player cannot use.
@@ -62,7 +64,8 @@ impl Playlist {
             bytes: entry.bytes,
             hash: entry.hash.clone(),
         };
-        let named = |name: &str, kind, entry: &FileEntry| Item { name: Some(name.to_owned()), ..item(kind, entry) };
+        let named =
+            |name: &str, kind, entry: &FileEntry| Item { name: Some(name.to_owned()), ..item(kind, entry) };
         let mut items = vec![named(&manifest.scene, Kind::Scene, &manifest.scene_file)];
         if let Some(name) = first {
             items.push(named(name, Kind::Animation, animation_entry(manifest, name)?));
@@ -74,8 +77,12 @@ impl Playlist {
             items.extend(sets.map(|(object, set)| named(object, Kind::SphereSet, &set.file)));
         }
         for (kind, entry) in &entry.files {
-            let kind = Kind::find(kind)
-                .ok_or_else(|| FormatError::unsupported(place, format!("kind `{kind}` is unknown to this player; use a newer one")))?;
+            let kind = Kind::find(kind).ok_or_else(|| {
+                FormatError::unsupported(
+                    place,
+                    format!("kind `{kind}` is unknown to this player; use a newer one"),
+                )
+            })?;
             items.push(item(kind, entry));
         }
         let known = manifest.methods.iter().filter_map(|entry| Method::find(&entry.name)).collect();
@@ -90,7 +97,11 @@ impl Playlist {
 }
 
 /// The method called `name`, which must be known, or the first that is.
-fn choose<'a>(manifest: &'a Manifest, name: Option<&str>, place: &Place) -> Result<(Method, &'a MethodEntry)> {
+fn choose<'a>(
+    manifest: &'a Manifest,
+    name: Option<&str>,
+    place: &Place,
+) -> Result<(Method, &'a MethodEntry)> {
     let entries = match name {
         Some(name) => std::slice::from_ref(manifest.method(Some(name), place)?),
         None => &manifest.methods,
@@ -98,7 +109,11 @@ fn choose<'a>(manifest: &'a Manifest, name: Option<&str>, place: &Place) -> Resu
     entries.iter().find_map(|entry| Some((Method::find(&entry.name)?, entry))).ok_or_else(|| {
         let there: Vec<_> = entries.iter().map(|entry| format!("`{}`", entry.name)).collect();
         let known: Vec<_> = METHODS.iter().map(|method| method.card.name).collect();
-        let reason = format!("method {} is unknown to this player, which plays {}", there.join(", "), known.join(", "));
+        let reason = format!(
+            "method {} is unknown to this player, which plays {}",
+            there.join(", "),
+            known.join(", ")
+        );
         FormatError::unsupported(place, reason).into()
     })
 }
@@ -108,6 +123,8 @@ fn animation_entry<'a>(manifest: &'a Manifest, name: &str) -> Result<&'a FileEnt
         let there: Vec<_> = manifest.animations.keys().map(String::as_str).collect();
         let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
         let meant = did_you_mean(name, manifest.animations.keys().map(String::as_str));
-        Error::Request(format!("no animation `{name}`; this bundle has: {there} (a file must end in .toml){meant}"))
+        Error::Request(format!(
+            "no animation `{name}`; this bundle has: {there} (a file must end in .toml){meant}"
+        ))
     })
 }

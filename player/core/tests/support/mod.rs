@@ -51,7 +51,8 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// Mostly up to the largest half of an image, at times negative if it may be `signed`, tiny (a subnormal half) or zero.
+    /// Mostly up to the largest half of an image, at times negative if it may be `signed`, tiny (a subnormal
+    /// half) or zero.
     fn half(&mut self, signed: bool) -> f16 {
         let value = self.unit();
         f16::from_f32(match self.bits() % 8 {
@@ -64,7 +65,11 @@ impl Random {
 }
 
 fn material(name: &str, varies: bool, level: f32) -> StoredMaterial {
-    let brdf = Brdf::BlinnPhong(BlinnPhong { kd: [level, 0.5 * level, 0.2], ks: [0.3, 0.3, 0.2], shininess: 40.0 * level + 5.0 });
+    let brdf = Brdf::BlinnPhong(BlinnPhong {
+        kd: [level, 0.5 * level, 0.2],
+        ks: [0.3, 0.3, 0.2],
+        shininess: 40.0 * level + 5.0,
+    });
     StoredMaterial { name: name.to_owned(), brdf, varies, textured: false }
 }
 
@@ -92,7 +97,12 @@ pub fn scope(scene: scene::Meta) -> Scope {
 
 fn scene() -> StoredScene {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    StoredScene { meta: scene_meta(), normals: vec![[0.0, 0.0, 1.0]; 3], positions, triangles: vec![[0, 1, 2]] }
+    StoredScene {
+        meta: scene_meta(),
+        normals: vec![[0.0, 0.0, 1.0]; 3],
+        positions,
+        triangles: vec![[0, 1, 2]],
+    }
 }
 
 /// States how far the lobes are off, which are those of no model.
@@ -231,14 +241,23 @@ impl Bundle {
             scene: "synthetic".to_owned(),
             scene_hash: "0".repeat(32),
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
-            animations: BTreeMap::from([("glow".to_owned(), entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()))]),
+            animations: BTreeMap::from([(
+                "glow".to_owned(),
+                entry("glow.relume", animation.write_file(&at("glow.relume")).unwrap()),
+            )]),
             sphere_sets: BTreeMap::new(),
             methods: vec![MethodEntry {
                 reads: "0".repeat(32),
                 name: "transfer-images".to_owned(),
                 files: vec![
-                    ("brdf-basis".to_owned(), entry("basis.relume", basis.write_file(&at("basis.relume")).unwrap())),
-                    ("transfer-images".to_owned(), entry("images.relume", images.write_file(&at("images.relume")).unwrap())),
+                    (
+                        "brdf-basis".to_owned(),
+                        entry("basis.relume", basis.write_file(&at("basis.relume")).unwrap()),
+                    ),
+                    (
+                        "transfer-images".to_owned(),
+                        entry("images.relume", images.write_file(&at("images.relume")).unwrap()),
+                    ),
                 ],
                 settings: BTreeMap::new(),
                 errors: BTreeMap::new(),
@@ -267,7 +286,10 @@ impl Bundle {
     pub fn evaluate(&self, materials: &[Brdf; 2], keep: impl Fn(usize) -> bool) -> Vec<[f32; 3]> {
         let images = self.images.images.iter().filter(|image| keep(image.slot)).cloned().collect();
         let kept = TransferImages { head: self.images.head.clone(), images };
-        relume_formats::evaluate::transfer_images::evaluate(&kept, &materials.map(|brdf| self.basis.coefficients_of(&brdf).unwrap()))
+        relume_formats::evaluate::transfer_images::evaluate(
+            &kept,
+            &materials.map(|brdf| self.basis.coefficients_of(&brdf).unwrap()),
+        )
     }
 }
 
@@ -287,7 +309,8 @@ pub fn blinn_phong(brdf: Brdf) -> BlinnPhong {
 pub fn largest_difference(ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> f32 {
     assert_eq!(ours.len(), theirs.len());
     let largest = theirs.iter().flatten().fold(0.0_f32, |m, v| m.max(v.abs()));
-    let difference = ours.iter().flatten().zip(theirs.iter().flatten()).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
+    let difference =
+        ours.iter().flatten().zip(theirs.iter().flatten()).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
     assert!(largest > 0.0 && ours.iter().flatten().all(|v| v.is_finite()));
     difference / largest
 }
@@ -297,7 +320,10 @@ pub fn gpu_there(list: impl FnOnce() -> Result<(), String>) -> bool {
     match list() {
         Ok(()) => true,
         Err(reason) => {
-            assert!(std::env::var("RELUME_REQUIRE_GPU").as_deref() != Ok("1"), "RELUME_REQUIRE_GPU=1, but: {reason}");
+            assert!(
+                std::env::var("RELUME_REQUIRE_GPU").as_deref() != Ok("1"),
+                "RELUME_REQUIRE_GPU=1, but: {reason}"
+            );
             eprintln!("skipped: {reason}");
             false
         }

@@ -1,4 +1,5 @@
-//! A synthetic bundle of the method sphere-shadows: a floor, a ball with spheres, and a worm with spheres that deforms.
+//! A synthetic bundle of the method sphere-shadows: a floor, a ball with spheres, and a worm with spheres
+//! that deforms.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use super::{Random, sparse};
@@ -9,7 +10,9 @@ use relume_formats::kinds::scene::{StoredClip, StoredObject, StoredShape};
 use relume_formats::kinds::sphere_set::{Protrusion, Quality, Solid};
 use relume_formats::kinds::sphere_shadows::{self, NO_ROW, ShadowObject, order};
 use relume_formats::kinds::{Environment, SphereSet, SphereShadows, StoredScene, sphere_set};
-use relume_formats::shape::{Clip, DeformingMesh, Influences, Interpolation, Joint, MorphTarget, Node, Property, Track, Transform};
+use relume_formats::shape::{
+    Clip, DeformingMesh, Influences, Interpolation, Joint, MorphTarget, Node, Property, Track, Transform,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -37,7 +40,8 @@ fn ball(centre: [f32; 3], radius: [f32; 3]) -> Mesh {
         [theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()]
     };
     let directions: Vec<[f32; 3]> = (0..RINGS * SPOKES).map(direction).collect();
-    let positions = directions.iter().map(|d| std::array::from_fn(|k| centre[k] + radius[k] * d[k])).collect();
+    let positions =
+        directions.iter().map(|d| std::array::from_fn(|k| centre[k] + radius[k] * d[k])).collect();
     let normals = directions.iter().map(|d| {
         let n = glam::Vec3::from(*d) / glam::Vec3::from(radius);
         n.normalize().to_array()
@@ -58,10 +62,16 @@ fn scene() -> StoredScene {
     }
     scene.meta.camera.position = [0.0, 2.0, 5.0];
     scene.meta.varies_shape = true;
-    for (name, centre, radius) in [("ball", [-0.7, 0.7, 0.2], [0.5; 3]), ("worm", [0.6, 0.8, 0.0], [0.25, 0.7, 0.25])] {
+    for (name, centre, radius) in
+        [("ball", [-0.7, 0.7, 0.2], [0.5; 3]), ("worm", [0.6, 0.8, 0.0], [0.25, 0.7, 0.25])]
+    {
         let (positions, normals, triangles) = ball(centre, radius);
         let first = scene.positions.len() as u32;
-        scene.meta.objects.push(StoredObject { name: name.to_owned(), material: 0, triangles: triangles.len() as u32 });
+        scene.meta.objects.push(StoredObject {
+            name: name.to_owned(),
+            material: 0,
+            triangles: triangles.len() as u32,
+        });
         scene.positions.extend(positions);
         scene.normals.extend(normals);
         scene.triangles.extend(triangles.iter().map(|t| t.map(|v| v + first)));
@@ -115,20 +125,26 @@ fn worm(positions: &[[f32; 3]]) -> DeformingMesh {
 /// Of the box around `points`.
 fn diagonal(points: &[[f32; 3]]) -> f32 {
     let along = |axis: usize| points.iter().map(move |p| p[axis]);
-    let side = |axis: usize| along(axis).fold(f32::NEG_INFINITY, f32::max) - along(axis).fold(f32::INFINITY, f32::min);
+    let side = |axis: usize| {
+        along(axis).fold(f32::NEG_INFINITY, f32::max) - along(axis).fold(f32::INFINITY, f32::min)
+    };
     glam::Vec3::new(side(0), side(1), side(2)).length()
 }
 
 /// `count` spheres about `vertices`, each vertex of the nearest.
 fn spheres(name: &str, vertices: &[[f32; 3]], count: usize) -> SphereSet {
     let distance = |a: &[f32; 3], b: &[f32; 3]| glam::Vec3::from(*a).distance(glam::Vec3::from(*b));
-    let middle: [f32; 3] = std::array::from_fn(|k| vertices.iter().map(|v| v[k]).sum::<f32>() / vertices.len() as f32);
+    let middle: [f32; 3] =
+        std::array::from_fn(|k| vertices.iter().map(|v| v[k]).sum::<f32>() / vertices.len() as f32);
     let centre = |k: usize| {
         let v = vertices[k * vertices.len() / count];
         std::array::from_fn(|axis| 0.6 * v[axis] + 0.4 * middle[axis])
     };
     let centres: Vec<[f32; 3]> = (0..count).map(centre).collect();
-    let nearest = |v: &[f32; 3]| (0..count).min_by(|a, b| distance(&centres[*a], v).total_cmp(&distance(&centres[*b], v))).unwrap() as u32;
+    let nearest = |v: &[f32; 3]| {
+        (0..count).min_by(|a, b| distance(&centres[*a], v).total_cmp(&distance(&centres[*b], v))).unwrap()
+            as u32
+    };
     let clusters: Vec<u32> = vertices.iter().map(nearest).collect();
     let radius = |k: usize| {
         let own = vertices.iter().zip(&clusters).filter(|(_, cluster)| **cluster as usize == k);
@@ -164,9 +180,11 @@ fn spheres(name: &str, vertices: &[[f32; 3]], count: usize) -> SphereSet {
     }
 }
 
-/// The lobes of the grid and of the floor, which is the first object; `blocks` says whether the others have spheres.
+/// The lobes of the grid and of the floor, which is the first object; `blocks` says whether the others have
+/// spheres.
 fn bake(blocks: bool) -> SphereShadows {
-    let normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).chain([[0.0, 1.0, 0.0]]).collect();
+    let normals: Vec<[f32; 3]> =
+        (0..NODES).map(|node| grid_normal(node).to_array()).chain([[0.0, 1.0, 0.0]]).collect();
     let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     let order = lobes.chunks_exact(sphere_shadows::COEFFICIENTS).flat_map(order).collect();
     let mut first_vertex = 0;
@@ -174,7 +192,13 @@ fn bake(blocks: bool) -> SphereShadows {
         let first = first_vertex;
         first_vertex += count as u32;
         let (sphere_set, deforms) = (blocks && name != "grid", name == "worm");
-        ShadowObject { name: name.to_owned(), first_vertex: first, vertices: count as u32, sphere_set, deforms }
+        ShadowObject {
+            name: name.to_owned(),
+            first_vertex: first,
+            vertices: count as u32,
+            sphere_set,
+            deforms,
+        }
     });
     let objects = objects.collect();
     let rows = [vec![NODES as u32; COUNTS[0]], vec![NO_ROW; COUNTS[1] + COUNTS[2]]].concat();
@@ -212,8 +236,14 @@ impl Bundle {
             let name = format!("map-{number}.relume");
             files.push(("environment".to_owned(), entry(&name, map.write_file(&at(&name)).unwrap())));
         }
-        files.push(("shape".to_owned(), entry("shape-worm.relume", shape.write_file(&at("shape-worm.relume")).unwrap())));
-        files.push(("sphere-shadows".to_owned(), entry("main.relume", bake.write_file(&at("main.relume")).unwrap())));
+        files.push((
+            "shape".to_owned(),
+            entry("shape-worm.relume", shape.write_file(&at("shape-worm.relume")).unwrap()),
+        ));
+        files.push((
+            "sphere-shadows".to_owned(),
+            entry("main.relume", bake.write_file(&at("main.relume")).unwrap()),
+        ));
         let set_entry = |(name, set): (&String, &SphereSet)| {
             let file = sphere_set_file(name);
             let file = entry(&file, set.write_file(&at(&file)).unwrap());

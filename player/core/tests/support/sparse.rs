@@ -1,4 +1,5 @@
-//! A synthetic bundle of the method sparse-transfer: random rows on a grid of vertices, and maps that are hard to follow.
+//! A synthetic bundle of the method sparse-transfer: random rows on a grid of vertices, and maps that are
+//! hard to follow.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use super::Random;
@@ -28,7 +29,8 @@ pub const TURN: &str = "duration_s = 1.0\n[[key]]\nt_s = 0\nenvironment = { map 
                         camera.position = [0.0, 0.0, 3.0]\n[[key]]\nt_s = 1\n\
                         environment = { map = \"sun\", rotation_deg = 90.0, gain = [2.0, 1.0, 0.0] }\ncamera.position = [1.0, 0.0, 3.0]\n";
 
-/// Rows of `vertices` against a light of `n` texels a side: a wide block, three of bytes, and a wide one again.
+/// Rows of `vertices` against a light of `n` texels a side: a wide block, three of bytes, and a wide one
+/// again.
 pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
     let mut random = Random(u64::from(vertices * n) + u64::from(rgb));
     let shapes = [(3, true), (5, false), (1, false), (4, false), (2, true)];
@@ -44,13 +46,21 @@ pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
     let block = |shape: &BlockShape| {
         let rows = (shape.terms * vertices) as usize;
         let count = rows * meta.channels();
-        // Coarse functions are more common, as they are in a bake; the first coefficient of a face is that of its mean.
+        // Coarse functions are more common, as they are in a bake; the first coefficient of a face is that of
+        // its mean.
         let index = |random: &mut Random| (random.unit().powi(4) * meta.coefficients() as f32) as u16;
-        let indices = (0..rows)
-            .map(|_| if random.bits().is_multiple_of(4) { (random.bits() % 6) as u16 * (n * n) as u16 } else { index(&mut random) });
+        let indices = (0..rows).map(|_| {
+            if random.bits().is_multiple_of(4) {
+                (random.bits() % 6) as u16 * (n * n) as u16
+            } else {
+                index(&mut random)
+            }
+        });
         let indices = indices.collect();
         // An all-zero row is legal.
-        let scale = |random: &mut Random| if random.bits().is_multiple_of(9) { f16::ZERO } else { f16::from_f32(random.unit()) };
+        let scale = |random: &mut Random| {
+            if random.bits().is_multiple_of(9) { f16::ZERO } else { f16::from_f32(random.unit()) }
+        };
         let scales = (0..vertices).map(|_| scale(&mut random)).collect();
         let steps = if shape.wide {
             Steps::Wide((0..count).map(|_| random.bits() as i16).collect())
@@ -63,7 +73,8 @@ pub fn transfer(vertices: u32, n: u32, rgb: bool) -> SparseTransfer {
     SparseTransfer { meta: meta.clone(), blocks }
 }
 
-/// Rows that give every vertex the same radiance `white`·L where the light is L from everywhere, and about that in any other light.
+/// Rows that give every vertex the same radiance `white`·L where the light is L from everywhere, and about
+/// that in any other light.
 pub fn even_transfer(vertices: u32, n: u32, white: f32) -> SparseTransfer {
     let meta = Meta {
         vertices,
@@ -74,7 +85,8 @@ pub fn even_transfer(vertices: u32, n: u32, white: f32) -> SparseTransfer {
         blocks: vec![BlockShape { terms: 6, wide: false }],
         rays_per_texel: 1,
     };
-    let indices = (0..6).flat_map(|face| std::iter::repeat_n((face * n * n) as u16, vertices as usize)).collect();
+    let indices =
+        (0..6).flat_map(|face| std::iter::repeat_n((face * n * n) as u16, vertices as usize)).collect();
     SparseTransfer {
         meta,
         blocks: vec![Block {
@@ -101,7 +113,8 @@ pub fn maps() -> Vec<Environment> {
     ]
 }
 
-/// A grid of `columns` × `rows` vertices on the square [−1, 1]² at z = 0, its front towards +Z, and a camera before it.
+/// A grid of `columns` × `rows` vertices on the square [−1, 1]² at z = 0, its front towards +Z, and a camera
+/// before it.
 pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
     let at = |i: u32, count: u32| 2.0 * i as f32 / (count - 1) as f32 - 1.0;
     let corner = |i: u32| [at(i % columns, columns), at(i / columns, rows), 0.0];
@@ -125,10 +138,19 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
         materials: [("grid", false), ("a", true)]
             .map(|(name, varies)| StoredMaterial { name: name.to_owned(), brdf, varies, textured: false })
             .to_vec(),
-        objects: vec![StoredObject { name: "grid".to_owned(), material: 0, triangles: triangles.len() as u32 }],
+        objects: vec![StoredObject {
+            name: "grid".to_owned(),
+            material: 0,
+            triangles: triangles.len() as u32,
+        }],
     };
     let vertices = columns * rows;
-    StoredScene { meta, positions: (0..vertices).map(corner).collect(), normals: vec![[0.0, 0.0, 1.0]; vertices as usize], triangles }
+    StoredScene {
+        meta,
+        positions: (0..vertices).map(corner).collect(),
+        normals: vec![[0.0, 0.0, 1.0]; vertices as usize],
+        triangles,
+    }
 }
 
 /// What may be set of [`scene`] among [`maps`].
@@ -144,7 +166,12 @@ pub fn textures(scene: &StoredScene, filter: Filter) -> Textures {
         let [r, g, b, ..] = random.bits().to_le_bytes();
         [r, g, b, if i.is_multiple_of(5) { 0 } else { 255 }]
     };
-    let texture = Texture { size: [8, 4], wrap: [Wrap::Mirror, Wrap::Repeat], filter, texels: (0..32).map(&mut texel).collect() };
+    let texture = Texture {
+        size: [8, 4],
+        wrap: [Wrap::Mirror, Wrap::Repeat],
+        filter,
+        texels: (0..32).map(&mut texel).collect(),
+    };
     let uvs = scene.positions.iter().map(|[x, y, _]| [x + 0.3, 0.4 - y]).collect();
     Textures { uvs, textures: vec![MaterialTexture { material: 0, alpha_cutoff: Some(0.5), texture }] }
 }
@@ -159,13 +186,19 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// A bundle of random rows, with an animation `turn` of the light and one, `glow`, of a material that only another method of the bundle varies.
+    /// A bundle of random rows, with an animation `turn` of the light and one, `glow`, of a material that
+    /// only another method of the bundle varies.
     pub fn write(n: u32, rgb: bool) -> Self {
         Self::of(scene([11, 7]), maps(), None, transfer(77, n, rgb))
     }
 
     /// A bundle of these parts.
-    pub fn of(mut scene: StoredScene, maps: Vec<Environment>, textures: Option<&Textures>, transfer: SparseTransfer) -> Self {
+    pub fn of(
+        mut scene: StoredScene,
+        maps: Vec<Environment>,
+        textures: Option<&Textures>,
+        transfer: SparseTransfer,
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let entry = |name: &str, bytes: Vec<u8>| FileEntry::of(name, &bytes);
@@ -176,9 +209,15 @@ impl Bundle {
             files.push(("environment".to_owned(), entry(&name, map.write_file(&at(&name)).unwrap())));
         }
         if let Some(textures) = textures {
-            files.push(("textures".to_owned(), entry("textures.relume", textures.write_file(&at("textures.relume")).unwrap())));
+            files.push((
+                "textures".to_owned(),
+                entry("textures.relume", textures.write_file(&at("textures.relume")).unwrap()),
+            ));
         }
-        files.push(("sparse-transfer".to_owned(), entry("rows.relume", transfer.write_file(&at("rows.relume")).unwrap())));
+        files.push((
+            "sparse-transfer".to_owned(),
+            entry("rows.relume", transfer.write_file(&at("rows.relume")).unwrap()),
+        ));
         let animation = |name: &str, text: &str| {
             let file = format!("{name}.relume");
             let animation = Animation::parse(name, text, &Place::file(name)).unwrap();
@@ -199,7 +238,9 @@ impl Bundle {
             scene_file: entry("scene.relume", scene.write_file(&at("scene.relume")).unwrap()),
             animations: BTreeMap::from([animation("glow", super::ANIMATION), animation("turn", TURN)]),
             sphere_sets: BTreeMap::new(),
-            methods: [("sparse-transfer", files), ("transfer-images", Vec::new())].map(|(name, files)| method(name, files)).to_vec(),
+            methods: [("sparse-transfer", files), ("transfer-images", Vec::new())]
+                .map(|(name, files)| method(name, files))
+                .to_vec(),
         };
         manifest.write(folder.path()).unwrap();
         Self { folder, scene, maps, transfer, manifest }

@@ -70,7 +70,10 @@ impl Editor {
 }
 
 fn exposed(ev: f32) -> State {
-    State { camera: Some(CameraState { exposure_ev: Some(ev), ..CameraState::default() }), ..State::default() }
+    State {
+        camera: Some(CameraState { exposure_ev: Some(ev), ..CameraState::default() }),
+        ..State::default()
+    }
 }
 
 fn curved(tonemap: Tonemap) -> State {

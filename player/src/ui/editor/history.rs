@@ -1,5 +1,6 @@
-//! Undo and redo. An edit is over when the hand lets go; what has changed since the last one is then a step, kept as the change that leads back, so that
-//! undoing everything leads to the start, bit for bit. That time passes or stands still is no edit.
+//! Undo and redo. An edit is over when the hand lets go; what has changed since the last one is then a step,
+//! kept as the change that leads back, so that undoing everything leads to the start, bit for bit. That time
+//! passes or stands still is no edit.
 
 use super::{Editor, Part, apply};
 use relume_formats::state::State;

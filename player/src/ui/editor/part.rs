@@ -26,12 +26,19 @@ impl Part {
 
     /// The parts that `change` names leaves of.
     pub fn of(change: &State) -> impl Iterator<Item = Self> {
-        let light = change.environment.as_ref().map(|light| [light.map.is_some(), light.rotation_deg.is_some(), light.gain.is_some()]);
-        let light = Self::LIGHT.into_iter().zip(light.unwrap_or_default()).filter_map(|(part, named)| named.then_some(part));
+        let light = change
+            .environment
+            .as_ref()
+            .map(|light| [light.map.is_some(), light.rotation_deg.is_some(), light.gain.is_some()]);
+        let light = Self::LIGHT
+            .into_iter()
+            .zip(light.unwrap_or_default())
+            .filter_map(|(part, named)| named.then_some(part));
         let camera = change.camera.clone().unwrap_or_default();
         let exposure = camera.exposure_ev.map(|_| Self::Exposure);
         let tonemap = change.view.as_ref().and_then(|view| view.tonemap).map(|_| Self::Tonemap);
-        let view = (CameraState { exposure_ev: None, ..camera } != CameraState::default()).then_some(Self::View);
+        let view =
+            (CameraState { exposure_ev: None, ..camera } != CameraState::default()).then_some(Self::View);
         let materials: Vec<_> = change.materials.keys().cloned().map(Self::Material).collect();
         let shapes: Vec<_> = change.shapes.keys().cloned().map(Self::Shape).collect();
         materials.into_iter().chain(light).chain(view).chain(exposure).chain(tonemap).chain(shapes)
@@ -45,7 +52,10 @@ impl Part {
             Self::Exposure => change.camera.iter_mut().for_each(|camera| camera.exposure_ev = None),
             Self::Tonemap => change.view.iter_mut().for_each(|view| view.tonemap = None),
             Self::View => {
-                let only_exposure = |camera: CameraState| CameraState { exposure_ev: camera.exposure_ev, ..CameraState::default() };
+                let only_exposure = |camera: CameraState| CameraState {
+                    exposure_ev: camera.exposure_ev,
+                    ..CameraState::default()
+                };
                 change.camera = change.camera.take().map(only_exposure);
             }
             Self::Light(leaf) => {

@@ -16,13 +16,19 @@ pub struct Settings {
 impl Editor {
     /// The settings as they are.
     pub fn settings(&self) -> Settings {
-        Settings { base: self.base.clone(), held: self.held.clone(), playing: self.playing, time_s: self.time_s }
+        Settings {
+            base: self.base.clone(),
+            held: self.held.clone(),
+            playing: self.playing,
+            time_s: self.time_s,
+        }
     }
 
     /// Goes back to `settings`. An animation that has been playing all along stays where it has got to.
     pub fn restore(&mut self, settings: Settings) {
         let played_on = self.playing && settings.playing;
         let time_s = if played_on { self.time_s } else { settings.time_s };
-        (self.base, self.held, self.playing, self.time_s) = (settings.base, settings.held, settings.playing, time_s);
+        (self.base, self.held, self.playing, self.time_s) =
+            (settings.base, settings.held, settings.playing, time_s);
     }
 }

@@ -49,7 +49,9 @@ impl Editor {
 
     /// Goes to `time_s`, within the animation, and pauses there.
     pub fn scrub(&mut self, time_s: f64) {
-        let Some(duration_s) = self.animation().map(|animation| f64::from(animation.duration_s)) else { return };
+        let Some(duration_s) = self.animation().map(|animation| f64::from(animation.duration_s)) else {
+            return;
+        };
         self.playing = false;
         if !time_s.is_nan() {
             self.time_s = time_s.clamp(0.0, duration_s);

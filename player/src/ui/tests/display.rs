@@ -7,26 +7,38 @@ use relume_formats::display::Tonemap;
 fn the_curve_obeys_the_same_rule() {
     let mut user = User::new(editor(false));
     assert!(user.mirror.is_disabled("Reset display"));
-    for (name, tonemap) in [("AgX", Tonemap::Agx), ("clamp", Tonemap::Clamp), ("neutral", Tonemap::Neutral), ("AgX", Tonemap::Agx)] {
+    for (name, tonemap) in [
+        ("AgX", Tonemap::Agx),
+        ("clamp", Tonemap::Clamp),
+        ("neutral", Tonemap::Neutral),
+        ("AgX", Tonemap::Agx),
+    ] {
         user.click(name);
         assert_eq!(user.editor.look().tonemap, tonemap);
     }
     let text = toml::to_string(&user.editor.state()).unwrap();
     assert_eq!(text, "[view]\ntonemap = \"agx\"\n");
     user.click("Reset display");
-    assert_eq!((user.editor.look(), user.editor.state()), (Look::default_of(user.editor.scene()), State::default()));
+    assert_eq!(
+        (user.editor.look(), user.editor.state()),
+        (Look::default_of(user.editor.scene()), State::default())
+    );
 
     let flip = "duration_s = 2.0\n[[key]]\nt_s = 0\nview.tonemap = 'clamp'\n[[key]]\nt_s = 1\nview.tonemap = 'agx'\n";
     let flip = Animation::parse("flip", flip, &Place::file("flip.toml")).unwrap();
     let placed = PlacedAnimation { animation: flip, place: Place::file("flip.toml") };
     let scope = support::scope(support::scene_meta());
-    let mut editor = Editor::new(&Controls::new(scope, &PlacedState::default(), Some(placed), Vec::new()).unwrap());
+    let mut editor =
+        Editor::new(&Controls::new(scope, &PlacedState::default(), Some(placed), Vec::new()).unwrap());
     let mut at = |time_s| {
         editor.scrub(time_s);
         editor.look().tonemap
     };
     // A name is held until the next.
-    assert_eq!([at(0.0), at(0.99), at(1.0), at(2.0)], [Tonemap::Clamp, Tonemap::Clamp, Tonemap::Agx, Tonemap::Agx]);
+    assert_eq!(
+        [at(0.0), at(0.99), at(1.0), at(2.0)],
+        [Tonemap::Clamp, Tonemap::Clamp, Tonemap::Agx, Tonemap::Agx]
+    );
     editor.set_tonemap(Tonemap::Neutral);
     assert!(editor.is_held(&Part::Tonemap) && editor.look().tonemap == Tonemap::Neutral);
     editor.reset_tonemap();

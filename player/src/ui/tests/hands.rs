@@ -61,9 +61,13 @@ fn letters_are_keys_of_the_window_or_text_as_the_focus_has_it() {
 fn a_drag_in_one_frame_is_a_drag() {
     let picture = user().mirror.rect("picture");
     let (from, to) = (picture.center(), picture.center() + Vec2::new(0.25, 0.1) * picture.height());
-    let steps = |n: usize| (1..=n).map(move |step| Event::PointerMoved(from + step as f32 / n as f32 * (to - from)));
-    let events: Vec<Event> =
-        [Event::PointerMoved(from), button(from, true)].into_iter().chain(steps(100)).chain([button(to, false)]).collect();
+    let steps =
+        |n: usize| (1..=n).map(move |step| Event::PointerMoved(from + step as f32 / n as f32 * (to - from)));
+    let events: Vec<Event> = [Event::PointerMoved(from), button(from, true)]
+        .into_iter()
+        .chain(steps(100))
+        .chain([button(to, false)])
+        .collect();
     let cameras = [usize::MAX, 1, 2, 10].map(|at_once| {
         let mut user = User::before(lit::lit(false), None);
         events.chunks(at_once.min(events.len())).for_each(|events| user.frame(events.to_vec()));
@@ -82,7 +86,12 @@ fn a_slider_follows_a_drag_in_one_frame() {
     let mut user = user();
     let rail = user.mirror.rect("shininess");
     let end = Pos2::new(rail.right() + 30.0, rail.center().y);
-    user.frame(vec![Event::PointerMoved(rail.center()), button(rail.center(), true), Event::PointerMoved(end), button(end, false)]);
+    user.frame(vec![
+        Event::PointerMoved(rail.center()),
+        button(rail.center(), true),
+        Event::PointerMoved(end),
+        button(end, false),
+    ]);
     assert_eq!(blinn_phong(user.editor.look().materials["a"]).shininess, 200.0);
     // What comes after it does not count as part of it.
     user.frame(vec![Event::PointerMoved(rail.center())]);
@@ -144,7 +153,11 @@ fn escape_brings_an_animation_back_that_an_edit_has_paused() {
     user.frame(vec![Event::PointerMoved(field + Vec2::new(60.0, 0.0))]);
     assert!(!user.editor.is_playing() && user.editor.is_held(&Part::Material("a".to_owned())));
     user.frame(key(Key::Escape));
-    assert!(user.editor.is_playing() && !user.editor.is_held(&Part::Material("a".to_owned())) && user.editor.look() == before);
+    assert!(
+        user.editor.is_playing()
+            && !user.editor.is_held(&Part::Material("a".to_owned()))
+            && user.editor.look() == before
+    );
     // And time that was scrubbed.
     user.frame(release(field));
     let rail = user.mirror.rect("time");
@@ -173,18 +186,26 @@ fn escape_closes_a_picker_and_nothing_else() {
 #[test]
 fn text_is_copied_cut_and_pasted() {
     let mut user = user();
-    user.frame([click(&user, "kd R"), typed("0.375"), chord(Modifiers::COMMAND, Key::A), vec![Event::Copy]].concat());
+    user.frame(
+        [click(&user, "kd R"), typed("0.375"), chord(Modifiers::COMMAND, Key::A), vec![Event::Copy]].concat(),
+    );
     assert_eq!(user.mirror.copied, ["0.375"]);
     user.frame([key(Key::Tab), vec![Event::Paste("0.5".to_owned())], key(Key::Enter)].concat());
     user.settle();
     assert_eq!(kd(&user.editor, "a")[..2], [0.375, 0.5]);
-    user.frame([click(&user, "kd G"), vec![Event::Cut, Event::Paste("0.0625".to_owned())], key(Key::Enter)].concat());
+    user.frame(
+        [click(&user, "kd G"), vec![Event::Cut, Event::Paste("0.0625".to_owned())], key(Key::Enter)].concat(),
+    );
     assert_eq!(user.mirror.copied, ["0.500"]);
     user.settle();
     assert_eq!(kd(&user.editor, "a")[..2], [0.375, 0.0625]);
     user.click("kd");
     let copy = user.mirror.rect("📋").center();
     user.frame([press(copy), release(copy)].concat());
-    let bytes = user.mirror.copied.first().map(|text| text.split(", ").map(|n| n.parse::<u8>().unwrap()).collect::<Vec<_>>());
+    let bytes = user
+        .mirror
+        .copied
+        .first()
+        .map(|text| text.split(", ").map(|n| n.parse::<u8>().unwrap()).collect::<Vec<_>>());
     assert_eq!(bytes.map(|bytes| bytes.len()), Some(3));
 }

@@ -10,8 +10,12 @@ const REDO: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 /// What undoing everything must bring back, in digits that tell every two numbers apart.
 fn digits(editor: &Editor) -> String {
     let settings = editor.settings();
-    let materials: Vec<_> = editor.scene().materials.iter().map(|m| editor.look().materials[&m.name]).collect();
-    format!("{materials:?} {:?} {:?} {:?} {:?}", settings.base.camera, settings.base.environment, settings.base.shapes, settings.held)
+    let materials: Vec<_> =
+        editor.scene().materials.iter().map(|m| editor.look().materials[&m.name]).collect();
+    format!(
+        "{materials:?} {:?} {:?} {:?} {:?}",
+        settings.base.camera, settings.base.environment, settings.base.shapes, settings.held
+    )
 }
 
 fn undo(user: &mut User) {
@@ -32,11 +36,20 @@ fn a_drag_is_one_step_back_and_one_forth() {
     user.slide("exposure", 0.25);
     let dark = digits(&user.editor);
     undo(&mut user);
-    assert_eq!((digits(&user.editor), user.wishes.tell.clone()), (sharp.clone(), Some(Ok("undo: the exposure".to_owned()))));
+    assert_eq!(
+        (digits(&user.editor), user.wishes.tell.clone()),
+        (sharp.clone(), Some(Ok("undo: the exposure".to_owned())))
+    );
     undo(&mut user);
-    assert_eq!((digits(&user.editor), user.wishes.tell.clone()), (start.clone(), Some(Ok("undo: material a".to_owned()))));
+    assert_eq!(
+        (digits(&user.editor), user.wishes.tell.clone()),
+        (start.clone(), Some(Ok("undo: material a".to_owned())))
+    );
     undo(&mut user);
-    assert_eq!((digits(&user.editor), user.wishes.tell.clone()), (start.clone(), Some(Err("there is nothing to undo".to_owned()))));
+    assert_eq!(
+        (digits(&user.editor), user.wishes.tell.clone()),
+        (start.clone(), Some(Err("there is nothing to undo".to_owned())))
+    );
     redo(&mut user);
     assert_eq!(digits(&user.editor), sharp);
     user.click("Redo");
@@ -149,20 +162,34 @@ fn random(seed: &mut u64, below: u64) -> u64 {
 
 /// An edit of anything, or a step back or forth.
 fn anything(editor: &mut Editor, seed: &mut u64) {
-    let number =
-        |seed: &mut u64| [-0.0, 0.0, 0.25, 1.0, -3.0, 1e9, f32::NAN][random(seed, 7) as usize] + random(seed, 1000) as f32 / 1000.0;
+    let number = |seed: &mut u64| {
+        [-0.0, 0.0, 0.25, 1.0, -3.0, 1e9, f32::NAN][random(seed, 7) as usize]
+            + random(seed, 1000) as f32 / 1000.0
+    };
     let material = ["a", "b", "fixed"][random(seed, 3) as usize];
     let colour = [number(seed), number(seed), number(seed)];
     match random(seed, 16) {
-        0 => editor.edit(material, &MaterialState { kd: Some(colour), base_color: Some(colour), ..Default::default() }),
+        0 => editor.edit(
+            material,
+            &MaterialState { kd: Some(colour), base_color: Some(colour), ..Default::default() },
+        ),
         1 => editor.edit(
             material,
-            &MaterialState { ks: Some(colour), shininess: Some(number(seed)), roughness: Some(number(seed)), ..Default::default() },
+            &MaterialState {
+                ks: Some(colour),
+                shininess: Some(number(seed)),
+                roughness: Some(number(seed)),
+                ..Default::default()
+            },
         ),
         2 => editor.reset(material),
         3 => editor.set_exposure(number(seed)),
         4 => editor.reset_exposure(),
-        5 => editor.edit_light(&EnvironmentState { gain: Some(colour), rotation_deg: Some(number(seed)), map: None }),
+        5 => editor.edit_light(&EnvironmentState {
+            gain: Some(colour),
+            rotation_deg: Some(number(seed)),
+            map: None,
+        }),
         6 => editor.reset_light(),
         7 => editor.move_camera(Motion::Orbit([number(seed), number(seed)]), &Surfaces::default()),
         8 => editor.reset_view(),
@@ -184,7 +211,9 @@ fn anything(editor: &mut Editor, seed: &mut u64) {
 
 #[test]
 fn after_ten_thousand_events_all_can_be_undone_and_done_again() {
-    for (mut seed, mut editor) in [(1, editor(false)), (2, editor(true)), (3, lit::lit(true)), (4, shapes::editor())] {
+    for (mut seed, mut editor) in
+        [(1, editor(false)), (2, editor(true)), (3, lit::lit(true)), (4, shapes::editor())]
+    {
         let start = digits_at_rest(&editor);
         for _ in 0..10_000 {
             anything(&mut editor, &mut seed);
@@ -207,7 +236,14 @@ fn digits_at_rest(editor: &Editor) -> String {
     let settings = editor.settings();
     let base = &settings.base;
     let materials: Vec<_> = editor.scene().materials.iter().map(|m| base.materials[&m.name]).collect();
-    format!("{materials:?} {:?} {:?} {:?} {:?} {:?}", base.camera, base.environment, base.shapes, settings.held, editor.active())
+    format!(
+        "{materials:?} {:?} {:?} {:?} {:?} {:?}",
+        base.camera,
+        base.environment,
+        base.shapes,
+        settings.held,
+        editor.active()
+    )
 }
 
 #[test]
@@ -233,7 +269,8 @@ fn edits_are_not_lost_by_closing() {
     user.settle();
     user.click("Cancel");
     assert!(!user.shows("in no state file") && user.wishes == Wishes::default());
-    for (button, save) in [("Close without saving", Vec::new()), ("Save state and close", vec![Save::State])] {
+    for (button, save) in [("Close without saving", Vec::new()), ("Save state and close", vec![Save::State])]
+    {
         user.screen.close();
         user.settle();
         user.click(button);
@@ -285,10 +322,16 @@ fn a_material_is_copied_to_another() {
     user.click("Paste");
     assert!(user.wishes.paste);
     // A whole state.
-    user.frame(vec![Event::Paste("camera.exposure_ev = 2\nmaterials.a.shininess = 3\nmaterials.b.shininess = 4".to_owned())]);
+    user.frame(vec![Event::Paste(
+        "camera.exposure_ev = 2\nmaterials.a.shininess = 3\nmaterials.b.shininess = 4".to_owned(),
+    )]);
     let look = user.editor.look();
     assert_eq!(
-        (look.camera.exposure_ev, blinn_phong(look.materials["a"]).shininess, blinn_phong(look.materials["b"]).shininess),
+        (
+            look.camera.exposure_ev,
+            blinn_phong(look.materials["a"]).shininess,
+            blinn_phong(look.materials["b"]).shininess
+        ),
         (2.0, 3.0, 4.0)
     );
     let before = digits(&user.editor);
@@ -303,7 +346,10 @@ fn a_material_is_copied_to_another() {
     ] {
         user.frame(vec![Event::Paste(text.to_owned())]);
         let told = user.wishes.tell.clone();
-        assert!(told.clone().is_some_and(|told| told.is_err_and(|reason| reason.contains(part))), "{text}: {told:?}");
+        assert!(
+            told.clone().is_some_and(|told| told.is_err_and(|reason| reason.contains(part))),
+            "{text}: {told:?}"
+        );
         assert_eq!(digits(&user.editor), before);
     }
 }
@@ -315,8 +361,14 @@ fn colours_are_hexadecimal_digits_too() {
     let enter = |user: &mut User, text: &str| {
         let field = user.mirror.rect("ks hex").center();
         user.frame(
-            [press(field), release(field), chord(Modifiers::COMMAND, Key::A), vec![Event::Paste(text.to_owned())], key(Key::Enter)]
-                .concat(),
+            [
+                press(field),
+                release(field),
+                chord(Modifiers::COMMAND, Key::A),
+                vec![Event::Paste(text.to_owned())],
+                key(Key::Enter),
+            ]
+            .concat(),
         );
         user.settle();
         blinn_phong(user.editor.look().materials["a"]).ks
@@ -331,7 +383,10 @@ fn colours_are_hexadecimal_digits_too() {
     assert_eq!(blinn_phong(user.editor.look().materials["a"]).ks, black);
     // Called off.
     let field = user.mirror.rect("ks hex").center();
-    user.frame([press(field), release(field), chord(Modifiers::COMMAND, Key::A), typed("fff"), key(Key::Escape)].concat());
+    user.frame(
+        [press(field), release(field), chord(Modifiers::COMMAND, Key::A), typed("fff"), key(Key::Escape)]
+            .concat(),
+    );
     user.settle();
     assert_eq!(blinn_phong(user.editor.look().materials["a"]).ks, black);
 }

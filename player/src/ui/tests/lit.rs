@@ -4,7 +4,8 @@ use super::*;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::state::EnvironmentState;
 
-/// Settings of a bundle whose light and view vary, with the animations `turn`, which plays if `plays`, and `glow`.
+/// Settings of a bundle whose light and view vary, with the animations `turn`, which plays if `plays`, and
+/// `glow`.
 pub(super) fn lit(plays: bool) -> Editor {
     let placed = |name: &str, text: &str| {
         let place = Place::file(name);
@@ -29,11 +30,21 @@ fn animations_of_what_does_not_vary_are_not_on_offer() {
 fn an_edit_of_the_light_holds_its_leaf_and_no_other() {
     let mut editor = lit(true);
     editor.advance(0.5);
-    assert_eq!(light(&editor), EnvironmentLook { map: "noise".to_owned(), rotation_deg: 45.0, gain: [1.5, 1.0, 0.5] });
+    assert_eq!(
+        light(&editor),
+        EnvironmentLook { map: "noise".to_owned(), rotation_deg: 45.0, gain: [1.5, 1.0, 0.5] }
+    );
     editor.edit_light(&EnvironmentState { rotation_deg: Some(-10.0), ..Default::default() });
-    assert!(!editor.is_playing() && editor.is_held(&Part::Light("rotation_deg")) && !editor.is_held(&Part::Light("gain")));
+    assert!(
+        !editor.is_playing()
+            && editor.is_held(&Part::Light("rotation_deg"))
+            && !editor.is_held(&Part::Light("gain"))
+    );
     editor.scrub(1.0);
-    assert_eq!(light(&editor), EnvironmentLook { map: "sun".to_owned(), rotation_deg: -10.0, gain: [2.0, 1.0, 0.0] });
+    assert_eq!(
+        light(&editor),
+        EnvironmentLook { map: "sun".to_owned(), rotation_deg: -10.0, gain: [2.0, 1.0, 0.0] }
+    );
     editor.move_camera(Motion::Orbit([0.1, 0.0]), &Surfaces::default());
     let moved = editor.look().camera;
     editor.scrub(0.0);
@@ -62,14 +73,22 @@ fn a_saved_light_and_view_lead_to_the_same_look() {
     let text = toml::to_string(&editor.state()).unwrap();
     let state: State = relume_formats::state::parse_toml(&text, &Place::file("saved")).unwrap();
     let state = PlacedState { state, place: Place::file("saved") };
-    assert_eq!(*Controls::new(support::sparse::scope(), &state, None, Vec::new()).unwrap().base(), editor.look(), "{text}");
+    assert_eq!(
+        *Controls::new(support::sparse::scope(), &state, None, Vec::new()).unwrap().base(),
+        editor.look(),
+        "{text}"
+    );
     assert_eq!(toml::to_string(&lit(false).state()).unwrap(), "");
 }
 
 #[test]
 fn the_light_is_set_in_the_panel() {
     let mut user = User::before(lit(false), None);
-    assert!(!user.shows("MATERIALS") && user.mirror.is_disabled("Reset light") && user.mirror.is_disabled("Reset view"));
+    assert!(
+        !user.shows("MATERIALS")
+            && user.mirror.is_disabled("Reset light")
+            && user.mirror.is_disabled("Reset view")
+    );
     user.slide("rotation", 0.75);
     // Sliders prefer round numbers close by.
     assert!((light(&user.editor).rotation_deg - 90.0).abs() <= 10.0, "{}", light(&user.editor).rotation_deg);
@@ -114,19 +133,26 @@ fn the_pointer_moves_the_camera() {
     user.drag(PointerButton::Primary, from, to);
     // An eighth of a turn: the front goes to the right, so the camera goes to the left.
     let camera = user.editor.look().camera;
-    assert!((camera.position[0] + 3.0 * 0.5_f32.sqrt()).abs() < 1e-3 && camera.target == home.target, "{camera:?}");
+    assert!(
+        (camera.position[0] + 3.0 * 0.5_f32.sqrt()).abs() < 1e-3 && camera.target == home.target,
+        "{camera:?}"
+    );
     assert!(!user.mirror.is_disabled("Reset view"));
     user.click("Reset view");
     assert_eq!(user.editor.look().camera, home);
     for button in [PointerButton::Secondary, PointerButton::Middle] {
         user.drag(button, from, to);
         let camera = user.editor.look().camera;
-        assert!(camera.target[0] < -0.1 && (camera.position[0] - camera.target[0]).abs() < 1e-5, "{camera:?}");
+        assert!(
+            camera.target[0] < -0.1 && (camera.position[0] - camera.target[0]).abs() < 1e-5,
+            "{camera:?}"
+        );
         user.frame(key(Key::V));
         assert_eq!(user.editor.look().camera, home);
     }
     user.frame(vec![Event::PointerMoved(from)]);
-    let (unit, source, phase) = (egui::MouseWheelUnit::Point, egui::MouseWheelSource::Unknown, egui::TouchPhase::Move);
+    let (unit, source, phase) =
+        (egui::MouseWheelUnit::Point, egui::MouseWheelSource::Unknown, egui::TouchPhase::Move);
     let delta = egui::Vec2::new(0.0, 100.0);
     user.frame(vec![Event::MouseWheel { unit, source, phase, delta, modifiers: Default::default() }]);
     (0..20).for_each(|_| user.frame(Vec::new()));

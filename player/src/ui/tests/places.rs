@@ -33,7 +33,9 @@ fn messages_move_nothing() {
     let names = ["picture", "kd R", "shininess", "Reset material", "glow", "Play", "exposure", "PNG"];
     let before = places(&user, &names);
     let long = "a/very/long/folder/".repeat(30);
-    for loading in [Loading::Arriving, Loading::Complete, Loading::Prefix, Loading::Failed(format!("{long}: checksum"))] {
+    for loading in
+        [Loading::Arriving, Loading::Complete, Loading::Prefix, Loading::Failed(format!("{long}: checksum"))]
+    {
         for note in [None, Some(Ok(long.clone())), Some(Err(format!("cannot write {long}\nnot at all")))] {
             (user.facts.loading, user.note) = (loading.clone(), note);
             user.settle();
@@ -59,10 +61,15 @@ fn choosing_an_animation_moves_nothing() {
 
 #[test]
 fn animations_are_listed_alike_whichever_plays() {
-    let names = |editor: &Editor| editor.animations().iter().map(|animation| animation.name.clone()).collect::<Vec<_>>();
+    let names = |editor: &Editor| {
+        editor.animations().iter().map(|animation| animation.name.clone()).collect::<Vec<_>>()
+    };
     let (plays, still) = (editor(true), editor(false));
     assert_eq!((names(&plays), names(&still)), (vec!["fade".to_owned(), "glow".to_owned()], names(&plays)));
-    assert_eq!((plays.animation().unwrap().name.as_str(), plays.is_playing(), still.active()), ("glow", true, None));
+    assert_eq!(
+        (plays.animation().unwrap().name.as_str(), plays.is_playing(), still.active()),
+        ("glow", true, None)
+    );
 }
 
 #[test]
@@ -96,7 +103,10 @@ fn expect_apart(user: &User, size: [f32; 2]) {
         assert!(!picture.intersects(*rect), "{text:?} at {rect} is on the picture at {picture}, {size:?}");
         for (other, place) in texts.iter().skip(index + 1) {
             let both = rect.intersect(*place);
-            assert!(both.width() <= 0.5 || both.height() <= 0.5, "{text:?} at {rect} and {other:?} at {place}, {size:?}");
+            assert!(
+                both.width() <= 0.5 || both.height() <= 0.5,
+                "{text:?} at {rect} and {other:?} at {place}, {size:?}"
+            );
         }
     }
     assert!(texts.len() > 2, "{texts:?}");
@@ -111,7 +121,12 @@ fn every_letter_shown_is_in_the_font() {
         let mut seen: String = String::new();
         let openers = ["kd", "map", "clip of fox"].map(str::to_owned);
         user.settle();
-        for opener in openers.iter().filter(|name| user.mirror.names().contains(&name.as_str())).cloned().collect::<Vec<_>>() {
+        for opener in openers
+            .iter()
+            .filter(|name| user.mirror.names().contains(&name.as_str()))
+            .cloned()
+            .collect::<Vec<_>>()
+        {
             user.click(&opener);
             user.settle();
             seen.extend(user.mirror.texts.iter().map(|(text, _)| text.as_str()));
@@ -122,7 +137,11 @@ fn every_letter_shown_is_in_the_font() {
         seen.extend(user.mirror.texts.iter().map(|(text, _)| text.as_str()).chain(user.mirror.names()));
         let missing = |letter: &char| {
             let fonts = [egui::FontId::proportional(13.5), egui::FontId::monospace(13.5)];
-            !letter.is_whitespace() && !user.mirror.context().fonts_mut(|all| fonts.iter().any(|font| all.has_glyph(font, *letter)))
+            !letter.is_whitespace()
+                && !user
+                    .mirror
+                    .context()
+                    .fonts_mut(|all| fonts.iter().any(|font| all.has_glyph(font, *letter)))
         };
         assert_eq!(seen.chars().find(missing), None);
         assert!(seen.len() > 100);
@@ -153,7 +172,9 @@ fn pointing_moves_no_picture() {
         user.mirror.resize([width, 900.0]);
         user.settle();
         let before = user.mirror.rect("picture");
-        for wanted in [|seen: Seen<'_>| matches!(seen, Seen::Material(_)), |seen: Seen<'_>| seen == Seen::Fixed] {
+        for wanted in
+            [|seen: Seen<'_>| matches!(seen, Seen::Material(_)), |seen: Seen<'_>| seen == Seen::Fixed]
+        {
             let at = user.pixel_of(wanted);
             user.frame(vec![Event::PointerMoved(at)]);
             user.settle();

@@ -11,14 +11,14 @@ fn scope() -> Scope {
     let mut scope = Scope { card: &SPHERE_SHADOWS, ..support::sparse::scope() };
     scope.scene.varies_shape = true;
     scope.scene.objects.push(StoredObject { name: "fox".to_owned(), material: 0, triangles: 0 });
-    scope.scene.shapes = vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk"), clip("Run")] }];
+    scope.scene.shapes =
+        vec![StoredShape { object: "fox".to_owned(), clips: vec![clip("Walk"), clip("Run")] }];
     scope
 }
 
 /// With an animation of the fox, which plays.
 pub(super) fn editor() -> Editor {
-    let text =
-        "duration_s = 1.0\n[[key]]\nt_s = 0\nshapes.fox = { clip = \"Walk\", time_s = 0.0 }\n[[key]]\nt_s = 1\nshapes.fox.time_s = 2.0";
+    let text = "duration_s = 1.0\n[[key]]\nt_s = 0\nshapes.fox = { clip = \"Walk\", time_s = 0.0 }\n[[key]]\nt_s = 1\nshapes.fox.time_s = 2.0";
     let place = Place::file("walk");
     let walk = PlacedAnimation { animation: Animation::parse("walk", text, &place).unwrap(), place };
     let state = PlacedState { state: State::default(), place: Place::file("state") };
@@ -61,7 +61,11 @@ fn clip_and_time_are_set_in_the_panel() {
     let mut editor = editor();
     editor.choose(None);
     let mut user = User::before(editor, None);
-    assert!(user.shows("SHAPES") && user.mirror.is_disabled("Reset fox") && user.mirror.is_disabled("time of fox"));
+    assert!(
+        user.shows("SHAPES")
+            && user.mirror.is_disabled("Reset fox")
+            && user.mirror.is_disabled("time of fox")
+    );
     user.click("clip of fox");
     user.click("Run");
     assert_eq!(shows(&user.editor), posed("Run", 0.0));

@@ -36,7 +36,16 @@ impl User {
         };
         let mirror = Mirror::new([1200.0, 820.0]);
         let screen = Screen::default();
-        let mut user = Self { mirror, screen, editor, picker, facts, wishes: Wishes::default(), surfaces: Surfaces::default(), note: None };
+        let mut user = Self {
+            mirror,
+            screen,
+            editor,
+            picker,
+            facts,
+            wishes: Wishes::default(),
+            surfaces: Surfaces::default(),
+            note: None,
+        };
         set_up_style(user.mirror.context());
         // Some layouts take a frame to settle.
         (0..3).for_each(|_| user.frame(Vec::new()));
@@ -48,7 +57,13 @@ impl User {
         *wishes = Wishes::default();
         mirror.frame(events, |ui| {
             let picture = TextureId::User(0);
-            let stage = Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: support::SIZE, picture };
+            let stage = Stage {
+                editor: &mut *editor,
+                picker: picker.as_ref(),
+                surfaces,
+                size: support::SIZE,
+                picture,
+            };
             let new = screen.show(ui, Some(stage), facts, note.as_ref());
             wishes.save.extend(new.save);
             wishes.paste |= new.paste;
@@ -82,7 +97,9 @@ impl User {
         let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let [x, y] = pixels.find(|pixel| wanted(self.picker.as_ref().unwrap().at(*pixel))).unwrap();
         let image = self.mirror.rect("picture");
-        image.min + egui::Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32) * image.size()
+        image.min
+            + egui::Vec2::new((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32)
+                * image.size()
     }
 
     /// Drags the slider called `name` to `share` of its length.
@@ -96,7 +113,8 @@ impl User {
     }
 
     pub(super) fn drag(&mut self, button: PointerButton, from: Pos2, to: Pos2) {
-        let event = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Default::default() };
+        let event =
+            |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Default::default() };
         self.frame(vec![Event::PointerMoved(from), event(from, true)]);
         self.frame(vec![Event::PointerMoved(to)]);
         self.frame(vec![event(to, false)]);

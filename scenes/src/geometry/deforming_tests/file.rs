@@ -4,7 +4,8 @@ use super::{Deforming, load_deforming};
 use base64::Engine;
 use serde_json::{Value, json};
 
-pub(super) const TURNED: [f32; 4] = [0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2];
+pub(super) const TURNED: [f32; 4] =
+    [0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2];
 pub(super) const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A glTF document that grows by accessors; every accessor has a view of its own, of the same index.
@@ -20,8 +21,7 @@ impl File {
         self.bytes.extend_from_slice(bytes);
         let index = self.document["accessors"].as_array().unwrap().len();
         let bounds = [json!([0.0, 0.0, 0.0]), json!([1.0, 1.0, 1.0])];
-        let accessor =
-            json!({"bufferView": index, "componentType": component, "type": kind, "count": count, "min": bounds[0], "max": bounds[1]});
+        let accessor = json!({"bufferView": index, "componentType": component, "type": kind, "count": count, "min": bounds[0], "max": bounds[1]});
         self.document["bufferViews"].as_array_mut().unwrap().push(view);
         self.document["accessors"].as_array_mut().unwrap().push(accessor);
         index
@@ -43,7 +43,8 @@ impl File {
         values: &[[f32; N]],
     ) {
         let times: Vec<[f32; 1]> = times.iter().map(|t| [*t]).collect();
-        let (input, output) = (self.floats("SCALAR", &times), self.floats(["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1], values));
+        let (input, output) =
+            (self.floats("SCALAR", &times), self.floats(["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1], values));
         self.document["animations"].as_array_mut().unwrap().push(json!({
             "name": name,
             "samplers": [{"input": input, "output": output, "interpolation": interpolation}],
@@ -67,7 +68,8 @@ impl File {
     pub(super) fn write(&self, folder: &tempfile::TempDir) -> std::path::PathBuf {
         let mut document = self.document.clone();
         let data = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
-        document["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": format!("data:;base64,{data}")}]);
+        document["buffers"] =
+            json!([{"byteLength": self.bytes.len(), "uri": format!("data:;base64,{data}")}]);
         let path = folder.path().join("t.gltf");
         std::fs::write(&path, document.to_string()).unwrap();
         path
@@ -92,8 +94,9 @@ pub(super) const JOINTS: usize = 3;
 pub(super) const WEIGHTS: usize = 4;
 pub(super) const MATRICES: usize = 5;
 
-/// Nodes: 0 "root", moved up by 10, carries 1 "shoulder", which carries 2 "elbow", 1 along x and turned by 90° about z; 3 "body" wears the skin of
-/// both, bound with the arm straight at the origin, and lies elsewhere itself. A tetrahedron, a degenerate triangle, and a vertex that only this uses.
+/// Nodes: 0 "root", moved up by 10, carries 1 "shoulder", which carries 2 "elbow", 1 along x and turned by
+/// 90° about z; 3 "body" wears the skin of both, bound with the arm straight at the origin, and lies
+/// elsewhere itself. A tetrahedron, a degenerate triangle, and a vertex that only this uses.
 pub(super) fn arm() -> File {
     let document = json!({
         "asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 3]}],
@@ -108,7 +111,10 @@ pub(super) fn arm() -> File {
         "accessors": [], "bufferViews": [], "animations": [],
     });
     let mut file = File { document, bytes: Vec::new() };
-    file.floats("VEC3", &[[0.5, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    file.floats(
+        "VEC3",
+        &[[0.5, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    );
     file.floats("VEC3", &[[1.0, 0.0, 0.0]; 5]);
     file.accessor(5121, "SCALAR", 15, &[0, 0, 1, 1, 3, 2, 1, 2, 4, 1, 4, 3, 2, 3, 4]);
     // Vertex 3 follows both joints, with weights whose sum is 4; joints without a weight may be anything.
@@ -120,8 +126,8 @@ pub(super) fn arm() -> File {
     file
 }
 
-/// The body without its skin, with two morph targets: the first moves vertex 4 up by 2, the second, in a sparse accessor without a view, vertices 2
-/// and 3 by −1 along z.
+/// The body without its skin, with two morph targets: the first moves vertex 4 up by 2, the second, in a
+/// sparse accessor without a view, vertices 2 and 3 by −1 along z.
 pub(super) fn morphing() -> File {
     let mut file = arm();
     file.set("/nodes/3", json!({"name": "body", "mesh": 0, "translation": [100.0, 0.0, 0.0]}));

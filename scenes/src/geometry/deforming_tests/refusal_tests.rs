@@ -24,9 +24,18 @@ fn broken_skins_are_refused() {
             },
             "5 positions but 4 joints and weights",
         ),
-        (|f| f.set("/accessors/4/count", json!(4_000_000_000_u64)), "accessor 4 reaches beyond its buffer or limits"),
-        (|f| f.set("/accessors/4/componentType", json!(5121)), "accessor 4 holds VEC4 of unsigned bytes, expected VEC4 of floats"),
-        (|f| f.set("/accessors/5/type", json!("VEC4")), "accessor 5 holds VEC4 of floats, expected MAT4 of floats"),
+        (
+            |f| f.set("/accessors/4/count", json!(4_000_000_000_u64)),
+            "accessor 4 reaches beyond its buffer or limits",
+        ),
+        (
+            |f| f.set("/accessors/4/componentType", json!(5121)),
+            "accessor 4 holds VEC4 of unsigned bytes, expected VEC4 of floats",
+        ),
+        (
+            |f| f.set("/accessors/5/type", json!("VEC4")),
+            "accessor 5 holds VEC4 of floats, expected MAT4 of floats",
+        ),
     ];
     for (change, part) in cases {
         let mut file = arm();
@@ -35,7 +44,9 @@ fn broken_skins_are_refused() {
         assert!(message.contains(part), "{part}: {message}");
     }
     // Weights, and a matrix, byte by byte.
-    let offset = |file: &File, accessor: usize| file.document["bufferViews"][accessor]["byteOffset"].as_u64().unwrap() as usize;
+    let offset = |file: &File, accessor: usize| {
+        file.document["bufferViews"][accessor]["byteOffset"].as_u64().unwrap() as usize
+    };
     for (accessor, number, part) in [
         (WEIGHTS, f32::NAN, "vertex 0 has the joint weights [NaN, 0.0, 0.0, 0.0], which must be finite"),
         (WEIGHTS, f32::INFINITY, "vertex 0 has the joint weights [inf, 0.0, 0.0, 0.0]"),
@@ -52,17 +63,35 @@ fn broken_skins_are_refused() {
 #[test]
 fn broken_animations_and_morph_targets_are_refused() {
     let cases: [Case; 8] = [
-        (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0, 0.0], &[[0.0; 3]; 2]), "clip `A`: track 0: key times must increase"),
+        (
+            |f| f.animate("A", 0, "translation", "LINEAR", &[0.0, 0.0], &[[0.0; 3]; 2]),
+            "clip `A`: track 0: key times must increase",
+        ),
         (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0, f32::NAN], &[[0.0; 3]; 2]), "finite times"),
-        (|f| f.animate("A", 0, "translation", "LINEAR", &[0.0], &[[0.0, f32::NAN, 0.0]]), "values must be finite"),
-        (|f| f.animate("A", 0, "rotation", "LINEAR", &[0.0], &[[0.0; 4]]), "rotation [0.0, 0.0, 0.0, 0.0] must be finite and not 0"),
-        (|f| f.animate("A", 0, "scale", "CUBICSPLINE", &[0.0], &[[0.0; 3]]), "animation 0, channel 0: 1 values where its 1 keys need 3"),
-        (|f| f.animate("A", 0, "scale", "LINEAR", &[0.0], &[[0.0; 4]]), "holds VEC4 of floats, expected VEC3 of floats"),
+        (
+            |f| f.animate("A", 0, "translation", "LINEAR", &[0.0], &[[0.0, f32::NAN, 0.0]]),
+            "values must be finite",
+        ),
+        (
+            |f| f.animate("A", 0, "rotation", "LINEAR", &[0.0], &[[0.0; 4]]),
+            "rotation [0.0, 0.0, 0.0, 0.0] must be finite and not 0",
+        ),
+        (
+            |f| f.animate("A", 0, "scale", "CUBICSPLINE", &[0.0], &[[0.0; 3]]),
+            "animation 0, channel 0: 1 values where its 1 keys need 3",
+        ),
+        (
+            |f| f.animate("A", 0, "scale", "LINEAR", &[0.0], &[[0.0; 4]]),
+            "holds VEC4 of floats, expected VEC3 of floats",
+        ),
         (
             |f| f.animate("A", 77, "scale", "LINEAR", &[0.0], &[[1.0; 3]]),
             "animation 0, channel 0: names a node or property that is not there",
         ),
-        (|f| f.animate("A", 0, "colour", "LINEAR", &[0.0], &[[1.0; 3]]), "names a node or property that is not there"),
+        (
+            |f| f.animate("A", 0, "colour", "LINEAR", &[0.0], &[[1.0; 3]]),
+            "names a node or property that is not there",
+        ),
     ];
     for (change, part) in cases {
         let mut file = arm();

@@ -75,15 +75,20 @@ fn an_object_keeps_what_moves_it_where_it_stands() {
 fn a_state_poses_an_object_and_leaves_the_others() {
     let scene = scene_of(&moving(), TEXT);
     let rest = &scene.objects[0].mesh;
-    // Half of a slide moves all by 2 along the file's x, and turns no normal; -1.5 s is 0.5 s of 2 s, a quarter.
-    for (state, moved) in
-        [("shapes.arm = { clip = \"Slide\", time_s = 1.0 }", 2.0), ("shapes.arm = { clip = \"Slide\", time_s = -1.5 }", 1.0)]
-    {
+    // Half of a slide moves all by 2 along the file's x, and turns no normal; -1.5 s is 0.5 s of 2 s, a
+    // quarter.
+    for (state, moved) in [
+        ("shapes.arm = { clip = \"Slide\", time_s = 1.0 }", 2.0),
+        ("shapes.arm = { clip = \"Slide\", time_s = -1.5 }", 1.0),
+    ] {
         let posed = at(&scene, state).unwrap();
         let way = world_from_file().transform_vector3(DVec3::X * moved);
         for (now, before) in posed.objects[0].mesh.positions.iter().zip(&rest.positions) {
             // Coordinates of up to 30 in f32.
-            assert!((Vec3::from(*now).as_dvec3() - Vec3::from(*before).as_dvec3()).distance(way) < 1e-5, "{now:?} {before:?}");
+            assert!(
+                (Vec3::from(*now).as_dvec3() - Vec3::from(*before).as_dvec3()).distance(way) < 1e-5,
+                "{now:?} {before:?}"
+            );
         }
         for (now, before) in posed.objects[0].mesh.normals.iter().zip(&rest.normals) {
             assert!(Vec3::from(*now).distance(Vec3::from(*before)) < 1e-5);
@@ -115,7 +120,10 @@ fn who_brings_its_own_materials_is_told_that_it_stands_still() {
     let scene = scene_of(&moving(), &TEXT.replacen("material = \"clay\"\n", "", 1));
     assert!(scene.objects.iter().all(|object| object.shape.is_none()));
     assert!(
-        scene.warnings.iter().any(|w| w.contains("object `arm`: brings its materials, so that it does not deform")),
+        scene
+            .warnings
+            .iter()
+            .any(|w| w.contains("object `arm`: brings its materials, so that it does not deform")),
         "{:?}",
         scene.warnings
     );

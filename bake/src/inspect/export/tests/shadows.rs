@@ -15,7 +15,8 @@ fn shadows() -> SphereShadows {
         sphere_set: fox,
         deforms: fox,
     };
-    let normals: Vec<[f32; 3]> = (0..NODES).map(|node| grid_normal(node).to_array()).chain([[0.0, 1.0, 0.0]]).collect();
+    let normals: Vec<[f32; 3]> =
+        (0..NODES).map(|node| grid_normal(node).to_array()).chain([[0.0, 1.0, 0.0]]).collect();
     let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     SphereShadows {
         meta: Meta {
@@ -38,7 +39,9 @@ fn shadows_come_out_whole() {
     let (path, out) = (folder.path().join("sphere-shadows.relume"), folder.path().join("out"));
     let shadows = shadows();
     shadows.write_file(&path).unwrap();
-    assert!(verify(&path).unwrap().ends_with("sphere-shadows, 5 sections, every checksum and value checked\n"));
+    assert!(
+        verify(&path).unwrap().ends_with("sphere-shadows, 5 sections, every checksum and value checked\n")
+    );
     let text = info(&path, false).unwrap();
     for part in [
         "7, 4 of them with a lobe of their own normal",
@@ -63,9 +66,18 @@ fn shadows_come_out_whole() {
     assert!((light - 1.0).abs() < 1e-5, "{light}");
     let [order, rows] = [2, 3].map(|file| Npy::read(&files[file]));
     assert_eq!((order.shape, order.descr.as_str()), (vec![385, 200], "<u2"));
-    assert_eq!(order.payload.as_chunks().0.iter().map(|v| u16::from_le_bytes(*v)).collect::<Vec<_>>(), shadows.order);
+    assert_eq!(
+        order.payload.as_chunks().0.iter().map(|v| u16::from_le_bytes(*v)).collect::<Vec<_>>(),
+        shadows.order
+    );
     assert_eq!((rows.shape, rows.descr.as_str()), (vec![7], "<u4"));
-    assert_eq!(rows.payload.as_chunks().0.iter().map(|v| u32::from_le_bytes(*v)).collect::<Vec<_>>(), shadows.rows);
+    assert_eq!(
+        rows.payload.as_chunks().0.iter().map(|v| u32::from_le_bytes(*v)).collect::<Vec<_>>(),
+        shadows.rows
+    );
     let meta = json(&files[4]);
-    assert_eq!((&meta["objects"][0]["name"], &meta["no_row"], &meta["grid_rows"]), (&"plane".into(), &NO_ROW.into(), &384.into()));
+    assert_eq!(
+        (&meta["objects"][0]["name"], &meta["no_row"], &meta["grid_rows"]),
+        (&"plane".into(), &NO_ROW.into(), &384.into())
+    );
 }

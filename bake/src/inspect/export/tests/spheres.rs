@@ -19,7 +19,10 @@ fn exported() -> (tempfile::TempDir, PathBuf, PathBuf, Vec<PathBuf>) {
 fn arrays_are_those_of_the_file() {
     let (_folder, _, out, files) = exported();
     let set = octahedron();
-    assert_eq!(names(&files, &out), ["spheres.npy", "points.npy", "cluster.npy", "history.npy", "spheres.ply", "metrics.json"]);
+    assert_eq!(
+        names(&files, &out),
+        ["spheres.npy", "points.npy", "cluster.npy", "history.npy", "spheres.ply", "metrics.json"]
+    );
     assert_eq!(Npy::f32s(&files[0]), (vec![2, 4], vec![0.0, 0.0, 1.0, 1.5, 0.0, 0.0, -1.0, 1.5]));
     assert_eq!(Npy::f32s(&files[1]), (vec![7, 3], set.points.as_flattened().to_vec()));
     let cluster = Npy::read(&files[2]);
@@ -70,9 +73,15 @@ fn info_says_how_good_a_fit_is() {
     let path = folder.path().join("open.relume");
     open.write_file(&path).unwrap();
     let text = info(&path, false).unwrap();
-    assert!(text.contains("on a grid of 64 cells") && text.contains("up to 50 % of the diagonal uncovered"), "{text}");
+    assert!(
+        text.contains("on a grid of 64 cells") && text.contains("up to 50 % of the diagonal uncovered"),
+        "{text}"
+    );
     export_file(&path, folder.path()).unwrap();
-    assert_eq!(json(&folder.path().join("metrics.json"))["solid"], serde_json::json!({ "winding-number": { "cells": 64 } }));
+    assert_eq!(
+        json(&folder.path().join("metrics.json"))["solid"],
+        serde_json::json!({ "winding-number": { "cells": 64 } })
+    );
 }
 
 /// Vertices on their spheres with normals outwards, triangles of one sphere each and facing out, two colours.
@@ -119,14 +128,27 @@ fn a_set_must_keep_what_it_promises() {
         std::fs::write(&path, set.to_bytes_unchecked(Place::file(&path)).unwrap()).unwrap();
         verify(&path).map_err(|e| e.to_string())
     };
-    // Points 0 and 1 lie √2 from the centre of their sphere; the diagonal is 4.9, so they may stand out by 4.9e-5.
+    // Points 0 and 1 lie √2 from the centre of their sphere; the diagonal is 4.9, so they may stand out by
+    // 4.9e-5.
     assert!(verdict(&|s| s.spheres[0][3] = 2f32.sqrt() - 4e-5).is_ok());
     let message = verdict(&|s| s.spheres[0][3] = 1.414).unwrap_err();
-    assert!(message.contains("section `spheres`: point 0 is 0.0002") && message.contains("outside its sphere 0"), "{message}");
+    assert!(
+        message.contains("section `spheres`: point 0 is 0.0002") && message.contains("outside its sphere 0"),
+        "{message}"
+    );
     assert!(verdict(&|s| (s.spheres[0][3], s.meta.tight) = (1.4, 0.01)).is_ok(), "0.049 may be left out");
-    assert!(verdict(&|s| (s.spheres[0][3], s.meta.tight) = (1.3, 0.01)).unwrap_err().contains("point 0 is 0.11"));
+    assert!(
+        verdict(&|s| (s.spheres[0][3], s.meta.tight) = (1.3, 0.01)).unwrap_err().contains("point 0 is 0.11")
+    );
     let message = verdict(&|s| s.history[2] = 2.4).unwrap_err();
-    assert!(message.contains("section `history`: ends with E/V(T) = 2.4") && message.contains("the set has 2.5"), "{message}");
+    assert!(
+        message.contains("section `history`: ends with E/V(T) = 2.4") && message.contains("the set has 2.5"),
+        "{message}"
+    );
     // What breaks the rules of the kind is refused before.
-    assert!(verdict(&|s| s.clusters[0] = 2).unwrap_err().contains("point 0 belongs to a sphere that is not there"));
+    assert!(
+        verdict(&|s| s.clusters[0] = 2)
+            .unwrap_err()
+            .contains("point 0 belongs to a sphere that is not there")
+    );
 }

@@ -39,7 +39,12 @@ impl Columns {
         let radiance_bytes = u64::from(meta.vertices) * size_of::<[f32; 4]>() as u64;
         let too_much = |bytes: u64| {
             let (name, most) = (&gpu.name, gpu.binding_bytes);
-            FormatError::unsupported(place, format!("{bytes} bytes for all vertices, GPU {name} binds at most {most}; use a coarser mesh"))
+            FormatError::unsupported(
+                place,
+                format!(
+                    "{bytes} bytes for all vertices, GPU {name} binds at most {most}; use a coarser mesh"
+                ),
+            )
         };
         let bands = storage::arrange(&meta, gpu.binding_bytes).map_err(too_much)?;
         if radiance_bytes > gpu.binding_bytes {
@@ -70,7 +75,11 @@ impl Columns {
             }
             let Some(work) = self.work.get(index) else { continue };
             for piece in here {
-                gpu.write(&work.words, 4 * u64::from(piece.run.indices), &storage::pack(&self.meta, block, &piece.terms));
+                gpu.write(
+                    &work.words,
+                    4 * u64::from(piece.run.indices),
+                    &storage::pack(&self.meta, block, &piece.terms),
+                );
             }
             let dispatch = Dispatch {
                 vertices: self.meta.vertices,
@@ -87,14 +96,20 @@ impl Columns {
     fn work_on(&self, gpu: &Gpu, band: &Band, light: &wgpu::Buffer) -> Work {
         let runs: Vec<Run> = band.pieces.iter().map(|piece| piece.run).collect();
         let runs = gpu.storage("runs", &runs);
-        let words = gpu.buffer("columns", 4 * u64::from(band.words), BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let uniform = gpu.buffer("dispatch", size_of::<Dispatch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let words =
+            gpu.buffer("columns", 4 * u64::from(band.words), BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let uniform = gpu.buffer(
+            "dispatch",
+            size_of::<Dispatch>() as u64,
+            BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+        );
         let resources = [&uniform, &runs, &words, light, &self.radiance].map(wgpu::Buffer::as_entire_binding);
         let bindings = gpu.bind(&self.pipeline.get_bind_group_layout(0), resources);
         Work { words, uniform, bindings }
     }
 
-    /// Encodes the pass over all that has arrived: band by band, for later bands add to what earlier ones left.
+    /// Encodes the pass over all that has arrived: band by band, for later bands add to what earlier ones
+    /// left.
     pub(super) fn encode(&self, gpu_workgroups: [u32; 2], passes: &mut Passes<'_>) {
         let mut pass = passes.compute("accumulate");
         pass.set_pipeline(&self.pipeline);

@@ -35,7 +35,11 @@ mod tests {
 
     #[test]
     fn the_structs_have_the_shaders_layout() {
-        expect(super::super::ACCUMULATE, "Dispatch", &layout_of!(Dispatch { vertices, runs, channels, accumulate, unit }));
+        expect(
+            super::super::ACCUMULATE,
+            "Dispatch",
+            &layout_of!(Dispatch { vertices, runs, channels, accumulate, unit }),
+        );
         expect(super::super::ACCUMULATE, "Run", &layout_of!(Run { terms, wide, indices, values, scales }));
     }
 }

@@ -1,9 +1,10 @@
-//! Method `sparse-transfer` on the GPU: the radiance of every vertex is a sum over its columns of value × coefficient of the light, and the
-//! meshes are drawn with it.
+//! Method `sparse-transfer` on the GPU: the radiance of every vertex is a sum over its columns of value ×
+//! coefficient of the light, and the meshes are drawn with it.
 //!
-//! Columns arrive in blocks, the most important first; a picture comes from those that are there. What a frame costs depends on what has
-//! changed: the map or its rotation ask for a new light and a new sum, new columns for a new sum, camera and gain for neither. The gain is
-//! a factor on every sum, so it is applied where the picture is drawn.
+//! Columns arrive in blocks, the most important first; a picture comes from those that are there. What a
+//! frame costs depends on what has changed: the map or its rotation ask for a new light and a new sum, new
+//! columns for a new sum, camera and gain for neither. The gain is a factor on every sum, so it is applied
+//! where the picture is drawn.
 
 mod columns;
 mod gpu_data;
@@ -24,8 +25,11 @@ use relume_formats::state::Rgb;
 use stage::Stage;
 
 /// The method's line in the registry.
-pub const METHOD: Method =
-    Method { card: &relume_formats::method::SPARSE_TRANSFER, on_cpu: false, start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)) };
+pub const METHOD: Method = Method {
+    card: &relume_formats::method::SPARSE_TRANSFER,
+    on_cpu: false,
+    start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)),
+};
 
 const ACCUMULATE: &str = include_str!("accumulate.wgsl");
 
@@ -62,7 +66,9 @@ impl SparseTransfer {
         if self.pending.len() < BLOCK_SECTIONS && !last {
             return Ok(());
         }
-        let block = decode_sections(&place, std::mem::take(&mut self.pending), |sections| meta.decode_block(number, sections))?;
+        let block = decode_sections(&place, std::mem::take(&mut self.pending), |sections| {
+            meta.decode_block(number, sections)
+        })?;
         stage.block_arrived(gpu, &block);
         Ok(())
     }

@@ -23,7 +23,15 @@ pub(super) struct Stage {
 impl Stage {
     pub(super) fn new(gpu: &Gpu, light: Light, columns: Columns, picture: Picture) -> Self {
         let workgroups = columns.workgroups(gpu);
-        Self { light, columns, picture, workgroups, gain: [1.0; 3], light_changed: false, columns_changed: false }
+        Self {
+            light,
+            columns,
+            picture,
+            workgroups,
+            gain: [1.0; 3],
+            light_changed: false,
+            columns_changed: false,
+        }
     }
 
     /// Takes the next block of columns.

@@ -1,7 +1,8 @@
 //! Where the stored columns lie on the GPU.
 //!
-//! Columns stand in their order, packed into as few bands as bindings allow. A band holds runs of columns of one block; a block that does not
-//! fit what is left of a band goes on in the next. Every row of a column starts on a whole word.
+//! Columns stand in their order, packed into as few bands as bindings allow. A band holds runs of columns of
+//! one block; a block that does not fit what is left of a band goes on in the next. Every row of a column
+//! starts on a whole word.
 
 use super::gpu_data::Run;
 use relume_formats::kinds::sparse_transfer::{Block, Meta, Steps};
@@ -32,14 +33,16 @@ fn words(bytes: u64) -> u64 {
     bytes.div_ceil(4)
 }
 
-/// Places all columns in bands of at most `limit` bytes, or tells how many bytes a single column needs that fits in none.
+/// Places all columns in bands of at most `limit` bytes, or tells how many bytes a single column needs that
+/// fits in none.
 pub(super) fn arrange(meta: &Meta, limit: u64) -> Result<Vec<Band>, u64> {
     let vertices = u64::from(meta.vertices);
     let values = vertices * meta.channels() as u64;
     let limit = limit / 4;
     let mut bands = vec![Band::default()];
     for (block, shape) in meta.blocks.iter().enumerate() {
-        let (index_words, value_words) = (words(2 * vertices), words(if shape.wide { 2 * values } else { values }));
+        let (index_words, value_words) =
+            (words(2 * vertices), words(if shape.wide { 2 * values } else { values }));
         let scale_words = index_words;
         let mut begin = 0;
         while begin < shape.terms {
@@ -55,7 +58,13 @@ pub(super) fn arrange(meta: &Meta, limit: u64) -> Result<Vec<Band>, u64> {
             }
             let [indices, values] = [used, used + u64::from(terms) * index_words];
             let scales = values + u64::from(terms) * value_words;
-            let run = Run { terms, wide: u32::from(shape.wide), indices: indices as u32, values: values as u32, scales: scales as u32 };
+            let run = Run {
+                terms,
+                wide: u32::from(shape.wide),
+                indices: indices as u32,
+                values: values as u32,
+                scales: scales as u32,
+            };
             if let Some(band) = bands.last_mut() {
                 band.pieces.push(Piece { block, terms: begin as usize..(begin + terms) as usize, run });
                 band.words = (scales + scale_words) as u32;
@@ -114,10 +123,20 @@ mod tests {
             assert_eq!(arrange(meta, column - 4), Err(column));
             for limit in [column, column + 4, 3 * column, u64::from(whole[0].words) * 4 - 1] {
                 let bands = arrange(meta, limit).unwrap();
-                assert!(bands.len() > 1 && bands.iter().all(|band| u64::from(band.words) * 4 <= limit && !band.pieces.is_empty()));
-                let columns: Vec<_> = bands.iter().flat_map(|b| &b.pieces).flat_map(|p| p.terms.clone().map(|t| (p.block, t))).collect();
-                let expected: Vec<_> =
-                    (0..meta.blocks.len()).flat_map(|b| (0..meta.blocks[b].terms as usize).map(move |t| (b, t))).collect();
+                assert!(
+                    bands.len() > 1
+                        && bands
+                            .iter()
+                            .all(|band| u64::from(band.words) * 4 <= limit && !band.pieces.is_empty())
+                );
+                let columns: Vec<_> = bands
+                    .iter()
+                    .flat_map(|b| &b.pieces)
+                    .flat_map(|p| p.terms.clone().map(|t| (p.block, t)))
+                    .collect();
+                let expected: Vec<_> = (0..meta.blocks.len())
+                    .flat_map(|b| (0..meta.blocks[b].terms as usize).map(move |t| (b, t)))
+                    .collect();
                 assert_eq!(columns, expected);
             }
         }

@@ -15,7 +15,8 @@ use relume_formats::state::Camera;
 
 /// The method, and the sections of its files after the first `blocks` blocks.
 fn load(gpu: &Gpu, bundle: &Bundle, blocks: usize) -> (SparseTransfer, Vec<Arrival>) {
-    let setup = Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
+    let setup =
+        Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
     let (mut method, mut later) = (SparseTransfer::new(setup).unwrap(), Vec::new());
     for arrival in arrivals(bundle.folder()) {
         if method.pieces().arrived() == blocks && method.maps.is_some() {
@@ -91,7 +92,9 @@ fn light_and_radiance_equal_the_cpus_in_any_light() {
         let bundle = Bundle::write(n, rgb);
         let mut method = load_all(&gpu, &bundle);
         for map in ["noise", "sun", "black", "even"] {
-            for (rotation_deg, gain) in [(0.0, [1.0; 3]), (33.3, [0.5, 2.0, 0.0]), (180.0, [1e3; 3]), (-90.0, [1e-3, 1.0, 7.0])] {
+            for (rotation_deg, gain) in
+                [(0.0, [1.0; 3]), (33.3, [0.5, 2.0, 0.0]), (180.0, [1e3; 3]), (-90.0, [1e-3, 1.0, 7.0])]
+            {
                 let environment = environment(map, rotation_deg, gain);
                 draw(&gpu, &mut method, &look(&bundle, &environment));
                 let expected = evaluate::sparse_transfer::light(bundle.map(map), &environment, n as usize);
@@ -108,7 +111,8 @@ fn light_and_radiance_equal_the_cpus_in_any_light() {
 fn faces_of_any_size_are_transformed() {
     let Some(gpu) = gpu() else { return };
     for n in [1, 2, 4, 8, 32] {
-        let bundle = Bundle::of(sparse::scene([3, 3]), sparse::maps(), None, sparse::even_transfer(9, n, 1.0));
+        let bundle =
+            Bundle::of(sparse::scene([3, 3]), sparse::maps(), None, sparse::even_transfer(9, n, 1.0));
         let mut method = load_all(&gpu, &bundle);
         let environment = environment("noise", 12.0, [1.0; 3]);
         draw(&gpu, &mut method, &look(&bundle, &environment));
@@ -131,11 +135,13 @@ fn every_prefix_of_blocks_plays() {
                 method.section_arrived(&gpu, later.next().unwrap()).unwrap();
             }
             draw(&gpu, &mut method, &look(&bundle, &environment));
-            let expected = evaluate::sparse_transfer::radiance(&prefix(&bundle.transfer, blocks), &coefficients);
+            let expected =
+                evaluate::sparse_transfer::radiance(&prefix(&bundle.transfer, blocks), &coefficients);
             expect_near(&vertices(&gpu, &method), &expected, 1e-4, &format!("rgb {rgb}, {blocks} blocks"));
         }
         assert!(method.pieces().missing.is_empty() && later.next().is_none());
-        // 77 vertices: 15 terms with an index each, 5 of them wide, 10 of bytes, in 5 blocks with a step each; rows are padded.
+        // 77 vertices: 15 terms with an index each, 5 of them wide, 10 of bytes, in 5 blocks with a step
+        // each; rows are padded.
         let values = 77 * if rgb { 3 } else { 1 } as u64;
         let rows = (15 + 5) * 156 + 5 * (2 * values).next_multiple_of(4) + 10 * values.next_multiple_of(4);
         assert_eq!(method.pieces().bytes_per_frame, rows);
@@ -161,7 +167,10 @@ fn small_bands_and_dispatches_give_the_identical_sum() {
     gpu.binding_bytes = 300;
     let bundle = Bundle::write(16, false);
     let refused = columns::Columns::new(&gpu, bundle.transfer.meta, &Place::file("rows")).err().unwrap();
-    assert!(refused.to_string().contains("use a coarser mesh") && matches!(refused, Error::Format(_)), "{refused}");
+    assert!(
+        refused.to_string().contains("use a coarser mesh") && matches!(refused, Error::Format(_)),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -180,7 +189,11 @@ fn no_more_is_computed_than_has_changed() {
     assert_eq!(stages(&first, Vec::new()), [true, true]);
     assert_eq!(stages(&first, Vec::new()), [false, false]);
     assert_eq!(stages(&Look { camera: pictures::close_up(), ..first.clone() }, Vec::new()), [false, false]);
-    assert_eq!(stages(&look(&bundle, &environment("noise", 0.0, [2.0; 3])), Vec::new()), [false, false], "gain is a factor");
+    assert_eq!(
+        stages(&look(&bundle, &environment("noise", 0.0, [2.0; 3])), Vec::new()),
+        [false, false],
+        "gain is a factor"
+    );
     assert_eq!(stages(&look(&bundle, &environment("noise", 5.0, [2.0; 3])), Vec::new()), [true, false]);
     assert_eq!(stages(&look(&bundle, &environment("sun", 5.0, [2.0; 3])), Vec::new()), [true, false]);
     assert_eq!(stages(&look(&bundle, &environment("sun", 5.0, [2.0; 3])), later), [false, true]);
@@ -191,9 +204,15 @@ fn files_that_do_not_belong_together_are_refused() {
     let Some(gpu) = gpu() else { return };
     let refusal = |scene: StoredScene, maps: Vec<Environment>, rows: Rows| {
         let bundle = Bundle::of(scene, maps, None, rows);
-        let setup = Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
+        let setup = Setup {
+            scene: bundle.scene.clone(),
+            settings: playlist(bundle.folder(), None).settings,
+            size: None,
+        };
         let mut method = SparseTransfer::new(setup).unwrap();
-        let refused = arrivals(bundle.folder()).into_iter().find_map(|arrival| method.section_arrived(&gpu, arrival).err());
+        let refused = arrivals(bundle.folder())
+            .into_iter()
+            .find_map(|arrival| method.section_arrived(&gpu, arrival).err());
         match refused.expect("something is refused") {
             Error::Format(error) if error.is_bad_input() => error.to_string(),
             other => panic!("{other}"),
@@ -207,7 +226,10 @@ fn files_that_do_not_belong_together_are_refused() {
     elsewhere.meta.environment = Some(environment("elsewhere", 0.0, [1.0; 3]));
     let twins = [sparse::maps(), sparse::maps()].concat();
     for (message, part) in [
-        (refusal(scene(), sparse::maps(), sparse::even_transfer(8, 4, 1.0)), "rows for 8 vertices of a scene of 9"),
+        (
+            refusal(scene(), sparse::maps(), sparse::even_transfer(8, 4, 1.0)),
+            "rows for 8 vertices of a scene of 9",
+        ),
         (refusal(dark, sparse::maps(), rows()), "the scene has none"),
         (refusal(elsewhere, sparse::maps(), rows()), "environment map `elsewhere`"),
         (refusal(scene(), twins, rows()), "second environment map called `noise`"),

@@ -44,12 +44,19 @@ impl Blockers {
     ///
     /// # Errors
     /// If an object has more spheres than the GPU can bind a table of neighbours for.
-    pub(super) fn new(gpu: &Gpu, receivers: &Receivers, positions: &wgpu::Buffer, place: &Place) -> Result<Self> {
+    pub(super) fn new(
+        gpu: &Gpu,
+        receivers: &Receivers,
+        positions: &wgpu::Buffer,
+        place: &Place,
+    ) -> Result<Self> {
         let (owns, near) = neighbourhoods(receivers);
         let bytes = size_of_val(&near[..]) as u64;
         if bytes > gpu.binding_bytes {
             let (name, most) = (&gpu.name, gpu.binding_bytes);
-            let reason = format!("{bytes} bytes for which spheres overlap, GPU {name} binds at most {most}; bake with fewer spheres");
+            let reason = format!(
+                "{bytes} bytes for which spheres overlap, GPU {name} binds at most {most}; bake with fewer spheres"
+            );
             return Err(FormatError::unsupported(place, reason).into());
         }
         let (owns, near) = (gpu.storage("own spheres", &owns), gpu.storage("near spheres", &near));
@@ -64,7 +71,8 @@ impl Blockers {
             batches: Vec::new(),
         };
         let most = (gpu.binding_bytes / BITMAP_BYTES).max(1) as u32;
-        let batch = |first: u32| Batch { first, count: most.min(count as u32 - first), spheres: spheres as u32 };
+        let batch =
+            |first: u32| Batch { first, count: most.min(count as u32 - first), spheres: spheres as u32 };
         let batches = (0..count as u32).step_by(most as usize).map(batch);
         blockers.batches = batches.map(|batch| blockers.batch(gpu, &batch, &owns, &near)).collect();
         blockers.upload(gpu, receivers, 0..receivers.now().len());
@@ -73,26 +81,45 @@ impl Blockers {
     }
 
     fn batch(&self, gpu: &Gpu, batch: &Batch, owns: &wgpu::Buffer, near: &wgpu::Buffer) -> Bitmaps {
-        let uniform = gpu.buffer("batch", size_of::<Batch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let uniform =
+            gpu.buffer("batch", size_of::<Batch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         gpu.write(&uniform, 0, bytemuck::bytes_of(batch));
-        let rows = gpu.buffer("bitmaps", u64::from(batch.count) * BITMAP_BYTES, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let rows = gpu.buffer(
+            "bitmaps",
+            u64::from(batch.count) * BITMAP_BYTES,
+            BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+        );
         let resources = [&uniform, &self.positions, &self.normals, owns, &self.spheres, near, &rows];
-        let bindings = gpu.bind(&self.pipeline.get_bind_group_layout(0), resources.map(wgpu::Buffer::as_entire_binding));
-        Bitmaps { count: batch.count, uniform, rows, bindings, workgroups: gpu.workgroups(batch.count, WORKGROUP) }
+        let bindings =
+            gpu.bind(&self.pipeline.get_bind_group_layout(0), resources.map(wgpu::Buffer::as_entire_binding));
+        Bitmaps {
+            count: batch.count,
+            uniform,
+            rows,
+            bindings,
+            workgroups: gpu.workgroups(batch.count, WORKGROUP),
+        }
     }
 
     /// Uploads the receivers of a range, but for their positions.
     pub(super) fn upload(&self, gpu: &Gpu, receivers: &Receivers, range: Range<usize>) {
         let (first, of) = (range.start as u64, &receivers.now()[range]);
         let normals: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.normal.to_array()).collect();
-        let lobes = of.iter().map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
+        let lobes = of
+            .iter()
+            .map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
         gpu.write(&self.normals, first * size_of::<[f32; 3]>() as u64, bytemuck::cast_slice(&normals));
-        gpu.write(&self.lobes, first * size_of::<Lobes>() as u64, bytemuck::cast_slice(&lobes.collect::<Vec<Lobes>>()));
+        gpu.write(
+            &self.lobes,
+            first * size_of::<Lobes>() as u64,
+            bytemuck::cast_slice(&lobes.collect::<Vec<Lobes>>()),
+        );
     }
 
     /// Uploads all spheres.
     pub(super) fn upload_spheres(&self, gpu: &Gpu, receivers: &Receivers) {
-        let spheres: Vec<[f32; 4]> = receivers.sets().iter().flat_map(|set| set.now.iter().copied()).collect();
+        let spheres: Vec<[f32; 4]> =
+            receivers.sets().iter().flat_map(|set| set.now.iter().copied()).collect();
         gpu.write(&self.spheres, 0, bytemuck::cast_slice(&spheres));
     }
 
@@ -112,8 +139,9 @@ impl Blockers {
     }
 }
 
-/// For each receiver its own set's first sphere, the one behind the last, and where its sphere's row begins in the table of neighbours; and that table, a row
-/// of bits for each sphere. A receiver without a set has an empty one.
+/// For each receiver its own set's first sphere, the one behind the last, and where its sphere's row begins
+/// in the table of neighbours; and that table, a row of bits for each sphere. A receiver without a set has an
+/// empty one.
 fn neighbourhoods(receivers: &Receivers) -> (Vec<[u32; 4]>, Vec<u32>) {
     let (mut near, mut sets) = (Vec::new(), Vec::new());
     let mut first = 0;

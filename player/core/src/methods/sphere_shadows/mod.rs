@@ -1,8 +1,11 @@
-//! Method `sphere-shadows` on the GPU: every vertex of the scene receives the light that the spheres of its objects leave it, and the meshes are drawn with it.
+//! Method `sphere-shadows` on the GPU: every vertex of the scene receives the light that the spheres of its
+//! objects leave it, and the meshes are drawn with it.
 //!
-//! Skinning and following are done on the CPU ([`receivers`]); then come passes over all receivers: the caps of the spheres in their bitmaps ([`blockers`]),
-//! the light's terms folded into the lobes, and the radiance that both give ([`shading`]). What a frame costs depends on what has changed: a shape asks for
-//! bitmaps and radiance, the light for folding and radiance, the camera for neither. With the adapter `cpu` radiance is computed on the CPU ([`on_cpu`]).
+//! Skinning and following are done on the CPU ([`receivers`]); then come passes over all receivers: the caps
+//! of the spheres in their bitmaps ([`blockers`]), the light's terms folded into the lobes, and the radiance
+//! that both give ([`shading`]). What a frame costs depends on what has changed: a shape asks for bitmaps and
+//! radiance, the light for folding and radiance, the camera for neither. With the adapter `cpu` radiance is
+//! computed on the CPU ([`on_cpu`]).
 
 mod blockers;
 mod gpu_data;
@@ -68,7 +71,14 @@ impl SphereShadows {
         Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })
     }
 
-    fn file_arrived(&mut self, gpu: &Gpu, kind: Kind, object: Option<String>, place: &Place, sections: Vec<Section>) -> Result<()> {
+    fn file_arrived(
+        &mut self,
+        gpu: &Gpu,
+        kind: Kind,
+        object: Option<String>,
+        place: &Place,
+        sections: Vec<Section>,
+    ) -> Result<()> {
         let Some(waiting) = &mut self.waiting else { return Ok(()) };
         match (kind, object) {
             (Kind::SphereSet, Some(object)) => {
@@ -82,7 +92,11 @@ impl SphereShadows {
                 let mesh = decode_all(sections)?;
                 let shape = waiting.surroundings.scene.meta.shapes.get(waiting.shapes.len());
                 let Some(shape) = shape else {
-                    return Err(relume_formats::Error::invalid(place, "is a shape of no object; bake the whole bundle again").into());
+                    return Err(relume_formats::Error::invalid(
+                        place,
+                        "is a shape of no object; bake the whole bundle again",
+                    )
+                    .into());
                 };
                 waiting.objects.expect_shape(&mesh, shape, &waiting.surroundings.scene, place)?;
                 waiting.shapes.insert(shape.object.clone(), mesh);
@@ -91,7 +105,10 @@ impl SphereShadows {
                 let bake: Bake = decode_all(sections)?;
                 waiting.surroundings.expect_bake("lobes", bake.meta.vertices(), place)?;
                 expect_receivers(&bake, &waiting.surroundings.scene, &waiting.objects, place)?;
-                waiting.surroundings.settings.expect_objects(&waiting.surroundings.scene.meta, &waiting.objects)?;
+                waiting
+                    .surroundings
+                    .settings
+                    .expect_objects(&waiting.surroundings.scene.meta, &waiting.objects)?;
                 self.maps = Some(waiting.surroundings.map_names());
                 if let Some(waiting) = self.waiting.take() {
                     self.stage = Some(waiting.set_up(gpu, &bake, place)?);
@@ -106,19 +123,24 @@ impl Waiting {
     fn set_up(mut self, gpu: &Gpu, bake: &Bake, place: &Place) -> Result<Stage> {
         let detail = Detail::of(&bake.meta);
         let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
-        let lobes: Vec<_> = (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
+        let lobes: Vec<_> =
+            (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
         let light = self.surroundings.light(gpu, SIDE as u32);
-        let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let usage =
+            BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
         let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE)?;
         let on_gpu = || -> Result<_> {
             let blockers = blockers::Blockers::new(gpu, &receivers, picture.positions(), place)?;
-            let shading = shading::Shading::new(gpu, detail, &lobes, light.coefficients(), &blockers, &radiance);
+            let shading =
+                shading::Shading::new(gpu, detail, &lobes, light.coefficients(), &blockers, &radiance);
             Ok((blockers, Box::new(shading)))
         };
         let on_gpu = if gpu.radiance_on_cpu { None } else { Some(on_gpu()?) };
         #[cfg(feature = "cpu")]
-        let on_cpu = gpu.radiance_on_cpu.then(|| on_cpu::OnCpu::new(self.surroundings.take_environments(), lobes, detail, &receivers));
+        let on_cpu = gpu
+            .radiance_on_cpu
+            .then(|| on_cpu::OnCpu::new(self.surroundings.take_environments(), lobes, detail, &receivers));
         let changed = Changed { light: false, terms: false, shapes: true };
         Ok(Stage {
             light,
@@ -173,7 +195,8 @@ impl Playback for SphereShadows {
     }
 
     fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
-        let receivers = self.stage.as_ref().map(|stage| &stage.receivers).filter(|receivers| receivers.any_moves())?;
+        let receivers =
+            self.stage.as_ref().map(|stage| &stage.receivers).filter(|receivers| receivers.any_moves())?;
         Some(receivers.now().iter().map(|receiver| receiver.position.to_array()).collect())
     }
 

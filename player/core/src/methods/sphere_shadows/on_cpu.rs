@@ -24,8 +24,14 @@ pub(super) struct OnCpu {
 }
 
 impl OnCpu {
-    /// Of `lobes`, cut to the terms of `detail`, in the light of `maps`, for `receivers`, whose neighbourhoods at rest serve in all poses.
-    pub(super) fn new(maps: Vec<Environment>, lobes: Vec<Function>, detail: Detail, receivers: &Receivers) -> Self {
+    /// Of `lobes`, cut to the terms of `detail`, in the light of `maps`, for `receivers`, whose
+    /// neighbourhoods at rest serve in all poses.
+    pub(super) fn new(
+        maps: Vec<Environment>,
+        lobes: Vec<Function>,
+        detail: Detail,
+        receivers: &Receivers,
+    ) -> Self {
         let positions: Vec<Vec3> = receivers.now().iter().map(|receiver| receiver.position).collect();
         Self { maps, lobes, detail, table: HaarTable::bake(), order: order(&positions), folded: None }
     }
@@ -48,13 +54,16 @@ impl OnCpu {
     /// Computes and uploads the radiance of `receivers`, before the gain, with which the picture is drawn.
     pub(super) fn shade(&self, gpu: &Gpu, receivers: &Receivers, radiance: &wgpu::Buffer) {
         let Some((shading, gain)) = &self.folded else { return };
-        let ordered: Vec<Receiver> = self.order.iter().map(|index| receivers.now()[*index as usize]).collect();
+        let ordered: Vec<Receiver> =
+            self.order.iter().map(|index| receivers.now()[*index as usize]).collect();
         let mut lit = vec![[0.0; 3]; ordered.len()];
         shading.radiance(&ordered, receivers.sets(), &self.table, &mut lit);
-        let without_gain = |channel: usize, value: f32| if gain[channel] > 0.0 { value / gain[channel] } else { 0.0 };
+        let without_gain =
+            |channel: usize, value: f32| if gain[channel] > 0.0 { value / gain[channel] } else { 0.0 };
         let mut padded = vec![[0.0; 4]; ordered.len()];
         for (index, rgb) in self.order.iter().zip(lit) {
-            padded[*index as usize] = [without_gain(0, rgb[0]), without_gain(1, rgb[1]), without_gain(2, rgb[2]), 0.0];
+            padded[*index as usize] =
+                [without_gain(0, rgb[0]), without_gain(1, rgb[1]), without_gain(2, rgb[2]), 0.0];
         }
         gpu.write(radiance, 0, bytemuck::cast_slice(&padded));
     }

@@ -38,21 +38,34 @@ struct Moving {
 }
 
 impl Receivers {
-    /// Those of `scene` as the main file `bake` at `place` has them, at rest; all that is there is known to fit the scene.
+    /// Those of `scene` as the main file `bake` at `place` has them, at rest; all that is there is known to
+    /// fit the scene.
     ///
     /// # Errors
     /// If a shape is missing.
-    pub(super) fn new(scene: &StoredScene, bake: &SphereShadows, mut sets: Sets, mut shapes: Shapes, place: &Place) -> Result<Self> {
+    pub(super) fn new(
+        scene: &StoredScene,
+        bake: &SphereShadows,
+        mut sets: Sets,
+        mut shapes: Shapes,
+        place: &Place,
+    ) -> Result<Self> {
         let mut found = Self { now: Vec::new(), sets: Vec::new(), moving: Vec::new() };
         let (mut own_sets, mut end) = (Vec::new(), 0);
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
             let set = sets.remove(&object.name);
-            found.sets.extend(set.as_ref().map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }));
+            found.sets.extend(
+                set.as_ref()
+                    .map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }),
+            );
             let triangles = end..end + stored.triangles as usize;
             end = triangles.end;
             if object.deforms {
                 let Some(mesh) = shapes.remove(&object.name) else {
-                    let reason = format!("needs the shape of object `{}` before it; bake the whole bundle again", object.name);
+                    let reason = format!(
+                        "needs the shape of object `{}` before it; bake the whole bundle again",
+                        object.name
+                    );
                     return Err(Error::invalid(place, reason));
                 };
                 found.add_moving(scene, object, triangles, mesh, set.as_ref());
@@ -77,7 +90,11 @@ impl Receivers {
         let triangles: Vec<[u32; 3]> = scene.triangles[triangles].iter().map(local).collect();
         self.moving.push(Moving {
             name: object.name.clone(),
-            normals: ShadingNormals::new(&scene.positions[vertices.clone()], &scene.normals[vertices.clone()], &triangles),
+            normals: ShadingNormals::new(
+                &scene.positions[vertices.clone()],
+                &scene.normals[vertices.clone()],
+                &triangles,
+            ),
             vertices,
             mesh,
             follower: set.map(|set| (self.sets.len() - 1, Follower::new(set))),
@@ -105,7 +122,8 @@ impl Receivers {
             }
             let placed = positions.iter().zip(normals);
             for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed) {
-                (receiver.position, receiver.normal, receiver.lobes) = ((*position).into(), (*normal).into(), blend((*normal).into()));
+                (receiver.position, receiver.normal, receiver.lobes) =
+                    ((*position).into(), (*normal).into(), blend((*normal).into()));
             }
             moving.shown = Some(shows.cloned());
             moved.push(moving.vertices.clone());

@@ -1,8 +1,10 @@
-//! Light and lobes on the GPU: the light's terms, the folded weights, and the pass that makes radiance of bitmaps.
+//! Light and lobes on the GPU: the light's terms, the folded weights, and the pass that makes radiance of
+//! bitmaps.
 //!
-//! Why folding gives the sums of the source's loops is told in [`relume_formats::fast::sphere_shadows`]: with light and lobe given these are linear in the
-//! coefficients and means of visibility, whatever terms and levels are kept. So the loops over terms run once per change of the light and for each of a few
-//! hundred lobes, not for each of the receivers, for which a dot product with the tiles of its bitmap remains.
+//! Why folding gives the sums of the source's loops is told in [`relume_formats::fast::sphere_shadows`]: with
+//! light and lobe given these are linear in the coefficients and means of visibility, whatever terms and
+//! levels are kept. So the loops over terms run once per change of the light and for each of a few hundred
+//! lobes, not for each of the receivers, for which a dot product with the tiles of its bitmap remains.
 
 use super::blockers::Blockers;
 use super::gpu_data::Keep;
@@ -38,7 +40,8 @@ pub(super) struct Shading {
 }
 
 impl Shading {
-    /// Of `lobes`, cut to the terms of `detail`, in the light of these `coefficients`, for the bitmaps of `blockers`, to `radiance`.
+    /// Of `lobes`, cut to the terms of `detail`, in the light of these `coefficients`, for the bitmaps of
+    /// `blockers`, to `radiance`.
     pub(super) fn new(
         gpu: &Gpu,
         detail: Detail,
@@ -47,25 +50,46 @@ impl Shading {
         blockers: &Blockers,
         radiance: &wgpu::Buffer,
     ) -> Self {
-        let vectors = |label, count: u64| gpu.buffer(label, count * size_of::<[f32; 4]>() as u64, BufferUsages::STORAGE);
+        let vectors = |label, count: u64| {
+            gpu.buffer(label, count * size_of::<[f32; 4]>() as u64, BufferUsages::STORAGE)
+        };
         let (means, kept) = (vectors("light means", MEANS), vectors("light terms", COEFFICIENTS as u64));
         let weights = vectors("weights", lobes.len() as u64 * TILES);
         let tiles = gpu.buffer("fine tiles", TILE_LISTS * size_of::<u32>() as u64, BufferUsages::STORAGE);
-        let lobe_means = gpu.storage("lobe means", &lobes.iter().flat_map(Function::psums).copied().collect::<Vec<f32>>());
+        let lobe_means =
+            gpu.storage("lobe means", &lobes.iter().flat_map(Function::psums).copied().collect::<Vec<f32>>());
         let lobe_terms = gpu.storage("lobe terms", &lobes.iter().flat_map(dense_terms).collect::<Vec<f32>>());
-        let table = gpu.storage("Haar table", &HaarTable::bake().coefficients().iter().map(|c| f16::from_f32(*c)).collect::<Vec<f16>>());
-        let keep = gpu.buffer("kept", size_of::<Keep>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let table = gpu.storage(
+            "Haar table",
+            &HaarTable::bake().coefficients().iter().map(|c| f16::from_f32(*c)).collect::<Vec<f16>>(),
+        );
+        let keep =
+            gpu.buffer("kept", size_of::<Keep>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let pass = |shader, entry, buffers: &[&wgpu::Buffer]| {
             let pipeline = gpu.compute_pipeline(shader, entry);
-            let bindings = gpu.bind(&pipeline.get_bind_group_layout(0), buffers.iter().map(|buffer| buffer.as_entire_binding()));
+            let bindings = gpu.bind(
+                &pipeline.get_bind_group_layout(0),
+                buffers.iter().map(|buffer| buffer.as_entire_binding()),
+            );
             (pipeline, bindings)
         };
         let prepare = pass(TERMS, "prepare", &[&keep, coefficients, &means, &kept, &tiles]);
         let fold = pass(FOLD, "fold", &[coefficients, &means, &kept, &lobe_terms, &lobe_means, &weights]);
         let shade = gpu.compute_pipeline(SHADE, "shade");
         let batch = |bitmaps: &super::blockers::Bitmaps| {
-            let buffers = [&bitmaps.uniform, &bitmaps.rows, &blockers.lobes, &weights, &lobe_means, &kept, &tiles, &table, radiance];
-            let bindings = gpu.bind(&shade.get_bind_group_layout(0), buffers.map(wgpu::Buffer::as_entire_binding));
+            let buffers = [
+                &bitmaps.uniform,
+                &bitmaps.rows,
+                &blockers.lobes,
+                &weights,
+                &lobe_means,
+                &kept,
+                &tiles,
+                &table,
+                radiance,
+            ];
+            let bindings =
+                gpu.bind(&shade.get_bind_group_layout(0), buffers.map(wgpu::Buffer::as_entire_binding));
             (bindings, gpu.workgroups(bitmaps.count, WORKGROUP))
         };
         let batches = blockers.batches.iter().map(batch).collect();

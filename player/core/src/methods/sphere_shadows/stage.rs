@@ -74,7 +74,11 @@ impl Stage {
     }
 
     fn set_light(&mut self, gpu: &Gpu, environment: Option<&EnvironmentLook>) {
-        let Some(environment) = environment.filter(|environment| self.environment.as_ref() != Some(environment)) else { return };
+        let Some(environment) =
+            environment.filter(|environment| self.environment.as_ref() != Some(environment))
+        else {
+            return;
+        };
         self.changed.light |= self.light.set(gpu, environment);
         self.changed.terms = true;
         if let Some((_, shading)) = &self.on_gpu {
@@ -85,8 +89,13 @@ impl Stage {
 
     /// Uploads the receivers of a range where they are drawn, and where they are computed.
     fn upload(&self, gpu: &Gpu, range: Range<usize>) {
-        let positions: Vec<[f32; 3]> = self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
-        gpu.write(self.picture.positions(), (range.start * size_of::<[f32; 3]>()) as u64, bytemuck::cast_slice(&positions));
+        let positions: Vec<[f32; 3]> =
+            self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
+        gpu.write(
+            self.picture.positions(),
+            (range.start * size_of::<[f32; 3]>()) as u64,
+            bytemuck::cast_slice(&positions),
+        );
         if let Some((blockers, _)) = &self.on_gpu {
             blockers.upload(gpu, &self.receivers, range);
         }

@@ -6,7 +6,9 @@ use crate::support::shadows::Bundle;
 use crate::testing::{arrivals, gpu, playlist, read_radiance};
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Levels, Receiver, Spheres, light, neighbours, radiance, receivers};
+use relume_formats::evaluate::sphere_shadows::{
+    Levels, Receiver, Spheres, light, neighbours, radiance, receivers,
+};
 use relume_formats::kinds::HaarTable;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::shape::ShadingNormals;
@@ -23,7 +25,8 @@ fn gpus() -> Option<[Gpu; 2]> {
 }
 
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<SphereShadows> {
-    let setup = Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
+    let setup =
+        Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
     let mut method = SphereShadows::new(setup)?;
     arrivals(bundle.folder()).into_iter().try_for_each(|arrival| method.section_arrived(gpu, arrival))?;
     Ok(method)
@@ -32,7 +35,8 @@ fn load(gpu: &Gpu, bundle: &Bundle) -> Result<SphereShadows> {
 fn look(bundle: &Bundle, map: &str, rotation_deg: f32, gain: Rgb, pose: Option<(&str, f32)>) -> Look {
     let mut look = Look::default_of(&bundle.scene.meta);
     look.environment = Some(EnvironmentLook { map: map.to_owned(), gain, rotation_deg });
-    look.shapes.extend(pose.map(|(clip, time_s)| ("worm".to_owned(), Posed { clip: clip.to_owned(), time_s })));
+    look.shapes
+        .extend(pose.map(|(clip, time_s)| ("worm".to_owned(), Posed { clip: clip.to_owned(), time_s })));
     look
 }
 
@@ -50,7 +54,8 @@ fn draw(gpu: &Gpu, method: &mut SphereShadows, look: &Look) -> Vec<Rgb> {
 /// The scene as `look` has it, put together anew.
 fn placed(bundle: &Bundle, look: &Look) -> (Vec<Receiver>, Vec<Spheres>) {
     let (mut positions, mut normals) = (bundle.scene.positions.clone(), bundle.scene.normals.clone());
-    let triangles = bundle.scene.triangles.iter().filter(|t| t[0] >= 96).map(|t| t.map(|v| v - 96)).collect::<Vec<_>>();
+    let triangles =
+        bundle.scene.triangles.iter().filter(|t| t[0] >= 96).map(|t| t.map(|v| v - 96)).collect::<Vec<_>>();
     let shading = ShadingNormals::new(&positions[96..], &normals[96..], &triangles);
     let (mut posed, mut turned) = (Vec::new(), Vec::new());
     bundle.shape.positions(&bundle.shape.pose_of(look.shapes.get("worm")), &mut posed);
@@ -78,7 +83,9 @@ fn expected(bundle: &Bundle, look: &Look, detail: Detail) -> [Vec<Rgb>; 2] {
     let environment = look.environment.as_ref().unwrap();
     let map = &bundle.maps.iter().find(|map| map.name == environment.map).unwrap().map;
     let light = light(sparse_transfer::light(map, environment, SIDE), detail.terms);
-    let lobes: Vec<_> = (0..bundle.bake.normals.len()).map(|row| lobe(bundle.bake.lobe(row).to_vec(), detail.terms)).collect();
+    let lobes: Vec<_> = (0..bundle.bake.normals.len())
+        .map(|row| lobe(bundle.bake.lobe(row).to_vec(), detail.terms))
+        .collect();
     let (receivers, sets) = placed(bundle, look);
     [&sets[..], &[]].map(|sets| radiance(&receivers, sets, &lobes, &light, detail.levels, &TABLE))
 }
@@ -88,19 +95,27 @@ fn expected(bundle: &Bundle, look: &Look, detail: Detail) -> [Vec<Rgb>; 2] {
 fn expect_near(ours: &[Rgb], [theirs, open]: &[Vec<Rgb>; 2], bound: f32, what: &str) {
     let largest = open.iter().flatten().fold(0.0f32, |m, v| m.max(v.abs()));
     assert_eq!(ours.len(), theirs.len());
-    let off = ours.iter().flatten().zip(theirs.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0f32, f32::max);
+    let off =
+        ours.iter().flatten().zip(theirs.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0f32, f32::max);
     println!("{what}: {}", off / largest);
-    assert!(off <= bound * largest && ours.iter().flatten().all(|v| v.is_finite()), "{what}: {off} of {largest}");
+    assert!(
+        off <= bound * largest && ours.iter().flatten().all(|v| v.is_finite()),
+        "{what}: {off} of {largest}"
+    );
 }
 
-/// Cube and Haar coefficients are within 1e-5 of the CPU's, and the largest radiance is made of a few of them.
+/// Cube and Haar coefficients are within 1e-5 of the CPU's, and the largest radiance is made of a few of
+/// them.
 const BOUND: f32 = 2e-5;
 
 #[test]
 fn radiance_equals_the_meaning_at_every_setting() {
     let Some(gpus) = gpus() else { return };
-    for (terms, second_level) in [50, 100, 200].into_iter().flat_map(|terms| [false, true].map(|second_level| (terms, second_level))) {
-        let bundle = Bundle::with(|bake| (bake.meta.terms, bake.meta.second_level) = (terms, second_level), true);
+    for (terms, second_level) in
+        [50, 100, 200].into_iter().flat_map(|terms| [false, true].map(|second_level| (terms, second_level)))
+    {
+        let bundle =
+            Bundle::with(|bake| (bake.meta.terms, bake.meta.second_level) = (terms, second_level), true);
         let detail = Detail::of(&bundle.bake.meta);
         for gpu in &gpus {
             let mut method = load(gpu, &bundle).unwrap();
@@ -126,7 +141,9 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
     // The worm is put into the ball's spheres.
     let look = look(&bundle, "even", 0.0, [1.0; 3], Some(("Turn", 0.999)));
     let (receivers, sets) = placed(&bundle, &look);
-    let holds = |r: &Receiver| sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius);
+    let holds = |r: &Receiver| {
+        sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius)
+    };
     let held: Vec<usize> = (96..150).filter(|v| holds(&receivers[*v])).collect();
     let fine = Detail::of(&bundle.bake.meta);
     let [theirs, open] = expected(&bundle, &look, fine);
@@ -144,7 +161,10 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
                 offset.length() < 0.99 * radius && receivers[**v].normal.dot(offset) > -radius
             })
         };
-        assert!(held.iter().filter(facing).all(|v| ours[*v].iter().all(|c| c.abs() < 1e-5)), "all is blocked inside");
+        assert!(
+            held.iter().filter(facing).all(|v| ours[*v].iter().all(|c| c.abs() < 1e-5)),
+            "all is blocked inside"
+        );
     }
 }
 
@@ -172,7 +192,10 @@ fn batches_give_the_identical_sum() {
     assert_eq!(draw(&gpu, &mut load(&gpu, &bundle).unwrap(), &look), whole, "batches of 70, 70 and 10");
     gpu.binding_bytes = 16;
     let refused = load(&gpu, &bundle).err().unwrap();
-    assert!(refused.to_string().contains("bake with fewer spheres") && matches!(refused, Error::Format(_)), "{refused}");
+    assert!(
+        refused.to_string().contains("bake with fewer spheres") && matches!(refused, Error::Format(_)),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -192,11 +215,22 @@ fn no_more_is_computed_than_has_changed() {
     let mut elsewhere = first.clone();
     elsewhere.camera.position[0] += 1.0;
     assert_eq!(changes(&elsewhere), [false; 3]);
-    assert_eq!(changes(&look(&bundle, "noise", 0.0, [1.0, 2.0, 1.0], None)), [false, true, false], "the gain decides what is kept");
+    assert_eq!(
+        changes(&look(&bundle, "noise", 0.0, [1.0, 2.0, 1.0], None)),
+        [false, true, false],
+        "the gain decides what is kept"
+    );
     assert_eq!(changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], None)), [true, true, false]);
-    assert_eq!(changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], Some(("Turn", 0.1)))), [false, false, true]);
+    assert_eq!(
+        changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], Some(("Turn", 0.1)))),
+        [false, false, true]
+    );
     assert_eq!(changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], Some(("Turn", 0.1)))), [false; 3]);
-    assert_eq!(changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], None)), [false, false, true], "back at rest");
+    assert_eq!(
+        changes(&look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], None)),
+        [false, false, true],
+        "back at rest"
+    );
 }
 
 #[test]
@@ -208,9 +242,18 @@ fn files_that_do_not_belong_together_are_refused() {
         error.to_string()
     };
     for (message, part) in [
-        (refusal(|bake| bake.meta.objects[1].name = "box".to_owned()), "its objects are not those of the scene, in their order"),
-        (refusal(|bake| bake.meta.objects[0].sphere_set = true), "object `grid` has a sphere set here or in the manifest, but not in both"),
-        (refusal(|bake| bake.meta.objects[2].deforms = false), "object `worm` deforms here or in the scene, but not in both"),
+        (
+            refusal(|bake| bake.meta.objects[1].name = "box".to_owned()),
+            "its objects are not those of the scene, in their order",
+        ),
+        (
+            refusal(|bake| bake.meta.objects[0].sphere_set = true),
+            "object `grid` has a sphere set here or in the manifest, but not in both",
+        ),
+        (
+            refusal(|bake| bake.meta.objects[2].deforms = false),
+            "object `worm` deforms here or in the scene, but not in both",
+        ),
         (
             refusal(|bake| {
                 bake.meta.objects[1].vertices -= 1;

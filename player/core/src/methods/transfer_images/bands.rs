@@ -27,7 +27,8 @@ pub(super) fn cut(head: &Head, limit: u64) -> Vec<Band> {
     while begin < pixels {
         let from = starts[begin];
         // `starts` never decreases, so the pixels that fit are those before the first start that does not.
-        let fit = starts[begin + 1..].partition_point(|start| start - from <= most_fragments).clamp(1, most_pixels);
+        let fit =
+            starts[begin + 1..].partition_point(|start| start - from <= most_fragments).clamp(1, most_pixels);
         let end = (begin + fit).min(pixels);
         bands.push(Band {
             pixels: begin..end,
@@ -77,14 +78,21 @@ mod tests {
     #[test]
     fn every_fragment_is_listed_once_under_its_pixel() {
         let head = support::images(true).head;
-        let mut expected: Vec<_> = (0..head.pixel.len()).map(|i| (head.pixel[i] as usize, i as u32, u32::from(head.class[i]))).collect();
+        let mut expected: Vec<_> = (0..head.pixel.len())
+            .map(|i| (head.pixel[i] as usize, i as u32, u32::from(head.class[i])))
+            .collect();
         expected.sort();
         for limit in [1 << 27, 4096, 200, 16, 1] {
             let bands = cut(&head, limit);
             assert_eq!(listed(&bands), expected, "{limit}");
-            assert_eq!(bands.iter().flat_map(|b| b.pixels.clone()).collect::<Vec<_>>(), (0..support::PIXELS).collect::<Vec<_>>());
-            let within =
-                |b: &Band| b.pixels.len() == 1 || (b.pixels.len() as u64 * Film::PIXEL_BYTES).max(b.fragments.len() as u64 * 8) <= limit;
+            assert_eq!(
+                bands.iter().flat_map(|b| b.pixels.clone()).collect::<Vec<_>>(),
+                (0..support::PIXELS).collect::<Vec<_>>()
+            );
+            let within = |b: &Band| {
+                b.pixels.len() == 1
+                    || (b.pixels.len() as u64 * Film::PIXEL_BYTES).max(b.fragments.len() as u64 * 8) <= limit
+            };
             assert!(bands.iter().all(within), "{limit}");
         }
     }

@@ -45,7 +45,10 @@ impl Images {
     pub(super) fn new(gpu: &Gpu, head: Head, basis: BrdfBasis, place: Place) -> Result<Self> {
         let layout = head.layout();
         let storage = Storage::arrange(&head, &layout, gpu.binding_bytes).map_err(|bytes| {
-            let reason = format!("an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size", gpu.name, gpu.binding_bytes);
+            let reason = format!(
+                "an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size",
+                gpu.name, gpu.binding_bytes
+            );
             FormatError::unsupported(&place, reason)
         })?;
         let bands = bands::cut(&head, gpu.binding_bytes);
@@ -53,7 +56,11 @@ impl Images {
         let storage_usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let mut images = Self {
             present: vec![false; layout.slots.len()],
-            halves: storage.chunks.iter().map(|chunk| gpu.buffer("images", chunk.bytes, storage_usage)).collect(),
+            halves: storage
+                .chunks
+                .iter()
+                .map(|chunk| gpu.buffer("images", chunk.bytes, storage_usage))
+                .collect(),
             coefficients: gpu.buffer("coefficients", table_bytes, storage_usage),
             film: Film::new(gpu, head.meta.size, bands.iter().map(|band| band.pixels.len())),
             pipeline: gpu.compute_pipeline(SHADER, "sum_slots"),
@@ -68,7 +75,8 @@ impl Images {
         Ok(images)
     }
 
-    /// The dispatches of a frame: band by band, every chunk in order, for later chunks add to what earlier ones left.
+    /// The dispatches of a frame: band by band, every chunk in order, for later chunks add to what earlier
+    /// ones left.
     fn work(&self, gpu: &Gpu, bands: &[Band]) -> Vec<Work> {
         let slots = gpu.storage("slots", &self.storage.slots);
         let layout = self.pipeline.get_bind_group_layout(0);
@@ -84,7 +92,11 @@ impl Images {
                     slots: self.layout.slots.len() as u32,
                     accumulate: u32::from(index > 0),
                 };
-                let uniform = gpu.buffer("dispatch", size_of::<Dispatch>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+                let uniform = gpu.buffer(
+                    "dispatch",
+                    size_of::<Dispatch>() as u64,
+                    BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                );
                 gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
                 let buffers = [&uniform, &slots, &self.coefficients, halves, &starts, &fragments, film];
                 let bindings = gpu.bind(&layout, buffers.map(wgpu::Buffer::as_entire_binding));
@@ -111,12 +123,15 @@ impl Images {
     pub(super) fn update(&self, gpu: &Gpu, materials: &Brdfs) -> Result<()> {
         let on_bases = |name: &String| {
             let missing = || {
-                let reason = format!("edits material `{name}`, which the scene does not have, or not of this model; bake it again");
+                let reason = format!(
+                    "edits material `{name}`, which the scene does not have, or not of this model; bake it again"
+                );
                 FormatError::invalid(&self.place, reason)
             };
             materials.get(name).and_then(|brdf| self.basis.coefficients_of(brdf)).ok_or_else(missing)
         };
-        let on_bases = self.head.meta.materials.iter().map(on_bases).collect::<relume_formats::Result<Vec<_>>>()?;
+        let on_bases =
+            self.head.meta.materials.iter().map(on_bases).collect::<relume_formats::Result<Vec<_>>>()?;
         let mut table = coefficients(&self.head, &self.layout, &on_bases);
         for row in table.chunks_exact_mut(self.present.len()) {
             for (factor, _) in row.iter_mut().zip(&self.present).filter(|(_, present)| !**present) {

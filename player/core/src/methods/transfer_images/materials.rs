@@ -9,10 +9,12 @@ impl From<&Head> for MaterialMap {
         let fixed = head.meta.materials.len() as u16;
         let mut map = Self::new(head.meta.size, head.meta.materials.clone());
         // By pixel: class and coverage of the fragment that counts so far.
-        let mut best: Vec<Option<(u16, f16)>> = vec![None; head.meta.size[0] as usize * head.meta.size[1] as usize];
+        let mut best: Vec<Option<(u16, f16)>> =
+            vec![None; head.meta.size[0] as usize * head.meta.size[1] as usize];
         for ((pixel, class), coverage) in head.pixel.iter().zip(&head.class).zip(&head.coverage) {
             let Some(best) = best.get_mut(*pixel as usize) else { continue };
-            let is_first_choice = best.is_none_or(|(before, covered)| *class != fixed && (before >= fixed || *coverage > covered));
+            let is_first_choice = best
+                .is_none_or(|(before, covered)| *class != fixed && (before >= fixed || *coverage > covered));
             if is_first_choice {
                 *best = Some((*class, *coverage));
                 map.set(*pixel as usize, *class);
@@ -39,7 +41,9 @@ mod tests {
         let mut kinds = [0; 3];
         for (pixel, seen) in (0..support::PIXELS as u32).zip(map.pixels()) {
             let fragments = || (0..head.pixel.len()).filter(|i| head.pixel[*i] == pixel);
-            let editable = fragments().filter(|i| head.class[*i] < 2).max_by(|i, j| head.coverage[*i].total_cmp(&head.coverage[*j]));
+            let editable = fragments()
+                .filter(|i| head.class[*i] < 2)
+                .max_by(|i, j| head.coverage[*i].total_cmp(&head.coverage[*j]));
             let expected = match (editable, fragments().next()) {
                 (Some(index), _) => Seen::Material(&head.meta.materials[usize::from(head.class[index])]),
                 (None, Some(_)) => Seen::Fixed,

@@ -1,7 +1,9 @@
-//! Method `transfer-images` on the GPU: every pixel is a sum over its fragments of image × coefficient, in one pass.
+//! Method `transfer-images` on the GPU: every pixel is a sum over its fragments of image × coefficient, in
+//! one pass.
 //!
-//! Images arrive one by one, brightest first, and are written into their place; those still missing count as nothing. A frame costs one
-//! small upload, the coefficients of the current materials, and one reading of all images.
+//! Images arrive one by one, brightest first, and are written into their place; those still missing count as
+//! nothing. A frame costs one small upload, the coefficients of the current materials, and one reading of all
+//! images.
 
 mod bands;
 mod gpu_data;
@@ -23,8 +25,11 @@ use relume_formats::kinds::transfer_images::{HEAD_SECTIONS, Head};
 use relume_formats::kinds::{BrdfBasis, scene};
 
 /// The method's line in the registry.
-pub const METHOD: Method =
-    Method { card: &relume_formats::method::TRANSFER_IMAGES, on_cpu: false, start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)) };
+pub const METHOD: Method = Method {
+    card: &relume_formats::method::TRANSFER_IMAGES,
+    on_cpu: false,
+    start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
+};
 
 const SHADER: &str = include_str!("sum.wgsl");
 
@@ -44,7 +49,9 @@ impl TransferImages {
         let (scene, settings) = (setup.scene.meta, setup.settings);
         if let Some([width, height]) = setup.size.filter(|asked| *asked != scene.size) {
             let [w, h] = scene.size;
-            let reason = format!("this bundle was baked at {w}x{h}; ask for no other size, or bake with --size {width}x{height}");
+            let reason = format!(
+                "this bundle was baked at {w}x{h}; ask for no other size, or bake with --size {width}x{height}"
+            );
             return Err(Error::Request(reason));
         }
         Ok(Self { scene, settings, pending: Vec::new(), basis: None, images: None })
@@ -61,7 +68,11 @@ impl TransferImages {
         }
         let head: Head = decode_sections(&place, std::mem::take(&mut self.pending), Head::decode)?;
         let Some(basis) = self.basis.take() else {
-            return Err(FormatError::invalid(&place, "needs a BRDF basis before it; bake the whole bundle again").into());
+            return Err(FormatError::invalid(
+                &place,
+                "needs a BRDF basis before it; bake the whole bundle again",
+            )
+            .into());
         };
         expect_images(&head, &basis, &self.scene, &place)?;
         self.settings.expect_images(&head.meta)?;
@@ -92,7 +103,8 @@ impl Playback for TransferImages {
     fn pieces(&self) -> Pieces {
         let mut pieces = Pieces { what: "images", ..Pieces::default() };
         if let Some(images) = &self.images {
-            (pieces.expected, pieces.missing, pieces.bytes_per_frame) = (images.count(), images.missing(), images.bytes_per_frame());
+            (pieces.expected, pieces.missing, pieces.bytes_per_frame) =
+                (images.count(), images.missing(), images.bytes_per_frame());
         }
         pieces
     }

@@ -1,7 +1,8 @@
 //! Where the stored halves of every slot lie on the GPU.
 //!
-//! Slots stand in their order, packed into as few chunks as bindings allow; a slot never straddles two. Each channel's plane is padded to
-//! an even number of halves, so that planes start on whole words and can be written one by one.
+//! Slots stand in their order, packed into as few chunks as bindings allow; a slot never straddles two. Each
+//! channel's plane is padded to an even number of halves, so that planes start on whole words and can be
+//! written one by one.
 
 use super::gpu_data::Slot;
 use half::f16;
@@ -27,7 +28,8 @@ pub(super) struct Storage {
 }
 
 impl Storage {
-    /// Places all slots in chunks of at most `limit` bytes, or tells how many bytes the slot needs that fits in none.
+    /// Places all slots in chunks of at most `limit` bytes, or tells how many bytes the slot needs that fits
+    /// in none.
     pub(super) fn arrange(head: &Head, layout: &Layout, limit: u64) -> Result<Self, u64> {
         let mut storage = Self { chunks: Vec::new(), slots: Vec::with_capacity(layout.slots.len()) };
         for (index, slot) in layout.slots.iter().enumerate() {
@@ -43,7 +45,8 @@ impl Storage {
         Ok(storage)
     }
 
-    /// Makes room for `bytes` of slot `index`, in a new chunk if the last is full. Returns the offset in bytes.
+    /// Makes room for `bytes` of slot `index`, in a new chunk if the last is full. Returns the offset in
+    /// bytes.
     fn place(&mut self, index: usize, bytes: u64, limit: u64) -> u64 {
         match self.chunks.last_mut() {
             Some(chunk) if chunk.bytes + bytes <= limit => {
@@ -85,7 +88,9 @@ mod tests {
                 storage.chunks.iter().flat_map(|c| c.slots.clone()).collect::<Vec<_>>(),
                 (0..layout.slots.len()).collect::<Vec<_>>()
             );
-            let bytes = |slot: usize| 2 * u64::from(storage.slots[slot].stride) * layout.slots[slot].channels() as u64;
+            let bytes = |slot: usize| {
+                2 * u64::from(storage.slots[slot].stride) * layout.slots[slot].channels() as u64
+            };
             let full = |w: &[Chunk]| w[0].bytes + bytes(w[1].slots.start) > limit;
             assert!(storage.chunks.windows(2).all(full), "a chunk ends only when the next slot does not fit");
         }
@@ -99,8 +104,13 @@ mod tests {
         let storage = Storage::arrange(&images.head, &layout, 20_000).unwrap();
         for chunk in &storage.chunks {
             let mut end = 0;
-            for (slot, meaning) in storage.slots[chunk.slots.clone()].iter().zip(&layout.slots[chunk.slots.clone()]) {
-                assert_eq!((slot.offset, slot.stride % 2, slot.fragments as usize), (end, 0, images.head.fragments_of(meaning)));
+            for (slot, meaning) in
+                storage.slots[chunk.slots.clone()].iter().zip(&layout.slots[chunk.slots.clone()])
+            {
+                assert_eq!(
+                    (slot.offset, slot.stride % 2, slot.fragments as usize),
+                    (end, 0, images.head.fragments_of(meaning))
+                );
                 end += slot.stride * meaning.channels() as u32;
             }
             assert_eq!(u64::from(end) * 2, chunk.bytes);

@@ -10,7 +10,8 @@ use relume_formats::state::{BlinnPhong, Brdf};
 /// Everything of the bundle, loaded on `gpu`.
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<TransferImages> {
     let scene = StoredScene::read_file(&bundle.folder().join("scene.relume"))?;
-    let mut method = TransferImages::new(Setup { scene, settings: playlist(bundle.folder(), None).settings, size: None })?;
+    let mut method =
+        TransferImages::new(Setup { scene, settings: playlist(bundle.folder(), None).settings, size: None })?;
     arrivals(bundle.folder()).into_iter().try_for_each(|arrival| method.section_arrived(gpu, arrival))?;
     Ok(method)
 }
@@ -36,8 +37,10 @@ fn gpu_equals_cpu_in_both_layouts_and_for_any_material() {
         let white = Brdf::BlinnPhong(BlinnPhong { kd: [0.6; 3], ks: [0.4; 3], shininess: 200.0 });
         let black = Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.0; 3], shininess: 1.0 });
         for materials in [support::default_materials(), [white, black], [black, white], [black, black]] {
-            let (ours, theirs) = (render(&gpu, &mut method, materials), bundle.evaluate(&materials, |_| true));
-            // Same order of summation: only fused multiply-adds may differ, some units in the last place of the partial sums.
+            let (ours, theirs) =
+                (render(&gpu, &mut method, materials), bundle.evaluate(&materials, |_| true));
+            // Same order of summation: only fused multiply-adds may differ, some units in the last place of
+            // the partial sums.
             let difference = support::largest_difference(&ours, &theirs);
             assert!(difference <= 1e-5, "one colour: {one_colour}, {materials:?}: {difference}");
             assert_eq!(ours[support::EMPTY_PIXEL], [0.0; 3]);
@@ -65,7 +68,10 @@ fn small_chunks_bands_and_dispatches_give_the_identical_image() {
     }
     gpu.binding_bytes = least - 1;
     let error = load(&gpu, &bundle).err().unwrap();
-    assert!(error.to_string().contains("bake a smaller size") && matches!(error, Error::Format(_)), "{error}");
+    assert!(
+        error.to_string().contains("bake a smaller size") && matches!(error, Error::Format(_)),
+        "{error}"
+    );
 }
 
 #[test]

@@ -17,10 +17,14 @@ fn a_surface_shows_radiance_times_albedo() {
     let mut method = load_all(&gpu, &bundle);
     let gain = [3.0, 1.0, 2.0];
     draw(&gpu, &mut method, &Look { camera: close_up(), ..look(&bundle, &environment("even", 40.0, gain)) });
-    // The even light is exact in halves; its cube and the sum over six means are off by some units in the last place.
+    // The even light is exact in halves; its cube and the sum over six means are off by some units in the
+    // last place.
     let expected: Rgb = std::array::from_fn(|k| 0.25 * [2.0, 1.0, 0.5][k] * gain[k] * sparse::ALBEDO[k]);
     for pixel in film(&gpu, &method) {
-        assert!(pixel.iter().zip(expected).all(|(ours, theirs)| (ours - theirs).abs() <= 2e-6 * theirs), "{pixel:?} is not {expected:?}");
+        assert!(
+            pixel.iter().zip(expected).all(|(ours, theirs)| (ours - theirs).abs() <= 2e-6 * theirs),
+            "{pixel:?} is not {expected:?}"
+        );
     }
     // From behind it hides the sky, and no light is known there.
     let behind = Camera { position: [0.1, 0.05, -0.5], ..close_up() };
@@ -32,7 +36,8 @@ fn a_surface_shows_radiance_times_albedo() {
 fn averaged([width, height]: [u32; 2], plane: &FilmPlane, seen: impl Fn([f32; 3]) -> Rgb) -> Vec<Rgb> {
     let pixel = |index: u32| {
         let samples = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
-        let direction = |[x, y]: [f32; 2]| plane.direction((index % width) as f32 + x, (index / width) as f32 + y);
+        let direction =
+            |[x, y]: [f32; 2]| plane.direction((index % width) as f32 + x, (index / width) as f32 + y);
         let colours = samples.map(|sample| seen(direction(sample).to_array()));
         std::array::from_fn(|k| colours.iter().map(|colour| colour[k]).sum::<f32>() / 4.0)
     };
@@ -60,16 +65,25 @@ fn behind_everything_stands_the_map() {
         let (sin, cos) = rotation_deg.to_radians().sin_cos();
         let sky = |[x, y, z]: [f32; 3]| {
             let (x, z) = (cos * x - sin * z, cos * z + sin * x);
-            let uv = [0.5 + x.atan2(-z) / std::f32::consts::TAU, (x * x + z * z).sqrt().atan2(y) / std::f32::consts::PI];
+            let uv = [
+                0.5 + x.atan2(-z) / std::f32::consts::TAU,
+                (x * x + z * z).sqrt().atan2(y) / std::f32::consts::PI,
+            ];
             let radiance = bundle.map(map).sample(uv);
             std::array::from_fn(|k| radiance[k] * gain[k])
         };
         let expected = averaged(sparse::SIZE, &camera.film(sparse::SIZE[0], sparse::SIZE[1]), sky);
-        // Directions differ by some 1e-6 rad, a 20,000th of a texel of the finer map, and radiance by so much of the step between two texels.
-        let bound = 5e-5 * bundle.map(map).texels.iter().flatten().fold(0.0, |m: f32, v| m.max(*v)) * gain.into_iter().fold(0.0, f32::max);
+        // Directions differ by some 1e-6 rad, a 20,000th of a texel of the finer map, and radiance by so much
+        // of the step between two texels.
+        let bound = 5e-5
+            * bundle.map(map).texels.iter().flatten().fold(0.0, |m: f32, v| m.max(*v))
+            * gain.into_iter().fold(0.0, f32::max);
         let film = film(&gpu, &method);
         for (ours, theirs) in film.iter().flatten().zip(expected.iter().flatten()) {
-            assert!((ours - theirs).abs() <= bound, "{map} {rotation_deg} towards {towards:?}: {ours} is not {theirs}");
+            assert!(
+                (ours - theirs).abs() <= bound,
+                "{map} {rotation_deg} towards {towards:?}: {ours} is not {theirs}"
+            );
         }
         brightest = film.iter().flatten().fold(brightest, |m, v| m.max(*v));
     }
@@ -80,18 +94,28 @@ fn behind_everything_stands_the_map() {
 fn a_film_of_several_bands_is_one_picture() {
     let Some(gpu) = gpu() else { return };
     // So wide a band has 512 rows.
-    let mut bundle = Bundle::of(sparse::scene([2, 2]), sparse::maps(), None, sparse::even_transfer(4, 1, 1.0));
+    let mut bundle =
+        Bundle::of(sparse::scene([2, 2]), sparse::maps(), None, sparse::even_transfer(4, 1, 1.0));
     let size = [2048, 520];
     bundle.scene.meta.size = size;
     let mut method = load_all(&gpu, &bundle);
     assert_eq!(method.film().unwrap().bands.len(), 2);
-    let camera = Camera { position: [0.0, 0.0, 1e4], target: [0.3, 0.1, 1e4 + 1.0], fov_deg: 40.0, exposure_ev: 0.0 };
+    let camera =
+        Camera { position: [0.0, 0.0, 1e4], target: [0.3, 0.1, 1e4 + 1.0], fov_deg: 40.0, exposure_ev: 0.0 };
     draw(&gpu, &mut method, &Look { camera, ..look(&bundle, &environment("noise", 0.0, [1.0; 3])) });
     let sky = |[x, y, z]: [f32; 3]| {
-        let uv = [0.5 + x.atan2(-z) / std::f32::consts::TAU, (x * x + z * z).sqrt().atan2(y) / std::f32::consts::PI];
+        let uv = [
+            0.5 + x.atan2(-z) / std::f32::consts::TAU,
+            (x * x + z * z).sqrt().atan2(y) / std::f32::consts::PI,
+        ];
         bundle.map("noise").sample(uv)
     };
-    expect_near(&film(&gpu, &method), &averaged(size, &camera.film(size[0], size[1]), sky), 5e-5, "two bands");
+    expect_near(
+        &film(&gpu, &method),
+        &averaged(size, &camera.film(size[0], size[1]), sky),
+        5e-5,
+        "two bands",
+    );
 }
 
 #[test]
@@ -101,13 +125,17 @@ fn silhouettes_are_antialiased() {
     scene.meta.environment = Some(environment("black", 0.0, [1.0; 3]));
     // Turned, so that no edge runs along the pixels.
     let (sin, cos) = 0.3_f32.sin_cos();
-    scene.positions.iter_mut().for_each(|[x, y, _]| (*x, *y) = (0.6 * (cos * *x - sin * *y), 0.6 * (sin * *x + cos * *y)));
+    scene
+        .positions
+        .iter_mut()
+        .for_each(|[x, y, _]| (*x, *y) = (0.6 * (cos * *x - sin * *y), 0.6 * (sin * *x + cos * *y)));
     let bundle = Bundle::of(scene, sparse::maps(), None, sparse::even_transfer(4, 1, 1.0));
     let mut method = load_all(&gpu, &bundle);
     draw(&gpu, &mut method, &look(&bundle, &environment("even", 0.0, [1.0; 3])));
     let sky = film(&gpu, &method)[0];
     assert!((sky[0] - 2.0).abs() < 1e-5);
-    // Of a pixel at a silhouette one, two or three samples of four are on the square, whose red is 0.8 times the sky's.
+    // Of a pixel at a silhouette one, two or three samples of four are on the square, whose red is 0.8 times
+    // the sky's.
     let mut counts = [0; 5];
     for pixel in film(&gpu, &method) {
         let samples = (2.0 - pixel[0]) / (2.0 - 1.6) * 4.0;
@@ -118,7 +146,8 @@ fn silhouettes_are_antialiased() {
     // The square's share of the picture: its area over that of the film at its distance.
     let plane = bundle.scene.meta.camera.film(sparse::SIZE[0], sparse::SIZE[1]).axes();
     let share = (1.2 / 3.0_f32).powi(2) / (4.0 * plane[1].length() * plane[2].length());
-    let covered = counts.iter().enumerate().map(|(k, count)| k as f32 * *count as f32).sum::<f32>() / 4.0 / 600.0;
+    let covered =
+        counts.iter().enumerate().map(|(k, count)| k as f32 * *count as f32).sum::<f32>() / 4.0 / 600.0;
     // Along a perimeter of some 60 samples, an area is known to a fraction of that many samples.
     assert!((covered - share).abs() < 20.0 / 2400.0, "{covered} where {share} was expected");
 }
@@ -129,8 +158,9 @@ fn what_is_nearer_hides_what_is_farther() {
     // Two squares, the nearer one smaller, and drawn first or last.
     for nearer_first in [true, false] {
         let mut scene = sparse::scene([2, 2]);
-        let [near, far] = [(0.2, 0.5), (1.5, 0.0)]
-            .map(|(size, z)| scene.positions.iter().map(move |p| [size * p[0], size * p[1], z]).collect::<Vec<_>>());
+        let [near, far] = [(0.2, 0.5), (1.5, 0.0)].map(|(size, z)| {
+            scene.positions.iter().map(move |p| [size * p[0], size * p[1], z]).collect::<Vec<_>>()
+        });
         let objects = if nearer_first { [near, far] } else { [far, near] };
         scene.positions = objects.concat();
         scene.normals = vec![[0.0, 0.0, 1.0]; 8];
@@ -150,7 +180,11 @@ fn what_is_nearer_hides_what_is_farther() {
         let film = film(&gpu, &method);
         let [width, height] = sparse::SIZE;
         assert_eq!(film[(height / 2 * width + width / 2) as usize], [0.0; 3], "the nearer square is black");
-        assert!((film[(width / 2) as usize][0] - 1.6).abs() < 1e-5, "beside it is the farther one: {:?}", film[(width / 2) as usize]);
+        assert!(
+            (film[(width / 2) as usize][0] - 1.6).abs() < 1e-5,
+            "beside it is the farther one: {:?}",
+            film[(width / 2) as usize]
+        );
     }
 }
 

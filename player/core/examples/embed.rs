@@ -1,5 +1,6 @@
-//! Somebody else's program that shows a bundle in a texture of its own: `embed BUNDLE PICTURE.png [STATE.toml]`. The device, the files, the texture and the
-//! waiting are the program's; the library gets bytes and encodes commands.
+//! Somebody else's program that shows a bundle in a texture of its own: `embed BUNDLE PICTURE.png
+//! [STATE.toml]`. The device, the files, the texture and the waiting are the program's; the library gets
+//! bytes and encodes commands.
 #![allow(clippy::disallowed_methods, reason = "files and waiting are the program's, not the library's")]
 
 use relume_formats::Place;
@@ -11,11 +12,14 @@ use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, picture, state @ ..] = &arguments[..] else { return Err("embed BUNDLE PICTURE.png [STATE.toml]".into()) };
-    let state = match state {
-        [] => PlacedState::default(),
-        [file, ..] => PlacedState { state: parse_toml(&std::fs::read_to_string(file)?, &Place::file(file))?, place: Place::file(file) },
+    let [folder, picture, state @ ..] = &arguments[..] else {
+        return Err("embed BUNDLE PICTURE.png [STATE.toml]".into());
     };
+    let mut placed = PlacedState::default();
+    if let [file, ..] = state {
+        placed.place = Place::file(file);
+        placed.state = parse_toml(&std::fs::read_to_string(file)?, &placed.place)?;
+    }
 
     // The program's own device.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -27,19 +31,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let place = Place::file(&manifest_file);
     let manifest = Manifest::parse(&std::fs::read_to_string(&manifest_file)?, &place)?;
     let playlist = Playlist::of(&manifest, &place, None, None)?;
-    let mut player = Player::new(&device, &queue, &playlist, Options { state, ..Options::default() })?;
+    let mut player =
+        Player::new(&device, &queue, &playlist, Options { state: placed, ..Options::default() })?;
     let mut source = Incoming::new(&playlist);
-    let mut files = playlist.items.iter();
-    loop {
-        match player.advance(&mut source)? {
-            Progress::Arrived => {}
-            Progress::Loaded { .. } => break,
-            Progress::Waiting => match files.next() {
-                Some(item) => source.push(&std::fs::read(Path::new(folder).join(&item.file))?),
-                None => source.end(),
-            },
-        }
+    for item in &playlist.items {
+        source.push(&std::fs::read(Path::new(folder).join(&item.file))?);
+        while matches!(player.advance(&mut source)?, Progress::Arrived) {}
     }
+    source.end();
+    while !matches!(player.advance(&mut source)?, Progress::Loaded { .. }) {}
 
     // A frame into the program's own texture.
     let [width, height] = player.film().ok_or("no film")?.size;
@@ -60,15 +60,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Read back, for this program writes a file.
     let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let (size, usage) = (u64::from(row_bytes * height), wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &buffer, layout }, texture.size());
+    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+    let size = u64::from(row_bytes * height);
+    let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+    let buffer = device.create_buffer(&descriptor);
+    let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(row_bytes), ..Default::default() };
+    let copy = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), copy, texture.size());
     encoder.map_buffer_on_submit(&buffer, wgpu::MapMode::Read, .., |_| {});
     queue.submit([encoder.finish()]);
     device.poll(wgpu::PollType::wait_indefinitely())?;
     let rows = buffer.get_mapped_range(..)?;
-    let pixels = rows.chunks_exact(row_bytes as usize).flat_map(|row| row[..4 * width as usize].to_vec()).collect();
+    let pixels =
+        rows.chunks_exact(row_bytes as usize).flat_map(|row| row[..4 * width as usize].to_vec()).collect();
     image::RgbaImage::from_raw(width, height, pixels).ok_or("no picture")?.save(picture)?;
     Ok(())
 }

@@ -107,6 +107,15 @@ fn small_things_are_in_view_and_hidden_ones_are_not() {
         Probe::new(&scene, scene.size).unwrap().warnings()
     };
     assert_eq!(warnings(0.5), Vec::<String>::new());
+    // With the wall behind the camera there is nothing else to see.
+    let alone = scene(
+        &text(0.5).replace("rotation_deg = [90, 0, 0]", "rotation_deg = [90, 0, 0], translation = [0, 0, 9]"),
+    );
+    let tiny = Probe::new(&alone, alone.size).unwrap().warnings();
+    assert!(
+        tiny.len() == 1 && tiny[0].contains("hardly anything of the picture shows a surface"),
+        "{tiny:?}"
+    );
     let hidden = warnings(-0.5);
     assert!(
         hidden.len() == 1
@@ -160,6 +169,11 @@ fn a_model_becomes_a_scene_and_a_bundle() {
         "{}",
         text(&plan.stderr)
     );
+    let wrong = bake(&["run", "it's a box.obj", "--max-error", "-1"]);
+    assert!(
+        wrong.status.code() == Some(2) && !at("baked").exists(),
+        "options are looked at before anything is written"
+    );
     let run = ["run", "it's a box.obj", "--size", "32x32", "--spp", "1", "--progress", "none"];
     let first = bake(&run);
     assert!(first.status.success(), "{}", text(&first.stderr));
@@ -169,6 +183,16 @@ fn a_model_becomes_a_scene_and_a_bundle() {
         text(&first.stderr)
     );
     let scene_file = at("baked/it's a box.toml");
+    // Another scene that is called the same would go to the same folder.
+    std::fs::create_dir(at("other")).unwrap();
+    std::fs::copy(at("it's a box.obj"), at("other/it's a box.obj")).unwrap();
+    let same_name = std::fs::read_to_string(&scene_file).unwrap().replace("\"../it's", "\"./it's");
+    std::fs::write(at("other/it's a box.toml"), same_name).unwrap();
+    for other in ["other/it's a box.toml", "other/it's a box.obj"] {
+        let refused = bake(&["run", other, "--size", "32x32", "--spp", "1", "--progress", "none"]);
+        let told = text(&refused.stderr);
+        assert!(refused.status.code() == Some(2) && told.contains("give another folder with -o"), "{told}");
+    }
     let changed = std::fs::read_to_string(&scene_file).unwrap().replace("roughness = 0.5", "roughness = 0.6");
     std::fs::write(&scene_file, &changed).unwrap();
     let second = bake(&[&run[..], &["--force"]].concat());

@@ -4,7 +4,7 @@ use crate::starter::is_model;
 use relume_formats::near::{nearest_file, what_there_is};
 use relume_formats::{Error, Place, Result, has_extension, read_regular};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Name of the file that makes a folder a scene.
 const SCENE_FILE: &str = "scene.toml";
@@ -118,7 +118,7 @@ fn workspace_root(folder: &Path) -> Option<PathBuf> {
 /// library scene is relative to the workspace, and of any other scene to the folder or else to the current
 /// directory.
 pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
-    let beside = folder.join(name);
+    let beside = tidy(folder.join(name));
     if !name.starts_with("assets/") {
         return beside;
     }
@@ -127,6 +127,23 @@ pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
         None if beside.exists() => beside,
         None => PathBuf::from(name),
     }
+}
+
+/// `path` without folders that it only enters to leave again, if it leads to the same file; as messages name it.
+fn tidy(path: PathBuf) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let leaves = part == Component::ParentDir
+            && matches!(short.components().next_back(), Some(Component::Normal(_)));
+        match part {
+            _ if leaves => _ = short.pop(),
+            Component::CurDir => {}
+            part => short.push(part),
+        }
+    }
+    // A link would lead elsewhere.
+    let is_same = path.canonicalize().is_ok_and(|file| short.canonicalize().is_ok_and(|other| other == file));
+    if is_same { short } else { path }
 }
 
 /// Fails with a remedy if there is no file at `path`, which `name` stands for. `place` is where it was named.
@@ -171,6 +188,32 @@ mod tests {
         }
         fs::create_dir(root.path().join("scenes/library/empty")).unwrap();
         root
+    }
+
+    #[test]
+    fn paths_are_told_without_detours_but_links_are_followed() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        fs::create_dir_all(at("baked/deep")).unwrap();
+        fs::write(at("chair.glb"), "").unwrap();
+        fs::write(at("baked/chair.glb"), "").unwrap();
+        assert_eq!(locate(&at("baked"), "../chair.glb"), at("chair.glb"));
+        assert_eq!(locate(&at("baked/deep"), ".././../chair.glb"), at("chair.glb"));
+        assert_eq!(locate(&at("baked"), "./chair.glb"), at("baked/chair.glb"));
+        assert_eq!(
+            locate(&at("baked"), "../no.glb"),
+            at("baked/../no.glb"),
+            "nothing is known of what is not there"
+        );
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(at("baked/deep"), at("link")).unwrap();
+            assert_eq!(
+                locate(&at("link"), "../chair.glb"),
+                at("link/../chair.glb"),
+                "that is baked/chair.glb"
+            );
+        }
     }
 
     #[test]

@@ -384,8 +384,8 @@ fn a_bundle_of_another_scene_is_replaced_by_force_only_and_one_of_other_settings
     assert!(!place.printed(&settings).contains("note: "), "the same again replaces nothing");
     let said = place.printed(&["--spp", "2", "--bases", "2", "--size", "8x8"]);
     assert!(
-        said.contains("note: replaces the bundle in ")
-            && said.contains("a film of 16x16; transfer-images with samples 1\n"),
+        said.contains("note: will replace the bundle in ")
+            && said.contains("a film of 16x16; transfer-images with samples 1; Ctrl-C keeps it as it is\n"),
         "{said}"
     );
     expect_exit("bake", &[&other[..], &["--force"]].concat(), 0);

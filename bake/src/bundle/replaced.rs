@@ -28,8 +28,10 @@ pub(super) fn notice(
             Some(method) => differences.extend(settings_that_differ(entry, method.as_ref())),
         }
     }
-    (!differences.is_empty())
-        .then(|| format!("note: replaces the bundle in {}, of {}", folder.display(), differences.join("; ")))
+    (!differences.is_empty()).then(|| {
+        let (folder, differences) = (folder.display(), differences.join("; "));
+        format!("note: will replace the bundle in {folder}, of {differences}; Ctrl-C keeps it as it is")
+    })
 }
 
 fn settings_that_differ(entry: &MethodEntry, method: &dyn Method) -> Option<String> {

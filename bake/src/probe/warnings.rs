@@ -39,14 +39,16 @@ fn narrow(probe: &Probe<'_>) -> Option<String> {
 
 fn little(probe: &Probe<'_>) -> Option<String> {
     let share = probe.meetings.iter().flatten().count() as f64 / probe.meetings.len().max(1) as f64;
-    if share == 0.0 {
+    if share == 0.0 && !(0..probe.scene.materials.len()).any(|material| is_found(probe, material)) {
         return Some(
             "the camera sees no surface; check its position and target, and the size and place of objects"
                 .to_owned(),
         );
     }
     let reason = "of the picture shows a surface; move the camera nearer, lower fov_deg, or give the model's transform another scale";
-    (share < SURFACES).then(|| format!("only {:.1} % {reason}", 100.0 * share))
+    let much =
+        if share == 0.0 { "hardly anything".to_owned() } else { format!("only {:.1} %", 100.0 * share) };
+    (share < SURFACES).then(|| format!("{much} {reason}"))
 }
 
 fn backs(probe: &Probe<'_>) -> Option<String> {
@@ -84,8 +86,10 @@ fn is_black(probe: &Probe<'_>) -> bool {
     probe.grey.as_flattened().iter().all(|radiance| *radiance == 0.0)
 }
 
+/// Of a picture without surfaces something else is said.
 fn black(probe: &Probe<'_>) -> Option<String> {
-    is_black(probe).then(|| darkness::WARNING.to_owned())
+    let shows_any = probe.meetings.iter().any(Option::is_some);
+    (shows_any && is_black(probe)).then(|| darkness::WARNING.to_owned())
 }
 
 /// Grey surfaces that are white or black on the display.

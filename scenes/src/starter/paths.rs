@@ -60,10 +60,13 @@ pub(super) fn relative(file: &Path, scene_file: &Path) -> Result<String> {
     Ok(parts.ok_or_else(refuse)?.join("/"))
 }
 
-/// The folder of `file`, from the root and without links.
+/// The folder of `file`, from the root and without links. Of it, only what is there can hold links.
 fn absolute_folder(file: &Path) -> Result<PathBuf> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.canonicalize().map_err(|e| Error::io(&Place::file(folder), e))
+    let there = file.ancestors().skip(1).find(|folder| folder.as_os_str().is_empty() || folder.exists());
+    let there = there.unwrap_or(Path::new(""));
+    let new = file.parent().and_then(|folder| folder.strip_prefix(there).ok()).unwrap_or(Path::new(""));
+    let there = if there.as_os_str().is_empty() { Path::new(".") } else { there };
+    Ok(there.canonicalize().map_err(|e| Error::io(&Place::file(there), e))?.join(new))
 }
 
 #[cfg(test)]
@@ -97,6 +100,7 @@ mod tests {
             ("m.glb", "a/b/scene.toml", "../../m.glb"),
             ("a/b/m.glb", "a/c/d/scene.toml", "../../b/m.glb"),
             ("a/./b/../b/m.glb", "a/scene.toml", "./b/m.glb"),
+            ("m.glb", "a/new/deep/scene.toml", "../../../m.glb"),
         ] {
             assert_eq!(relative(&at(file), &at(scene)).unwrap(), expected);
         }

@@ -145,7 +145,7 @@ materials = [
         // Without anything that varies there is nothing to bake.
         let sign = if self.varying().is_empty() && self.look.is_some() { "" } else { "# " };
         let _ = writeln!(text, "    {sign}{},  # what the model stands on", quoted(&self.ground));
-        text += "]\n# B: light = true\n# B: view = true\n";
+        text += "]\n# B, which keeps materials as they are: take the list above away, and write\n# B: light = true\n# B: view = true\n";
         if !self.starter.model.clips.is_empty() {
             let clips: Vec<String> =
                 self.starter.model.clips.iter().take(MOST_CLIPS).map(|clip| quoted(clip)).collect();
@@ -163,7 +163,8 @@ materials = [
         format!(
             "[render]\n\
              size = [512, 512]  # width and height, pixels\n\
-             reflections = 2  # 1 is direct light alone, 2 adds what surfaces throw on each other\n\n\
+             reflections = 2  # 1 is direct light alone, 2 adds what surfaces throw on each other\n\
+             # B bakes sooner with 1, and shows finer shadows.\n\n\
              [camera]\n\
              position = {}  # metres; +Y is up\n\
              target = {}\n\
@@ -249,7 +250,9 @@ materials = [
             lamps => format!(
                 "# Besides the {} of the model's file, a dim even sky; `file` names a map: \"lamps\", \"clear-sky\", or a .hdr or .exr of yours.\n\
                  [environment]\n\
-                 # B: file = \"lamps\"\n\
+                 # B, where the map is all the light: instead of the next line\n\
+                 # file = \"lamps\"\n\
+                 # gain = [{LAMPS_GAIN:?}, {LAMPS_GAIN:?}, {LAMPS_GAIN:?}]\n\
                  gain = [0.3, 0.3, 0.3]\n\
                  {others}",
                 counted(lamps, "lamp", "lamps")

@@ -11,6 +11,7 @@ use relume_chart::picture;
 use relume_formats::Place;
 use relume_formats::container::replace_file;
 use relume_formats::display::Display;
+use relume_formats::kinds::manifest::FILE_NAME as MANIFEST;
 use relume_scenes::Scene;
 use relume_scenes::starter::{Look, Starter, name_of};
 use std::path::{Path, PathBuf};
@@ -44,41 +45,108 @@ fn write_new(model: &Path, scene_file: &Path, preview: &Path, scale: Option<f64>
     let shown: Vec<_> =
         images.into_iter().flat_map(|image| image.radiance).map(|radiance| display.shown(radiance)).collect();
     replace_file(preview, &picture::alone(&shown, size, 0.0)?)?;
-    replace_file(scene_file, text.as_bytes())?;
+    if let Err(error) = replace_file(scene_file, text.as_bytes()) {
+        let _ = std::fs::remove_file(preview);
+        return Err(error.into());
+    }
     let (scene_file, preview) = (scene_file.display(), preview.display());
     Ok(format!(
         "{scene_file}\n{preview}\nlook at the picture, change the scene as you like, then: bake run {scene_file}\n"
     ))
 }
 
-/// The first scene for `model` for a bundle in `folder`, in a file beside that; the one that is there
-/// already, if it is of this model. Returns the bundle's folder too.
-pub(super) fn beside(model: &Path, folder: Option<&Path>) -> Result<(Scene, Option<PathBuf>)> {
-    let folder = folder.map_or_else(|| Path::new(BUNDLES).join(name_of(model)), Path::to_path_buf);
-    let mut scene_file = folder.clone().into_os_string();
-    scene_file.push(".toml");
-    let scene_file = PathBuf::from(scene_file);
-    if let Some(above) = scene_file.parent().filter(|above| !above.as_os_str().is_empty()) {
-        create_folder(above)?;
+/// The scene of a model, in a file beside the bundle of it.
+pub(super) struct Beside {
+    /// The scene.
+    pub scene: Scene,
+    /// Folder of the bundle.
+    pub folder: PathBuf,
+    /// The scene's.
+    file: PathBuf,
+    /// Of a file that is not there yet, and what it is for.
+    unwritten: Option<(String, PathBuf)>,
+}
+
+impl Beside {
+    /// The scene that is there already, if it is of `model`, or the first one for it. Nothing is written yet.
+    ///
+    /// # Errors
+    /// If the model cannot be read, or what is there is of another one.
+    pub(super) fn of(model: &Path, folder: Option<&Path>) -> Result<Self> {
+        let folder = folder.map_or_else(|| Path::new(BUNDLES).join(name_of(model)), Path::to_path_buf);
+        let file = scene_file_of(&folder);
+        if file.exists() {
+            expect_scene_of(model, &file)?;
+            note(&format!(
+                "note: bakes {}, which is there already; remove it to have it written anew",
+                file.display()
+            ));
+            return Ok(Self { scene: load(&file.to_string_lossy())?, folder, file, unwritten: None });
+        }
+        if folder.join(MANIFEST).exists() {
+            let reason = format!(
+                "holds a bundle of another scene, not of {}; give another folder with -o, or remove it",
+                model.display()
+            );
+            return Err(BakeError::invalid(&Place::file(&folder), reason));
+        }
+        let (text, scene) = first_scene(model, &file, None)?;
+        Ok(Self { scene, folder, file, unwritten: Some((text, model.to_path_buf())) })
     }
-    let shown = scene_file.display();
-    if !scene_file.exists() {
-        let (text, scene) = first_scene(model, &scene_file, None)?;
-        replace_file(&scene_file, text.as_bytes())?;
-        note(&format!("note: wrote {shown}, a first scene for {}; change it as you like", model.display()));
-        return Ok((scene, Some(folder)));
+
+    /// Writes the scene file, if it is not there.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub(super) fn write(&self) -> Result<()> {
+        let Some((text, model)) = &self.unwritten else { return Ok(()) };
+        if let Some(above) = self.file.parent().filter(|above| !above.as_os_str().is_empty()) {
+            create_folder(above)?;
+        }
+        replace_file(&self.file, text.as_bytes())?;
+        let (file, model) = (self.file.display(), model.display());
+        note(&format!("note: wrote {file}, a first scene for {model}; change it as you like"));
+        Ok(())
     }
-    let names = Starter::file_line(model, &scene_file)?;
-    let text = std::fs::read_to_string(&scene_file).unwrap_or_default();
-    if !text.contains(&names) {
-        let reason = format!(
-            "is there already and no scene of {}; give another folder with -o, or remove it",
-            model.display()
-        );
-        return Err(BakeError::invalid(&Place::file(&scene_file), reason));
+}
+
+/// Where the first scene of the bundle in `folder` is.
+fn scene_file_of(folder: &Path) -> PathBuf {
+    let mut file = folder.as_os_str().to_owned();
+    file.push(".toml");
+    PathBuf::from(file)
+}
+
+fn expect_scene_of(model: &Path, file: &Path) -> Result<()> {
+    let names = Starter::file_line(model, file)?;
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    if text.contains(&names) {
+        return Ok(());
     }
-    note(&format!("note: bakes {shown}, which is there already; remove it to have it written anew"));
-    Ok((load(&scene_file.to_string_lossy())?, Some(folder)))
+    let reason = format!(
+        "is there already and no scene of {}; give another folder with -o, or remove it",
+        model.display()
+    );
+    Err(BakeError::invalid(&Place::file(file), reason))
+}
+
+/// Fails if the bundle in `folder`, where `scene` is to go by its name, is of the first scene of a model that
+/// is called the same.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub(super) fn expect_no_other(scene: &Scene, folder: &Path) -> Result<()> {
+    let file = scene_file_of(folder);
+    let is_same = |other: &Path| Some(scene.file.canonicalize().ok()? == other.canonicalize().ok()?);
+    if !folder.join(MANIFEST).exists() || is_same(&file).unwrap_or(true) {
+        return Ok(());
+    }
+    let reason = format!(
+        "holds the bundle of {}, not of {}; give another folder with -o",
+        file.display(),
+        scene.file.display()
+    );
+    Err(BakeError::invalid(&Place::file(folder), reason))
 }
 
 /// The first scene for `model`, which is written nowhere.

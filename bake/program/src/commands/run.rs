@@ -1,7 +1,8 @@
 //! `bake run` and `bake merge`.
 
 use super::common::{BUNDLES, load, look_at, start_threads, warn};
-use super::{first_scene, spheres};
+use super::first_scene::{Beside, expect_no_other};
+use super::spheres;
 use crate::cli::{MergeArgs, RunArgs};
 use relume_bake::bundle::{self, MethodSummary};
 use relume_bake::error::{BakeError, Result};
@@ -20,7 +21,7 @@ use relume_formats::Place;
 use relume_formats::method::cards_of;
 use relume_scenes::Scene;
 use relume_scenes::starter::is_model;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How an interrupted bake goes on.
 const RESUME: &str = "finished work is kept, add --resume to go on";
@@ -34,10 +35,12 @@ pub fn run(args: &RunArgs) -> Result<String> {
         let reason = "is a model, of which each part would have a scene of its own; write one by `bake new`, and give that to all machines";
         return Err(BakeError::invalid(&Place::file(model), reason));
     }
-    let (scene, folder) = if is_model(model) {
-        first_scene::beside(model, args.output.as_deref())?
-    } else {
-        (load(&args.scene)?, args.output.clone())
+    let beside = is_model(model).then(|| Beside::of(model, args.output.as_deref())).transpose()?;
+    let scene = beside.as_ref().map_or_else(|| load(&args.scene), |beside| Ok(beside.scene.clone()))?;
+    let folder = match (&beside, &args.output) {
+        (Some(beside), _) => beside.folder.clone(),
+        (None, Some(folder)) => folder.clone(),
+        (None, None) => by_name(&scene)?,
     };
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
@@ -51,7 +54,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let asked = asked(args, &scene, max_error);
     look_at(&scene, asked.size)?;
     let methods = methods(&chosen, &asked, &scene)?;
-    let folder = folder.unwrap_or_else(|| Path::new(BUNDLES).join(&scene.name));
+    beside.iter().try_for_each(Beside::write)?;
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
@@ -62,6 +65,13 @@ pub fn run(args: &RunArgs) -> Result<String> {
         return run_shard(&scene, &methods, &asked, args.pieces, &folder, leftover, &job);
     }
     bake(&scene, &methods, &asked, &folder, leftover, &job)
+}
+
+/// Where the bundle of `scene` goes if nothing else is said.
+fn by_name(scene: &Scene) -> Result<PathBuf> {
+    let folder = Path::new(BUNDLES).join(&scene.name);
+    expect_no_other(scene, &folder)?;
+    Ok(folder)
 }
 
 /// Bakes and tells what came of it.

@@ -118,7 +118,8 @@ fn workspace_root(folder: &Path) -> Option<PathBuf> {
 /// library scene is relative to the workspace, and of any other scene to the folder or else to the current
 /// directory.
 pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
-    let beside = tidy(folder.join(name));
+    let whole = folder.join(name);
+    let beside = Some(tidy(&whole)).filter(|short| short.exists()).unwrap_or(whole);
     if !name.starts_with("assets/") {
         return beside;
     }
@@ -129,21 +130,19 @@ pub(crate) fn locate(folder: &Path, name: &str) -> PathBuf {
     }
 }
 
-/// `path` without folders that it only enters to leave again, if it leads to the same file; as messages name it.
-fn tidy(path: PathBuf) -> PathBuf {
+/// `path` without folders that it only enters to leave again, as messages name it. Links are not left so: what
+/// is above them is not what is above the folder that they lead to.
+fn tidy(path: &Path) -> PathBuf {
     let mut short = PathBuf::new();
     for part in path.components() {
-        let leaves = part == Component::ParentDir
-            && matches!(short.components().next_back(), Some(Component::Normal(_)));
-        match part {
-            _ if leaves => _ = short.pop(),
-            Component::CurDir => {}
-            part => short.push(part),
+        let is_name = matches!(short.components().next_back(), Some(Component::Normal(_)));
+        if part == Component::ParentDir && is_name && !short.is_symlink() {
+            short.pop();
+        } else if part != Component::CurDir {
+            short.push(part);
         }
     }
-    // A link would lead elsewhere.
-    let is_same = path.canonicalize().is_ok_and(|file| short.canonicalize().is_ok_and(|other| other == file));
-    if is_same { short } else { path }
+    short
 }
 
 /// Fails with a remedy if there is no file at `path`, which `name` stands for. `place` is where it was named.
@@ -200,11 +199,9 @@ mod tests {
         assert_eq!(locate(&at("baked"), "../chair.glb"), at("chair.glb"));
         assert_eq!(locate(&at("baked/deep"), ".././../chair.glb"), at("chair.glb"));
         assert_eq!(locate(&at("baked"), "./chair.glb"), at("baked/chair.glb"));
-        assert_eq!(
-            locate(&at("baked"), "../no.glb"),
-            at("baked/../no.glb"),
-            "nothing is known of what is not there"
-        );
+        assert_eq!(locate(&at("not-yet/there"), "../../chair.glb"), at("chair.glb"));
+        assert_eq!(locate(&at("baked"), "../no.glb"), at("baked/../no.glb"), "as it was written");
+        assert_eq!(locate(Path::new(""), "../chair.glb"), Path::new("../chair.glb"));
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(at("baked/deep"), at("link")).unwrap();

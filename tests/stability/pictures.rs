@@ -58,6 +58,7 @@ const SUN: &str = "[environment]\nfile = 'sun.exr'";
 const SKY: &str = "[environment]\nfile = 'clear-sky'";
 const LAMPS: &str = "[environment]\nfile = 'lamps'";
 const WHITE: &str = "[environment]";
+const WHITE_AND_SUN: &str = "[environment]\nothers = ['sun.exr']";
 
 /// Light and view vary.
 fn relit(environment: &str, objects: &str) -> String {
@@ -235,6 +236,13 @@ fn of_sparse_transfer() {
         -1.5,
         &[Row::direct(relit(LAMPS, &objects), &["--terms", "1024", "--quality", "draft"]), bounced],
     );
+    // As the player finds it: a state that names a map beside it.
+    let alien = |baked_under| Row {
+        reference: Some(relit(SUN, &objects)),
+        state: "[environment]\nmap = 'sun.exr'\n",
+        ..Row::direct(relit(baked_under, &objects), &["--quality", "draft"])
+    };
+    picture("transfer-map-of-ones-own", -1.0, &[alien(WHITE), alien(WHITE_AND_SUN)]);
     let glossy = relit(SKY, &objects)
         .replace("kd = [0.7, 0.35, 0.2]", "kd = [0.4, 0.2, 0.1]\nks = [0.4, 0.4, 0.4]\nshininess = 60.0");
     picture(

@@ -6,6 +6,7 @@ use crate::support::{expect_exit, relative_l2, scaled, scene, write_scene};
 use glam::Vec3;
 use half::f16;
 use relume_bake::method::Method as _;
+use relume_bake::methods::sparse_transfer::{Settings, SparseTransferMethod, Terms};
 use relume_formats::basis::{EquirectMap, cubemap};
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
 use relume_formats::kinds::scene::EnvironmentLook;
@@ -70,6 +71,22 @@ fn hard_lights_stay_within_bounds() {
         let average = mean(outside.iter().map(|v| shown[*v]).collect());
         assert!((average / transfer - 1.0).abs() < 0.5 * bound, "{average} for {transfer}");
     }
+}
+
+/// A bundle is as exact as was asked under the maps that it was baked with, and says so. Under another one it
+/// has the terms that those needed: a few for an even sky, which leave a sun neither a shadow's edge nor its amount.
+/// Baked with both, it has the terms for both.
+#[test]
+fn a_map_that_the_bundle_was_not_baked_with_has_the_terms_that_others_needed() {
+    let asked = SparseTransferMethod { settings: Settings { rays_per_texel: 16, terms: Terms::Error(0.02) } };
+    let bake_under = |maps: &str| bake(&scene(&format!("{}{maps}", rough_ball())), asked.clone());
+    let (white, both) = (bake_under(""), bake_under("others = ['clear-sky']"));
+    let exact = bake(&scene(&rough_ball()), wanted(16, 1024));
+    let sun = both.maps.iter().find(|map| map.name == "clear-sky").unwrap();
+    let error = |baked: &Baked| relative_l2(&baked.under(&sun.map, 0.0), &exact.under(&sun.map, 0.0));
+    assert!(white.manifest.methods[0].errors["relative_l2_worst"] <= 0.02);
+    let (alien, own) = (error(&white), error(&both));
+    assert!(alien > 0.1 && alien < 1.0 && own < 0.02, "{alien} and {own}");
 }
 
 /// From the middle of the plane, metres.

@@ -11,4 +11,5 @@ pub mod receivers;
 pub mod reference;
 pub mod sampler;
 pub mod triangle;
+mod wide;
 pub mod world;

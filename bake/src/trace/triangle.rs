@@ -28,6 +28,7 @@ pub struct TriangleHit {
 
 impl ShearedRay {
     /// Prepares the ray from `origin` along `direction`, which must not be zero.
+    #[inline]
     pub fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let axis = direction.abs();
         let (x, y, z) = if axis.x >= axis.y && axis.x >= axis.z {
@@ -39,6 +40,21 @@ impl ShearedRay {
         };
         let along = z / direction.dot(z);
         Self { origin, across_x: x - direction.dot(x) * along, across_y: y - direction.dot(y) * along, along }
+    }
+
+    /// The axes across and along the ray, what the one along adds to those across, and its inverse length. All
+    /// other parts of the shear are 0 or 1.
+    #[inline]
+    pub fn shear(&self) -> ([usize; 3], [f32; 2], f32) {
+        let along = if self.along.x != 0.0 {
+            0
+        } else if self.along.y != 0.0 {
+            1
+        } else {
+            2
+        };
+        let axes = [(along + 1) % 3, (along + 2) % 3, along];
+        (axes, [self.across_x[along], self.across_y[along]], self.along[along])
     }
 
     /// The first point of the triangle with 0 < t < `t_max`, from either side.

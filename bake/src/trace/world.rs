@@ -1,21 +1,17 @@
 //! A scene prepared for rays: all triangles in one hierarchy, with what a hit needs to know.
 //!
 //! Inside, lengths are scaled by a power of two so that the scene is some 2¹⁴ units large. That costs no
-//! rounding and makes every decision independent of the scene's scale; and obvhs passes over boxes that end
-//! within 10⁻⁴ units of a ray's origin, which must not be a length that matters.
+//! rounding and makes every decision independent of the scene's scale.
 
 use super::coating::Coatings;
-use super::triangle::{ShearedRay, TriangleHit};
-use glam::{UVec2, Vec3A};
+use super::triangle::TriangleHit;
+use super::wide::Wide;
+use glam::Vec3A;
+use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::Ray;
-use obvhs::{Boundable, BvhBuildParams, traverse};
 use relume_scenes::{Emitter, Mesh, Scene};
 use std::cell::Cell;
 use std::collections::HashMap;
-use std::time::Duration;
 
 thread_local! {
     /// Rays that this thread has traced since it was last asked.
@@ -55,9 +51,8 @@ pub struct OnLight {
 
 /// All triangles of a scene in one bounding volume hierarchy.
 pub struct World {
-    hierarchy: CwBvh,
+    hierarchy: Wide,
     /// In the order of the hierarchy's leaves.
-    triangles: Vec<[Vec3A; 3]>,
     normals: Vec<[Vec3A; 3]>,
     owners: Vec<Owner>,
     /// For triangles that emit the light, and their index in its mesh.
@@ -164,18 +159,13 @@ impl World {
         // Boxes grow by more than the rounding errors of a box test, so that no ray misses the box of a
         // triangle it hits.
         let boxes = padded(&triangles, extent * units_per_metre * ROUNDING);
-        let hierarchy = build_cwbvh(
-            &boxes,
-            BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() },
-            &mut Duration::default(),
-        );
-        let order = hierarchy.primitive_indices.iter().map(|i| *i as usize);
+        let hierarchy = Wide::new(&triangles, &boxes);
+        let order = hierarchy.order.iter().map(|i| *i as usize);
         Self {
-            triangles: order.clone().map(|i| triangles[i]).collect(),
             normals: order.clone().map(|i| normals[i]).collect(),
             owners: order.clone().map(|i| owners[i]).collect(),
             lights: order.map(|i| lights[i]).collect(),
-            coatings: coatings.reordered(&hierarchy.primitive_indices),
+            coatings: coatings.reordered(&hierarchy.order),
             hierarchy,
             units_per_metre,
             radius,
@@ -193,7 +183,7 @@ impl World {
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
         let (leaf, hit) = self.nearest(origin, direction)?;
         let surface = self.surface(leaf as usize, hit.barycentric, direction);
-        let triangle = *self.hierarchy.primitive_indices.get(leaf as usize)?;
+        let triangle = *self.hierarchy.order.get(leaf as usize)?;
         Some(Meeting {
             triangle,
             barycentric: hit.barycentric,
@@ -207,49 +197,15 @@ impl World {
     fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<(u32, TriangleHit)> {
         RAYS.set(RAYS.get() + 1);
         let origin = origin * self.units_per_metre;
-        let direction = without_negative_zeros(direction);
-        let mut ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
-        let sheared = ShearedRay::new(origin, direction);
-        let mut nearest: Option<(u32, TriangleHit)> = None;
-        if self.hierarchy.nodes.is_empty() {
-            return None;
-        }
-        let mut state = self.hierarchy.new_traversal(direction);
-        let mut node;
-        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-            let met = sheared.intersect(&self.triangles[state.primitive_id as usize], ray.tmax);
-            if let Some(hit) = met.filter(|hit| self.is_solid(state.primitive_id, hit)) {
-                ray.tmax = hit.t;
-                nearest = Some((state.primitive_id, hit));
-            }
-        });
-        nearest
+        self.hierarchy.nearest(origin, direction, |triangle, hit| self.is_solid(triangle, hit))
     }
 
     /// Whether anything stands in the way from `from` along the unit vector `direction`, nearer than
     /// `distance`.
     pub fn occluded(&self, from: Vec3A, direction: Vec3A, distance: f32) -> bool {
         RAYS.set(RAYS.get() + 1);
-        if self.hierarchy.nodes.is_empty() {
-            return false;
-        }
-        // A unit direction, for obvhs treats components below 1.2e-7 as that large; the boxes' padding makes
-        // up for it only at unit length.
         let (from, distance) = (from * self.units_per_metre, distance * self.units_per_metre);
-        let direction = without_negative_zeros(direction);
-        let ray = Ray::new(from, direction, 0.0, distance);
-        let sheared = ShearedRay::new(from, direction);
-        let mut state = self.hierarchy.new_traversal(direction);
-        let mut node;
-        let mut blocked = false;
-        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-            let met = sheared.intersect(&self.triangles[state.primitive_id as usize], distance);
-            if met.is_some_and(|hit| self.is_solid(state.primitive_id, &hit)) {
-                blocked = true;
-                break;
-            }
-        });
-        blocked
+        self.hierarchy.occluded(from, direction, distance, |triangle, hit| self.is_solid(triangle, hit))
     }
 
     /// Whether a triangle has no hole where a ray meets it.
@@ -261,7 +217,7 @@ impl World {
     }
 
     fn surface(&self, triangle: usize, [v, w]: [f32; 2], direction: Vec3A) -> Surface {
-        let [a, b, c] = self.triangles[triangle];
+        let [a, b, c] = self.hierarchy.triangles()[triangle];
         let [na, nb, nc] = self.normals[triangle];
         let u = 1.0 - v - w;
         let face = (b - a).cross(c - a).normalize_or(Vec3A::Y);
@@ -311,12 +267,6 @@ impl Given {
             self.lights.push(light.map(|light| [light, index]));
         }
     }
-}
-
-/// obvhs inverts −0 to a large negative number but takes it for positive where it orders boxes, and so passes
-/// over some.
-fn without_negative_zeros(direction: Vec3A) -> Vec3A {
-    direction + Vec3A::ZERO
 }
 
 fn parallelogram(corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3]) -> Mesh {

@@ -1,0 +1,213 @@
+//! Rays through the hierarchy beside obvhs's own traversal with the same triangle test, on one thread: million
+//! rays a second, nearest hit and occlusion, in the order of a film and in none. `cargo bench -p relume-bake
+//! --bench rays`; after `make assets` with the armadillo.
+
+#![allow(clippy::unwrap_used, reason = "a bench fails by panicking")]
+
+use glam::{UVec2, Vec3A};
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::Ray;
+use obvhs::triangle::Triangle;
+use obvhs::{BvhBuildParams, traverse};
+use relume_bake::trace::triangle::ShearedRay;
+use relume_bake::trace::world::World;
+use relume_scenes::{Mesh, Scene};
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Rays of a run.
+const RAYS: usize = 1 << 17;
+/// Runs of each, in turns; the best counts.
+const ROUNDS: usize = 7;
+
+/// Numbers from 0 to 1 without order.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn point(&mut self) -> Vec3A {
+        Vec3A::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+
+    fn direction(&mut self) -> Vec3A {
+        loop {
+            let point = self.point();
+            if (0.01..1.0).contains(&point.length_squared()) {
+                return point.normalize();
+            }
+        }
+    }
+}
+
+/// obvhs as it comes, with the triangle test that both use.
+struct Rival {
+    hierarchy: CwBvh,
+    triangles: Vec<[Vec3A; 3]>,
+}
+
+impl Rival {
+    fn new(triangles: &[[Vec3A; 3]]) -> Self {
+        let boxes: Vec<Triangle> =
+            triangles.iter().map(|[v0, v1, v2]| Triangle { v0: *v0, v1: *v1, v2: *v2 }).collect();
+        let hierarchy = build_cwbvh(
+            &boxes,
+            BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() },
+            &mut Duration::default(),
+        );
+        let triangles = hierarchy.primitive_indices.iter().map(|i| triangles[*i as usize]).collect();
+        Self { hierarchy, triangles }
+    }
+
+    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
+        let mut ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
+        let sheared = ShearedRay::new(origin, direction);
+        let (mut state, mut nearest) = (self.hierarchy.new_traversal(direction), None);
+        let mut node;
+        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            if let Some(hit) = sheared.intersect(&self.triangles[state.primitive_id as usize], ray.tmax) {
+                ray.tmax = hit.t;
+                nearest = Some(hit.t);
+            }
+        });
+        nearest
+    }
+
+    fn occluded(&self, origin: Vec3A, direction: Vec3A) -> bool {
+        let ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
+        let sheared = ShearedRay::new(origin, direction);
+        let (mut state, mut blocked) = (self.hierarchy.new_traversal(direction), false);
+        let mut node;
+        traverse!(self.hierarchy, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            if sheared.intersect(&self.triangles[state.primitive_id as usize], f32::INFINITY).is_some() {
+                blocked = true;
+                break;
+            }
+        });
+        blocked
+    }
+}
+
+/// Seconds of one run.
+fn seconds(run: impl FnOnce() -> usize) -> f64 {
+    let start = Instant::now();
+    black_box(run());
+    start.elapsed().as_secs_f64()
+}
+
+fn compare(what: &str, ours: impl Fn() -> usize, theirs: impl Fn() -> usize) {
+    assert_eq!(ours().abs_diff(theirs()) * 10_000 / RAYS, 0, "{what}: other rays are hit");
+    let mut best = [f64::INFINITY; 2];
+    for _ in 0..ROUNDS {
+        best = [best[0].min(seconds(&ours)), best[1].min(seconds(&theirs))];
+    }
+    let [ours, theirs] = best.map(|seconds| RAYS as f64 / seconds / 1e6);
+    println!("{what:44} {ours:8.2} {theirs:8.2} Mray/s, {:.2} ×", ours / theirs);
+}
+
+fn bench(name: &str, mesh: Mesh) {
+    let mut scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+    scene.objects.truncate(1);
+    scene.lights.clear();
+    let low = mesh.positions.iter().map(|p| Vec3A::from(*p)).fold(Vec3A::INFINITY, Vec3A::min);
+    let high = mesh.positions.iter().map(|p| Vec3A::from(*p)).fold(Vec3A::NEG_INFINITY, Vec3A::max);
+    let triangles: Vec<[Vec3A; 3]> =
+        mesh.triangles.iter().map(|t| t.map(|i| Vec3A::from(mesh.positions[i as usize]))).collect();
+    scene.objects[0].mesh = Arc::new(mesh);
+    bench_world(name, &scene, &triangles, 0.5 * (low + high), 0.5 * (high - low));
+}
+
+fn bench_world(name: &str, scene: &Scene, triangles: &[[Vec3A; 3]], middle: Vec3A, half: Vec3A) {
+    let start = Instant::now();
+    let world = World::new(scene);
+    let built = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let rival = Rival::new(triangles);
+    println!(
+        "{name}: {} triangles, built in {built:.2} s, by obvhs alone in {:.2} s",
+        triangles.len(),
+        start.elapsed().as_secs_f64()
+    );
+    let mut random = Random(7);
+    let eye = middle + Vec3A::new(0.1, 0.7, 2.0) * half.max_element() * 1.3;
+    let side = (RAYS as f64).sqrt() as usize;
+    let film = |i: usize| {
+        let place = |k: usize| (k as f32 + 0.5) / side as f32 * 2.0 - 1.0;
+        let at = middle + Vec3A::new(place(i % side), place(i / side), 0.0) * half;
+        (eye, (at - eye).normalize())
+    };
+    let coherent: Vec<_> = (0..RAYS).map(film).collect();
+    let incoherent: Vec<_> =
+        (0..RAYS).map(|_| (middle + random.point() * half, random.direction())).collect();
+    for (order, rays) in [("a film's", &coherent), ("no", &incoherent)] {
+        compare(
+            &format!("  nearest, in {order} order"),
+            || rays.iter().filter(|(origin, way)| world.meet(*origin, *way).is_some()).count(),
+            || rays.iter().filter(|(origin, way)| rival.nearest(*origin, *way).is_some()).count(),
+        );
+        compare(
+            &format!("  occlusion, in {order} order"),
+            || rays.iter().filter(|(origin, way)| world.occluded(*origin, *way, f32::INFINITY)).count(),
+            || rays.iter().filter(|(origin, way)| rival.occluded(*origin, *way)).count(),
+        );
+    }
+}
+
+fn soup(count: usize) -> Mesh {
+    let mut random = Random(1);
+    let corner = |random: &mut Random, middle: Vec3A| (middle + 0.01 * random.point()).to_array();
+    let positions: Vec<[f32; 3]> = (0..count)
+        .flat_map(|_| {
+            let middle = random.point();
+            [corner(&mut random, middle), corner(&mut random, middle), corner(&mut random, middle)]
+        })
+        .collect();
+    mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+}
+
+fn field(side: u32) -> Mesh {
+    let height =
+        |x: f32, z: f32| 0.1 * (9.0 * x).sin() * (7.0 * z).cos() + 0.01 * (90.0 * x + 60.0 * z).sin();
+    let place = |k: u32| k as f32 / side as f32 * 2.0 - 1.0;
+    let positions = (0..=side)
+        .flat_map(|z| (0..=side).map(move |x| [place(x), height(place(x), place(z)), place(z)]))
+        .collect();
+    let at = |x: u32, z: u32| z * (side + 1) + x;
+    let triangles = (0..side)
+        .flat_map(|z| {
+            (0..side).flat_map(move |x| {
+                [[at(x, z), at(x, z + 1), at(x + 1, z)], [at(x + 1, z), at(x, z + 1), at(x + 1, z + 1)]]
+            })
+        })
+        .collect();
+    mesh(positions, triangles)
+}
+
+fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
+    Mesh { normals: vec![[0.0, 1.0, 0.0]; positions.len()], uvs: Vec::new(), positions, triangles }
+}
+
+fn main() {
+    println!("{:44} {:>8} {:>8}", "", "ours", "obvhs");
+    let knot = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+    let joined = |scene: &Scene| {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for object in &scene.objects {
+            let first = positions.len() as u32;
+            positions.extend_from_slice(&object.mesh.positions);
+            triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|i| i + first)));
+        }
+        mesh(positions, triangles)
+    };
+    bench("cornell-knot", joined(&knot));
+    if let Ok(scene) = relume_scenes::load(&relume_scenes::resolve("armadillo-plane").unwrap()) {
+        bench("armadillo-plane", joined(&scene));
+    }
+    bench("a height field", field(500));
+    bench("triangles without order", soup(500_000));
+}

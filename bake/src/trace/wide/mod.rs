@@ -7,6 +7,8 @@
 
 mod block;
 mod lanes;
+#[cfg(test)]
+mod tests;
 mod tree;
 
 use super::triangle::{ShearedRay, TriangleHit};
@@ -146,14 +148,9 @@ impl Wide {
         let mut nearest: Option<(u32, TriangleHit)> = None;
         let mut farthest = f32::MAX;
         let mut open = Open::new();
-        if !self.nodes.is_empty() {
-            open.push(key(0.0, Child::of(0)));
-        }
-        while let Some(next) = open.pop() {
-            if distance_of(next) > farthest {
-                continue;
-            }
-            match Child::of(next as u32).leaf_or_node() {
+        let mut next = (!self.nodes.is_empty()).then_some(key(0.0, Child::of(0)));
+        while let Some(here) = next {
+            next = match Child::of(here as u32).leaf_or_node() {
                 Err(node) => boxes.open(simd, &self.nodes[node], farthest, &mut open),
                 Ok(leaf) => {
                     let block = &self.blocks[leaf];
@@ -174,7 +171,13 @@ impl Wide {
                             nearest = Some((number, hit));
                         }
                     }
+                    None
                 }
+            };
+            while next.is_none()
+                && let Some(last) = open.pop()
+            {
+                next = (distance_of(last) <= farthest).then_some(last);
             }
         }
         nearest
@@ -300,22 +303,29 @@ impl<L: Lanes> BoxRay<L> {
         simd.mul_sub(simd.load(&node.ends[end]), self.inverse[axis], self.start[axis])
     }
 
-    /// Adds what of `node` the ray meets to what is yet to be visited, the nearest last.
+    /// The nearest of what the ray meets of `node`; all else is yet to be visited, the nearest last.
     #[inline(always)]
-    fn open(&self, simd: L, node: &Node, farthest: f32, open: &mut Open) {
+    fn open(&self, simd: L, node: &Node, farthest: f32, open: &mut Open) -> Option<u64> {
         let (hit, enters) = self.meet(simd, node, farthest);
         let distances = simd.store(enters);
+        let mut lanes = lanes_of(hit).map(|lane| key(distances[lane], node.children[lane]));
+        let first = lanes.next()?;
+        let Some(second) = lanes.next() else { return Some(first) };
+        let mut nearest = first.min(second);
         let base = open.len();
-        for lane in lanes_of(hit) {
-            let new = key(distances[lane], node.children[lane]);
-            open.push(new);
+        open.push(first.max(second));
+        for new in lanes {
+            let farther = nearest.max(new);
+            nearest = nearest.min(new);
             // The farthest first.
-            let mut at = open.len() - 1;
-            while at > base && open[at - 1] < new {
+            let mut at = open.len();
+            open.push(farther);
+            while at > base && open[at - 1] < farther {
                 open[at] = open[at - 1];
                 at -= 1;
             }
-            open[at] = new;
+            open[at] = farther;
         }
+        Some(nearest)
     }
 }

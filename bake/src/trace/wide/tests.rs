@@ -1,0 +1,138 @@
+//! Every kind of instructions against a test of all triangles one by one.
+
+use super::*;
+use obvhs::aabb::Aabb;
+use obvhs::triangle::Triangle;
+
+/// Numbers from −1 to 1 without order.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn point(&mut self) -> Vec3A {
+        Vec3A::new(self.next(), self.next(), self.next())
+    }
+
+    /// A unit vector; one of four is along an axis, and one within a plane of two.
+    fn direction(&mut self) -> Vec3A {
+        let mut way = self.point();
+        let of_four = (self.next() + 1.0) as usize + 2 * (self.next() + 1.0) as usize;
+        if of_four < 2 {
+            way[(self.next() + 1.0) as usize] = -0.0;
+        }
+        if of_four == 0 {
+            way = Vec3A::new(way.x, 0.0, if way.x == 0.0 { -1.0 } else { 0.0 });
+        }
+        way.try_normalize().unwrap_or(Vec3A::NEG_Y)
+    }
+}
+
+struct Padded([Vec3A; 3]);
+
+impl Boundable for Padded {
+    fn aabb(&self) -> Aabb {
+        let Aabb { min, max } = Triangle { v0: self.0[0], v1: self.0[1], v2: self.0[2] }.aabb();
+        Aabb::new(min - 1e-4, max + 1e-4)
+    }
+}
+
+fn wide(triangles: &[[Vec3A; 3]]) -> Wide {
+    Wide::new(triangles, &triangles.iter().map(|t| Padded(*t)).collect::<Vec<_>>())
+}
+
+/// What no hierarchy and no lanes find: the number as given, and the hit.
+fn nearest_of_all(
+    triangles: &[[Vec3A; 3]],
+    origin: Vec3A,
+    direction: Vec3A,
+    counts: impl Fn(u32) -> bool,
+) -> Option<(u32, TriangleHit)> {
+    let ray = ShearedRay::new(origin, direction);
+    let hits = (0..).zip(triangles).filter(|(number, _)| counts(*number));
+    let hits = hits.filter_map(|(number, triangle)| Some((number, ray.intersect(triangle, f32::INFINITY)?)));
+    // Of equal ones the first.
+    hits.min_by(|(_, a), (_, b)| a.t.total_cmp(&b.t))
+}
+
+/// Triangles without order; a grid whose edges and corners rays meet exactly, three times over; slivers.
+fn scenes() -> Vec<Vec<[Vec3A; 3]>> {
+    let mut random = Random(3);
+    let soup = (0..700).map(|_| {
+        let middle = random.point();
+        std::array::from_fn(|_| middle + 0.2 * random.point())
+    });
+    let soup: Vec<_> = soup.collect();
+    let mut grid = Vec::new();
+    for cell in 0..3 * 64 {
+        let at = |x: i32, z: i32| {
+            let (x, z) = (cell % 8 + x, cell / 8 % 8 + z);
+            Vec3A::new(x as f32 * 0.25 - 1.0, 0.0, z as f32 * 0.25 - 1.0)
+        };
+        grid.extend([[at(0, 0), at(0, 1), at(1, 0)], [at(1, 0), at(0, 1), at(1, 1)]]);
+    }
+    let mut slivers = Vec::new();
+    for _ in 0..300 {
+        let (a, b) = (random.point(), random.point());
+        slivers.push([a, b, a + 1e-6 * random.point()]);
+    }
+    vec![Vec::new(), soup[..1].to_vec(), soup[..8].to_vec(), soup, grid, slivers]
+}
+
+/// Rays from anywhere anywhere, and ones aimed at corners and middles of edges.
+fn rays(triangles: &[[Vec3A; 3]]) -> Vec<(Vec3A, Vec3A)> {
+    let mut random = Random(5);
+    let mut rays: Vec<_> = (0..3000).map(|_| (2.0 * random.point(), random.direction())).collect();
+    for (number, triangle) in triangles.iter().enumerate().take(500) {
+        let origin = if number % 2 == 0 { 2.0 * random.point() } else { triangle[0] + Vec3A::Y };
+        for target in [triangle[0], 0.5 * (triangle[1] + triangle[2])] {
+            rays.push((origin, (target - origin).normalize()));
+        }
+    }
+    rays
+}
+
+#[test]
+fn every_kind_of_instructions_finds_what_a_test_of_all_triangles_finds() {
+    let own = Kernel::of_this_processor();
+    let (mut hits, mut ties) = (0, 0);
+    for triangles in scenes() {
+        let mut wide = wide(&triangles);
+        let order = wide.order.clone();
+        assert_eq!(order.len(), triangles.len());
+        for kernel in [own, Kernel::Plain] {
+            wide.kernel = kernel;
+            for (origin, direction) in rays(&triangles) {
+                // As a material with holes has it: some triangles do not count.
+                for leaves_out in [u32::MAX, 3] {
+                    let counts = |given: u32| given % 4 != leaves_out;
+                    let expected = nearest_of_all(&triangles, origin, direction, counts);
+                    let found = wide.nearest(origin, direction, |at, _| counts(order[at as usize]));
+                    let found = found.map(|(at, hit)| (order[at as usize], hit));
+                    assert_eq!(found, expected, "{kernel:?}, {origin} {direction}");
+                    hits += usize::from(found.is_some());
+                    let distances = match found {
+                        Some((_, hit)) => [0.5 * hit.t, hit.t, hit.t.next_up(), f32::INFINITY],
+                        None => [1e-3, 1.0, 1e3, f32::INFINITY],
+                    };
+                    for distance in distances {
+                        let blocked =
+                            wide.occluded(origin, direction, distance, |at, _| counts(order[at as usize]));
+                        let expected = expected.is_some_and(|(_, hit)| hit.t < distance);
+                        assert_eq!(blocked, expected, "{kernel:?}, {origin} {direction} {distance}");
+                    }
+                    let same = |(_, hit): &(u32, TriangleHit)| {
+                        let ray = ShearedRay::new(origin, direction);
+                        let all = triangles.iter().filter_map(|t| ray.intersect(t, f32::INFINITY));
+                        all.filter(|other| other.t == hit.t).count() > 1
+                    };
+                    ties += usize::from(found.as_ref().is_some_and(same));
+                }
+            }
+        }
+    }
+    assert!(hits > 5_000 && ties > 1_000, "{hits} hits, of them {ties} of several triangles at once");
+}

@@ -68,3 +68,100 @@ pub(crate) fn tidy(folder: &Path, is_current: impl Fn(&str) -> bool) {
     }
     let _ = std::fs::remove_dir(folder_of(folder));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces that say their number, under a key.
+    struct Numbers {
+        key: u128,
+        pieces: u32,
+        is_kept: bool,
+    }
+
+    impl Stage for Numbers {
+        fn name(&self) -> String {
+            "numbers".to_owned()
+        }
+
+        fn label(&self) -> Option<&'static str> {
+            None
+        }
+
+        fn key(&self) -> u128 {
+            self.key
+        }
+
+        fn pieces(&self) -> u32 {
+            self.pieces
+        }
+
+        fn piece(&self, number: u32) -> Result<Vec<u8>> {
+            Ok(vec![number as u8; 5 + number as usize])
+        }
+
+        fn keeps_log(&self) -> bool {
+            self.is_kept
+        }
+    }
+
+    const NUMBERS: Numbers = Numbers { key: 7, pieces: 3, is_kept: true };
+
+    /// A bundle's folder with a whole log of `NUMBERS`.
+    fn kept() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let unfinished = folder.path().join("unfinished");
+        std::fs::create_dir(&unfinished).unwrap();
+        let made = WorkLog::create(&unfinished.join("numbers.log"), NUMBERS.key).unwrap();
+        [2, 0, 1].into_iter().for_each(|n| made.append(n, &NUMBERS.piece(n).unwrap()).unwrap());
+        keep(folder.path(), &unfinished, &["numbers".to_owned(), "not there".to_owned()]).unwrap();
+        assert!(files(&unfinished).is_empty());
+        folder
+    }
+
+    #[test]
+    fn a_log_serves_if_it_is_the_very_one_and_whole() {
+        let folder = kept();
+        let found = log(folder.path(), &NUMBERS).unwrap();
+        (0..3).for_each(|n| assert_eq!(found.read(n).unwrap(), NUMBERS.piece(n).unwrap()));
+        assert!(found.append(3, &[1]).is_err(), "nothing is added");
+        for other in [
+            Numbers { key: 8, ..NUMBERS },
+            Numbers { pieces: 4, ..NUMBERS },
+            Numbers { is_kept: false, ..NUMBERS },
+        ] {
+            assert!(log(folder.path(), &other).is_none());
+        }
+        let path = folder_of(folder.path()).join("numbers.log");
+        let whole = std::fs::read(&path).unwrap();
+        for at in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 1 << (at % 8);
+            std::fs::write(&path, &damaged).unwrap();
+            assert!(log(folder.path(), &NUMBERS).is_none(), "byte {at}");
+            std::fs::write(&path, &whole[..at]).unwrap();
+            assert!(log(folder.path(), &NUMBERS).is_none(), "cut at {at}");
+        }
+        std::fs::write(&path, &whole).unwrap();
+        assert!(log(folder.path(), &NUMBERS).is_some());
+        std::fs::remove_file(&path).unwrap();
+        assert!(log(folder.path(), &NUMBERS).is_none());
+    }
+
+    #[test]
+    fn what_is_out_of_date_goes_and_what_is_not_ours_stays() {
+        let folder = kept();
+        let here = folder_of(folder.path());
+        std::fs::write(here.join("notes.txt"), "").unwrap();
+        std::fs::write(here.join("old.log"), "").unwrap();
+        tidy(folder.path(), |stage| stage == "numbers");
+        assert!(here.join("numbers.log").exists() && !here.join("old.log").exists());
+        tidy(folder.path(), |_| false);
+        assert!(!here.join("numbers.log").exists() && here.join("notes.txt").exists());
+        std::fs::remove_file(here.join("notes.txt")).unwrap();
+        tidy(folder.path(), |_| false);
+        assert!(!here.exists());
+        tidy(folder.path(), |_| false);
+    }
+}

@@ -30,12 +30,7 @@ pub struct Baked {
 ///
 /// # Errors
 /// If a log cannot be written or read, or the job is interrupted.
-pub fn bake(
-    scene: &Scene,
-    settings: &Settings,
-    job: &Job,
-    run: Run<'_>,
-) -> Result<Option<Baked>> {
+pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Result<Option<Baked>> {
     let gather = Gather::new(scene, settings.rays_per_texel, job);
     let Some(logs) = gather.trace(bounces(scene), run)? else { return Ok(None) };
     let environments = environments(scene);

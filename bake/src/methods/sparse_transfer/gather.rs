@@ -130,8 +130,7 @@ impl<'a> Gather<'a> {
     /// Traces so many `bounces` of the direct light in `logs`; whether all of it is there.
     fn bounce(&self, logs: &mut Logs, bounces: u32, run: Run<'_>) -> Result<bool> {
         let bouncer = Bouncer::new(self.scene, &self.world);
-        let (mut arriving, mut channels) =
-            (self.dense(TEXELS, |piece| self.coarse(&logs.direct, piece))?, 1);
+        let (mut arriving, mut channels) = (self.dense(TEXELS, |piece| self.coarse(&logs.direct, piece))?, 1);
         for bounce in 1..=bounces {
             let bytes = |receivers: &[Receiver]| {
                 let rows = receivers.iter().flat_map(|receiver| bouncer.row(receiver, &arriving, channels));
@@ -203,5 +202,54 @@ impl<'a> Gather<'a> {
             give((0..3).map(|c| row.iter().skip(c).step_by(3).copied().collect()).collect());
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::BOUNCED_FACE_SIZE;
+    use super::super::test_scene::test_scene;
+    use super::*;
+    use crate::compress::floats::LARGEST_ERROR;
+    use crate::job::ProgressMode;
+    use crate::methods::environment_lit::environments;
+    use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, exact_radiances};
+
+    /// Neither rows nor light are negative anywhere, so that radiance changes by no larger a part than a
+    /// value of a row does; where the errors of many texels cancel, by far less.
+    #[test]
+    fn what_the_log_of_a_bounce_rounds_is_nothing() {
+        let (scene, job) = (test_scene(), Job::new(ProgressMode::None));
+        let gather = Gather::new(&scene, 4, &job);
+        let folder = tempfile::tempdir().unwrap();
+        let run = |stage: &dyn Stage| {
+            let log = WorkLog::create(&folder.path().join(stage.name()), stage.key())?;
+            crate::stage::fill(stage, &log, crate::stage::Share::WHOLE, &job)?;
+            Ok(Some(log))
+        };
+        let logs = gather.trace(1, &run).unwrap().unwrap();
+        let direct = gather.dense(TEXELS, |piece| gather.coarse(&logs.direct, piece)).unwrap();
+        let stored = gather.dense(BOUNCED, |piece| gather.bounced(&logs.bounces[0], piece)).unwrap();
+        let bouncer = Bouncer::new(&scene, &gather.world);
+        let rows: Vec<f32> = gather.receivers.iter().flat_map(|r| bouncer.row(r, &direct, 1)).collect();
+        let lights = HeldOutLights::new(&environments(&scene), BOUNCED_FACE_SIZE);
+        let radiances = |rows: &[f32]| -> Vec<[f32; RADIANCES]> {
+            let planes =
+                |row: &[f32]| [0, 1, 2].map(|c| row.iter().skip(c).step_by(3).copied().collect()).to_vec();
+            rows.chunks_exact(BOUNCED).map(|row| exact_radiances(&planes(row), &lights)).collect()
+        };
+        let (stored, exact) = (radiances(&stored), radiances(&rows));
+        for state in 0..STATES {
+            let (mut off, mut norm) = (0.0, 0.0);
+            for (stored, exact) in stored.iter().zip(&exact) {
+                for c in 3 * state..3 * state + 3 {
+                    off += f64::from(stored[c] - exact[c]).powi(2);
+                    norm += f64::from(exact[c]).powi(2);
+                }
+            }
+            let error = (off / norm).sqrt();
+            println!("light {state}: {error:.2e}");
+            assert!(error > 0.0 && error <= f64::from(LARGEST_ERROR), "{error}");
+        }
     }
 }

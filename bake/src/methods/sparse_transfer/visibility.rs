@@ -36,13 +36,7 @@ pub fn look(receiver: &Receiver, world: &World, texels: &Texels) -> Seen {
 /// Transfer from every texel of the light to a receiver with `normal` that sees `centres`, and `points` one
 /// after the other: V·max(0, n·ω)·dω/π, for a texel at whose border visibility changes the mean over the
 /// directions within it. `row` has as many values as there are texels.
-pub fn row_of(
-    normal: Vec3A,
-    centres: &[bool],
-    points: &mut BitReader<'_>,
-    texels: &Texels,
-    row: &mut [f32],
-) {
+pub fn row_of(normal: Vec3A, centres: &[bool], points: &mut BitReader<'_>, texels: &Texels, row: &mut [f32]) {
     for (texel, value) in row.iter_mut().enumerate() {
         let projected = if is_refined(texel, centres, texels) {
             texels
@@ -104,4 +98,59 @@ pub fn rows_of(
         give(&row);
     }
     points.is_at_end().then_some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_scene::test_scene;
+    use super::*;
+    use crate::trace::receivers::receivers;
+    use crate::trace::world::{reset_ray_counts, take_ray_count};
+
+    /// The row as a ray at a time gives it, without bits between.
+    fn by_rays(receiver: &Receiver, world: &World, texels: &Texels) -> Vec<f32> {
+        let cosine = |direction: Vec3A| receiver.normal.dot(direction).max(0.0);
+        let sees = |direction: Vec3A| !world.occluded(receiver.origin, direction, f32::INFINITY);
+        let lit: Vec<bool> = texels.directions.iter().map(|d| cosine(*d) > 0.0 && sees(*d)).collect();
+        let value = |texel: usize| {
+            let border = texels.neighbours(texel).into_iter().any(|other| lit[other] != lit[texel]);
+            let inside = texels.points(texel).iter().filter(|(d, _)| cosine(*d) > 0.0 && sees(*d));
+            match (texels.are_refined() && border, lit[texel]) {
+                (true, _) => inside.map(|(d, share)| share * cosine(*d)).sum(),
+                (false, true) => cosine(texels.directions[texel]),
+                (false, false) => 0.0,
+            }
+        };
+        (0..lit.len()).map(|texel| value(texel) * texels.weights[texel]).collect()
+    }
+
+    #[test]
+    fn rows_of_a_log_are_those_that_rays_give_bit_for_bit() {
+        let scene = test_scene();
+        let (world, receivers) = (World::new(&scene), receivers(&scene));
+        for side in [1, 2, 4] {
+            let texels = Texels::new(side);
+            let seen: Vec<Seen> = receivers.iter().map(|r| look(r, &world, &texels)).collect();
+            assert_eq!(seen.iter().any(|seen| !seen.points.is_empty()), side > 1);
+            let bytes = encode(&seen).unwrap();
+            reset_ray_counts();
+            let mut rows = Vec::new();
+            rows_of(&bytes, &receivers, &texels, |row| rows.push(row.to_vec())).unwrap();
+            assert_eq!(take_ray_count(), 0);
+            assert_eq!(rows.len(), receivers.len());
+            let mut row = vec![0.0; texels.weights.len()];
+            for (receiver, from_log) in receivers.iter().zip(&rows) {
+                let expected = by_rays(receiver, &world, &texels);
+                assert!(expected.iter().any(|v| *v > 0.0) && expected.contains(&0.0));
+                transfer_row(receiver, &world, &texels, &mut row);
+                for row in [from_log, &row] {
+                    assert!(row.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()), "{side}");
+                }
+            }
+            let (fewer, more) = (&receivers[1..], [&receivers[..1], &receivers].concat());
+            assert!(rows_of(&bytes, &more, &texels, |_| ()).is_none(), "bits are missing");
+            assert!(rows_of(&bytes, fewer, &texels, |_| ()).is_none(), "bits are left over");
+            assert!(rows_of(&bytes[1..], &receivers, &texels, |_| ()).is_none(), "no frame");
+        }
+    }
 }

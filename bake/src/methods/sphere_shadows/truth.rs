@@ -148,12 +148,7 @@ impl Eyes {
     }
 
     /// Radiance of a white surface at `vertex`, which sees the texels of `seen`, under all lights.
-    pub(super) fn radiances(
-        &self,
-        vertex: usize,
-        seen: &[bool],
-        lights: &HeldOutLights,
-    ) -> [f32; RADIANCES] {
+    pub(super) fn radiances(&self, vertex: usize, seen: &[bool], lights: &HeldOutLights) -> [f32; RADIANCES] {
         let mut row = row(self.receivers[vertex].normal);
         row.iter_mut().zip(seen).filter(|(_, seen)| !**seen).for_each(|(value, _)| *value = 0.0);
         exact_radiances(&[row], lights)
@@ -171,4 +166,41 @@ fn row(normal: Vec3A) -> Vec<f32> {
 pub fn centre(texel: usize) -> Vec3A {
     let (x, y) = (texel % SIDE, texel / SIDE % SIDE);
     cubemap::direction(texel / (SIDE * SIDE), SIDE, x as f64 + 0.5, y as f64 + 0.5).as_vec3a()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::ProgressMode;
+    use crate::methods::environment_lit::environments;
+    use crate::stage::{Share, fill};
+
+    #[test]
+    fn radiances_of_a_log_are_those_that_rays_give_bit_for_bit() {
+        let scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
+        let lights = HeldOutLights::new(&environments(&scene), SIDE);
+        let (eyes, job) = (Eyes::new(&scene), Job::new(ProgressMode::None));
+        // One piece and a half, on the knot and on the plane.
+        let some: Vec<usize> = (0..eyes.receivers.len()).step_by(eyes.receivers.len() / 23).collect();
+        let by_rays = |vertex: &usize| {
+            let Receiver { origin, normal } = eyes.receivers[*vertex];
+            let mut row = diffuse::lobe(normal.into());
+            inverse_cube(&mut row, SIDE);
+            for (texel, value) in row.iter_mut().enumerate() {
+                if *value != 0.0 && eyes.world.occluded(origin, centre(texel), f32::INFINITY) {
+                    *value = 0.0;
+                }
+            }
+            exact_radiances(&[row], &lights)
+        };
+        let expected: Vec<_> = some.iter().map(by_rays).collect();
+        let folder = tempfile::tempdir().unwrap();
+        let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
+        let stage = Tracing { number: 0, eyes: Eyes::new(&scene), some: &some, key: 0 };
+        fill(&stage, &log, Share::WHOLE, &job).unwrap();
+        let found = stage.read(&log, &lights, &job).unwrap();
+        assert!(found == expected && expected.iter().any(|radiances| radiances[0] > 0.0));
+        let fewer = Tracing { some: &some[1..], ..stage };
+        assert!(fewer.read(&log, &lights, &job).unwrap_err().to_string().contains("other receivers"));
+    }
 }

@@ -173,6 +173,13 @@ fn what_cannot_be_merged_is_refused() {
         folder
     };
     let (one, two, other) = (part("1/2", "8"), part("2/2", "8"), part("2/2", "9"));
+    for command in [&["info", &one][..], &["verify", &one], &["export", &one, "-o", &at("exported")]] {
+        let message = expect_exit("bake", command, 2);
+        assert!(
+            message.contains("holds a part of a bake, and no bundle; make one of all parts"),
+            "{message}"
+        );
+    }
     let refused =
         |folders: &[&str]| expect_exit("bake", &[&["merge", "-o", &at("out")][..], folders].concat(), 2);
     for (folders, expected) in [

@@ -24,7 +24,7 @@ mod tests {
 
     #[test]
     fn frames_come_back_and_nothing_else_does() {
-        let raw: Vec<u8> = (0..5000u32).map(|i| (i * i >> 7) as u8).collect();
+        let raw: Vec<u8> = (0..5000u32).map(|i| ((i * i) >> 7) as u8).collect();
         let frame = shrink(&raw).unwrap();
         assert!(frame.len() < raw.len());
         assert_eq!(grow(&frame, raw.len()).as_ref(), Some(&raw));

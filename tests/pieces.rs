@@ -67,6 +67,14 @@ fn bundle(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
+/// Names of the logs in a folder, which need not be there.
+fn kept_logs(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 /// Starts a part, kills it once there is something in a log (or it is done), and goes on.
 fn kill_on_the_way(arguments: &[&str], folder: &Path) {
     let mut child =
@@ -74,7 +82,7 @@ fn kill_on_the_way(arguments: &[&str], folder: &Path) {
     let began = |folder: &Path| {
         let logs = std::fs::read_dir(folder.join("unfinished")).into_iter().flatten().flatten();
         logs.filter(|entry| entry.path().extension().is_some_and(|e| e == "log"))
-            .any(|entry| entry.metadata().is_ok_and(|m| m.len() > 100))
+            .any(|entry| entry.metadata().is_ok_and(|m| m.len() > 16))
     };
     let start = Instant::now();
     while child.try_wait().unwrap().is_none() && !began(folder) {
@@ -130,6 +138,9 @@ fn seven_parts_in_any_order_two_of_them_killed_merge_into_the_same_bytes() {
         assert_eq!(names(&whole), names(&merged), "{method}");
         whole.iter().zip(&merged).for_each(|(a, b)| assert!(a.1 == b.1, "{method}: {} differs", a.0));
         assert!(!Path::new(&at("merged")).join("unfinished").exists(), "nothing is left over");
+        let kept = |name: &str| kept_logs(&Path::new(&at(name)).join("traced"));
+        assert_eq!(kept("merged"), kept("whole"), "{method}");
+        assert_eq!(kept("whole").is_empty(), method == "transfer-images");
     }
 }
 
@@ -162,6 +173,13 @@ fn what_cannot_be_merged_is_refused() {
         folder
     };
     let (one, two, other) = (part("1/2", "8"), part("2/2", "8"), part("2/2", "9"));
+    for command in [&["info", &one][..], &["verify", &one], &["export", &one, "-o", &at("exported")]] {
+        let message = expect_exit("bake", command, 2);
+        assert!(
+            message.contains("holds a part of a bake, and no bundle; make one of all parts"),
+            "{message}"
+        );
+    }
     let refused =
         |folders: &[&str]| expect_exit("bake", &[&["merge", "-o", &at("out")][..], folders].concat(), 2);
     for (folders, expected) in [

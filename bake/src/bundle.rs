@@ -22,7 +22,7 @@ use crate::stage::{Share, Traced};
 use crate::unfinished::names::UNFINISHED;
 use crate::unfinished::work::{self, has_logs, write_entry};
 use crate::unfinished::{FolderLock, Leftover, Work, holds_work};
-use crate::{playable, report};
+use crate::{playable, report, traced};
 use publish::publish;
 use relume_formats::Place;
 use relume_formats::container::MAX_SECTION_BYTES;
@@ -32,7 +32,7 @@ use relume_formats::kinds::scene::{MAX_PIXELS, is_legal_size};
 use relume_formats::name::file_of;
 use relume_scenes::Scene;
 use serde_json::json;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
@@ -154,7 +154,8 @@ fn make(
     methods.iter().try_for_each(|method| job.memory().expect(method.memory(scene)))?;
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
-    [folder, &unfinished].into_iter().try_for_each(expect_files)?;
+    traced::expect_folder(folder)?;
+    [folder, &unfinished, &traced::folder_of(folder)].into_iter().try_for_each(expect_files)?;
     shard.map_or(Ok(()), |shard| shard.expect_own(folder))?;
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     if leftover == Leftover::Refuse && holds_work(folder, &names) {
@@ -164,9 +165,17 @@ fn make(
     if let Some(shard) = shard {
         shard.write(folder)?;
     }
-    let (traced, share) = (Mutex::new(Traced::default()), shard.map_or(Share::WHOLE, |shard| shard.share));
-    let work =
-        Work { folder, unfinished: &unfinished, leftover, share, sphere_sets: None, traced: &traced, job };
+    let (traced, kept) = (Mutex::new(Traced::default()), Mutex::new(BTreeSet::new()));
+    let work = Work {
+        folder,
+        unfinished: &unfinished,
+        leftover,
+        share: shard.map_or(Share::WHOLE, |shard| shard.share),
+        sphere_sets: None,
+        traced: &traced,
+        kept: &kept,
+        job,
+    };
     let old = publish::old_manifest(folder, &unfinished, scene, leftover)?;
     match bake_into(scene, methods, &stored, old.as_ref(), order.seed, work) {
         Ok(Outcome::Bundle(summary)) => work::tidy(folder, &names).map(|()| (Outcome::Bundle(summary), lock)),
@@ -234,7 +243,13 @@ fn bake_into(
         sphere_sets: sphere_sets.iter().map(|set| (set.object.clone(), set.entry.clone())).collect(),
         methods: methods.iter().map(|summary| summary.entry.clone()).collect(),
     };
-    publish(&manifest, old, unfinished, folder)?;
+    publish(&manifest, old, &work)?;
+    let served: Vec<&str> = methods
+        .iter()
+        .filter(|summary| summary.traced.is_none())
+        .map(|summary| summary.entry.name.as_str())
+        .collect();
+    work.tidy_kept(&served);
     let summary =
         Summary { sphere_sets, methods, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
     if summary.has_news() {

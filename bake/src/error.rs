@@ -7,6 +7,9 @@ use relume_formats::{Error, Place};
 /// Shorthand for results of this crate.
 pub type Result<T> = std::result::Result<T, BakeError>;
 
+/// What memory is that the user allows.
+pub(crate) const ALLOWED: &str = "allowed by --memory";
+
 /// What can end a bake.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -67,6 +70,7 @@ impl BakeError {
         match self {
             Self::Interrupted(_) => 130,
             Self::File(error) if error.is_bad_input() => 2,
+            Self::Memory { of_what: ALLOWED, .. } => 2,
             Self::Kept { error, .. } => error.exit_code(),
             _ => 1,
         }

@@ -40,5 +40,6 @@ pub mod shard;
 pub mod spheres;
 pub mod stage;
 pub mod trace;
+mod traced;
 pub mod unfinished;
 pub mod work_log;

@@ -1,6 +1,6 @@
 //! How much memory a bake may take.
 
-use crate::error::{BakeError, Result};
+use crate::error::{ALLOWED, BakeError, Result};
 
 /// What a bake may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,7 @@ impl MemoryLimit {
     /// [`BakeError::Memory`].
     pub fn expect(self, need: MemoryNeed) -> Result<()> {
         let (most, of_what) = match self {
-            Self::Bytes(bytes) => (Some(bytes), "allowed by --memory"),
+            Self::Bytes(bytes) => (Some(bytes), ALLOWED),
             Self::Free => (available_bytes(), "free"),
         };
         // Something has to stay for everybody else.
@@ -88,15 +88,17 @@ mod tests {
     fn a_need_above_the_limit_is_refused_with_both_numbers() {
         let need = |bytes| MemoryNeed { bytes, remedy: "lower --size" };
         MemoryLimit::Bytes(1 << 30).expect(need(1 << 30)).unwrap();
-        let message = MemoryLimit::Bytes(1 << 30).expect(need((3 << 30) + 1)).unwrap_err().to_string();
+        let error = MemoryLimit::Bytes(1 << 30).expect(need((3 << 30) + 1)).unwrap_err();
         assert_eq!(
-            message,
+            error.to_string(),
             "this bake needs about 3072 MiB of memory and 1024 MiB are allowed by --memory; lower --size"
         );
+        assert_eq!(error.exit_code(), 2, "another bake has to be asked for");
         MemoryLimit::Free.expect(need(1)).unwrap();
         if cfg!(target_os = "linux") {
-            let message = MemoryLimit::Free.expect(need(u64::MAX)).unwrap_err().to_string();
-            assert!(message.contains("MiB are free; lower --size"), "{message}");
+            let error = MemoryLimit::Free.expect(need(u64::MAX)).unwrap_err();
+            assert!(error.to_string().contains("MiB are free; lower --size"), "{error}");
+            assert_eq!(error.exit_code(), 1, "another day the machine has more to give");
         }
     }
 }

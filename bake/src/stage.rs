@@ -32,6 +32,12 @@ pub trait Stage: Sync {
     /// Whatever ends the bake.
     fn piece(&self, number: u32) -> Result<Vec<u8>>;
 
+    /// Whether its log is kept beside the bundle: worth it where the log is small, and another bake is likely
+    /// to need the very same pieces.
+    fn keeps_log(&self) -> bool {
+        false
+    }
+
     /// The number that counts for shares of the first piece: stages of one piece each are dealt out by it.
     fn first_share(&self) -> u32 {
         0
@@ -131,7 +137,7 @@ pub fn fill(stage: &dyn Stage, log: &WorkLog, share: Share, job: &Job) -> Result
 
 /// Whether `log` has all pieces of `stage`.
 pub fn is_whole(stage: &dyn Stage, log: &WorkLog) -> bool {
-    log.finished().iter().take_while(|piece| **piece < stage.pieces()).count() == stage.pieces() as usize
+    log.has_all(stage.pieces())
 }
 
 #[cfg(test)]

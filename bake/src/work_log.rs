@@ -65,6 +65,16 @@ impl WorkLog {
         Ok(scan.map(|(pieces, end)| Self { place, inner: Mutex::new(Inner { file, end, pieces }) }))
     }
 
+    /// The log at `path` for reading alone; `None` if nothing can be read there, or it belongs to another bake.
+    pub fn read_only(path: &Path, key: u128) -> Option<Self> {
+        if !path.is_file() {
+            return None;
+        }
+        let mut file = File::open(path).ok()?;
+        let (pieces, end) = scan(&mut file, key).ok()??;
+        Some(Self { place: Place::file(path), inner: Mutex::new(Inner { file, end, pieces }) })
+    }
+
     /// Adds the pieces of the log at `from` to those of the log at `path`, which is made if it is not there.
     ///
     /// # Errors
@@ -107,6 +117,11 @@ impl WorkLog {
     /// Pieces that are in the log, in order.
     pub fn finished(&self) -> Vec<u32> {
         self.lock().pieces.keys().copied().collect()
+    }
+
+    /// Whether all of so many `pieces` are in the log.
+    pub fn has_all(&self, pieces: u32) -> bool {
+        self.lock().pieces.range(..pieces).count() == pieces as usize
     }
 
     /// Appends a piece.

@@ -4,7 +4,7 @@
 //! are mended. Whatever reads bundles must be of one mind about what comes of it, and what is accepted must
 //! show a finite picture.
 
-use crate::support::{job, run, write_scene};
+use crate::support::{copy_folder, job, run, write_scene};
 use raw_file::{RawFile, RawSection};
 use relume_bake::bundle;
 use relume_bake::inspect;
@@ -96,10 +96,7 @@ impl Sound {
     fn copy(&self) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (from, to) = (self.out(), folder.path().join("out"));
-        std::fs::create_dir(&to).unwrap();
-        for entry in std::fs::read_dir(&from).unwrap().map(|entry| entry.unwrap().path()) {
-            std::fs::copy(&entry, to.join(entry.file_name().unwrap())).unwrap();
-        }
+        copy_folder(&from, &to);
         let files = self
             .files
             .iter()

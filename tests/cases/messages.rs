@@ -5,7 +5,7 @@
 
 mod mistakes;
 
-use crate::support::{command, run};
+use crate::support::{command, copy_folder, run};
 use mistakes::{IN_ANIMATIONS, IN_COMMANDS, IN_LOOKS, IN_SCENES, IN_STATES};
 use relume_bake::probe::Probe;
 use relume_formats::Place;
@@ -52,20 +52,8 @@ file = "maps/Studio.hdr"
 /// A copy of a case's inputs, to work in.
 pub(super) fn copy_of(case: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/inputs").join(case), folder.path());
+    copy_folder(&Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/inputs").join(case), folder.path());
     folder
-}
-
-fn copy(from: &Path, to: &Path) {
-    for entry in std::fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
-        let to = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            std::fs::create_dir(&to).unwrap();
-            copy(&entry.path(), &to);
-        } else {
-            std::fs::copy(entry.path(), &to).unwrap();
-        }
-    }
 }
 
 /// Runs a command line in `folder`, expects that exit code, and returns standard error.

@@ -3,7 +3,7 @@
 use crate::error::{BakeError, Result};
 use crate::job::note;
 use crate::method::Method;
-use crate::unfinished::Leftover;
+use crate::unfinished::{Leftover, Work};
 use relume_formats::container::{self, Header};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry, content_hash};
 use relume_formats::{Error, Place, read_regular};
@@ -75,21 +75,19 @@ pub(super) fn is_readable(file: &FileEntry, folder: &Path) -> bool {
     container::open(&folder.join(&file.file)).is_ok_and(|reader| current(reader.header())) && whole()
 }
 
-/// Moves the new files into place and names them in the manifest. The old manifest is put aside first, so
-/// nobody takes a mixture of old and new files for a bundle. Nothing is lost in between: the log, or the
-/// images that the old manifest names, are still there.
-pub(super) fn publish(
-    manifest: &Manifest,
-    old: Option<&Manifest>,
-    unfinished: &Path,
-    folder: &Path,
-) -> Result<()> {
+/// Moves the new files of `work` into place and names them in the manifest. The old manifest is put aside
+/// before that, so nobody takes a mixture of old and new files for a bundle. Nothing is lost in between: the
+/// logs, or the images that the old manifest names, are still there.
+pub(super) fn publish(manifest: &Manifest, old: Option<&Manifest>, work: &Work<'_>) -> Result<()> {
+    let Work { unfinished, folder, .. } = *work;
     let io = |path: &Path| {
         let place = Place::file(path);
         move |e| Error::output(&place, e)
     };
     let old_manifest = folder.join(manifest::FILE_NAME);
     manifest.validate(&Place::file(&old_manifest))?;
+    // Logs first: from then on the next bake, whichever it is, finds what was traced and nothing unfinished.
+    work.keep_logs()?;
     if old_manifest.exists() {
         std::fs::rename(&old_manifest, unfinished.join(manifest::FILE_NAME)).map_err(io(&old_manifest))?;
     }

@@ -1,15 +1,17 @@
 //! Where methods work: the folder of what is not finished yet, the logs and the new files in it.
 
-use super::names::{LOCK, SHARD, UNFINISHED};
+use super::names::{LOCK, SHARD, UNFINISHED, log_name};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::output::{files, whole_name};
 use crate::stage::{Share, Stage, Traced, fill, is_whole};
+use crate::traced;
 use crate::work_log::WorkLog;
 use relume_formats::container::Stored;
 use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::manifest::{FILE_NAME as MANIFEST, FileEntry, SphereSetEntry, is_plain_name};
 use relume_formats::{Error, Place};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -39,13 +41,15 @@ pub struct Work<'a> {
     pub(crate) sphere_sets: Option<&'a [SphereSetEntry]>,
     /// What was traced so far by the method at work.
     pub(crate) traced: &'a Mutex<Traced>,
+    /// Names of the stages that were run so far and whose logs are kept.
+    pub(crate) kept: &'a Mutex<BTreeSet<String>>,
     /// For progress and interruption.
     pub job: &'a Job,
 }
 
 impl Work<'_> {
-    /// Makes the pieces of `stage` that are missing and fall to this bake; returns their log, or `None` if
-    /// others make some of them.
+    /// Makes the pieces of `stage` that are missing and fall to this bake; returns their log, which an earlier
+    /// bake may have kept, or `None` if others make some of them.
     ///
     /// # Errors
     /// If what an interrupted bake left belongs to another, a piece fails, or the user asks to stop; finished
@@ -54,14 +58,20 @@ impl Work<'_> {
         let log = self.open_log(stage)?;
         let traced = fill(stage, &log, self.share, self.job)?;
         self.traced.lock().unwrap_or_else(PoisonError::into_inner).add(traced);
+        if stage.keeps_log() {
+            self.kept.lock().unwrap_or_else(PoisonError::into_inner).insert(stage.name());
+        }
         Ok(is_whole(stage, &log).then_some(log))
     }
 
-    /// The log of `stage`, empty or with what an interrupted bake left.
+    /// The log of `stage`: with what an interrupted bake left, or whole as an earlier bake kept it, or empty.
     fn open_log(&self, stage: &dyn Stage) -> Result<WorkLog> {
         let path = self.unfinished.join(log_name(&stage.name()));
         if self.leftover != Leftover::Resume || !WorkLog::exists(&path) {
-            return Ok(WorkLog::create(&path, stage.key())?);
+            // Parts bring their pieces in logs of their own.
+            let may_reuse = self.leftover != Leftover::Discard && !self.share.is_part();
+            let kept = may_reuse.then(|| traced::log(self.folder, stage)).flatten();
+            return kept.map_or_else(|| Ok(WorkLog::create(&path, stage.key())?), Ok);
         }
         let reason =
             "holds an unfinished bake of another scene or other settings; add --force to start again";
@@ -72,6 +82,23 @@ impl Work<'_> {
     /// What was traced since the last call.
     pub(crate) fn take_traced(&self) -> Traced {
         std::mem::take(&mut *self.traced.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Moves the logs of the stages that were run, and are worth it, to those of the bundle.
+    ///
+    /// # Errors
+    /// If one cannot be moved.
+    pub(crate) fn keep_logs(&self) -> Result<()> {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        traced::keep(self.folder, self.unfinished, kept.iter())
+    }
+
+    /// Takes away what the bundle has kept of stages that were not run, but for the methods called `served`,
+    /// whose finished files served again.
+    pub(crate) fn tidy_kept(&self, served: &[&str]) {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_served = |stage: &str| served.iter().any(|name| is_of_method(stage, name));
+        traced::tidy(self.folder, |stage| kept.contains(stage) || is_served(stage));
     }
 
     /// The sphere sets of the objects that ask for some, in their order; `None` if others fit some of them.
@@ -100,19 +127,14 @@ impl Work<'_> {
 /// Beginning of what the logs of sphere sets are called. Any bake of the scene goes on with them.
 const SPHERES: &str = "spheres-";
 
-/// Name of the log of a stage.
-fn log_name(stage: &str) -> String {
-    format!("{stage}.log")
-}
-
 /// Whether a log belongs to a bake by the methods called `names`.
 fn is_own_log(file: &str, names: &[&str]) -> bool {
     file.starts_with(SPHERES) || names.iter().any(|name| is_of_method(file, name))
 }
 
-/// Whether a log is that of a stage of the method called `name`.
-fn is_of_method(file: &str, name: &str) -> bool {
-    file.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '-']))
+/// Whether a stage, or a log, is one of the method called `name`.
+pub(crate) fn is_of_method(stage: &str, name: &str) -> bool {
+    stage.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {

@@ -142,7 +142,7 @@ fn black_pictures_are_told_of() {
 #[test]
 fn a_bake_that_takes_more_memory_than_it_may_is_refused_at_once() {
     let place = Place::of(ROOM);
-    let stderr = place.bake(&["--memory", "0.1", "--size", "512x512"], 1);
+    let stderr = place.bake(&["--memory", "0.1", "--size", "512x512"], 2);
     assert!(
         stderr.contains("MiB of memory and 102 MiB are allowed by --memory; lower --size or --bases"),
         "{stderr}"

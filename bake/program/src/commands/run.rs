@@ -212,7 +212,9 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
             "no error figure: nothing that was compared is lit\n".to_owned()
         }
     };
-    if let Some(traced) = traced {
+    if traced.is_some_and(|traced| traced.pieces == 0) {
+        text += "rays traced before are used again\n";
+    } else if let Some(traced) = traced {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
         text += &format!(
             "{:.1} million rays in {:.1} s, {rate:.2} million a second\n",

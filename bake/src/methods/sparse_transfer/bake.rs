@@ -1,17 +1,16 @@
 //! From a scene to rows as they are stored.
 
 use super::errors::{self, Errors};
-use super::gather::Gather;
-use super::quantise;
-use super::rows::Rows;
-use super::settings::{Settings, Terms, bounces, face_size, vertices};
+use super::gather::{Gather, Logs, Run};
+use super::rows::{MAX_TERMS, Rows};
+use super::settings::{Settings, Terms, bounces, channels, face_size, vertices};
+use super::{importance, quantise};
 use crate::compress::quantise::unit_for;
 use crate::error::Result;
 use crate::job::Job;
 use crate::methods::environment_lit::environments;
-use crate::stage::Stage;
 use crate::trace::held_out_lights::HeldOutLights;
-use crate::work_log::WorkLog;
+use rayon::prelude::*;
 use relume_formats::kinds::sparse_transfer::Meta;
 use relume_formats::kinds::{Environment, SparseTransfer};
 use relume_scenes::Scene;
@@ -31,20 +30,12 @@ pub struct Baked {
 ///
 /// # Errors
 /// If a log cannot be written or read, or the job is interrupted.
-pub fn bake(
-    scene: &Scene,
-    settings: &Settings,
-    job: &Job,
-    run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>,
-) -> Result<Option<Baked>> {
+pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Result<Option<Baked>> {
+    let gather = Gather::new(scene, settings.rays_per_texel, job);
+    let Some(logs) = gather.trace(bounces(scene), run)? else { return Ok(None) };
     let environments = environments(scene);
     let lights = HeldOutLights::new(&environments, face_size(scene));
-    let gather = Gather::new(scene, &lights, settings.rays_per_texel);
-    let rows = match bounces(scene) {
-        0 => gather.direct(run)?,
-        bounces => gather.bounced(bounces, run)?,
-    };
-    let Some(rows) = rows else { return Ok(None) };
+    let rows = project(scene, &gather, &logs, &lights, job)?;
     let meta = Meta {
         vertices: vertices(scene) as u32,
         face_size: face_size(scene) as u32,
@@ -56,6 +47,30 @@ pub fn bake(
     };
     let (transfer, errors) = pack(&rows, &lights, settings.terms, &meta, job)?;
     Ok(Some(Baked { transfer, environments, errors }))
+}
+
+/// The most important terms of all rows in `logs`, and what each row is worth under `lights`.
+fn project(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    logs: &Logs,
+    lights: &HeldOutLights,
+    job: &Job,
+) -> Result<Rows> {
+    let (size, channels) = (face_size(scene), channels(scene));
+    let weights = importance::weights(size);
+    let progress = job.progress("projecting", gather.pieces() as u64);
+    let of_piece = |piece: usize| {
+        progress.check()?;
+        let mut rows = Rows::new(MAX_TERMS, channels);
+        gather.rows(logs, piece, |planes| rows.push_texels(planes, &weights, lights, size))?;
+        progress.advance(1);
+        Ok(rows)
+    };
+    let pieces = (0..gather.pieces()).into_par_iter().map(of_piece).collect::<Result<Vec<Rows>>>()?;
+    let mut all = Rows::new(MAX_TERMS, channels);
+    pieces.into_iter().for_each(|rows| all.append(rows));
+    Ok(all)
 }
 
 /// Rounds as many terms as are wanted and measures what that leaves.

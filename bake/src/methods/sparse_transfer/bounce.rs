@@ -1,6 +1,8 @@
 //! Light that arrives by way of other surfaces, which reflect it evenly in their colours (ours; the source
 //! has direct light only).
 
+use super::settings::BOUNCED_FACE_SIZE;
+use super::texels::FACE_SIZE;
 use crate::trace::receivers::Receiver;
 use crate::trace::world::{Owner, World};
 use glam::Vec3A;
@@ -10,11 +12,14 @@ use std::collections::BTreeMap;
 
 /// Texels along a side of the cube of directions in which other surfaces are looked for.
 const DIRECTIONS: usize = 32;
+/// Texels of the light.
+pub const TEXELS: usize = FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
 
-/// Sums a row over squares of texels: the transfer from the texels of a coarser light.
-pub fn coarse(row: &[f32], from: usize, to: usize) -> Vec<f32> {
+/// Sums a row of direct light over squares of texels: the transfer from the texels of the coarser light.
+pub fn coarse(row: &[f32]) -> Vec<f32> {
+    let (from, to) = (FACE_SIZE, BOUNCED_FACE_SIZE);
     let step = from / to;
-    let mut sums = vec![0.0; FACES * to * to];
+    let mut sums = vec![0.0; TEXELS];
     for (texel, value) in row.iter().enumerate() {
         let (face, y, x) = (texel / (from * from), texel / from % from, texel % from);
         sums[(face * to + y / step) * to + x / step] += value;
@@ -22,10 +27,15 @@ pub fn coarse(row: &[f32], from: usize, to: usize) -> Vec<f32> {
     sums
 }
 
-/// Adds `share` of `source` to `row`, both texels × RGB.
-pub fn add(row: &mut [f32], share: Vec3A, source: &[f32]) {
-    for (sum, value) in row.as_chunks_mut::<3>().0.iter_mut().zip(source.as_chunks::<3>().0) {
-        (0..3).for_each(|c| sum[c] += share[c] * value[c]);
+/// Adds `share` of `source`, of `channels` values a texel, to `row`, texels × RGB. Direct light has one
+/// channel, for it meets no colour on its way.
+pub fn add(row: &mut [f32], share: Vec3A, source: &[f32], channels: usize) {
+    for (sum, value) in row.as_chunks_mut::<3>().0.iter_mut().zip(source.chunks_exact(channels)) {
+        match *value {
+            [grey] => (0..3).for_each(|c| sum[c] += share[c] * grey),
+            [red, green, blue] => (0..3).for_each(|c| sum[c] += share[c] * [red, green, blue][c]),
+            _ => {}
+        }
     }
 }
 
@@ -63,12 +73,12 @@ impl<'a> Bouncer<'a> {
         }
     }
 
-    /// The row of light that reaches `receiver` after one reflection more than `arriving`, rows of `length`
-    /// (texels × RGB) at every vertex. Surfaces seen from behind reflect nothing.
-    pub fn row(&self, receiver: &Receiver, arriving: &[f32], length: usize) -> Vec<f32> {
-        let mut row = vec![0.0; length];
+    /// The row of light, texels × RGB, that reaches `receiver` after one reflection more than `arriving`: rows
+    /// of texels × `channels` at every vertex. Surfaces seen from behind reflect nothing.
+    pub fn row(&self, receiver: &Receiver, arriving: &[f32], channels: usize) -> Vec<f32> {
+        let (mut row, length) = (vec![0.0; 3 * TEXELS], channels * TEXELS);
         for (vertex, share) in self.shares(receiver) {
-            add(&mut row, share, &arriving[vertex as usize * length..][..length]);
+            add(&mut row, share, &arriving[vertex as usize * length..][..length], channels);
         }
         row
     }

@@ -42,16 +42,20 @@ pub(super) fn expect_sizes(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-/// Bytes that a bake holds at most: selected rows twice over, the hierarchy, the lights; where light bounces
-/// also all coefficients of all rows.
+/// Bytes that a bake holds at most: the hierarchy, the lights, and selected rows twice over, or, before these
+/// are there, all that arrives at all vertices for the light that bounces on.
 pub(super) fn predicted_bytes(scene: &Scene) -> u64 {
     let (vertices, channels, size) =
         (vertices(scene) as u64, channels(scene) as u64, face_size(scene) as u64);
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let coefficients = FACES as u64 * size * size;
     let selected = vertices * (MAX_TERMS as u64 * (2 + 4 * channels) + 4 * RADIANCES as u64);
-    // Direct rows, then in colour their sum, what arrives, and what arrives next.
-    let dense = if bounces(scene) > 0 { vertices * coefficients * 4 * (1 + 3 * 3) } else { 0 };
+    // Direct light has no colour yet.
+    let arriving = match bounces(scene) {
+        0 => 0,
+        1 => vertices * coefficients * 4,
+        _ => vertices * coefficients * 4 * 3,
+    };
     let lights = coefficients * RADIANCES as u64 * 4 * 5;
-    2 * selected + dense + triangles * 600 + lights + (64 << 20)
+    (2 * selected).max(arriving) + triangles * 600 + lights + (64 << 20)
 }

@@ -21,6 +21,8 @@ pub mod quantise;
 mod registered;
 pub mod rows;
 mod settings;
+#[cfg(test)]
+mod test_scene;
 pub mod texels;
 pub mod visibility;
 

@@ -1,10 +1,10 @@
 //! What a bake will take, from the rows of a few of its vertices.
 
-use super::bounce::{Bouncer, add, coarse};
+use super::bounce::{self, Bouncer, add, coarse};
 use super::fit::predicted_bytes;
 use super::rows::{MAX_TERMS, Rows};
-use super::settings::{BOUNCED_FACE_SIZE, Settings, bounces, channels, face_size};
-use super::texels::{FACE_SIZE, Texels};
+use super::settings::{Settings, bounces, channels, face_size};
+use super::texels::Texels;
 use super::visibility::transfer_row;
 use super::{errors, importance, quantise};
 use crate::compress::quantise::unit_for;
@@ -17,7 +17,6 @@ use crate::trace::held_out_lights::HeldOutLights;
 use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
-use relume_formats::basis::cubemap::FACES;
 use relume_formats::kinds::sparse_transfer::Meta;
 use relume_scenes::Scene;
 use std::time::Instant;
@@ -57,7 +56,7 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
         Ok((rows, take_ray_count()))
     });
     let traced = traced.collect::<Result<Vec<(Rows, u64)>>>()?;
-    let bouncing = bounce(scene, &world, &some);
+    let bouncing = bounced(scene, &world, &some);
     let scale = receivers.len() as f64 / some.len().max(1) as f64;
     let seconds = start.elapsed().as_secs_f64() * scale;
     let rays = traced.iter().map(|(_, rays)| rays).sum::<u64>() + bouncing;
@@ -87,7 +86,7 @@ fn rows_of(
     let mut row = vec![0.0; texels.weights.len()];
     transfer_row(receiver, world, texels, &mut row);
     if bounces(scene) > 0 {
-        row = coarse(&row, FACE_SIZE, BOUNCED_FACE_SIZE);
+        row = coarse(&row);
     }
     let mut rows = Rows::new(MAX_TERMS, channels(scene));
     rows.push_texels(vec![row; channels(scene)], weights, lights, face_size(scene));
@@ -96,22 +95,23 @@ fn rows_of(
 
 /// Gathers what bounces to some vertices and throws it away; returns the rays. Rows of other vertices, not
 /// known yet, are as long and as many as caches cannot hold.
-fn bounce(scene: &Scene, world: &World, some: &[Receiver]) -> u64 {
-    let length = 3 * FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
+fn bounced(scene: &Scene, world: &World, some: &[Receiver]) -> u64 {
     if bounces(scene) == 0 {
         return 0;
     }
     let bouncer = Bouncer::new(scene, world);
-    let sources = vec![1.0f32; length * SOURCES];
-    let of = |receiver: &Receiver| {
-        let mut row = vec![0.0; length];
+    let sources = vec![1.0f32; 3 * bounce::TEXELS * SOURCES];
+    let of = |receiver: &Receiver, channels: usize| {
+        let (mut row, length) = (vec![0.0; 3 * bounce::TEXELS], channels * bounce::TEXELS);
         for (vertex, share) in bouncer.shares(receiver) {
-            add(&mut row, share, &sources[vertex as usize % SOURCES * length..][..length]);
+            add(&mut row, share, &sources[vertex as usize % SOURCES * length..][..length], channels);
         }
         std::hint::black_box(&row);
         take_ray_count()
     };
-    (0..bounces(scene)).map(|_| some.par_iter().map(of).sum::<u64>()).sum()
+    let of_all = |channels: usize| some.par_iter().map(|receiver| of(receiver, channels)).sum::<u64>();
+    // What arrives first has no colour yet.
+    (0..bounces(scene)).map(|bounce| of_all(if bounce == 0 { 1 } else { 3 })).sum()
 }
 
 /// What the first `terms` of `rows` take on disk.

@@ -67,28 +67,6 @@ impl Rows {
         self.values.append(&mut other.values);
         self.exact.append(&mut other.exact);
     }
-
-    /// As bytes for the log.
-    pub fn encode(&self) -> Vec<u8> {
-        let indices = self.indices.iter().flat_map(|i| i.to_le_bytes());
-        let floats = self.values.iter().chain(&self.exact).flat_map(|v| v.to_le_bytes());
-        indices.chain(floats).collect()
-    }
-
-    /// The inverse of [`Rows::encode`]; `None` if `bytes` are not as long as `rows` rows.
-    pub fn decode(bytes: &[u8], rows: usize, terms: usize, channels: usize) -> Option<Self> {
-        let (indices, floats) = bytes.split_at_checked(rows * terms * 2)?;
-        let floats: Vec<f32> = floats.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-        let (values, exact) = floats.split_at_checked(rows * terms * channels)?;
-        let indices = indices.as_chunks().0.iter().map(|b| u16::from_le_bytes(*b)).collect();
-        (exact.len() == rows * RADIANCES).then(|| Self {
-            terms,
-            channels,
-            indices,
-            values: values.to_vec(),
-            exact: exact.to_vec(),
-        })
-    }
 }
 
 #[cfg(test)]
@@ -96,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_keep_what_weighs_most_and_come_back_from_bytes() {
+    fn rows_keep_what_weighs_most() {
         let planes = vec![vec![1.0, -4.0, 0.0, 2.0], vec![0.0, 0.0, 0.0, 2.0]];
         let exact: Vec<f32> = (0..RADIANCES).map(|i| i as f32).collect();
         let mut rows = Rows::new(2, 2);
@@ -112,13 +90,6 @@ mod tests {
             (many.indices[3], &many.values[6..]),
             (0, &[0.0, 0.0][..]),
             "coefficients that are 0 fill up"
-        );
-        let bytes = rows.encode();
-        assert_eq!(Rows::decode(&bytes, 2, 2, 2).as_ref(), Some(&rows));
-        assert!(
-            [Rows::decode(&bytes, 1, 2, 2), Rows::decode(&bytes[4..], 2, 2, 2), Rows::decode(&[], 2, 2, 2)]
-                .iter()
-                .all(Option::is_none)
         );
         let mut both = rows.clone();
         both.append(rows.clone());

@@ -7,8 +7,8 @@ use relume_scenes::Scene;
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
-/// Changes whenever the same scene and settings give other bytes than before.
-pub const REVISION: u32 = 1;
+/// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs.
+pub const REVISION: u32 = 2;
 /// Texels along a side of the light's faces where light bounces.
 pub(super) const BOUNCED_FACE_SIZE: usize = 16;
 /// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for

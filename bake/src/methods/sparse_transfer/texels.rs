@@ -69,6 +69,11 @@ impl Texels {
         self.points_per_texel > 1
     }
 
+    /// As many directions as there can be for one receiver.
+    pub fn most_points(&self) -> usize {
+        self.points.len()
+    }
+
     /// The four texels around `texel`.
     pub fn neighbours(&self, texel: usize) -> [usize; 4] {
         self.neighbours[texel].map(usize::from)

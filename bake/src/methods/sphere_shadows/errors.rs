@@ -2,20 +2,14 @@
 //! receivers, in some poses, under the held-out lights.
 
 use super::rows::MAX_EXACT;
-use super::settings::{NAME, REVISION};
+use super::truth::{self, TEXELS, Truth};
 use crate::error::Result;
 use crate::job::Job;
-use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
-use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, exact_radiances};
-use crate::trace::receivers;
-use crate::trace::world::World;
+use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES};
 use crate::work_log::WorkLog;
-use glam::Vec3A;
 use relume_formats::Place;
-use relume_formats::basis::cubemap::{self, FACES};
-use relume_formats::basis::diffuse::{self, NODES};
-use relume_formats::basis::haar::inverse_cube;
+use relume_formats::basis::diffuse::NODES;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{
@@ -26,16 +20,11 @@ use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
 use std::collections::BTreeMap;
-use xxhash_rust::xxh3::xxh3_128;
 
-/// Texels of the light.
-const TEXELS: usize = FACES * SIDE * SIDE;
 /// Receivers that are looked at.
 const RECEIVERS: usize = 1024;
 /// Poses that are looked at besides rest, if anything deforms.
 const POSES: usize = 4;
-/// Receivers that one thread takes at a time.
-const CHUNK: usize = 16;
 
 /// Relative L2 errors over the receivers, one for each pose and light; NaN where that shows nothing.
 pub struct Measured {
@@ -54,9 +43,6 @@ pub struct Measuring {
     some: Vec<usize>,
 }
 
-/// Radiance of a white surface at the receivers under all lights, [receivers, [`RADIANCES`]], of each pose.
-type Truth = Vec<Vec<[f32; RADIANCES]>>;
-
 impl Measuring {
     /// Lights made of `maps`, poses and receivers of `scene`.
     ///
@@ -71,30 +57,17 @@ impl Measuring {
         })
     }
 
-    /// What rays to the meshes of `scene` see, a stage for each pose; `None` if others make pieces of one.
+    /// What rays to the meshes of `scene` see; `None` if others trace some of it.
     ///
     /// # Errors
     /// If a log cannot be written or read, or the user interrupts.
     pub fn traced(
         &self,
         scene: &Scene,
+        job: &Job,
         run: &dyn Fn(&dyn Stage) -> Result<Option<WorkLog>>,
     ) -> Result<Option<Truth>> {
-        let reads = hash_of(scene, &[Part::Geometry, Part::Shapes, Part::Textures, Part::Maps]);
-        let mut truth = Some(Vec::new());
-        for (number, pose) in self.poses.iter().enumerate() {
-            let key = xxh3_128(format!("{reads:032x} {number} {REVISION}").as_bytes());
-            let stage = Tracing { number, eyes: Eyes::new(pose, &self.lights), some: &self.some, key };
-            // All poses are begun, for shares of a cluster have pieces of each.
-            truth = match (run(&stage)?, truth) {
-                (Some(log), Some(mut truth)) => {
-                    truth.push(stage.read(&log)?);
-                    Some(truth)
-                }
-                _ => None,
-            };
-        }
-        Ok(truth)
+        truth::traced(scene, &self.poses, &self.some, &self.lights, job, run)
     }
 
     /// Errors of `shadows` with the spheres of `sets` against `truth`.
@@ -136,55 +109,6 @@ impl Measuring {
             some.len()
         );
         Ok(Measured { shown, all_terms, on })
-    }
-}
-
-/// Tracing one pose, some receivers a piece.
-struct Tracing<'a> {
-    number: usize,
-    eyes: Eyes<'a>,
-    some: &'a [usize],
-    key: u128,
-}
-
-impl Stage for Tracing<'_> {
-    fn name(&self) -> String {
-        format!("{NAME}-pose-{}", self.number)
-    }
-
-    fn label(&self) -> Option<&'static str> {
-        Some("tracing")
-    }
-
-    fn key(&self) -> u128 {
-        self.key
-    }
-
-    fn pieces(&self) -> u32 {
-        self.some.len().div_ceil(CHUNK) as u32
-    }
-
-    fn piece(&self, number: u32) -> Result<Vec<u8>> {
-        let first = number as usize * CHUNK;
-        let some = self.some[first..].iter().take(CHUNK);
-        Ok(some.flat_map(|vertex| self.eyes.radiances(*vertex)).flat_map(f32::to_le_bytes).collect())
-    }
-
-    fn first_share(&self) -> u32 {
-        self.number as u32 * self.pieces()
-    }
-}
-
-impl Tracing<'_> {
-    fn read(&self, log: &WorkLog) -> Result<Vec<[f32; RADIANCES]>> {
-        let mut all = Vec::new();
-        for piece in 0..self.pieces() {
-            all.extend(log.read(piece)?.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)));
-        }
-        if all.len() != self.some.len() * RADIANCES {
-            return Err(log.refuse("holds radiances of other receivers; bake again with --force").into());
-        }
-        Ok(all.as_chunks().0.to_vec())
     }
 }
 
@@ -230,42 +154,6 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
     let posed = (0..if deforms { POSES } else { 0 })
         .map(|k| Ok(scene.with_state(&moment(k), &Place::file(&scene.file))?));
     std::iter::once(Ok(scene.clone())).chain(posed).collect()
-}
-
-/// What looks from the vertices of a pose at the light.
-pub(super) struct Eyes<'a> {
-    world: World,
-    receivers: Vec<receivers::Receiver>,
-    lights: &'a HeldOutLights,
-}
-
-impl<'a> Eyes<'a> {
-    pub(super) fn new(pose: &Scene, lights: &'a HeldOutLights) -> Self {
-        Self { world: World::new(pose), receivers: receivers::receivers(pose), lights }
-    }
-
-    /// Radiance of a white surface at `vertex` under all lights, as rays to the centres of texels see the
-    /// meshes.
-    pub(super) fn radiances(&self, vertex: usize) -> [f32; RADIANCES] {
-        let receiver = &self.receivers[vertex];
-        let mut row = diffuse::lobe(receiver.normal.into());
-        inverse_cube(&mut row, SIDE);
-        for (texel, value) in row.iter_mut().enumerate() {
-            let direction = centre(texel);
-            // What of a texel is above the horizon while its centre is below is seen by its centre all the
-            // same, unless the surface is in the way.
-            if *value != 0.0 && self.world.occluded(receiver.origin, direction, f32::INFINITY) {
-                *value = 0.0;
-            }
-        }
-        exact_radiances(&[row], self.lights)
-    }
-}
-
-/// The direction of a texel's centre.
-pub fn centre(texel: usize) -> Vec3A {
-    let (x, y) = (texel % SIDE, texel / SIDE % SIDE);
-    cubemap::direction(texel / (SIDE * SIDE), SIDE, x as f64 + 0.5, y as f64 + 0.5).as_vec3a()
 }
 
 /// Receivers and spheres in a pose.

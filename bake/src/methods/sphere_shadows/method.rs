@@ -80,7 +80,9 @@ impl Method for SphereShadowsMethod {
         let environments = environment_lit::environments(scene);
         let shadows = rows::bake(scene);
         let measuring = Measuring::new(scene, &environments)?;
-        let Some(truth) = measuring.traced(scene, &|stage| work.run(stage))? else { return Ok(None) };
+        let Some(truth) = measuring.traced(scene, work.job, &|stage| work.run(stage))? else {
+            return Ok(None);
+        };
         let Some(sets) = work.sphere_sets()? else { return Ok(None) };
         let measured = measuring.errors(&shadows, &sets, &truth, work.job)?;
         let mut files = Vec::new();

@@ -2,11 +2,11 @@
 //!
 //! Nothing of the transfer is baked: spheres cast the shadows, wherever they are
 //! ([`relume_formats::evaluate::sphere_shadows`]). What a bake makes is the lobes of normals ([`rows`]), the
-//! shapes that deform, and the error against shadows of the meshes themselves ([`errors`]). What it cannot
-//! do: highlights, light that bounces, lights other than the environment, shadows of objects without spheres,
+//! shapes that deform, and the error ([`errors`]) against shadows of the meshes themselves ([`truth`]). What
+//! it cannot do: highlights, light that bounces, lights other than the environment, shadows of objects without spheres,
 //! shadows finer than the receivers' mesh.
 //!
-//! [`errors`] and [`rows`] are public for telling which step an error comes from.
+//! [`errors`], [`rows`] and [`truth`] are public for telling which step an error comes from.
 
 pub mod errors;
 mod fit;
@@ -16,6 +16,7 @@ mod prediction;
 mod registered;
 pub mod rows;
 mod settings;
+pub mod truth;
 
 pub use method::SphereShadowsMethod;
 pub use registered::METHOD;

@@ -1,8 +1,9 @@
 //! What a bake will take: nothing but measuring traces rays, and files are small enough to be made on the
 //! spot.
 
-use super::errors::{Eyes, poses, predicted_bytes, receivers_looked_at};
+use super::errors::{poses, predicted_bytes, receivers_looked_at};
 use super::rows;
+use super::truth::Eyes;
 use crate::error::Result;
 use crate::method::Predicted;
 use crate::methods::environment_lit;
@@ -30,11 +31,11 @@ pub fn predict(scene: &Scene) -> Result<Predicted> {
     let looked_at = receivers_looked_at(vertices);
     let some: Vec<usize> =
         spread(RECEIVERS, looked_at.len()).into_iter().filter_map(|k| looked_at.get(k).copied()).collect();
-    let eyes = Eyes::new(scene, &lights);
+    let eyes = Eyes::new(scene);
     reset_ray_counts();
     let start = Instant::now();
     let rays_from = |vertex: &usize| {
-        std::hint::black_box(eyes.radiances(*vertex));
+        std::hint::black_box(eyes.radiances(*vertex, &eyes.look(*vertex), &lights));
         take_ray_count()
     };
     let rays: u64 = some.par_iter().map(rays_from).sum();

@@ -2,5 +2,6 @@
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::SPHERE_SHADOWS.name;
-/// Changes whenever the same scene and settings give other bytes than before, spheres included.
-pub const REVISION: u32 = 2;
+/// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs,
+/// spheres included.
+pub const REVISION: u32 = 3;

@@ -188,6 +188,10 @@ impl Manifest {
                         format!("no such folder; did you mean `{meant}`?"),
                     ));
                 }
+                if folder.join("unfinished/shard.json").is_file() {
+                    let reason = "holds a part of a bake, and no bundle; make one of all parts by `bake merge DIR... -o BUNDLE`";
+                    return Err(Error::invalid(&Place::file(folder), reason));
+                }
                 if folder.join("unfinished").is_dir() {
                     let reason = "holds a bake that was interrupted, and no bundle yet; go on with it by --resume of `bake run`";
                     return Err(Error::invalid(&Place::file(folder), reason));

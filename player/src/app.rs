@@ -16,6 +16,7 @@ use crate::output::write_whole;
 use crate::session::Session;
 use crate::ui::{self, Note, Save, Screen, Wishes};
 use canvas::{Canvas, Drawing, Painted};
+use dropped::{Opening, Playing};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -100,8 +101,9 @@ struct Open {
     gpu: Gpu,
     canvas: Canvas,
     live: Live,
+    playing: Playing,
     /// Another bundle, until there is anything to see of it.
-    opening: Option<Live>,
+    opening: Option<Opening>,
     /// Whether `--stats` is to be written.
     records: bool,
     for_news: EventLoopProxy<Wake>,
@@ -232,6 +234,7 @@ impl Open {
         window.request_redraw();
         Ok(Self {
             live: Live::start(session, started, cli.stats.is_some(), waking(&for_news))?,
+            playing: Playing::of(cli),
             opening: None,
             records: cli.stats.is_some(),
             for_news,
@@ -364,7 +367,7 @@ impl Open {
     /// Does what the user asks for. Returns whether the window is to be closed.
     fn grant(&mut self, wishes: Wishes) -> bool {
         let mut close = wishes.close;
-        let news = wishes.paste || wishes.tell.is_some() || !wishes.save.is_empty();
+        let news = wishes.paste || wishes.reload || wishes.tell.is_some() || !wishes.save.is_empty();
         self.note = wishes.tell.or_else(|| self.note.take());
         for what in &wishes.save {
             let saved = self.live.save(*what, Path::new(""));
@@ -372,6 +375,9 @@ impl Open {
             close &= saved.is_ok();
             let said = saved.map(|path| path.map(|path| format!("saved {}", path.display())));
             self.note = said.map_err(|error| error.to_string()).transpose().or_else(|| self.note.take());
+        }
+        if wishes.reload {
+            self.note = Some(self.reload());
         }
         if wishes.paste {
             let text = self.input.clipboard_text().unwrap_or_default();
@@ -394,7 +400,7 @@ impl Open {
 }
 
 /// Wakes the window for news.
-fn waking(window: &EventLoopProxy<Wake>) -> impl Fn() + Send + 'static {
+fn waking(window: &EventLoopProxy<Wake>) -> impl Fn() + Send + Sync + 'static {
     let window = window.clone();
     move || {
         // A loop that has ended needs no news.

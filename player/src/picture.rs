@@ -260,6 +260,7 @@ impl Picture {
             bytes_expected: self.session.bytes_expected(),
             what: pieces.what,
             map_from_outside: self.session.player().shows_map_from_outside(),
+            rebaked: false,
             pieces: pieces.arrived(),
             pieces_expected: pieces.expected,
             loading: match &self.loading {

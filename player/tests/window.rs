@@ -5,6 +5,7 @@
 //! the window, and on a twin of its screen within the test, which tells where things are.
 
 mod display;
+mod rebaked;
 
 use crate::desk::{Display, Window};
 use crate::support::mirror::{Mirror, press, release};
@@ -59,6 +60,7 @@ impl Twin {
             pieces: 0,
             pieces_expected: 0,
             map_from_outside: false,
+            rebaked: false,
             loading: Loading::Complete,
         };
         let mut twin =

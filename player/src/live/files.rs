@@ -3,8 +3,9 @@
 use super::{Live, Order};
 use crate::environment::beside;
 use crate::picture::nothing_yet;
-use crate::ui::Editor;
+use crate::ui::{Editor, Kept, Note};
 use relume_formats::map_file::is_named_so;
+use relume_formats::name::plain;
 use relume_formats::state::{Animation, State, with_line};
 use relume_formats::{Error as FormatError, Place, has_extension, read_regular};
 use std::path::{Path, PathBuf};
@@ -42,6 +43,41 @@ impl Live {
         }
         Ok(said)
     }
+
+    /// Sets what was set on another bake of the bundle, as far as it fits. Returns what to say.
+    pub fn keep(&mut self, mut kept: Kept) -> Note {
+        let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
+        let said = format!("{} as it was baked last", plain(&shown.editor.scene().name));
+        // A map that cannot be read stays in the state, and does not fit.
+        let map = map_from_outside(&mut kept.state, &shown.editor, &Place::file("edit")).unwrap_or_default();
+        let lost = shown.editor.keep(kept);
+        if let Some(map) = map {
+            self.send(Order::Light(map));
+        }
+        if lost.is_empty() {
+            Ok(said)
+        } else {
+            Err(format!("{said}; left out what does not fit any more: {}", lost.join(", ")))
+        }
+    }
+}
+
+/// The file of the map that `state`, which comes from `place`, names and the bundle does not have. It is taken
+/// out of the state, for it lights the scene once it is added.
+fn map_from_outside(
+    state: &mut State,
+    editor: &Editor,
+    place: &Place,
+) -> Result<Option<PathBuf>, FormatError> {
+    let Some(light) = state.environment.as_mut().filter(|_| editor.scope().varies().environment) else {
+        return Ok(None);
+    };
+    let Some(map) = light.map.as_ref().filter(|map| !editor.scope().maps.contains(map)) else {
+        return Ok(None);
+    };
+    let Some(found) = beside(map, place)? else { return Ok(None) };
+    light.map = None;
+    Ok(Some(PathBuf::from(found.name)))
 }
 
 /// Returns what to say, and the file of the map that a state names.
@@ -60,19 +96,7 @@ fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf
         return Ok((said, None));
     }
     let mut state = State::read_file(path)?;
-    let map = state
-        .environment
-        .as_ref()
-        .and_then(|light| light.map.clone())
-        .filter(|map| !editor.scope().maps.contains(map));
-    let file = match map {
-        Some(map) => beside(&map, &place)?.map(|found| PathBuf::from(found.name)),
-        None => None,
-    };
-    if let (Some(_), Some(light)) = (&file, &mut state.environment) {
-        // It lights the scene once it is added.
-        light.map = None;
-    }
+    let file = map_from_outside(&mut state, editor, &place)?;
     editor.take_state(&state, &place)?;
     Ok((format!("set {shown}"), file))
 }

@@ -3,6 +3,7 @@
 //! come back as news. Knows nothing of windows.
 
 mod files;
+mod watch;
 mod worker;
 
 use crate::error::{Error, Result};
@@ -13,9 +14,11 @@ use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
 use relume_formats::state::EnvironmentState;
 use relume_playback::{Look, Surfaces};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
+use watch::Watch;
 pub use worker::Outcome;
 use worker::{News, Order, Worker};
 
@@ -29,6 +32,7 @@ pub struct Live {
     shown: Option<Shown>,
     /// What was said last of what was asked for.
     note: Option<Note>,
+    _watch: Watch,
 }
 
 /// What there is as soon as there is anything to see.
@@ -70,21 +74,28 @@ impl Live {
         session: Session,
         started: Instant,
         record: bool,
-        wake: impl Fn() + Send + 'static,
+        wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self> {
+        let edition = session.edition().clone();
         let picture = Picture::new(session, started, record);
         let facts = picture.facts();
         let ((orders, received), (sender, news)) = (channel(), channel());
-        let tell = move |item| {
-            // Who no longer listens shows nothing any more.
-            if sender.send(item).is_ok() {
-                wake();
+        let wake = Arc::new(wake);
+        let telling = |sender: Sender<News>| {
+            let wake = wake.clone();
+            move |item| {
+                // Who no longer listens shows nothing any more.
+                if sender.send(item).is_ok() {
+                    wake();
+                }
             }
         };
+        let (tell, tell_rebaked) = (telling(sender.clone()), telling(sender));
+        let watch = Watch::start(edition, move |rebaked| tell_rebaked(News::Rebaked(rebaked)))?;
         let work = move || Worker::new(picture, tell).run(&received);
         let thread = std::thread::Builder::new().name("picture".to_owned()).spawn(work);
         let thread = thread.map_err(|e| Error::Failed(format!("cannot start the thread that draws: {e}")))?;
-        Ok(Self { orders: Some(orders), news, thread, facts, shown: None, note: None })
+        Ok(Self { orders: Some(orders), news, thread, facts, shown: None, note: None, _watch: watch })
     }
 
     /// Takes in what there is to know. Returns whether there was anything.
@@ -93,7 +104,10 @@ impl Live {
         while let Ok(item) = self.news.try_recv() {
             any = true;
             match (item, &mut self.shown) {
-                (News::Facts(facts), _) => self.facts = *facts,
+                (News::Facts(facts), _) => {
+                    self.facts = Facts { rebaked: self.facts.rebaked, ..*facts };
+                }
+                (News::Rebaked(rebaked), _) => self.facts.rebaked = rebaked,
                 (News::Saved(saved), _) => {
                     self.note = Some(saved.map(|path| format!("saved {}", path.display())))
                 }

@@ -216,6 +216,31 @@ fn states_and_animations_are_taken_from_files() {
 }
 
 #[test]
+fn another_bake_is_noticed_and_the_picture_stays() {
+    if !gpu_there() {
+        return;
+    }
+    let (bundle, other) = (Bundle::write(true), Bundle::write(false));
+    let manifest = bundle.folder().join(relume_formats::kinds::manifest::FILE_NAME);
+    let first = std::fs::read(&manifest).unwrap();
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| {
+        live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some())
+    });
+    let before = desk.live.shown().unwrap().take_pixels().unwrap();
+    bundle.bake_again(&other);
+    desk.until(|live| live.facts().rebaked);
+    desk.editor().set_exposure(-20.0);
+    desk.picture();
+    desk.editor().reset_exposure();
+    assert!(desk.picture() == before && desk.live.facts().rebaked, "it can be edited as before");
+    // The very same bake again is no other one.
+    std::fs::write(&manifest, first).unwrap();
+    desk.until(|live| !live.facts().rebaked);
+    desk.live.end().ended.unwrap();
+}
+
+#[test]
 fn a_bundle_that_fails_before_the_first_picture_is_hopeless() {
     if !gpu_there() {
         return;

@@ -42,6 +42,8 @@ pub enum News {
     Lit(std::result::Result<String, String>),
     /// A picture was written to this file, or why it was not.
     Saved(std::result::Result<PathBuf, String>),
+    /// Whether another bake of the bundle is on disk than the one on show.
+    Rebaked(bool),
     /// Nothing is drawn any more, for this reason.
     Ended(String),
 }

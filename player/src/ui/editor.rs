@@ -9,11 +9,13 @@
 mod display;
 mod files;
 mod history;
+mod kept;
 mod part;
 mod settings;
 mod transport;
 
 pub use display::Metering;
+pub use kept::Kept;
 pub use part::Part;
 pub use settings::Settings;
 

@@ -23,7 +23,7 @@ mod style;
 mod turns;
 mod undertaking;
 
-pub use editor::{Editor, Metering, Part};
+pub use editor::{Editor, Kept, Metering, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
 pub use picker::Picker;

@@ -21,7 +21,8 @@ pub fn show(
     yielded: &mut Yielded,
     wishes: &mut Wishes,
 ) {
-    messages::show(ui, facts, note, yielded.text(ui.ctx()));
+    let name = editor.as_deref().map_or("the bundle".into(), |editor| plain(&editor.scene().name));
+    messages::show(ui, &name, facts, note, yielded.text(ui.ctx()), wishes);
     // Otherwise what scrolls would reach a few points into the messages.
     ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {

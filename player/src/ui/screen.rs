@@ -44,6 +44,8 @@ pub struct Wishes {
     pub save: Vec<Save>,
     /// To be given the text of the clipboard, as an event.
     pub paste: bool,
+    /// To show the bundle as it is on disk now.
+    pub reload: bool,
     /// To tell this.
     pub tell: Option<Note>,
     /// To end, if what is to be saved could be.
@@ -180,6 +182,7 @@ impl Screen {
                 wishes.save.push(save);
             }
         }
+        wishes.reload |= pressed(Modifiers::NONE, Key::F5);
         self.closing |= pressed(Modifiers::NONE, Key::Q);
         let Some(editor) = editor else { return };
         if pressed(Modifiers::NONE, Key::Space) {

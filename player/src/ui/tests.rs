@@ -3,6 +3,7 @@
 mod display;
 mod hands;
 mod history;
+mod kept;
 mod lit;
 mod places;
 mod shapes;

@@ -1,12 +1,12 @@
 //! A virtual display, and a player with a window on it that is worked with `xdotool`.
 
-use egui::Pos2;
+use egui::{Pos2, Rect};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use x11rb::CURRENT_TIME;
-use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt as _, EventMask};
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt as _, EventMask, ImageFormat};
 
 /// Longest wait for anything. Software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -149,6 +149,22 @@ impl<'a> Window<'a> {
     #[track_caller]
     pub fn wait_for_title(&mut self, title: &str) {
         self.wait(title, |window| window.title().filter(|is| is.starts_with(title)));
+    }
+
+    /// Waits until a pixel of `rect` has a colour that `is_so` (red, green, blue).
+    #[track_caller]
+    pub fn wait_for_colour(&mut self, rect: Rect, is_so: impl Fn([u8; 3]) -> bool) {
+        let (connection, _) = x11rb::connect(Some(&self.display.name)).unwrap();
+        let id = self.id.parse().unwrap();
+        let Rect { min, max } = rect.round();
+        let (width, height) = ((max.x - min.x) as u16, (max.y - min.y) as u16);
+        self.wait("a colour", |_| {
+            let (x, y) = (min.x as i16, min.y as i16);
+            let image = connection.get_image(ImageFormat::Z_PIXMAP, id, x, y, width, height, !0).ok()?;
+            // Blue comes first, and the fourth byte means nothing.
+            let data = image.reply().ok()?.data;
+            data.chunks_exact(4).any(|bgr| is_so([bgr[2], bgr[1], bgr[0]])).then_some(())
+        });
     }
 
     pub fn size(&self) -> [f32; 2] {

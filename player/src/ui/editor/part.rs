@@ -44,19 +44,27 @@ impl Part {
         materials.into_iter().chain(light).chain(view).chain(exposure).chain(tonemap).chain(shapes)
     }
 
-    /// Takes its leaves out of `change`.
+    /// Takes its leaves out of `change`, and what is empty then.
     pub fn take_from(&self, change: &mut State) {
         match self {
             Self::Material(name) => drop(change.materials.remove(name)),
             Self::Shape(name) => drop(change.shapes.remove(name)),
-            Self::Exposure => change.camera.iter_mut().for_each(|camera| camera.exposure_ev = None),
-            Self::Tonemap => change.view.iter_mut().for_each(|view| view.tonemap = None),
+            Self::Exposure => {
+                let without = |camera| CameraState { exposure_ev: None, ..camera };
+                change.camera =
+                    change.camera.take().map(without).filter(|camera| *camera != CameraState::default());
+            }
+            Self::Tonemap => change.view = None,
             Self::View => {
                 let only_exposure = |camera: CameraState| CameraState {
                     exposure_ev: camera.exposure_ev,
                     ..CameraState::default()
                 };
-                change.camera = change.camera.take().map(only_exposure);
+                change.camera = change
+                    .camera
+                    .take()
+                    .map(only_exposure)
+                    .filter(|camera| *camera != CameraState::default());
             }
             Self::Light(leaf) => {
                 let kept = |other: &str| *leaf != other;
@@ -65,7 +73,11 @@ impl Part {
                     rotation_deg: light.rotation_deg.filter(|_| kept("rotation_deg")),
                     gain: light.gain.filter(|_| kept("gain")),
                 };
-                change.environment = change.environment.take().map(without);
+                change.environment = change
+                    .environment
+                    .take()
+                    .map(without)
+                    .filter(|light| *light != EnvironmentState::default());
             }
         }
     }

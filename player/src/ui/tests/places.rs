@@ -37,6 +37,7 @@ fn messages_move_nothing() {
         [Loading::Arriving, Loading::Complete, Loading::Prefix, Loading::Failed(format!("{long}: checksum"))]
     {
         for note in [None, Some(Ok(long.clone())), Some(Err(format!("cannot write {long}\nnot at all")))] {
+            user.facts.rebaked = note.is_none();
             (user.facts.loading, user.note) = (loading.clone(), note);
             user.settle();
             assert_eq!(places(&user, &names), before, "{:?}", user.facts.loading);
@@ -85,6 +86,7 @@ fn no_text_covers_another_at_any_size() {
                 (Loading::Arriving, Some(Ok(path)), Pos2::new(0.25 * size[0], 0.25 * size[1])),
                 (Loading::Failed("x".repeat(300)), Some(Err("y".repeat(300))), Pos2::new(3.0, 3.0)),
             ] {
+                user.facts.rebaked = loading == Loading::Complete;
                 (user.facts.loading, user.note) = (loading, note);
                 (0..4).for_each(|_| user.frame(vec![Event::PointerMoved(pointer)]));
                 expect_apart(&user, size);

@@ -4,6 +4,7 @@
 //! animation. Between such events the program waits in the system's event queue.
 
 mod canvas;
+mod dialog;
 mod dropped;
 
 use crate::cli::Cli;
@@ -36,6 +37,8 @@ enum Wake {
     Interrupt,
     /// There is news of the picture.
     News,
+    /// A file was chosen, or why none can be.
+    Chosen(dialog::Chosen),
 }
 
 /// Plays as `cli` says in a window, until it is closed or `interrupt` is raised.
@@ -104,6 +107,8 @@ struct Open {
     playing: Playing,
     /// Another bundle, until there is anything to see of it.
     opening: Option<Opening>,
+    /// Whether a dialog for choosing a file is open.
+    choosing: bool,
     /// Whether `--stats` is to be written.
     records: bool,
     for_news: EventLoopProxy<Wake>,
@@ -161,6 +166,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
         match (wake, &mut self.open) {
             (Wake::News, Some(open)) => open.take_news(event_loop),
+            (Wake::Chosen(chosen), Some(open)) => open.chosen(chosen),
             _ => drop(self.stops(event_loop)),
         }
     }
@@ -236,6 +242,7 @@ impl Open {
             live: Live::start(session, started, cli.stats.is_some(), waking(&for_news))?,
             playing: Playing::of(cli),
             opening: None,
+            choosing: false,
             records: cli.stats.is_some(),
             for_news,
             gpu,
@@ -374,10 +381,14 @@ impl Open {
             // What could not be saved is not to be lost.
             close &= saved.is_ok();
             let said = saved.map(|path| path.map(|path| format!("saved {}", path.display())));
-            self.note = said.map_err(|error| error.to_string()).transpose().or_else(|| self.note.take());
+            let said = said.map_err(|error| error.to_string()).transpose();
+            self.note = said.or_else(|| self.live.take_note()).or_else(|| self.note.take());
         }
         if wishes.reload {
             self.note = Some(self.reload());
+        }
+        if wishes.open {
+            self.choose_file();
         }
         if wishes.paste {
             let text = self.input.clipboard_text().unwrap_or_default();

@@ -1,6 +1,7 @@
-//! Files and folders that are dropped on the window, and the bundle on show when it is to be read again.
+//! Files and folders that are dropped on the window or chosen in a dialog, and the bundle on show when it is to be read again.
 
-use super::{Open, waking};
+use super::dialog::{self, Chosen};
+use super::{Open, Wake, waking};
 use crate::cli::Cli;
 use crate::error::Result;
 use crate::live::Live;
@@ -50,12 +51,39 @@ impl Open {
         self.window.request_redraw();
     }
 
+    /// Lets the user choose a file, which is taken as if it were dropped.
+    pub(super) fn choose_file(&mut self) {
+        if self.choosing {
+            return;
+        }
+        let window = self.for_news.clone();
+        let asked = dialog::ask(&self.window, move |chosen| {
+            // A loop that has ended needs no file.
+            let _ = window.send_event(Wake::Chosen(chosen));
+        });
+        match asked {
+            Ok(()) => self.choosing = true,
+            Err(reason) => self.note = Some(Err(reason)),
+        }
+    }
+
+    /// Takes what was chosen in the dialog, which is closed now.
+    pub(super) fn chosen(&mut self, chosen: Chosen) {
+        self.choosing = false;
+        match chosen {
+            Ok(Some(path)) => self.dropped(&path),
+            Ok(None) => {}
+            Err(reason) => self.note = Some(Err(reason)),
+        }
+        self.window.request_redraw();
+    }
+
     /// Shows another bundle as soon as there is anything to see of it, unless that would lose edits.
     fn open_bundle(&mut self, folder: &Path) -> Note {
         let edits = self.live.shown().and_then(|shown| shown.editor.unsaved());
         if let Some(edits) = edits {
             return Err(format!(
-                "edits of {edits} are in no state file; save the state (T) or reset all, then drop the bundle again"
+                "edits of {edits} are in no state file; save the state (T) or reset all, then open the bundle again"
             ));
         }
         self.open(Playing { folder: folder.to_owned(), method: None, size: None }, None)

@@ -32,7 +32,7 @@ impl Live {
         }
         if !has_extension(path, "toml") {
             return Err(format!(
-                "{shown}: drop the folder of a bundle, a state or an animation (.toml), or an environment map (.exr, .hdr)"
+                "{shown}: give a bundle (its folder or manifest.json), a state or an animation (.toml), or an environment map (.exr, .hdr)"
             ));
         }
         let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
@@ -84,7 +84,7 @@ fn map_from_outside(
 fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf>), FormatError> {
     let (place, shown) = (Place::file(path), path.display());
     let text =
-        String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "drop a smaller file")?).into_owned();
+        String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "give a smaller file")?).into_owned();
     // What is wrong with it is for the reader of one or the other to say.
     let is_animation = text
         .parse::<toml::Table>()

@@ -11,7 +11,7 @@ use crate::output::write_numbered;
 use crate::picture::{Picture, PictureFile, nothing_yet};
 use crate::session::Session;
 use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
-use relume_formats::state::EnvironmentState;
+use relume_formats::state::{EnvironmentState, State};
 use relume_playback::{Look, Surfaces};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -160,14 +160,14 @@ impl Live {
     }
 
     /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings
-    /// are written at once.
+    /// are written at once, unless they are the scene's, for which nobody needs a file: a note says so.
     ///
     /// # Errors
     /// If the settings cannot be written, or there are none yet.
     pub fn save(&mut self, what: Save, folder: &Path) -> Result<Option<PathBuf>> {
         self.order();
         let file = match what {
-            Save::State => return self.save_state(folder).map(Some),
+            Save::State => return self.save_state(folder),
             Save::Png => PictureFile::Png,
             Save::Exr => PictureFile::Exr,
         };
@@ -179,13 +179,19 @@ impl Live {
         }
     }
 
-    fn save_state(&mut self, folder: &Path) -> Result<PathBuf> {
+    fn save_state(&mut self, folder: &Path) -> Result<Option<PathBuf>> {
         let Some(Shown { editor, .. }) = &mut self.shown else { return Err(nothing_yet()) };
-        let text = toml::to_string(&editor.state())
-            .map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
+        let state = editor.state();
+        if state == State::default() {
+            editor.mark_saved();
+            self.note = Some(Err("nothing is set that differs from the scene; no state is saved".to_owned()));
+            return Ok(None);
+        }
+        let text =
+            toml::to_string(&state).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
         let path = write_numbered(folder, &editor.scene().name, Save::State.extension(), text.as_bytes())?;
         editor.mark_saved();
-        Ok(path)
+        Ok(Some(path))
     }
 
     /// What was said last of what was asked for, once.

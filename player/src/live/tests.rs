@@ -73,6 +73,10 @@ fn what_is_set_is_shown() {
         live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some())
     });
     let first = desk.live.shown().unwrap().take_pixels().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(desk.live.save(Save::State, folder.path()).unwrap(), None);
+    assert!(matches!(desk.live.take_note(), Some(Err(reason)) if reason.contains("no state is saved")));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     desk.editor().set_exposure(-20.0);
     let dark = desk.picture();
     assert!(
@@ -87,7 +91,6 @@ fn what_is_set_is_shown() {
     }
     desk.editor().set_exposure(-20.0);
     desk.live.order();
-    let folder = tempfile::tempdir().unwrap();
     assert!(desk.live.save(Save::Png, folder.path()).unwrap().is_none());
     desk.until(|live| live.note.is_some());
     let png = folder.path().join("synthetic-0001.png");
@@ -205,7 +208,7 @@ fn states_and_animations_are_taken_from_files() {
         ("b.toml", "materials.nobody.kd = [0, 0, 0]\n", "b.toml: line 1: "),
         ("c.toml", "camera = \n", "c.toml: line 1, "),
         ("d.toml", "duration_s = 1\n[[key]]\nt_s = 0\nmaterials.x.kd = [0, 0, 0]\n", "d.toml: line 4: "),
-        ("e.png", "", "e.png: drop the folder of a bundle, a state"),
+        ("e.png", "", "e.png: give a bundle (its folder or manifest.json), a state"),
         ("f.toml", "environment.map = 'gone.exr'\n", "f.toml: "),
     ] {
         let refused = desk.live.take_file(&file(name, text)).unwrap_err();

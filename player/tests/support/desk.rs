@@ -84,6 +84,17 @@ impl Drop for Window<'_> {
 impl<'a> Window<'a> {
     /// Plays `bundle`, and waits for a window whose title starts with `title`.
     pub fn open(display: &'a Display, bundle: &Path, arguments: &[&str], title: &str) -> Self {
+        Self::open_among(display, bundle, arguments, title, &[])
+    }
+
+    /// Like [`Window::open`], with these variables in the environment.
+    pub fn open_among(
+        display: &'a Display,
+        bundle: &Path,
+        arguments: &[&str],
+        title: &str,
+        environment: &[(&str, &Path)],
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_player"))
             .arg(bundle)
@@ -93,6 +104,7 @@ impl<'a> Window<'a> {
             .env("WINIT_X11_SCALE_FACTOR", "1")
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
+            .envs(environment.iter().copied())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
@@ -218,22 +230,20 @@ impl<'a> Window<'a> {
         path
     }
 
-    /// Saves a state in which nothing is set, as `name`.
+    /// Asserts that nothing is set: asked for a state, it saves none. A picture is saved on the way.
     #[track_caller]
-    pub fn save_empty_state(&mut self, name: &str) {
-        let path = self.folder.path().join(name);
-        assert!(!path.exists());
-        // The picture that is saved after it tells that it is whole.
-        let pictures = self.pictures();
+    pub fn expect_nothing_set(&mut self) {
+        let (states, pictures) = (self.files("toml"), self.files("png"));
+        // The picture that is saved after it tells that the state was asked for.
         self.keys("t s");
-        self.wait("a picture", |window| Some(()).filter(|()| window.pictures() > pictures));
-        assert_eq!(std::fs::read_to_string(path).unwrap(), "");
+        self.wait("a picture", |window| Some(()).filter(|()| window.files("png") > pictures));
+        assert_eq!(self.files("toml"), states);
     }
 
-    /// How many pictures have been saved, or are being.
-    fn pictures(&self) -> usize {
+    /// How many files with this extension have been saved, or are being.
+    fn files(&self, extension: &str) -> usize {
         let files = std::fs::read_dir(self.folder.path()).unwrap();
-        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "png")).count()
+        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == extension)).count()
     }
 
     /// The statistics, once they are written.

@@ -52,7 +52,7 @@ impl Editor {
                 self.playing = playing;
             }
         }
-        self.held = kept.held.into_iter().filter(|part| self.drives(part)).collect();
+        self.held = kept.held.into_iter().filter(|part| self.concerns(part)).collect();
         self.select(kept.selected.as_deref());
         self.commit();
         if kept.is_saved && lost.is_empty() {
@@ -65,12 +65,10 @@ impl Editor {
 /// `state` cut into what is legal or not by itself, each with its words.
 fn pieces(state: &State) -> Vec<(String, State)> {
     let all: Vec<Part> = Part::of(state).collect();
-    let mut words: Vec<String> = all.iter().map(Part::words).collect();
-    words.dedup();
     let piece = |words: String| {
         let mut piece = state.clone();
         all.iter().filter(|part| part.words() != words).for_each(|part| part.take_from(&mut piece));
         (words, piece)
     };
-    words.into_iter().map(piece).collect()
+    Part::words_of(&all).into_iter().map(piece).collect()
 }

@@ -3,13 +3,9 @@
 use super::*;
 use relume_formats::state::EnvironmentState;
 
-fn user_of(meta: scene::Meta) -> User {
-    User::new(Editor::new(&controls(&meta, State::default(), false)))
-}
-
 #[test]
 fn another_bake_on_disk_is_told_and_shown_when_asked_for() {
-    let mut user = user_of(support::scene_meta());
+    let mut user = User::new(editor(false));
     assert!(!user.shows("was baked again"));
     user.facts.rebaked = true;
     user.frame(Vec::new());

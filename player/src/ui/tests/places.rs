@@ -158,7 +158,9 @@ fn keys_are_told_in_windows_of_any_width() {
             user.settle();
             let texts: Vec<&str> = user.mirror.texts.iter().map(|(text, _)| text.as_str()).collect();
             let moves = user.editor.scope().varies().camera;
-            for key in ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close"] {
+            for key in
+                ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close", "F1  help"]
+            {
                 assert!(texts.iter().any(|text| text.contains(key)), "{key} at {width}: {texts:?}");
             }
             assert_eq!(texts.iter().any(|text| text.contains("V  reset view")), moves, "{width}: {texts:?}");

@@ -69,6 +69,7 @@ impl User {
             wishes.save.extend(new.save);
             wishes.paste |= new.paste;
             wishes.reload |= new.reload;
+            wishes.open |= new.open;
             wishes.tell = new.tell.or_else(|| wishes.tell.take());
             wishes.close |= new.close;
         });

@@ -62,6 +62,7 @@ fn check_usage(cli: &Cli) -> Result<()> {
         ("--exr", cli.exr.is_some()),
         ("--contact-sheet", cli.contact_sheet.is_some()),
         ("--count", cli.count.is_some()),
+        ("--fps", cli.fps.is_some()),
     ];
     match for_files.iter().find(|(_, given)| *given) {
         Some((option, _)) => {

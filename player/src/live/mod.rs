@@ -7,11 +7,13 @@ mod watch;
 mod worker;
 
 use crate::error::{Error, Result};
+use crate::gpu::give_way;
 use crate::output::write_numbered;
 use crate::picture::{Picture, PictureFile, nothing_yet};
 use crate::session::Session;
 use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
-use relume_formats::state::{EnvironmentState, State};
+use relume_formats::Place;
+use relume_formats::state::{Animation, EnvironmentState, State, with_line};
 use relume_playback::{Look, Surfaces};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,6 +34,8 @@ pub struct Live {
     shown: Option<Shown>,
     /// What was said last of what was asked for.
     note: Option<Note>,
+    /// An animation that waits for the maps that it names.
+    waiting: Option<(Animation, Place)>,
     _watch: Watch,
 }
 
@@ -76,7 +80,7 @@ impl Live {
         record: bool,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self> {
-        let edition = session.edition().clone();
+        let (edition, on_cpu) = (session.edition().clone(), session.gpu().is_software());
         let picture = Picture::new(session, started, record);
         let facts = picture.facts();
         let ((orders, received), (sender, news)) = (channel(), channel());
@@ -92,10 +96,24 @@ impl Live {
         };
         let (tell, tell_rebaked) = (telling(sender.clone()), telling(sender));
         let watch = Watch::start(edition, move |rebaked| tell_rebaked(News::Rebaked(rebaked)))?;
-        let work = move || Worker::new(picture, tell).run(&received);
+        let work = move || {
+            if on_cpu {
+                give_way();
+            }
+            Worker::new(picture, tell).run(&received)
+        };
         let thread = std::thread::Builder::new().name("picture".to_owned()).spawn(work);
         let thread = thread.map_err(|e| Error::Failed(format!("cannot start the thread that draws: {e}")))?;
-        Ok(Self { orders: Some(orders), news, thread, facts, shown: None, note: None, _watch: watch })
+        Ok(Self {
+            orders: Some(orders),
+            news,
+            thread,
+            facts,
+            shown: None,
+            note: None,
+            waiting: None,
+            _watch: watch,
+        })
     }
 
     /// Takes in what there is to know. Returns whether there was anything.
@@ -128,7 +146,11 @@ impl Live {
                     shown.editor.metered(ev);
                 }
                 (News::Lit(lit), Some(shown)) => self.note = Some(lit.map(|name| shown.lit_by(name))),
-                (News::Drawn { .. } | News::Metered(_) | News::Lit(_), None) => {}
+                (News::Mapped(maps), Some(shown)) => {
+                    let playing = self.waiting.take().map(|waiting| shown.play(waiting, maps));
+                    self.note = playing.or(self.note.take());
+                }
+                (News::Drawn { .. } | News::Metered(_) | News::Lit(_) | News::Mapped(_), None) => {}
             }
         }
         any
@@ -225,6 +247,17 @@ impl Live {
 }
 
 impl Shown {
+    /// Plays an animation, now that the maps are there that it names; returns what to say.
+    fn play(
+        &mut self,
+        (animation, place): (Animation, Place),
+        maps: std::result::Result<Vec<String>, String>,
+    ) -> Note {
+        maps?.iter().for_each(|map| self.editor.add_map(map));
+        let taken = self.editor.take_animation(animation, &place);
+        taken.map(|()| files::playing(&place)).map_err(|error| with_line(error).to_string())
+    }
+
     /// Lights the scene by the map `name`, which has just been added; returns what to say.
     fn lit_by(&mut self, name: String) -> String {
         self.editor.add_map(&name);

@@ -192,6 +192,23 @@ fn states_and_animations_are_taken_from_files() {
         desk.editor().look().environment.unwrap().map.ends_with("dusk.exr")
             && desk.editor().look().camera.exposure_ev == 3.0
     );
+    // And so do those of an animation.
+    let before = desk.editor().look().environment;
+    let dusk = "duration_s = 2\n[[key]]\nt_s = 0\nenvironment.map = 'sun'\n[[key]]\nt_s = 1\nenvironment.map = 'dusk.exr'\n";
+    std::fs::copy(folder.path().join("dusk.exr"), folder.path().join("night.exr")).unwrap();
+    for map in ["dusk", "night"] {
+        desk.live.take_note();
+        let said = desk.live.take_file(&file("dusk.toml", &dusk.replace("dusk", map))).unwrap();
+        desk.until(|live| {
+            live.shown().unwrap().editor.animation().is_some_and(|chosen| chosen.name == "dusk")
+        });
+        assert!(said.contains("dusk.toml"), "{said}");
+        desk.editor().scrub(1.5);
+        assert!(desk.editor().look().environment.unwrap().map.ends_with(&format!("{map}.exr")));
+        desk.picture();
+        desk.editor().choose(None);
+    }
+    assert_eq!(desk.editor().look().environment, before);
     let turn = file(
         "turn.toml",
         "duration_s = 2\nloop = true\n[[key]]\nt_s = 0\nenvironment.rotation_deg = 0\n[[key]]\nt_s = 1\nenvironment.rotation_deg = 90\n",
@@ -241,6 +258,31 @@ fn another_bake_is_noticed_and_the_picture_stays() {
     std::fs::write(&manifest, first).unwrap();
     desk.until(|live| !live.facts().rebaked);
     desk.live.end().ended.unwrap();
+}
+
+#[test]
+fn who_closes_before_the_first_picture_has_statistics_too() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let request = Request {
+        folder: bundle.folder(),
+        method: None,
+        state: PlacedState::default(),
+        animation: None,
+        environment: None,
+        meters: false,
+        size: None,
+        // So slow that there is never anything to see.
+        limits: Limits { bytes: None, bytes_per_second: Some(1) },
+    };
+    let session = Session::start(request, || Gpu::open(None)).unwrap();
+    let Outcome { statistics, ended } = Live::start(session, Instant::now(), true, || {}).unwrap().end();
+    ended.unwrap();
+    let statistics: serde_json::Value = serde_json::from_slice(&statistics.unwrap()).unwrap();
+    assert_eq!((statistics["frames"].as_u64(), &statistics["cpu_ms"]), (Some(0), &serde_json::Value::Null));
+    assert!(statistics["time_to_first_image_s"].is_null());
 }
 
 #[test]

@@ -44,6 +44,11 @@ impl Display {
         Some(Self { server, name: format!(":{}", number.trim()) })
     }
 
+    /// What programs call it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// What `xdotool` says to these commands, one after the other; `None` if it fails.
     pub fn xdotool(&self, commands: &str) -> Option<String> {
         let output = Command::new("xdotool")

@@ -4,6 +4,7 @@
 //! animation. Between such events the program waits in the system's event queue.
 
 mod canvas;
+mod dialog;
 mod dropped;
 
 use crate::cli::Cli;
@@ -16,6 +17,7 @@ use crate::output::write_whole;
 use crate::session::Session;
 use crate::ui::{self, Note, Save, Screen, Wishes};
 use canvas::{Canvas, Drawing, Painted};
+use dropped::{Opening, Playing};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,6 +37,8 @@ enum Wake {
     Interrupt,
     /// There is news of the picture.
     News,
+    /// A file was chosen, or why none can be.
+    Chosen(dialog::Chosen),
 }
 
 /// Plays as `cli` says in a window, until it is closed or `interrupt` is raised.
@@ -58,6 +62,7 @@ fn check_usage(cli: &Cli) -> Result<()> {
         ("--exr", cli.exr.is_some()),
         ("--contact-sheet", cli.contact_sheet.is_some()),
         ("--count", cli.count.is_some()),
+        ("--fps", cli.fps.is_some()),
     ];
     match for_files.iter().find(|(_, given)| *given) {
         Some((option, _)) => {
@@ -100,8 +105,11 @@ struct Open {
     gpu: Gpu,
     canvas: Canvas,
     live: Live,
+    playing: Playing,
     /// Another bundle, until there is anything to see of it.
-    opening: Option<Live>,
+    opening: Option<Opening>,
+    /// Whether a dialog for choosing a file is open.
+    choosing: bool,
     /// Whether `--stats` is to be written.
     records: bool,
     for_news: EventLoopProxy<Wake>,
@@ -159,6 +167,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
         match (wake, &mut self.open) {
             (Wake::News, Some(open)) => open.take_news(event_loop),
+            (Wake::Chosen(chosen), Some(open)) => open.chosen(chosen),
             _ => drop(self.stops(event_loop)),
         }
     }
@@ -232,7 +241,9 @@ impl Open {
         window.request_redraw();
         Ok(Self {
             live: Live::start(session, started, cli.stats.is_some(), waking(&for_news))?,
+            playing: Playing::of(cli),
             opening: None,
+            choosing: false,
             records: cli.stats.is_some(),
             for_news,
             gpu,
@@ -364,14 +375,21 @@ impl Open {
     /// Does what the user asks for. Returns whether the window is to be closed.
     fn grant(&mut self, wishes: Wishes) -> bool {
         let mut close = wishes.close;
-        let news = wishes.paste || wishes.tell.is_some() || !wishes.save.is_empty();
+        let news = wishes.paste || wishes.reload || wishes.tell.is_some() || !wishes.save.is_empty();
         self.note = wishes.tell.or_else(|| self.note.take());
         for what in &wishes.save {
             let saved = self.live.save(*what, Path::new(""));
             // What could not be saved is not to be lost.
             close &= saved.is_ok();
             let said = saved.map(|path| path.map(|path| format!("saved {}", path.display())));
-            self.note = said.map_err(|error| error.to_string()).transpose().or_else(|| self.note.take());
+            let said = said.map_err(|error| error.to_string()).transpose();
+            self.note = said.or_else(|| self.live.take_note()).or_else(|| self.note.take());
+        }
+        if wishes.reload {
+            self.note = Some(self.reload());
+        }
+        if wishes.open {
+            self.choose_file();
         }
         if wishes.paste {
             let text = self.input.clipboard_text().unwrap_or_default();
@@ -394,7 +412,7 @@ impl Open {
 }
 
 /// Wakes the window for news.
-fn waking(window: &EventLoopProxy<Wake>) -> impl Fn() + Send + 'static {
+fn waking(window: &EventLoopProxy<Wake>) -> impl Fn() + Send + Sync + 'static {
     let window = window.clone();
     move || {
         // A loop that has ended needs no news.

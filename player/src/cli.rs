@@ -78,9 +78,9 @@ pub struct Cli {
     /// Write EXR frames: linear radiance, before exposure and curve
     #[arg(long, value_name = "OUT/%04d.exr", value_parser = parse_exr)]
     pub exr: Option<FramePath>,
-    /// Frames a second of the animation
-    #[arg(long, value_name = "N", default_value = "30", value_parser = parse_fps)]
-    pub fps: f32,
+    /// Frames a second of the animation [default: 30]
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    pub fps: Option<f32>,
     /// Number of frames [default: the whole animation once, or 1 without an animation]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub count: Option<u32>,

@@ -11,7 +11,8 @@ use crate::stream::Limits;
 use indicatif::{ProgressBar, ProgressStyle};
 use relume_formats::Place;
 use relume_formats::state::{Animation, CameraState, Rgb, State, ViewState};
-use relume_playback::{PlacedAnimation, PlacedState, Progress};
+use relume_playback::{NOT_MEASURED, PlacedAnimation, PlacedState, Progress};
+use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -132,9 +133,14 @@ fn stop_if(interrupt: &Interrupt) -> Result<()> {
     if interrupt.is_raised() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
+/// Frames a second.
+fn fps(cli: &Cli) -> f32 {
+    cli.fps.unwrap_or(30.0)
+}
+
 /// How many frames to render. Fails if their names would be the same.
 fn frame_count(cli: &Cli, session: &Session) -> Result<usize> {
-    let of_animation = session.player().controls().map_or(1, |controls| controls.frame_count(cli.fps));
+    let of_animation = session.player().controls().map_or(1, |controls| controls.frame_count(fps(cli)));
     let count = cli.count.map_or(of_animation, |count| count as usize);
     let plain = cli.frames.iter().chain(&cli.exr).find(|path| !path.is_numbered());
     match plain {
@@ -153,14 +159,20 @@ fn render_frames(cli: &Cli, session: &mut Session, count: usize, interrupt: &Int
     let bar = progress_bar(count);
     let mut recorder = Recorder::default();
     let mut sheet = ContactSheet::new(count);
+    let mut from_outside = false;
     for index in 0..count {
         stop_if(interrupt)?;
-        let frame = session.render(index as f64 / f64::from(cli.fps))?;
+        let frame = session.render(index as f64 / f64::from(fps(cli)))?;
         recorder.add(&frame.cost);
+        from_outside |= session.player().shows_map_from_outside();
         write_frame(cli, size, index, &frame, &mut sheet)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if from_outside {
+        // Nobody listening is no reason to fail.
+        let _ = writeln!(std::io::stderr(), "warning: {NOT_MEASURED}");
+    }
     if let Some(path) = &cli.contact_sheet {
         write_whole(path, &sheet.encode()?)?;
     }

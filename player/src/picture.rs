@@ -260,6 +260,7 @@ impl Picture {
             bytes_expected: self.session.bytes_expected(),
             what: pieces.what,
             map_from_outside: self.session.player().shows_map_from_outside(),
+            rebaked: false,
             pieces: pieces.arrived(),
             pieces_expected: pieces.expected,
             loading: match &self.loading {
@@ -296,7 +297,7 @@ impl Picture {
     pub fn statistics(&mut self) -> Result<Option<Vec<u8>>> {
         self.session.wait()?;
         self.take_costs()?;
-        let Some(recorder) = self.recorder.take().filter(|_| self.target.is_some()) else { return Ok(None) };
+        let Some(recorder) = self.recorder.take() else { return Ok(None) };
         recorder.finish(&self.session, self.appearance).map(Some)
     }
 

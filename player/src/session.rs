@@ -8,11 +8,9 @@ pub use costs::Cost;
 use crate::environment;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Readback};
-use crate::stream::{Files, Limits};
+use crate::stream::{Edition, Files, Limits};
 use costs::Costs;
-use relume_formats::Place;
 use relume_formats::display::{Display, auto_exposure_ev};
-use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
 use relume_formats::state::Rgb;
 use relume_playback::methods::{METHODS, Method};
 use relume_playback::{Look, Options, PlacedAnimation, PlacedState, Player, Playlist, Progress};
@@ -63,6 +61,7 @@ pub struct Frame {
 
 /// A bundle being played.
 pub struct Session {
+    edition: Edition,
     files: Files,
     gpu: Gpu,
     player: Player,
@@ -82,10 +81,10 @@ impl Session {
             Some(AnimationChoice::Own(animation)) => (None, Some(animation)),
         };
         let environment = request.environment.map(environment::read).transpose()?;
-        let place = Place::file(request.folder.join(FILE_NAME));
-        let playlist = Playlist::of(&Manifest::read(request.folder)?, &place, request.method, name)?;
+        let edition = Edition::read(request.folder)?;
+        let playlist = Playlist::of(edition.manifest(), &edition.place(), request.method, name)?;
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
-        let files = Files::start(playlist.clone(), request.limits)?;
+        let files = Files::start(playlist.clone(), edition.clone(), request.limits)?;
         let gpu = open_gpu()?;
         expect_adapter(&playlist.method, &gpu)?;
         let options = Options {
@@ -98,7 +97,7 @@ impl Session {
         };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
-        Ok(Self { files, gpu, player, bytes_expected, costs, readback: None, meters })
+        Ok(Self { edition, files, gpu, player, bytes_expected, costs, readback: None, meters })
     }
 
     /// Takes in the next section, if there is one. Never waits for the source.
@@ -207,6 +206,11 @@ impl Session {
         };
         let read = Readback::new(&self.gpu, [radiance.buffer]).radiance(&self.gpu, [radiance.buffer])?;
         Ok(read.into_iter().map(|rgb| std::array::from_fn(|k| rgb[k] * radiance.gain[k])).collect())
+    }
+
+    /// Which bake of the bundle plays.
+    pub fn edition(&self) -> &Edition {
+        &self.edition
     }
 
     /// What plays.

@@ -58,6 +58,11 @@ fn help_and_usage() {
         2,
         "--frames is for playing without a window; add --headless",
     );
+    expect_error(
+        &player(&[folder, "--fps", "12"]),
+        2,
+        "--fps is for playing without a window; add --headless",
+    );
     expect_error(&headless(bundle.folder(), &[]), 2, "nothing to write");
     expect_error(&headless(bundle.folder(), &["--frames", "%d/%d.png"]), 2, "exactly one %d");
     expect_error(&headless(bundle.folder(), &["--frames", "@/f.png", "--colour"]), 2, "--colour");

@@ -6,6 +6,8 @@ mod cli;
 #[path = "support/desk.rs"]
 mod desk;
 mod embed;
+#[cfg(target_os = "linux")]
+mod frames;
 mod render;
 #[path = "support/run.rs"]
 mod run;

@@ -21,19 +21,19 @@ fn resident_mb(process: u32) -> f64 {
     line.split_whitespace().next().unwrap().parse::<f64>().unwrap() / 1024.0
 }
 
-/// Resident memory at one size of the window, for what it draws into grows with that. Saving a state shows
-/// that it is drawn.
+/// Resident memory at one size of the window, for what it draws into grows with that. Saving a
+/// picture shows that it is drawn.
 fn settled_mb(window: &mut Window<'_>) -> f64 {
-    let states = |window: &Window<'_>| {
+    let pictures = |window: &Window<'_>| {
         let files = std::fs::read_dir(window.folder.path()).unwrap();
-        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "toml")).count()
+        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "png")).count()
     };
     window.display.xdotool(&format!("windowsize --sync {} 1200 820 windowfocus {0}", window.id)).unwrap();
-    let before = states(window);
-    window.wait("a saved state", |window| {
+    let before = pictures(window);
+    window.wait("a saved picture", |window| {
         // A click beside the picture leaves any field or menu that would take the key for itself.
-        window.display.xdotool(&format!("mousemove --window {} 4 4 click 1 key t", window.id))?;
-        Some(()).filter(|()| states(window) > before)
+        window.display.xdotool(&format!("mousemove --window {} 4 4 click 1 key s", window.id))?;
+        Some(()).filter(|()| pictures(window) > before)
     });
     resident_mb(window.child.id())
 }

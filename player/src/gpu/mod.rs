@@ -2,9 +2,11 @@
 //! read-back.
 
 mod adapter;
+mod priority;
 mod readback;
 
 pub use adapter::list;
+pub use priority::give_way;
 pub use readback::{PictureReadback, Readback};
 
 use crate::error::{Error, Result};
@@ -48,8 +50,22 @@ impl Gpu {
 
     /// Another device on the same adapter: what is done on one waits for nothing on the other. It has an
     /// instance of its own, for Mesa's software adapter draws one thing at a time for all devices of an
-    /// instance.
+    /// instance. The threads of a software adapter give way to others, see [`give_way`].
     pub fn again(&self) -> Result<Self> {
+        if !self.is_software() {
+            return self.open_again();
+        }
+        // Threads are as those that start them.
+        let opening = || {
+            give_way();
+            self.open_again()
+        };
+        let failed =
+            || Err(Error::Failed("the thread that opens the GPU has failed; please report this".to_owned()));
+        std::thread::scope(|scope| scope.spawn(opening).join()).unwrap_or_else(|_| failed())
+    }
+
+    fn open_again(&self) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let same = adapter::same_as(&instance, &self.adapter.get_info());
         Self::open_adapter(same.unwrap_or_else(|| self.adapter.clone()), self.radiance_on_cpu)

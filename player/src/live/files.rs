@@ -3,9 +3,10 @@
 use super::{Live, Order};
 use crate::environment::beside;
 use crate::picture::nothing_yet;
-use crate::ui::Editor;
+use crate::ui::{Editor, Kept, Note};
 use relume_formats::map_file::is_named_so;
-use relume_formats::state::{Animation, State, with_line};
+use relume_formats::name::plain;
+use relume_formats::state::{Animation, State, TrackValues, with_line};
 use relume_formats::{Error as FormatError, Place, has_extension, read_regular};
 use std::path::{Path, PathBuf};
 
@@ -31,48 +32,122 @@ impl Live {
         }
         if !has_extension(path, "toml") {
             return Err(format!(
-                "{shown}: drop the folder of a bundle, a state or an animation (.toml), or an environment map (.exr, .hdr)"
+                "{shown}: give a bundle (its folder or manifest.json), a state or an animation (.toml), or an environment map (.exr, .hdr)"
             ));
         }
         let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
-        let taken = take_text(path, &mut shown.editor).map_err(|error| with_line(error).to_string());
-        let (said, map) = taken?;
+        match take_text(path, &mut shown.editor).map_err(|error| with_line(error).to_string())? {
+            Taken::Whole(said) => Ok(said),
+            Taken::Map(said, map) => {
+                self.send(Order::Light(map));
+                Ok(said)
+            }
+            Taken::Waits(animation, place, maps) => {
+                let said = format!("reading the maps of {}", place.file.display());
+                self.waiting = Some((animation, place));
+                self.send(Order::Maps(maps));
+                Ok(said)
+            }
+        }
+    }
+
+    /// Sets what was set on another bake of the bundle, as far as it fits. Returns what to say.
+    pub fn keep(&mut self, mut kept: Kept) -> Note {
+        let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
+        let said = format!("{} as it was baked last", plain(&shown.editor.scene().name));
+        // A map that cannot be read stays in the state, and does not fit.
+        let map = map_from_outside(&mut kept.state, &shown.editor, &Place::file("edit")).unwrap_or_default();
+        let lost = shown.editor.keep(kept);
         if let Some(map) = map {
             self.send(Order::Light(map));
         }
-        Ok(said)
+        if lost.is_empty() {
+            Ok(said)
+        } else {
+            Err(format!("{said}; left out what does not fit any more: {}", lost.join(", ")))
+        }
     }
 }
 
-/// Returns what to say, and the file of the map that a state names.
-fn take_text(path: &Path, editor: &mut Editor) -> Result<(String, Option<PathBuf>), FormatError> {
+/// The file of the map that `state`, which comes from `place`, names and the bundle does not have. It is taken
+/// out of the state, for it lights the scene once it is added.
+fn map_from_outside(
+    state: &mut State,
+    editor: &Editor,
+    place: &Place,
+) -> Result<Option<PathBuf>, FormatError> {
+    let Some(light) = state.environment.as_mut().filter(|_| editor.scope().varies().environment) else {
+        return Ok(None);
+    };
+    let Some(map) = light.map.as_ref().filter(|map| !editor.scope().maps.contains(map)) else {
+        return Ok(None);
+    };
+    let Some(found) = beside(map, place)? else { return Ok(None) };
+    light.map = None;
+    Ok(Some(PathBuf::from(found.name)))
+}
+
+/// What became of a text.
+enum Taken {
+    /// All of it is set.
+    Whole(String),
+    /// All of it is set but the map in this file.
+    Map(String, PathBuf),
+    /// An animation, from this place, that names the maps in these files.
+    Waits(Animation, Place, Vec<PathBuf>),
+}
+
+/// What to say of an animation from `place`.
+pub(super) fn playing(place: &Place) -> String {
+    format!("playing {}", place.file.display())
+}
+
+fn take_text(path: &Path, editor: &mut Editor) -> Result<Taken, FormatError> {
     let (place, shown) = (Place::file(path), path.display());
     let text =
-        String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "drop a smaller file")?).into_owned();
+        String::from_utf8_lossy(&read_regular(path, MAX_TEXT_BYTES, "give a smaller file")?).into_owned();
     // What is wrong with it is for the reader of one or the other to say.
     let is_animation = text
         .parse::<toml::Table>()
         .is_ok_and(|table| table.contains_key("key") || table.contains_key("duration_s"));
     if is_animation {
-        let animation = Animation::read_file(path)?;
-        let said = format!("playing {shown}");
-        editor.take_animation(animation, &place)?;
-        return Ok((said, None));
+        let mut animation = Animation::read_file(path)?;
+        let maps = maps_of_animation(&mut animation, editor, &place)?;
+        if maps.is_empty() {
+            editor.take_animation(animation, &place)?;
+            return Ok(Taken::Whole(playing(&place)));
+        }
+        return Ok(Taken::Waits(animation, place, maps));
     }
     let mut state = State::read_file(path)?;
-    let map = state
-        .environment
-        .as_ref()
-        .and_then(|light| light.map.clone())
-        .filter(|map| !editor.scope().maps.contains(map));
-    let file = match map {
-        Some(map) => beside(&map, &place)?.map(|found| PathBuf::from(found.name)),
-        None => None,
-    };
-    if let (Some(_), Some(light)) = (&file, &mut state.environment) {
-        // It lights the scene once it is added.
-        light.map = None;
-    }
+    let file = map_from_outside(&mut state, editor, &place)?;
     editor.take_state(&state, &place)?;
-    Ok((format!("set {shown}"), file))
+    let said = format!("set {shown}");
+    Ok(match file {
+        Some(map) => Taken::Map(said, map),
+        None => Taken::Whole(said),
+    })
+}
+
+/// The files of the maps that `animation`, which comes from `place`, names and the bundle does not have. It
+/// calls them by their own names from then on.
+fn maps_of_animation(
+    animation: &mut Animation,
+    editor: &Editor,
+    place: &Place,
+) -> Result<Vec<PathBuf>, FormatError> {
+    let mut files = Vec::new();
+    let varies = editor.scope().varies().environment;
+    for track in animation.tracks.iter_mut().filter(|track| varies && track.leaf == ["environment", "map"]) {
+        let TrackValues::Name(names) = &mut track.values else { continue };
+        for name in names.iter_mut().filter(|name| !editor.scope().maps.contains(name)) {
+            if let Some(found) = beside(name, place)? {
+                files.push(PathBuf::from(&found.name));
+                *name = found.name;
+            }
+        }
+    }
+    files.sort();
+    files.dedup();
+    Ok(files)
 }

@@ -3,19 +3,24 @@
 //! come back as news. Knows nothing of windows.
 
 mod files;
+mod watch;
 mod worker;
 
 use crate::error::{Error, Result};
+use crate::gpu::give_way;
 use crate::output::write_numbered;
 use crate::picture::{Picture, PictureFile, nothing_yet};
 use crate::session::Session;
 use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
-use relume_formats::state::EnvironmentState;
+use relume_formats::Place;
+use relume_formats::state::{Animation, EnvironmentState, State, with_line};
 use relume_playback::{Look, Surfaces};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
+use watch::Watch;
 pub use worker::Outcome;
 use worker::{News, Order, Worker};
 
@@ -29,6 +34,9 @@ pub struct Live {
     shown: Option<Shown>,
     /// What was said last of what was asked for.
     note: Option<Note>,
+    /// An animation that waits for the maps that it names.
+    waiting: Option<(Animation, Place)>,
+    _watch: Watch,
 }
 
 /// What there is as soon as there is anything to see.
@@ -70,21 +78,42 @@ impl Live {
         session: Session,
         started: Instant,
         record: bool,
-        wake: impl Fn() + Send + 'static,
+        wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self> {
+        let (edition, on_cpu) = (session.edition().clone(), session.gpu().is_software());
         let picture = Picture::new(session, started, record);
         let facts = picture.facts();
         let ((orders, received), (sender, news)) = (channel(), channel());
-        let tell = move |item| {
-            // Who no longer listens shows nothing any more.
-            if sender.send(item).is_ok() {
-                wake();
+        let wake = Arc::new(wake);
+        let telling = |sender: Sender<News>| {
+            let wake = wake.clone();
+            move |item| {
+                // Who no longer listens shows nothing any more.
+                if sender.send(item).is_ok() {
+                    wake();
+                }
             }
         };
-        let work = move || Worker::new(picture, tell).run(&received);
+        let (tell, tell_rebaked) = (telling(sender.clone()), telling(sender));
+        let watch = Watch::start(edition, move |rebaked| tell_rebaked(News::Rebaked(rebaked)))?;
+        let work = move || {
+            if on_cpu {
+                give_way();
+            }
+            Worker::new(picture, tell).run(&received)
+        };
         let thread = std::thread::Builder::new().name("picture".to_owned()).spawn(work);
         let thread = thread.map_err(|e| Error::Failed(format!("cannot start the thread that draws: {e}")))?;
-        Ok(Self { orders: Some(orders), news, thread, facts, shown: None, note: None })
+        Ok(Self {
+            orders: Some(orders),
+            news,
+            thread,
+            facts,
+            shown: None,
+            note: None,
+            waiting: None,
+            _watch: watch,
+        })
     }
 
     /// Takes in what there is to know. Returns whether there was anything.
@@ -93,7 +122,10 @@ impl Live {
         while let Ok(item) = self.news.try_recv() {
             any = true;
             match (item, &mut self.shown) {
-                (News::Facts(facts), _) => self.facts = *facts,
+                (News::Facts(facts), _) => {
+                    self.facts = Facts { rebaked: self.facts.rebaked, ..*facts };
+                }
+                (News::Rebaked(rebaked), _) => self.facts.rebaked = rebaked,
                 (News::Saved(saved), _) => {
                     self.note = Some(saved.map(|path| format!("saved {}", path.display())))
                 }
@@ -114,7 +146,11 @@ impl Live {
                     shown.editor.metered(ev);
                 }
                 (News::Lit(lit), Some(shown)) => self.note = Some(lit.map(|name| shown.lit_by(name))),
-                (News::Drawn { .. } | News::Metered(_) | News::Lit(_), None) => {}
+                (News::Mapped(maps), Some(shown)) => {
+                    let playing = self.waiting.take().map(|waiting| shown.play(waiting, maps));
+                    self.note = playing.or(self.note.take());
+                }
+                (News::Drawn { .. } | News::Metered(_) | News::Lit(_) | News::Mapped(_), None) => {}
             }
         }
         any
@@ -146,14 +182,14 @@ impl Live {
     }
 
     /// Has the picture written into `folder`, under a name of its own; the news will tell of it. The settings
-    /// are written at once.
+    /// are written at once, unless they are the scene's, for which nobody needs a file: a note says so.
     ///
     /// # Errors
     /// If the settings cannot be written, or there are none yet.
     pub fn save(&mut self, what: Save, folder: &Path) -> Result<Option<PathBuf>> {
         self.order();
         let file = match what {
-            Save::State => return self.save_state(folder).map(Some),
+            Save::State => return self.save_state(folder),
             Save::Png => PictureFile::Png,
             Save::Exr => PictureFile::Exr,
         };
@@ -165,13 +201,19 @@ impl Live {
         }
     }
 
-    fn save_state(&mut self, folder: &Path) -> Result<PathBuf> {
+    fn save_state(&mut self, folder: &Path) -> Result<Option<PathBuf>> {
         let Some(Shown { editor, .. }) = &mut self.shown else { return Err(nothing_yet()) };
-        let text = toml::to_string(&editor.state())
-            .map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
+        let state = editor.state();
+        if state == State::default() {
+            editor.mark_saved();
+            self.note = Some(Err("nothing is set that differs from the scene; no state is saved".to_owned()));
+            return Ok(None);
+        }
+        let text =
+            toml::to_string(&state).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
         let path = write_numbered(folder, &editor.scene().name, Save::State.extension(), text.as_bytes())?;
         editor.mark_saved();
-        Ok(path)
+        Ok(Some(path))
     }
 
     /// What was said last of what was asked for, once.
@@ -205,6 +247,17 @@ impl Live {
 }
 
 impl Shown {
+    /// Plays an animation, now that the maps are there that it names; returns what to say.
+    fn play(
+        &mut self,
+        (animation, place): (Animation, Place),
+        maps: std::result::Result<Vec<String>, String>,
+    ) -> Note {
+        maps?.iter().for_each(|map| self.editor.add_map(map));
+        let taken = self.editor.take_animation(animation, &place);
+        taken.map(|()| files::playing(&place)).map_err(|error| with_line(error).to_string())
+    }
+
     /// Lights the scene by the map `name`, which has just been added; returns what to say.
     fn lit_by(&mut self, name: String) -> String {
         self.editor.add_map(&name);

@@ -73,6 +73,10 @@ fn what_is_set_is_shown() {
         live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some())
     });
     let first = desk.live.shown().unwrap().take_pixels().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(desk.live.save(Save::State, folder.path()).unwrap(), None);
+    assert!(matches!(desk.live.take_note(), Some(Err(reason)) if reason.contains("no state is saved")));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     desk.editor().set_exposure(-20.0);
     let dark = desk.picture();
     assert!(
@@ -87,7 +91,6 @@ fn what_is_set_is_shown() {
     }
     desk.editor().set_exposure(-20.0);
     desk.live.order();
-    let folder = tempfile::tempdir().unwrap();
     assert!(desk.live.save(Save::Png, folder.path()).unwrap().is_none());
     desk.until(|live| live.note.is_some());
     let png = folder.path().join("synthetic-0001.png");
@@ -189,6 +192,23 @@ fn states_and_animations_are_taken_from_files() {
         desk.editor().look().environment.unwrap().map.ends_with("dusk.exr")
             && desk.editor().look().camera.exposure_ev == 3.0
     );
+    // And so do those of an animation.
+    let before = desk.editor().look().environment;
+    let dusk = "duration_s = 2\n[[key]]\nt_s = 0\nenvironment.map = 'sun'\n[[key]]\nt_s = 1\nenvironment.map = 'dusk.exr'\n";
+    std::fs::copy(folder.path().join("dusk.exr"), folder.path().join("night.exr")).unwrap();
+    for map in ["dusk", "night"] {
+        desk.live.take_note();
+        let said = desk.live.take_file(&file("dusk.toml", &dusk.replace("dusk", map))).unwrap();
+        desk.until(|live| {
+            live.shown().unwrap().editor.animation().is_some_and(|chosen| chosen.name == "dusk")
+        });
+        assert!(said.contains("dusk.toml"), "{said}");
+        desk.editor().scrub(1.5);
+        assert!(desk.editor().look().environment.unwrap().map.ends_with(&format!("{map}.exr")));
+        desk.picture();
+        desk.editor().choose(None);
+    }
+    assert_eq!(desk.editor().look().environment, before);
     let turn = file(
         "turn.toml",
         "duration_s = 2\nloop = true\n[[key]]\nt_s = 0\nenvironment.rotation_deg = 0\n[[key]]\nt_s = 1\nenvironment.rotation_deg = 90\n",
@@ -205,7 +225,7 @@ fn states_and_animations_are_taken_from_files() {
         ("b.toml", "materials.nobody.kd = [0, 0, 0]\n", "b.toml: line 1: "),
         ("c.toml", "camera = \n", "c.toml: line 1, "),
         ("d.toml", "duration_s = 1\n[[key]]\nt_s = 0\nmaterials.x.kd = [0, 0, 0]\n", "d.toml: line 4: "),
-        ("e.png", "", "e.png: drop the folder of a bundle, a state"),
+        ("e.png", "", "e.png: give a bundle (its folder or manifest.json), a state"),
         ("f.toml", "environment.map = 'gone.exr'\n", "f.toml: "),
     ] {
         let refused = desk.live.take_file(&file(name, text)).unwrap_err();
@@ -213,6 +233,56 @@ fn states_and_animations_are_taken_from_files() {
     }
     assert_eq!(desk.editor().look(), before);
     desk.live.end().ended.unwrap();
+}
+
+#[test]
+fn another_bake_is_noticed_and_the_picture_stays() {
+    if !gpu_there() {
+        return;
+    }
+    let (bundle, other) = (Bundle::write(true), Bundle::write(false));
+    let manifest = bundle.folder().join(relume_formats::kinds::manifest::FILE_NAME);
+    let first = std::fs::read(&manifest).unwrap();
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| {
+        live.facts().loading == Loading::Complete && live.shown().is_some_and(|shown| shown.pixels.is_some())
+    });
+    let before = desk.live.shown().unwrap().take_pixels().unwrap();
+    bundle.bake_again(&other);
+    desk.until(|live| live.facts().rebaked);
+    desk.editor().set_exposure(-20.0);
+    desk.picture();
+    desk.editor().reset_exposure();
+    assert!(desk.picture() == before && desk.live.facts().rebaked, "it can be edited as before");
+    // The very same bake again is no other one.
+    std::fs::write(&manifest, first).unwrap();
+    desk.until(|live| !live.facts().rebaked);
+    desk.live.end().ended.unwrap();
+}
+
+#[test]
+fn who_closes_before_the_first_picture_has_statistics_too() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let request = Request {
+        folder: bundle.folder(),
+        method: None,
+        state: PlacedState::default(),
+        animation: None,
+        environment: None,
+        meters: false,
+        size: None,
+        // So slow that there is never anything to see.
+        limits: Limits { bytes: None, bytes_per_second: Some(1) },
+    };
+    let session = Session::start(request, || Gpu::open(None)).unwrap();
+    let Outcome { statistics, ended } = Live::start(session, Instant::now(), true, || {}).unwrap().end();
+    ended.unwrap();
+    let statistics: serde_json::Value = serde_json::from_slice(&statistics.unwrap()).unwrap();
+    assert_eq!((statistics["frames"].as_u64(), &statistics["cpu_ms"]), (Some(0), &serde_json::Value::Null));
+    assert!(statistics["time_to_first_image_s"].is_null());
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub enum Order {
     Meter(Metering),
     /// Add the environment map in this file.
     Light(PathBuf),
+    /// Add the environment maps in these files, for an animation to name.
+    Maps(Vec<PathBuf>),
     /// Write the picture into this folder.
     Save(PictureFile, PathBuf),
 }
@@ -40,8 +42,12 @@ pub enum News {
     Metered(Option<f32>),
     /// A map was added under this name, or why it was not.
     Lit(std::result::Result<String, String>),
+    /// Maps were added under these names, or why they were not.
+    Mapped(std::result::Result<Vec<String>, String>),
     /// A picture was written to this file, or why it was not.
     Saved(std::result::Result<PathBuf, String>),
+    /// Whether another bake of the bundle is on disk than the one on show.
+    Rebaked(bool),
     /// Nothing is drawn any more, for this reason.
     Ended(String),
 }
@@ -136,6 +142,11 @@ impl<T: Fn(News)> Worker<T> {
             Order::Light(path) => {
                 let added = self.picture.add_environment(&path).map_err(words);
                 (self.tell)(News::Lit(added));
+            }
+            Order::Maps(paths) => {
+                let added = paths.iter().map(|path| self.picture.add_environment(path));
+                let added = added.collect::<Result<Vec<_>>>().map_err(words);
+                (self.tell)(News::Mapped(added));
             }
             Order::Save(file, folder) => {
                 let saved = self.draw().and_then(|()| self.picture.save(file, &folder)).map_err(words);

@@ -1,7 +1,10 @@
 //! The files of a bundle, read by a thread that also decodes them; byte budget and rate limit live here.
 
+mod edition;
 mod files;
 mod throttle;
+
+pub use edition::Edition;
 
 use crate::error::{Error, Result};
 use files::{least_bytes, open_item};
@@ -41,11 +44,11 @@ pub struct Files {
 }
 
 impl Files {
-    /// Starts to read the files of `playlist`.
+    /// Starts to read the files of `playlist`, which are those of `edition`.
     ///
     /// # Errors
     /// [`Error::Usage`] if the byte budget cannot hold one image, with the number of bytes that can.
-    pub fn start(playlist: Playlist, limits: Limits) -> Result<Self> {
+    pub fn start(playlist: Playlist, edition: Edition, limits: Limits) -> Result<Self> {
         if let Some(bytes) = limits.bytes {
             let needed = least_bytes(&playlist)?;
             if bytes < needed {
@@ -56,7 +59,8 @@ impl Files {
         }
         let (shared, place) = (Arc::new(Shared::default()), playlist.place.clone());
         let (sender, events) = sync_channel(QUEUE);
-        let reader = Reader { limits, pace: Pace::new(limits.bytes_per_second, shared.clone()), sender };
+        let reader =
+            Reader { edition, limits, pace: Pace::new(limits.bytes_per_second, shared.clone()), sender };
         std::thread::Builder::new()
             .name("source".to_owned())
             .spawn(move || reader.run(&playlist))
@@ -91,6 +95,7 @@ impl Drop for Files {
 
 /// The reading thread.
 struct Reader {
+    edition: Edition,
     limits: Limits,
     pace: Pace,
     sender: SyncSender<relume_playback::Result<Event>>,
@@ -110,6 +115,7 @@ impl Reader {
         let mut read = 0;
         for item in &playlist.items {
             let mut file = open_item(item, &mut self.pace)?;
+            self.edition.expect_there()?;
             let end = read + item.bytes;
             loop {
                 match incoming.poll()? {
@@ -151,7 +157,6 @@ fn unreadable(item: &Item, error: std::io::Error) -> FormatError {
 mod tests {
     use super::*;
     use crate::support::Bundle;
-    use relume_formats::kinds::manifest::{FILE_NAME, Manifest};
     use std::time::{Duration, Instant};
 
     fn names_until_end(source: &mut Files) -> Result<(Vec<String>, bool)> {
@@ -166,9 +171,9 @@ mod tests {
     }
 
     fn play(bundle: &Bundle, limits: Limits) -> Result<(Vec<String>, bool, u64)> {
-        let place = Place::file(bundle.folder().join(FILE_NAME));
-        let playlist = Playlist::of(&Manifest::read(bundle.folder())?, &place, None, Some("glow"))?;
-        let mut source = Files::start(playlist, limits)?;
+        let edition = Edition::read(bundle.folder())?;
+        let playlist = Playlist::of(edition.manifest(), &edition.place(), None, Some("glow"))?;
+        let mut source = Files::start(playlist, edition, limits)?;
         let (names, complete) = names_until_end(&mut source)?;
         Ok((names, complete, source.bytes()))
     }
@@ -185,6 +190,21 @@ mod tests {
         );
         assert!(complete && at("scales") + 1 == at(&format!("image/{:04}", bundle.images.images[0].slot)));
         assert_eq!(bytes, bundle.playlist_bytes());
+    }
+
+    #[test]
+    fn a_bake_that_takes_the_place_of_another_is_not_mixed_with_it() {
+        let bundle = Bundle::write(true);
+        let edition = Edition::read(bundle.folder()).unwrap();
+        let playlist = Playlist::of(edition.manifest(), &edition.place(), None, None).unwrap();
+        // Files of the same length and hash, so that nothing but the manifest tells.
+        let mut other = bundle.manifest.clone();
+        other.scene_hash = "1".repeat(32);
+        other.write(bundle.folder()).unwrap();
+        let mut source = Files::start(playlist, edition, Limits::default()).unwrap();
+        let error = names_until_end(&mut source).unwrap_err();
+        assert!(error.to_string().contains("baked again while it was read"), "{error}");
+        assert_eq!(error.exit_code(), 2);
     }
 
     #[test]

@@ -9,11 +9,13 @@
 mod display;
 mod files;
 mod history;
+mod kept;
 mod part;
 mod settings;
 mod transport;
 
 pub use display::Metering;
+pub use kept::Kept;
 pub use part::Part;
 pub use settings::Settings;
 
@@ -110,7 +112,12 @@ impl Editor {
         let mut look = self.base.clone();
         if let Some(mut state) = self.animated() {
             self.held.iter().for_each(|part| part.take_from(&mut state));
-            apply(&mut look, &state, &self.scope);
+            apply_legal(&mut look, &state, &self.scope);
+            // What moves gives way to what is held where the two share a range.
+            let mut held = self.base.difference(&look);
+            let parts: Vec<Part> = Part::of(&held).filter(|part| !self.held.contains(part)).collect();
+            parts.iter().for_each(|part| part.take_from(&mut held));
+            apply_legal(&mut look, &held, &self.scope);
         }
         look
     }
@@ -133,9 +140,13 @@ impl Editor {
     /// Sets the leaves that `change` names, as far as they may vary and as that is legal; what the animation
     /// moves of it is held, and the animation pauses.
     pub fn set(&mut self, change: &State) {
-        let change = legal::within(&self.look(), &self.scope, change);
-        Part::of(&change).for_each(|part| self.hold(part));
-        apply(&mut self.base, &change, &self.scope);
+        let mut legal = legal::within(&self.look(), &self.scope, change);
+        // That names whole materials: what was not asked for stays the animation's.
+        let asked: BTreeSet<Part> = Part::of(change).collect();
+        let others: Vec<Part> = Part::of(&legal).filter(|part| !asked.contains(part)).collect();
+        others.iter().for_each(|part| part.take_from(&mut legal));
+        Part::of(&legal).for_each(|part| self.hold(part));
+        apply_legal(&mut self.base, &legal, &self.scope);
     }
 
     /// Brings the leaves that `change` names to its values, and gives `parts` to the animation if there is
@@ -160,19 +171,19 @@ impl Editor {
                 materials: [(name.to_owned(), MaterialState::from(brdf))].into(),
                 ..State::default()
             };
-            self.give_back(&change, &[Part::Material(name.to_owned())]);
+            self.give_back(&change, &Part::of_material(name));
         }
     }
 
     /// Whether the material `name` was changed, by hand or by the state that the player was started with.
     pub fn is_edited(&self, material: &StoredMaterial) -> bool {
         self.base.materials.get(&material.name).is_some_and(|brdf| *brdf != material.brdf)
-            || self.is_held(&Part::Material(material.name.clone()))
+            || Part::of_material(&material.name).iter().any(|part| self.is_held(part))
     }
 
     /// Whether an edit by hand keeps the animation from `part`.
     pub fn is_held(&self, part: &Part) -> bool {
-        self.held.contains(part) && self.drives(part)
+        self.held.contains(part) && self.concerns(part)
     }
 
     /// Whether the animation moves `part`.
@@ -180,9 +191,14 @@ impl Editor {
         self.animation().is_some_and(|animation| animation.tracks.iter().any(|track| part.owns(&track.leaf)))
     }
 
-    /// Keeps the animation from `part`, if it moves that, and pauses it.
+    /// Whether the animation moves `part`, or what shares its range.
+    fn concerns(&self, part: &Part) -> bool {
+        self.drives(part) || part.rival().is_some_and(|rival| self.drives(&rival))
+    }
+
+    /// Keeps the animation from `part`, if it concerns that, and pauses it.
     fn hold(&mut self, part: Part) {
-        if self.drives(&part) {
+        if self.concerns(&part) {
             self.held.insert(part);
             self.playing = false;
         }
@@ -191,8 +207,8 @@ impl Editor {
     /// What was edited before the animation was chosen that now moves it: the animation covers these edits,
     /// and they come back when it goes.
     pub fn covered(&self) -> Vec<Part> {
-        let edits = self.base.difference(&Look::default_of(self.scene()));
-        Part::of(&edits).filter(|part| self.drives(part) && !self.held.contains(part)).collect()
+        let edited = Part::between(&self.base, self.history.start());
+        edited.filter(|part| self.drives(part) && !self.held.contains(part)).collect()
     }
 
     /// Moves the camera by hand, if it may move; it stops before `surfaces`.
@@ -276,4 +292,10 @@ impl Editor {
 fn apply(look: &mut Look, change: &State, scope: &Scope) {
     let applied = look.apply(change, scope, &Place::file("edit"));
     debug_assert!(applied.is_ok(), "{applied:?}");
+}
+
+/// Makes of a change what is legal.
+fn apply_legal(look: &mut Look, change: &State, scope: &Scope) {
+    let legal = legal::within(look, scope, change);
+    apply(look, &legal, scope);
 }

@@ -65,6 +65,8 @@ pub struct Facts {
     pub pieces_expected: usize,
     /// Whether the map that is shown is not one of the bundle's own.
     pub map_from_outside: bool,
+    /// Whether another bake of the bundle is on disk than the one on show.
+    pub rebaked: bool,
     /// How loading stands.
     pub loading: Loading,
 }

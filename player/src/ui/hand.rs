@@ -3,8 +3,6 @@
 use super::orbit::Motion;
 use egui::{PointerButton, Response, Ui};
 
-/// What the user may do with the picture.
-pub const HELP: &str = "drag: orbit     right drag: pan     wheel: closer, farther";
 /// The distance to the target grows by this factor for every point that the wheel scrolls.
 const DOLLY_PER_POINT: f32 = 0.998;
 

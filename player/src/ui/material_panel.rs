@@ -61,10 +61,13 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded, wishes: &mu
         wishes.paste |= ui.button("Paste").on_hover_text("on this material (Ctrl+V)").clicked();
     });
     ui.horizontal(|ui| {
-        let part = Part::Material(material.name.clone());
-        if editor.is_held(&part) {
-            ui.label(RichText::new("held by hand").small().color(ACCENT)).on_hover_text(HOLD_RULE);
-        } else if editor.drives(&part) {
+        let parts = Part::of_material(&material.name);
+        let held = parts.iter().filter(|part| editor.is_held(part)).filter_map(Part::label);
+        let held: Vec<&str> = held.collect();
+        if !held.is_empty() {
+            let text = format!("held by hand: {}", held.join(", "));
+            ui.label(RichText::new(text).small().color(ACCENT)).on_hover_text(HOLD_RULE);
+        } else if parts.iter().any(|part| editor.drives(part)) {
             ui.label(RichText::new("moved by the animation").small().weak()).on_hover_text(HOLD_RULE);
         } else {
             ui.label(RichText::new(" ").small());

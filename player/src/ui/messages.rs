@@ -1,23 +1,36 @@
-//! What there is to say at the moment: how loading stands, and what happened last. It has a place of its own
+//! What there is to say at the moment: how loading stands or that it is out of date, and what happened last. It has a place of its own
 //! below the panel, so that nothing moves when a message comes or goes; what is too long for it is told whole
 //! when pointed at.
 
 use super::facts::{Facts, Loading, Note};
 use super::panel::megabytes;
+use super::screen::Wishes;
 use super::style::{ACCENT, WARNING};
-use egui::{Color32, Frame, Label, Margin, Panel, ProgressBar, RichText, Ui};
+use egui::{Align, Color32, Frame, Label, Layout, Margin, Panel, ProgressBar, RichText, Ui};
 
 /// Height of the place, in points: two lines.
 const HEIGHT: f32 = 48.0;
 /// Height of a line.
 const LINE: f32 = 18.0;
 
-/// Draws the messages at the lower end of `ui`: of loading, and below `yielded` or else what happened last.
-pub fn show(ui: &mut Ui, facts: &Facts, note: Option<&Note>, yielded: Option<&str>) {
+/// Draws the messages at the lower end of `ui`: of the bundle, which is called `name`, and below `yielded` or
+/// else what happened last.
+pub fn show(
+    ui: &mut Ui,
+    name: &str,
+    facts: &Facts,
+    note: Option<&Note>,
+    yielded: Option<&str>,
+    wishes: &mut Wishes,
+) {
     let frame = Frame::NONE.inner_margin(Margin { top: 8, ..Margin::ZERO });
     Panel::bottom("messages").exact_size(HEIGHT).resizable(false).frame(frame).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
-        loading(ui, facts);
+        if facts.rebaked {
+            wishes.reload |= rebaked(ui, name);
+        } else {
+            loading(ui, facts);
+        }
         let weak = ui.visuals().weak_text_color();
         match (yielded, note) {
             (Some(text), _) => line(ui, text, WARNING),
@@ -26,6 +39,18 @@ pub fn show(ui: &mut Ui, facts: &Facts, note: Option<&Note>, yielded: Option<&st
             (None, None) => {}
         }
     });
+}
+
+/// Says that another bake is on disk, with a button to show it. Returns whether it was clicked.
+fn rebaked(ui: &mut Ui, name: &str) -> bool {
+    let text = RichText::new(format!("{name} was baked again; press F5 to show it")).small().color(ACCENT);
+    let layout = Layout::right_to_left(Align::Center);
+    ui.allocate_ui_with_layout([ui.available_width(), LINE].into(), layout, |ui| {
+        let button = ui.small_button("Show").on_hover_text("your edits are kept as far as they fit (F5)");
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| ui.add(Label::new(text).truncate()));
+        button.clicked()
+    })
+    .inner
 }
 
 fn loading(ui: &mut Ui, facts: &Facts) {

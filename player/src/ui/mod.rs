@@ -7,7 +7,9 @@ mod display_panel;
 mod editor;
 mod facts;
 mod hand;
+mod help;
 mod highlight;
+mod keys;
 mod layout;
 mod legal;
 mod light_panel;
@@ -23,7 +25,7 @@ mod style;
 mod turns;
 mod undertaking;
 
-pub use editor::{Editor, Metering, Part};
+pub use editor::{Editor, Kept, Metering, Part};
 pub use facts::{Facts, Loading, Note, Save};
 pub use orbit::Motion;
 pub use picker::Picker;

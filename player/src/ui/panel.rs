@@ -12,23 +12,25 @@ use super::style::WARNING;
 use egui::{Button, Color32, Grid, Rect, RichText, ScrollArea, Slider, SliderClamping, Ui};
 use relume_formats::name::plain;
 
-/// Draws the panel, and adds what the user asks for to `wishes`.
+/// Draws the panel, and adds what the user asks for to `wishes`, and whether the keys are to be told to the
+/// other.
 pub fn show(
     ui: &mut Ui,
     editor: Option<&mut Editor>,
     facts: &Facts,
     note: Option<&Note>,
-    yielded: &mut Yielded,
+    (yielded, helping): (&mut Yielded, &mut bool),
     wishes: &mut Wishes,
 ) {
-    messages::show(ui, facts, note, yielded.text(ui.ctx()));
+    let name = editor.as_deref().map_or("the bundle".into(), |editor| plain(&editor.scene().name));
+    messages::show(ui, &name, facts, note, yielded.text(ui.ctx()), wishes);
     // Otherwise what scrolls would reach a few points into the messages.
     ui.shrink_clip_rect(Rect::everything_above(ui.available_rect_before_wrap().bottom()));
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
         if let Some(editor) = editor {
             ui.heading(RichText::new(plain(&editor.scene().name)).strong());
-            edits(ui, editor, wishes);
+            edits(ui, editor, helping, wishes);
             material_panel::show(ui, editor, yielded, wishes);
             light_panel::light(ui, editor, facts);
             shape_panel::show(ui, editor);
@@ -42,8 +44,8 @@ pub fn show(
     });
 }
 
-/// Undo, redo, and back to the scene.
-fn edits(ui: &mut Ui, editor: &mut Editor, wishes: &mut Wishes) {
+/// Undo, redo, back to the scene, and help.
+fn edits(ui: &mut Ui, editor: &mut Editor, helping: &mut bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
         let button = |ui: &mut Ui, label: &str, about: Option<&str>, keys: &str| {
             let hint = about.map_or_else(|| keys.to_owned(), |about| format!("{about} ({keys})"));
@@ -59,6 +61,7 @@ fn edits(ui: &mut Ui, editor: &mut Editor, wishes: &mut Wishes) {
         if all.on_hover_text("everything back to what the scene says; can be undone").clicked() {
             editor.reset_all();
         }
+        *helping |= ui.button("?").on_hover_text("all keys, and what the mouse does (F1)").clicked();
     });
 }
 
@@ -113,7 +116,7 @@ fn player(ui: &mut Ui, editor: &mut Editor) {
 
 /// Says which edits the animation covers. The line is there without any, too, so that nothing moves.
 fn covered(ui: &mut Ui, editor: &Editor) {
-    let parts: Vec<String> = editor.covered().iter().map(Part::words).collect();
+    let parts = Part::words_of(&editor.covered());
     let text =
         if parts.is_empty() { " ".to_owned() } else { format!("covers your edit of {}", parts.join(", ")) };
     let line = ui.add(egui::Label::new(RichText::new(text).small().color(WARNING)).truncate());
@@ -125,7 +128,13 @@ fn covered(ui: &mut Ui, editor: &Editor) {
 }
 
 fn files(ui: &mut Ui, wishes: &mut Wishes) {
-    section(ui, "SAVE");
+    section(ui, "FILES");
+    ui.horizontal(|ui| {
+        let button = ui.add(Button::new("Open…").min_size([72.0, 0.0].into()));
+        let hint = "a bundle (its manifest.json), a state, an animation or a map (Ctrl+O)";
+        wishes.open |= button.on_hover_text(hint).clicked();
+        ui.label(RichText::new("or drop a file on the window").small().weak());
+    });
     ui.horizontal(|ui| {
         for what in Save::ALL {
             let (label, hint) = match what {
@@ -138,7 +147,7 @@ fn files(ui: &mut Ui, wishes: &mut Wishes) {
             }
         }
     });
-    ui.label(RichText::new("into the current folder, never over another file").small().weak());
+    ui.label(RichText::new("saved into the current folder, never over another file").small().weak());
 }
 
 /// Says what this bundle does not let vary, and which entry of the scene file would.

@@ -5,7 +5,9 @@ use super::closing;
 use super::editor::Editor;
 use super::facts::{Facts, Loading, Note, Save};
 use super::hand;
+use super::help;
 use super::highlight::Highlight;
+use super::keys::{Does, pressed};
 use super::layout;
 use super::material_panel::Yielded;
 use super::panel;
@@ -14,8 +16,8 @@ use super::status::Status;
 use super::style::SURROUND;
 use super::undertaking::Undertaking;
 use egui::{
-    CentralPanel, Color32, CursorIcon, Event, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, RichText,
-    Sense, TextureId, Ui, WidgetInfo,
+    CentralPanel, Color32, CursorIcon, Event, Frame, Margin, Panel, Pos2, Rect, RichText, Sense, TextureId,
+    Ui, WidgetInfo,
 };
 use relume_formats::name::plain;
 use relume_playback::{Seen, Surfaces};
@@ -44,6 +46,10 @@ pub struct Wishes {
     pub save: Vec<Save>,
     /// To be given the text of the clipboard, as an event.
     pub paste: bool,
+    /// To show the bundle as it is on disk now.
+    pub reload: bool,
+    /// To be let choose a file.
+    pub open: bool,
     /// To tell this.
     pub tell: Option<Note>,
     /// To end, if what is to be saved could be.
@@ -60,12 +66,14 @@ pub struct Screen {
     undertaking: Undertaking,
     /// Whether the user is asked about edits that closing would lose.
     closing: bool,
+    /// Whether all keys are told.
+    helping: bool,
 }
 
 impl Screen {
     /// Has the window closed, unless that would lose edits: then the user is asked.
     pub fn close(&mut self) {
-        self.closing = true;
+        (self.closing, self.helping) = (true, false);
     }
 
     /// The title of the window: what is asked, scene, selected material, animation, and whether more is to
@@ -88,22 +96,44 @@ impl Screen {
             self.undertaking.watch(ui.ctx(), stage.editor);
         }
         let mut wishes = Wishes::default();
-        if !self.closing {
+        let moves = stage.as_ref().is_some_and(|stage| stage.editor.scope().varies().camera);
+        if !self.closing && !self.helping {
             self.keys(ui, stage.as_mut().map(|stage| &mut *stage.editor), &mut wishes);
+        }
+        if self.helping {
+            self.helping = !pressed(ui, Does::Help) && help::show(ui.ctx(), moves);
         }
         if self.closing {
             self.ask(ui, stage.as_ref().map(|stage| &*stage.editor), &mut wishes);
         }
+        // What is behind a question or the help sees no pointer: no tooltip of it may cover them.
+        let pointer =
+            (self.closing || self.helping).then(|| ui.input_mut(|input| std::mem::take(&mut input.pointer)));
+        self.panels(ui, stage, facts, note, &mut wishes);
+        if let Some(pointer) = pointer {
+            ui.input_mut(|input| input.pointer = pointer);
+        }
+        wishes
+    }
+
+    /// Draws the panel, the picture and the line below it.
+    fn panels(
+        &mut self,
+        ui: &mut Ui,
+        mut stage: Option<Stage<'_>>,
+        facts: &Facts,
+        note: Option<&Note>,
+        wishes: &mut Wishes,
+    ) {
+        let moves = stage.as_ref().is_some_and(|stage| stage.editor.scope().varies().camera);
         let frame = Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(16, 8));
         let window = ui.max_rect().size();
         layout::panel(window).frame(frame).show(ui, |ui| {
             let editor = stage.as_mut().map(|stage| &mut *stage.editor);
-            panel::show(ui, editor, facts, note, &mut self.yielded, &mut wishes);
+            panel::show(ui, editor, facts, note, (&mut self.yielded, &mut self.helping), wishes);
         });
         let surround = Frame::NONE.fill(SURROUND);
-        let (moves, picks) = stage
-            .as_ref()
-            .map_or((false, false), |stage| (stage.editor.scope().varies().camera, stage.picker.is_some()));
+        let picks = stage.as_ref().is_some_and(|stage| stage.picker.is_some());
         let room = ui.available_width() - 2.0 * f32::from(STATUS_MARGIN.left);
         let status = Status::new(ui, moves, picks, room, window.y);
         let line = Panel::bottom("status")
@@ -126,7 +156,6 @@ impl Screen {
                 });
             }
         });
-        wishes
     }
 
     /// Draws the picture; returns what is under the pointer.
@@ -174,24 +203,25 @@ impl Screen {
         if ui.ctx().text_edit_focused() {
             return;
         }
-        let pressed = |modifiers, key| ui.input_mut(|input| input.consume_key(modifiers, key));
-        for (key, save) in [(Key::S, Save::Png), (Key::E, Save::Exr), (Key::T, Save::State)] {
-            if pressed(Modifiers::NONE, key) {
+        for (does, save) in [(Does::Png, Save::Png), (Does::Exr, Save::Exr), (Does::State, Save::State)] {
+            if pressed(ui, does) {
                 wishes.save.push(save);
             }
         }
-        self.closing |= pressed(Modifiers::NONE, Key::Q);
+        wishes.reload |= pressed(ui, Does::Reload);
+        wishes.open |= pressed(ui, Does::Open);
+        self.closing |= pressed(ui, Does::Close);
+        self.helping |= pressed(ui, Does::Help);
         let Some(editor) = editor else { return };
-        if pressed(Modifiers::NONE, Key::Space) {
+        if pressed(ui, Does::Play) {
             editor.play_or_pause();
         }
-        if editor.scope().varies().camera && pressed(Modifiers::NONE, Key::V) {
+        if editor.scope().varies().camera && pressed(ui, Does::ResetView) {
             editor.reset_view();
         }
         // The longer chord first, for the shorter one takes it, too.
-        let redo =
-            pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
-        let undo = pressed(Modifiers::COMMAND, Key::Z);
+        let redo = pressed(ui, Does::Redo);
+        let undo = pressed(ui, Does::Undo);
         if self.undertaking.is_over(ui.ctx()) {
             wishes.tell = told(undo, redo, editor);
         }

@@ -1,7 +1,7 @@
 //! The line below the picture: what can be done with it on the left, the keys on the right; in a narrow
 //! window the keys have lines of their own.
 
-use super::hand;
+use super::keys::{Does, GESTURES, TABLE};
 use super::style::WARNING;
 use egui::{Align, Color32, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2};
 use relume_formats::name::plain;
@@ -14,9 +14,6 @@ const CLICK: &str = "click an object to edit its material";
 /// Least distance between the hints on one line.
 const HINT_GAP: f32 = 24.0;
 const KEY_GAP: &str = "     ";
-const RESET: &str = "V  reset view";
-const KEYS: [&str; 7] =
-    ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Ctrl+Z  undo", "Esc  cancel", "Q  close"];
 /// Height of a line, and of the margins above and below all of them.
 const LINE: f32 = 20.0;
 const MARGINS: f32 = 8.0;
@@ -40,13 +37,15 @@ impl Status {
     /// As many lines as the keys take in `room`, beside the panel; `height` is the window's. What is under
     /// the pointer changes nothing of it.
     pub fn new(ui: &Ui, moves: bool, picks: bool, room: f32, height: f32) -> Self {
-        let keys: Vec<&str> = [RESET].into_iter().filter(|_| moves).chain(KEYS).collect();
+        let told = TABLE.iter().filter(|entry| moves || entry.does != Does::ResetView);
+        let keys: Vec<String> =
+            told.filter_map(|entry| Some(format!("{}  {}", entry.keys.first()?, entry.hint?))).collect();
         let width = |text: &str, style: TextStyle| {
             ui.painter().layout_no_wrap(text.to_owned(), style.resolve(ui.style()), Color32::WHITE).size().x
         };
         let small = |text: &str| width(text, TextStyle::Small);
-        let hint = [hint(moves, picks), FIXED].into_iter().filter(|text| picks || *text != FIXED);
-        let hint = hint.map(|text| width(text, TextStyle::Body)).fold(0.0, f32::max);
+        let hint = [hint(moves, picks), FIXED.to_owned()].into_iter().filter(|text| picks || text != FIXED);
+        let hint = hint.map(|text| width(&text, TextStyle::Body)).fold(0.0, f32::max);
         let all = keys.join(KEY_GAP);
         if hint + HINT_GAP + small(&all) <= room {
             return Self { moves, picks, keys: vec![all], beside: true };
@@ -55,7 +54,7 @@ impl Status {
         for key in keys {
             match lines.last_mut().map(|line| (format!("{line}{KEY_GAP}{key}"), line)) {
                 Some((longer, line)) if small(&longer) <= room => *line = longer,
-                _ => lines.push(key.to_owned()),
+                _ => lines.push(key),
             }
         }
         let fits = LINE * (1.0 + lines.len() as f32) + MARGINS <= SHARE * height
@@ -102,10 +101,15 @@ impl Status {
 }
 
 /// What can be done with the picture where nothing in particular is under the pointer.
-fn hint(moves: bool, picks: bool) -> &'static str {
+fn hint(moves: bool, picks: bool) -> String {
+    let gestures = GESTURES.iter().filter(|gesture| gesture.moves);
     match (moves, picks) {
-        (true, _) => hand::HELP,
-        (false, true) => CLICK,
-        (false, false) => "",
+        (true, _) => {
+            let told: Vec<String> =
+                gestures.map(|gesture| format!("{}: {}", gesture.how, gesture.words)).collect();
+            told.join(KEY_GAP)
+        }
+        (false, true) => CLICK.to_owned(),
+        (false, false) => String::new(),
     }
 }

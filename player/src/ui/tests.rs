@@ -2,7 +2,10 @@
 
 mod display;
 mod hands;
+mod help;
 mod history;
+mod holding;
+mod kept;
 mod lit;
 mod places;
 mod shapes;
@@ -92,7 +95,7 @@ fn an_edit_holds_against_the_animation_until_reset() {
     let mut editor = editor(true);
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
     assert!(
-        !editor.is_playing() && editor.is_held(&Part::Material("a".to_owned())),
+        !editor.is_playing() && editor.is_held(&Part::Material("a".to_owned(), "kd")),
         "editing what moves pauses it"
     );
     editor.scrub(0.25);
@@ -103,11 +106,11 @@ fn an_edit_holds_against_the_animation_until_reset() {
     assert!(
         close(kd(&editor, "a"), [0.5, 0.2, 0.0])
             && editor.is_playing()
-            && !editor.is_held(&Part::Material("a".to_owned()))
+            && !editor.is_held(&Part::Material("a".to_owned(), "kd"))
     );
     // What the animation does not drive is edited while it plays.
     editor.edit("b", &set_kd([0.0, 0.0, 0.6]));
-    assert!(editor.is_playing() && !editor.is_held(&Part::Material("b".to_owned())));
+    assert!(editor.is_playing() && !editor.is_held(&Part::Material("b".to_owned(), "kd")));
     assert_eq!(kd(&editor, "b"), [0.0, 0.0, 0.6]);
     editor.reset("b");
     assert_eq!(editor.look().materials["b"], editor.scene().materials[1].brdf);
@@ -258,7 +261,10 @@ fn animation_controls() {
     user.click("a");
     assert!(user.shows("moved by the animation"));
     user.slide("shininess", 0.3);
-    assert!(user.shows("held by hand"));
+    assert!(!user.shows("held by hand") && user.shows("moved by the animation"), "it moves something else");
+    let field = user.mirror.rect("kd R").center();
+    user.drag(PointerButton::Primary, field, field + egui::Vec2::new(20.0, 0.0));
+    assert!(user.shows("held by hand: diffuse"));
     user.click("fade");
     assert_eq!((user.editor.active(), user.editor.is_playing()), (Some(FADE), true));
     user.click("none");
@@ -290,6 +296,10 @@ fn keys_and_buttons_ask_for_the_same() {
         user.click(button);
         assert_eq!(user.wishes, Wishes { save: vec![what], ..Wishes::default() });
     }
+    user.frame(chord(egui::Modifiers::COMMAND, Key::O));
+    assert_eq!(user.wishes, Wishes { open: true, ..Wishes::default() });
+    user.click("Open…");
+    assert_eq!(user.wishes, Wishes { open: true, ..Wishes::default() });
     user.frame(key(Key::Escape));
     assert_eq!(user.wishes, Wishes::default(), "Escape only cancels");
     user.frame(key(Key::Q));

@@ -14,15 +14,19 @@ fn write(map: &Environment, path: &Path) {
 
 /// The frame that `arguments` make, as a file of linear radiance.
 fn frame(folder: &Path, arguments: &[&str]) -> Vec<u8> {
-    expect_success(&headless(
+    let output = headless(
         folder,
         &[&["--exr", "@/frame.exr", "--stats", "@/stats.json", "--count", "1"], arguments].concat(),
-    ));
+    );
+    expect_success(&output);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let warned = stderr.lines().filter(|line| line.starts_with("warning: the environment map")).count();
+    assert_eq!(warned, usize::from(stats(&folder.join("stats.json"))["remark"].is_string()), "{stderr}");
     std::fs::read(folder.join("frame.exr")).unwrap()
 }
 
 /// However a map is given, the frame is that of the bundle's own map, bit for bit; and only of what comes
-/// from outside it is said that it was not measured.
+/// from outside it is said, and warned once, that it was not measured.
 fn expect_the_same(folder: &Path, maps: &[Environment], more: &[&str]) {
     let frame = |arguments: &[&str]| {
         let frame = frame(folder, &[arguments, more].concat());

@@ -1,12 +1,12 @@
 //! A virtual display, and a player with a window on it that is worked with `xdotool`.
 
-use egui::Pos2;
+use egui::{Pos2, Rect};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use x11rb::CURRENT_TIME;
-use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt as _, EventMask};
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt as _, EventMask, ImageFormat};
 
 /// Longest wait for anything. Software rendering on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -42,6 +42,11 @@ impl Display {
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
         assert!(!number.trim().is_empty(), "Xvfb did not start");
         Some(Self { server, name: format!(":{}", number.trim()) })
+    }
+
+    /// What programs call it.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// What `xdotool` says to these commands, one after the other; `None` if it fails.
@@ -84,6 +89,17 @@ impl Drop for Window<'_> {
 impl<'a> Window<'a> {
     /// Plays `bundle`, and waits for a window whose title starts with `title`.
     pub fn open(display: &'a Display, bundle: &Path, arguments: &[&str], title: &str) -> Self {
+        Self::open_among(display, bundle, arguments, title, &[])
+    }
+
+    /// Like [`Window::open`], with these variables in the environment.
+    pub fn open_among(
+        display: &'a Display,
+        bundle: &Path,
+        arguments: &[&str],
+        title: &str,
+        environment: &[(&str, &Path)],
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_player"))
             .arg(bundle)
@@ -93,6 +109,7 @@ impl<'a> Window<'a> {
             .env("WINIT_X11_SCALE_FACTOR", "1")
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
+            .envs(environment.iter().copied())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
@@ -151,6 +168,22 @@ impl<'a> Window<'a> {
         self.wait(title, |window| window.title().filter(|is| is.starts_with(title)));
     }
 
+    /// Waits until a pixel of `rect` has a colour that `is_so` (red, green, blue).
+    #[track_caller]
+    pub fn wait_for_colour(&mut self, rect: Rect, is_so: impl Fn([u8; 3]) -> bool) {
+        let (connection, _) = x11rb::connect(Some(&self.display.name)).unwrap();
+        let id = self.id.parse().unwrap();
+        let Rect { min, max } = rect.round();
+        let (width, height) = ((max.x - min.x) as u16, (max.y - min.y) as u16);
+        self.wait("a colour", |_| {
+            let (x, y) = (min.x as i16, min.y as i16);
+            let image = connection.get_image(ImageFormat::Z_PIXMAP, id, x, y, width, height, !0).ok()?;
+            // Blue comes first, and the fourth byte means nothing.
+            let data = image.reply().ok()?.data;
+            data.chunks_exact(4).any(|bgr| is_so([bgr[2], bgr[1], bgr[0]])).then_some(())
+        });
+    }
+
     pub fn size(&self) -> [f32; 2] {
         let text = self.display.xdotool(&format!("getwindowgeometry --shell {}", self.id)).unwrap();
         ["WIDTH=", "HEIGHT="]
@@ -202,22 +235,20 @@ impl<'a> Window<'a> {
         path
     }
 
-    /// Saves a state in which nothing is set, as `name`.
+    /// Asserts that nothing is set: asked for a state, it saves none. A picture is saved on the way.
     #[track_caller]
-    pub fn save_empty_state(&mut self, name: &str) {
-        let path = self.folder.path().join(name);
-        assert!(!path.exists());
-        // The picture that is saved after it tells that it is whole.
-        let pictures = self.pictures();
+    pub fn expect_nothing_set(&mut self) {
+        let (states, pictures) = (self.files("toml"), self.files("png"));
+        // The picture that is saved after it tells that the state was asked for.
         self.keys("t s");
-        self.wait("a picture", |window| Some(()).filter(|()| window.pictures() > pictures));
-        assert_eq!(std::fs::read_to_string(path).unwrap(), "");
+        self.wait("a picture", |window| Some(()).filter(|()| window.files("png") > pictures));
+        assert_eq!(self.files("toml"), states);
     }
 
-    /// How many pictures have been saved, or are being.
-    fn pictures(&self) -> usize {
+    /// How many files with this extension have been saved, or are being.
+    fn files(&self, extension: &str) -> usize {
         let files = std::fs::read_dir(self.folder.path()).unwrap();
-        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "png")).count()
+        files.filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == extension)).count()
     }
 
     /// The statistics, once they are written.

@@ -12,7 +12,7 @@ use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
 use relume_formats::display::Tonemap;
 use relume_formats::kinds::brdf_basis::Functions;
-use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry};
+use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
@@ -270,6 +270,18 @@ impl Bundle {
 
     pub fn folder(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// Puts the files of `other` in the place of this bundle's, as a bake does: the manifest is away meanwhile.
+    pub fn bake_again(&self, other: &Self) {
+        let manifest = self.folder().join(manifest::FILE_NAME);
+        std::fs::remove_file(&manifest).unwrap();
+        for entry in other.manifest.entries() {
+            let new = self.folder().join(format!("new-{}", entry.file));
+            std::fs::copy(other.folder().join(&entry.file), &new).unwrap();
+            std::fs::rename(new, self.folder().join(&entry.file)).unwrap();
+        }
+        other.manifest.write(self.folder()).unwrap();
     }
 
     /// The scene as the bundle has it.

@@ -27,8 +27,9 @@ struct Step {
     held: BTreeSet<Part>,
     /// The animation chosen after it.
     active: Option<usize>,
-    /// What it is about, in words.
+    /// What it is about, in words, and how many parts that are.
     about: String,
+    parts: usize,
 }
 
 /// What has been done.
@@ -36,6 +37,8 @@ struct Step {
 pub(super) struct History {
     /// After the last step.
     now: Edits,
+    /// At the start.
+    start: Edits,
     /// As last saved, or at the start.
     saved: Edits,
     /// Steps that lead back, the last first to be taken.
@@ -47,7 +50,12 @@ pub(super) struct History {
 impl History {
     pub(super) fn new(base: &Look, active: Option<usize>) -> Self {
         let start = Edits { base: base.clone(), held: BTreeSet::new(), active };
-        Self { now: start.clone(), saved: start, back: VecDeque::new(), forth: Vec::new() }
+        Self { now: start.clone(), saved: start.clone(), start, back: VecDeque::new(), forth: Vec::new() }
+    }
+
+    /// The look at the start, without the animation.
+    pub(super) fn start(&self) -> &Look {
+        &self.start.base
     }
 }
 
@@ -57,14 +65,15 @@ impl Step {
         let change = to.base.difference(&from.base);
         let mut parts: BTreeSet<Part> = Part::of(&change).collect();
         parts.extend(from.held.symmetric_difference(&to.held).cloned());
-        let mut about: Vec<String> = parts.iter().map(Part::words).collect();
+        let mut about = Part::words_of(&parts);
         about.extend((from.active != to.active).then(|| "the animation".to_owned()));
+        let parts = about.len();
         if let [first, .., _] = &about[..]
             && about.len() > 3
         {
             about = vec![first.clone(), format!("{} others", about.len() - 1)];
         }
-        Self { change, held: to.held.clone(), active: to.active, about: about.join(", ") }
+        Self { change, held: to.held.clone(), active: to.active, about: about.join(", "), parts }
     }
 
     fn changes_nothing_of(&self, from: &Edits) -> bool {
@@ -134,7 +143,8 @@ impl Editor {
 
     /// Makes a change that is part of the start, and no edit.
     pub(super) fn start_from(&mut self, change: &State) {
-        for look in [&mut self.base, &mut self.history.now.base, &mut self.history.saved.base] {
+        let History { now, start, saved, .. } = &mut self.history;
+        for look in [&mut self.base, &mut now.base, &mut start.base, &mut saved.base] {
             apply(look, change, &self.scope);
         }
     }
@@ -144,12 +154,17 @@ impl Editor {
         self.history.saved = self.edits();
     }
 
-    /// What the edits are about that would be lost if the program ended now; `None` if there are none.
+    /// What the edits are about that would be lost if the program ended now, since they were last saved or since
+    /// the start, whichever is nearer; `None` if there are none.
     pub fn unsaved(&self) -> Option<String> {
         let edits = self.edits();
-        // A state file holds no animation.
-        let saved = Edits { active: edits.active, ..self.history.saved.clone() };
-        let step = Step::between(&saved, &edits);
-        (!step.changes_nothing_of(&saved)).then_some(step.about)
+        let since = |known: &Edits| {
+            // A state file holds no animation.
+            let known = Edits { active: edits.active, ..known.clone() };
+            let step = Step::between(&known, &edits);
+            (!step.changes_nothing_of(&known)).then_some(step)
+        };
+        let (saved, start) = (since(&self.history.saved)?, since(&self.history.start)?);
+        Some(if start.parts < saved.parts { start } else { saved }.about)
     }
 }

@@ -1,13 +1,14 @@
 //! What is edited as one.
 
 use relume_formats::name::plain;
-use relume_formats::state::{CameraState, EnvironmentState, State};
+use relume_formats::state::{CameraState, EnvironmentState, MaterialState, State};
+use relume_playback::Look;
 
 /// What is edited, and held against an animation, as one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// The material of this name.
-    Material(String),
+    /// This leaf of the material of this name.
+    Material(String, &'static str),
     /// How bright the display is.
     Exposure,
     /// The curve of the display.
@@ -20,12 +21,27 @@ pub enum Part {
     Shape(String),
 }
 
+/// The leaves of materials, of all models, with what the panel calls them.
+const LEAVES: [(&str, &str); 6] = [
+    ("kd", "diffuse"),
+    ("ks", "glossy"),
+    ("shininess", "shininess"),
+    ("base_color", "base colour"),
+    ("metallic", "metallic"),
+    ("roughness", "roughness"),
+];
+
 impl Part {
     /// All of the environment.
     pub const LIGHT: [Self; 3] = [Self::Light("map"), Self::Light("rotation_deg"), Self::Light("gain")];
 
-    /// The parts that `change` names leaves of.
-    pub fn of(change: &State) -> impl Iterator<Item = Self> {
+    /// All of the material `name`.
+    pub fn of_material(name: &str) -> [Self; 6] {
+        LEAVES.map(|(leaf, _)| Self::Material(name.to_owned(), leaf))
+    }
+
+    /// The parts that `change` names leaves of, those of a material one behind the other.
+    pub fn of(change: &State) -> impl Iterator<Item = Self> + use<> {
         let light = change
             .environment
             .as_ref()
@@ -39,24 +55,60 @@ impl Part {
         let tonemap = change.view.as_ref().and_then(|view| view.tonemap).map(|_| Self::Tonemap);
         let view =
             (CameraState { exposure_ev: None, ..camera } != CameraState::default()).then_some(Self::View);
-        let materials: Vec<_> = change.materials.keys().cloned().map(Self::Material).collect();
+        let materials: Vec<_> = change
+            .materials
+            .iter()
+            .flat_map(|(name, leaves)| {
+                let named = move |part: &Self| {
+                    matches!(part, Self::Material(_, leaf) if only(leaf, leaves) != MaterialState::default())
+                };
+                Self::of_material(name).into_iter().filter(named)
+            })
+            .collect();
         let shapes: Vec<_> = change.shapes.keys().cloned().map(Self::Shape).collect();
         materials.into_iter().chain(light).chain(view).chain(exposure).chain(tonemap).chain(shapes)
     }
 
-    /// Takes its leaves out of `change`.
+    /// The parts in which `now` is not what `was`.
+    pub fn between(now: &Look, was: &Look) -> impl Iterator<Item = Self> + use<> {
+        let (forth, back) = (now.difference(was), was.difference(now));
+        let differs = move |part: &Self| match part {
+            // A material that differs is named whole.
+            Self::Material(name, leaf) => {
+                let leaves = |of: &State| of.materials.get(name).map(|leaves| only(leaf, leaves));
+                leaves(&forth) != leaves(&back)
+            }
+            _ => true,
+        };
+        Self::of(&now.difference(was)).filter(differs)
+    }
+
+    /// Takes its leaves out of `change`, and what is empty then.
     pub fn take_from(&self, change: &mut State) {
         match self {
-            Self::Material(name) => drop(change.materials.remove(name)),
+            Self::Material(name, leaf) => {
+                if let Some(leaves) = change.materials.get_mut(name) {
+                    *leaves = kept(leaves, |other| *leaf != other);
+                }
+                change.materials.retain(|_, leaves| *leaves != MaterialState::default());
+            }
             Self::Shape(name) => drop(change.shapes.remove(name)),
-            Self::Exposure => change.camera.iter_mut().for_each(|camera| camera.exposure_ev = None),
-            Self::Tonemap => change.view.iter_mut().for_each(|view| view.tonemap = None),
+            Self::Exposure => {
+                let without = |camera| CameraState { exposure_ev: None, ..camera };
+                change.camera =
+                    change.camera.take().map(without).filter(|camera| *camera != CameraState::default());
+            }
+            Self::Tonemap => change.view = None,
             Self::View => {
                 let only_exposure = |camera: CameraState| CameraState {
                     exposure_ev: camera.exposure_ev,
                     ..CameraState::default()
                 };
-                change.camera = change.camera.take().map(only_exposure);
+                change.camera = change
+                    .camera
+                    .take()
+                    .map(only_exposure)
+                    .filter(|camera| *camera != CameraState::default());
             }
             Self::Light(leaf) => {
                 let kept = |other: &str| *leaf != other;
@@ -65,7 +117,11 @@ impl Part {
                     rotation_deg: light.rotation_deg.filter(|_| kept("rotation_deg")),
                     gain: light.gain.filter(|_| kept("gain")),
                 };
-                change.environment = change.environment.take().map(without);
+                change.environment = change
+                    .environment
+                    .take()
+                    .map(without)
+                    .filter(|light| *light != EnvironmentState::default());
             }
         }
     }
@@ -74,7 +130,9 @@ impl Part {
     pub fn owns(&self, leaf: &[String]) -> bool {
         let [of, name, ..] = leaf else { return false };
         match self {
-            Self::Material(material) => of == "materials" && name == material,
+            Self::Material(material, own) => {
+                of == "materials" && name == material && leaf.get(2).is_some_and(|leaf| leaf == own)
+            }
             Self::Exposure => of == "camera" && name == "exposure_ev",
             Self::Tonemap => of == "view" && name == "tonemap",
             Self::View => of == "camera" && name != "exposure_ev",
@@ -83,10 +141,19 @@ impl Part {
         }
     }
 
-    /// What the user calls it.
+    /// The part that shares one range with it, so that the one gives way to the other.
+    pub fn rival(&self) -> Option<Self> {
+        match self {
+            Self::Material(name, "kd") => Some(Self::Material(name.clone(), "ks")),
+            Self::Material(name, "ks") => Some(Self::Material(name.clone(), "kd")),
+            _ => None,
+        }
+    }
+
+    /// What the user calls it, a material as a whole.
     pub fn words(&self) -> String {
         match self {
-            Self::Material(name) => format!("material {}", plain(name)),
+            Self::Material(name, _) => format!("material {}", plain(name)),
             Self::Exposure => "the exposure".to_owned(),
             Self::Tonemap => "the curve".to_owned(),
             Self::View => "the view".to_owned(),
@@ -96,4 +163,35 @@ impl Part {
             Self::Shape(name) => format!("shape {}", plain(name)),
         }
     }
+
+    /// What the user calls `parts`, each once.
+    pub fn words_of<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Vec<String> {
+        let mut words: Vec<String> = parts.into_iter().map(Self::words).collect();
+        // Those of a material are one behind the other.
+        words.dedup();
+        words
+    }
+
+    /// What the panel calls the leaf of a material.
+    pub fn label(&self) -> Option<&'static str> {
+        let Self::Material(_, own) = self else { return None };
+        LEAVES.iter().find(|(leaf, _)| leaf == own).map(|(_, label)| *label)
+    }
+}
+
+/// The leaves that `keeps` says, and no others.
+fn kept(leaves: &MaterialState, keeps: impl Fn(&str) -> bool) -> MaterialState {
+    MaterialState {
+        kd: leaves.kd.filter(|_| keeps("kd")),
+        ks: leaves.ks.filter(|_| keeps("ks")),
+        shininess: leaves.shininess.filter(|_| keeps("shininess")),
+        base_color: leaves.base_color.filter(|_| keeps("base_color")),
+        metallic: leaves.metallic.filter(|_| keeps("metallic")),
+        roughness: leaves.roughness.filter(|_| keeps("roughness")),
+    }
+}
+
+/// Of `leaves` only this one.
+fn only(leaf: &str, leaves: &MaterialState) -> MaterialState {
+    kept(leaves, |other| leaf == other)
 }

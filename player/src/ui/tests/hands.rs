@@ -151,11 +151,11 @@ fn escape_brings_an_animation_back_that_an_edit_has_paused() {
     let field = user.mirror.rect("kd R").center();
     user.frame(press(field));
     user.frame(vec![Event::PointerMoved(field + Vec2::new(60.0, 0.0))]);
-    assert!(!user.editor.is_playing() && user.editor.is_held(&Part::Material("a".to_owned())));
+    assert!(!user.editor.is_playing() && user.editor.is_held(&Part::Material("a".to_owned(), "kd")));
     user.frame(key(Key::Escape));
     assert!(
         user.editor.is_playing()
-            && !user.editor.is_held(&Part::Material("a".to_owned()))
+            && !user.editor.is_held(&Part::Material("a".to_owned(), "kd"))
             && user.editor.look() == before
     );
     // And time that was scrubbed.

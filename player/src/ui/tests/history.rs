@@ -140,9 +140,9 @@ fn holding_against_an_animation_is_undone_too() {
     let before = editor.look();
     editor.edit("a", &set_kd([0.0, 0.7, 0.0]));
     editor.commit();
-    assert!(editor.undo().is_some() && !editor.is_held(&Part::Material("a".to_owned())));
+    assert!(editor.undo().is_some() && !editor.is_held(&Part::Material("a".to_owned(), "kd")));
     assert_eq!(editor.look(), before);
-    assert!(editor.redo().is_some() && editor.is_held(&Part::Material("a".to_owned())));
+    assert!(editor.redo().is_some() && editor.is_held(&Part::Material("a".to_owned(), "kd")));
     assert_eq!(kd(&editor, "a"), [0.0, 0.7, 0.0]);
     editor.choose(Some(FADE));
     editor.commit();
@@ -284,8 +284,15 @@ fn edits_are_not_lost_by_closing() {
     user.frame(key(Key::Q));
     assert!(user.wishes.close, "saved is not lost");
     undo(&mut user);
-    assert!(user.editor.unsaved().is_some());
+    assert_eq!(user.editor.unsaved(), None, "as at the start");
     redo(&mut user);
+    assert_eq!(user.editor.unsaved(), None);
+    // Told is what has changed since the nearer of the two.
+    user.editor.set_exposure(2.0);
+    assert_eq!(user.editor.unsaved().as_deref(), Some("the exposure"), "since it was saved");
+    user.editor.reset("a");
+    assert_eq!(user.editor.unsaved().as_deref(), Some("the exposure"), "since the start");
+    user.editor.reset_exposure();
     assert_eq!(user.editor.unsaved(), None);
 }
 

@@ -37,6 +37,7 @@ fn messages_move_nothing() {
         [Loading::Arriving, Loading::Complete, Loading::Prefix, Loading::Failed(format!("{long}: checksum"))]
     {
         for note in [None, Some(Ok(long.clone())), Some(Err(format!("cannot write {long}\nnot at all")))] {
+            user.facts.rebaked = note.is_none();
             (user.facts.loading, user.note) = (loading.clone(), note);
             user.settle();
             assert_eq!(places(&user, &names), before, "{:?}", user.facts.loading);
@@ -85,6 +86,7 @@ fn no_text_covers_another_at_any_size() {
                 (Loading::Arriving, Some(Ok(path)), Pos2::new(0.25 * size[0], 0.25 * size[1])),
                 (Loading::Failed("x".repeat(300)), Some(Err("y".repeat(300))), Pos2::new(3.0, 3.0)),
             ] {
+                user.facts.rebaked = loading == Loading::Complete;
                 (user.facts.loading, user.note) = (loading, note);
                 (0..4).for_each(|_| user.frame(vec![Event::PointerMoved(pointer)]));
                 expect_apart(&user, size);
@@ -156,7 +158,9 @@ fn keys_are_told_in_windows_of_any_width() {
             user.settle();
             let texts: Vec<&str> = user.mirror.texts.iter().map(|(text, _)| text.as_str()).collect();
             let moves = user.editor.scope().varies().camera;
-            for key in ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close"] {
+            for key in
+                ["S  PNG", "E  EXR", "T  state", "Space  play / pause", "Esc  cancel", "Q  close", "F1  help"]
+            {
                 assert!(texts.iter().any(|text| text.contains(key)), "{key} at {width}: {texts:?}");
             }
             assert_eq!(texts.iter().any(|text| text.contains("V  reset view")), moves, "{width}: {texts:?}");

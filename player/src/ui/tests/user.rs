@@ -32,6 +32,7 @@ impl User {
             pieces: 3,
             pieces_expected: 12,
             map_from_outside: false,
+            rebaked: false,
             loading: Loading::Complete,
         };
         let mirror = Mirror::new([1200.0, 820.0]);
@@ -67,6 +68,8 @@ impl User {
             let new = screen.show(ui, Some(stage), facts, note.as_ref());
             wishes.save.extend(new.save);
             wishes.paste |= new.paste;
+            wishes.reload |= new.reload;
+            wishes.open |= new.open;
             wishes.tell = new.tell.or_else(|| wishes.tell.take());
             wishes.close |= new.close;
         });

@@ -62,11 +62,13 @@ impl User {
                 picker: picker.as_ref(),
                 surfaces,
                 size: support::SIZE,
+                resizes: picker.is_none(),
                 picture,
             };
             let new = screen.show(ui, Some(stage), facts, note.as_ref());
             wishes.save.extend(new.save);
             wishes.paste |= new.paste;
+            wishes.picture = new.picture;
             wishes.tell = new.tell.or_else(|| wishes.tell.take());
             wishes.close |= new.close;
         });

@@ -5,6 +5,7 @@
 mod gpu_data;
 mod light;
 mod mesh;
+mod mips;
 mod picture;
 mod surroundings;
 mod targets;

@@ -1,5 +1,6 @@
 //! The GPU against the CPU: light and sums.
 
+mod ground;
 mod pictures;
 
 use super::*;

@@ -377,6 +377,9 @@ impl Open {
         let mut close = wishes.close;
         let news = wishes.paste || wishes.reload || wishes.tell.is_some() || !wishes.save.is_empty();
         self.note = wishes.tell.or_else(|| self.note.take());
+        if let (Some(shown), Some(size)) = (self.live.shown(), wishes.picture) {
+            shown.fill(size);
+        }
         for what in &wishes.save {
             let saved = self.live.save(*what, Path::new(""));
             // What could not be saved is not to be lost.

@@ -46,8 +46,8 @@ pub struct Cli {
     /// luminance to 0.18 [default: the scene's]
     #[arg(long, value_name = "EV|auto", value_parser = parse_exposure, allow_negative_numbers = true)]
     pub exposure: Option<Exposure>,
-    /// Size of the frames [default: the scene's]; the images of transfer-images are baked at one size, so it
-    /// must be that one
+    /// Size of the frames [default: the scene's; in a window what the picture covers]; the images of
+    /// transfer-images are baked at one size, so it must be that one
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// GPU adapter to use: any part of its name, in any case; `cpu` does without, for methods that can

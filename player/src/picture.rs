@@ -2,7 +2,7 @@
 //! windows, and not who says what it is to show.
 
 use crate::error::{Error, Result};
-use crate::gpu::PictureReadback;
+use crate::gpu::{Gpu, PictureReadback};
 use crate::output::{encode_exr, encode_png, write_numbered};
 use crate::session::{Cost, Session};
 use crate::stats::{Appearance, FrameTimes, Recorder};
@@ -63,6 +63,8 @@ pub struct Ready {
     pub surfaces: Surfaces,
     /// Size of the film in pixels.
     pub size: [u32; 2],
+    /// Whether [`Picture::resize`] changes it.
+    pub resizes: bool,
 }
 
 /// What the picture is drawn on.
@@ -70,6 +72,14 @@ struct Target {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     readback: PictureReadback,
+}
+
+impl Target {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+        let texture = gpu.picture(size);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { readback: PictureReadback::new(gpu, size), texture, view }
+    }
 }
 
 impl Picture {
@@ -130,12 +140,26 @@ impl Picture {
         if self.session.meters() {
             editor.meter(Metering::WhenWhole);
         }
-        let texture = self.session.gpu().picture(size);
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.target =
-            Some(Target { readback: PictureReadback::new(self.session.gpu(), size), texture, view });
-        let picker = self.session.player().materials().map(Picker::new);
-        Some(Ready { editor, picker, surfaces: self.session.player_mut().take_surfaces(), size })
+        self.target = Some(Target::new(self.session.gpu(), size));
+        let (picker, resizes) = (self.session.player().materials().map(Picker::new), self.session.resizes());
+        Some(Ready { editor, picker, surfaces: self.session.player_mut().take_surfaces(), size, resizes })
+    }
+
+    /// Draws at `size` in pixels from now on or, where so many cannot be drawn, at the largest of the same
+    /// shape; if the size is free and there is anything to see yet.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        let free = self.session.resizes() && self.target.is_some();
+        let size = self.session.player().drawable_size(size).filter(|_| free);
+        let Some(size) = size.filter(|size| *size != self.size()) else { return Ok(()) };
+        self.session.resize(size)?;
+        self.target = Some(Target::new(self.session.gpu(), size));
+        self.drawn = None;
+        Ok(())
+    }
+
+    /// Size in pixels; none before there is anything to see.
+    pub fn size(&self) -> [u32; 2] {
+        self.target.as_ref().map_or([0, 0], |target| [target.texture.width(), target.texture.height()])
     }
 
     /// Brings the picture up to date with `look`, doing no more than what has changed asks for, and without
@@ -281,7 +305,7 @@ impl Picture {
             return Err(nothing_yet());
         };
         let (name, display) = (controls.scope().scene.name.clone(), look.display());
-        let size = self.session.player().film().map_or([0, 0], |film| film.size);
+        let size = self.size();
         let radiance = self.session.read_film()?;
         let (bytes, extension) = match what {
             PictureFile::Exr => (encode_exr(size, &radiance)?, Save::Exr.extension()),

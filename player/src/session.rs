@@ -69,12 +69,13 @@ pub struct Session {
     costs: Costs,
     readback: Option<Readback>,
     meters: bool,
+    resizes: bool,
 }
 
 impl Session {
     /// Opens the bundle, then the GPU by `open_gpu`; sections arrive from now on.
     pub fn start(request: Request<'_>, open_gpu: impl FnOnce() -> Result<Gpu>) -> Result<Self> {
-        let meters = request.meters;
+        let (meters, free) = (request.meters, request.size.is_none());
         let (name, own) = match request.animation {
             None => (None, None),
             Some(AnimationChoice::Named(name)) => (Some(name), None),
@@ -84,6 +85,7 @@ impl Session {
         let edition = Edition::read(request.folder)?;
         let playlist = Playlist::of(edition.manifest(), &edition.place(), request.method, name)?;
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
+        let resizes = free && playlist.method.resizes;
         let files = Files::start(playlist.clone(), edition.clone(), request.limits)?;
         let gpu = open_gpu()?;
         expect_adapter(&playlist.method, &gpu)?;
@@ -97,7 +99,7 @@ impl Session {
         };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
-        Ok(Self { edition, files, gpu, player, bytes_expected, costs, readback: None, meters })
+        Ok(Self { edition, files, gpu, player, bytes_expected, costs, readback: None, meters, resizes })
     }
 
     /// Takes in the next section, if there is one. Never waits for the source.
@@ -120,6 +122,22 @@ impl Session {
         let radiance = self.read_film()?;
         let cost = self.take_costs()?.into_iter().find(|cost| cost.frame == frame).unwrap_or_default();
         Ok(Frame { radiance, display: look.display(), cost })
+    }
+
+    /// Whether the frames' size is free: neither baked nor asked for.
+    pub fn resizes(&self) -> bool {
+        self.resizes
+    }
+
+    /// Draws frames of `size` pixels from now on.
+    ///
+    /// # Errors
+    /// Those of [`Player::resize`].
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.player.resize(size)?;
+        // It was made for the film that there was.
+        self.readback = None;
+        Ok(())
     }
 
     /// Whether the exposure is to be set by the picture.

@@ -5,6 +5,7 @@
 //! the window, and on a twin of its screen within the test, which tells where things are.
 
 mod display;
+mod lit;
 mod opened;
 mod rebaked;
 
@@ -13,7 +14,6 @@ use crate::support::mirror::{Mirror, press, release};
 use crate::support::{self, Bundle, sparse};
 use egui::{Event, PointerButton, Pos2, TextureId, Vec2};
 use relume_formats::Place;
-use relume_formats::display::Tonemap;
 use relume_formats::state::{Animation, State};
 use relume_playback::{Controls, PlacedAnimation, PlacedState, Scope, Seen, Surfaces};
 use relume_player::ui::{Editor, Facts, Loading, Picker, Screen, Stage};
@@ -27,6 +27,9 @@ struct Twin {
     editor: Editor,
     picker: Option<Picker>,
     film: [u32; 2],
+    /// Whether the film is to have the size that the screen has for it, and that size once told.
+    resizes: bool,
+    room: Option<[u32; 2]>,
     facts: Facts,
 }
 
@@ -64,20 +67,20 @@ impl Twin {
             rebaked: false,
             loading: Loading::Complete,
         };
-        let mut twin =
-            Self { mirror: Mirror::new(size), screen: Screen::default(), editor, picker, film, facts };
+        let (mirror, screen) = (Mirror::new(size), Screen::default());
+        let mut twin = Self { mirror, screen, editor, picker, film, resizes: false, room: None, facts };
         relume_player::ui::set_up_style(twin.mirror.context());
         (0..3).for_each(|_| twin.frame(Vec::new()));
         twin
     }
 
     fn frame(&mut self, events: Vec<Event>) {
-        let Self { mirror, screen, editor, picker, film, facts } = self;
+        let Self { mirror, screen, editor, picker, film, resizes, room, facts } = self;
         mirror.frame(events, |ui| {
             let (picture, surfaces) = (TextureId::User(0), &Surfaces::default());
-            let stage =
-                Stage { editor: &mut *editor, picker: picker.as_ref(), surfaces, size: *film, picture };
-            screen.show(ui, Some(stage), facts, None);
+            let (picker, size, resizes) = (picker.as_ref(), *film, *resizes);
+            let stage = Stage { editor: &mut *editor, picker, surfaces, size, resizes, picture };
+            *room = screen.show(ui, Some(stage), facts, None).picture;
         });
     }
 
@@ -151,6 +154,25 @@ fn expect_radiance(expected: &[[f32; 3]], display: relume_formats::display::Disp
             assert!((f32::from(*byte) - 255.0 * srgb).abs() <= 1.0, "{byte} where {srgb} was expected");
         }
     }
+}
+
+/// Asserts that the picture that a window saved is what the player shows without one, at its size and with
+/// these `options`; returns the size in pixels.
+fn expect_same_without_window(bundle: &Path, png: &Path, options: &[&str]) -> [u32; 2] {
+    let shown = image::open(png).unwrap().to_rgb8();
+    let size = format!("{}x{}", shown.width(), shown.height());
+    let folder = png.parent().unwrap();
+    let alone = Command::new(env!("CARGO_BIN_EXE_player"))
+        .arg(bundle)
+        .args(["--headless", "--count", "1", "--frames", "alone.png", "--size", &size])
+        .args(options)
+        .current_dir(folder)
+        .output();
+    assert!(alone.unwrap().status.success());
+    let alone = image::open(folder.join("alone.png")).unwrap().to_rgb8();
+    assert_eq!(alone.dimensions(), shown.dimensions());
+    assert!(alone.iter().zip(shown.iter()).all(|(a, b)| a.abs_diff(*b) <= 1), "both show the same");
+    shown.dimensions().into()
 }
 
 #[test]
@@ -328,82 +350,4 @@ fn it_can_be_closed_from_outside() {
     let (code, stderr) = window.end();
     assert_eq!(code, Some(130), "{stderr}");
     assert!(stderr.starts_with("error: interrupted") && stderr.lines().count() == 1, "{stderr}");
-}
-
-#[test]
-fn light_and_view_are_changed_by_hand() {
-    let Some(display) = Display::open() else { return };
-    let bundle = sparse::Bundle::write(16, true);
-    let mut window = Window::open(&display, bundle.folder(), &["--size", "90x60"], "lit - Relume");
-    let mut twin = Twin::lit(window.size());
-    twin.film = [90, 60];
-    (0..3).for_each(|_| twin.frame(Vec::new()));
-    let picture = twin.mirror.rect("picture");
-    twin.drag(
-        &window,
-        1,
-        picture.center(),
-        picture.center() + Vec2::new(0.25 * picture.height(), 0.1 * picture.height()),
-    );
-    twin.drag(&window, 3, picture.center(), picture.center() + Vec2::new(40.0, 20.0));
-    let rail = twin.mirror.rect("rotation");
-    twin.drag(&window, 1, rail.center(), Pos2::new(rail.right() + 30.0, rail.center().y));
-    let moved = state(&window.save("t", "lit-0001.toml"));
-    let (camera, light) = (moved.camera.clone().unwrap(), moved.environment.clone().unwrap());
-    // No pixel of the way is lost.
-    let expected = twin.editor.look().camera;
-    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
-    assert!(
-        near(camera.position.unwrap(), expected.position) && near(camera.target.unwrap(), expected.target),
-        "{camera:?}, {expected:?}"
-    );
-    let [x, y, z] = expected.position;
-    assert!(x < -1.0 && y > 0.3 && z > 0.5 && expected.target[0] < -0.05, "{expected:?}");
-    assert_eq!((light.rotation_deg, light.map, light.gain), (Some(180.0), None, None));
-    let png = window.save("s", "lit-0001.png");
-    // The player without a window, asked for the same.
-    let arguments = [
-        "--headless",
-        "--size",
-        "90x60",
-        "--count",
-        "1",
-        "--state",
-        "lit-0001.toml",
-        "--frames",
-        "alone.png",
-    ];
-    let alone = Command::new(env!("CARGO_BIN_EXE_player"))
-        .arg(bundle.folder())
-        .args(arguments)
-        .current_dir(window.folder.path())
-        .output();
-    assert!(alone.unwrap().status.success());
-    let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
-    let pairs = bytes(&png).into_iter().zip(bytes(&window.folder.path().join("alone.png")));
-    assert!(pairs.into_iter().all(|(shown, alone)| shown.abs_diff(alone) <= 1), "both show the same");
-
-    window.keys("v");
-    let home = state(&window.save("t", "lit-0002.toml"));
-    assert_eq!((home.camera, home.environment), (None, moved.environment));
-    window.keys("q");
-    assert_eq!(window.end(), (Some(0), String::new()));
-}
-
-#[test]
-fn blocks_refine_the_picture_while_they_arrive() {
-    let Some(display) = Display::open() else { return };
-    let bundle = sparse::Bundle::write(64, true);
-    let bytes: u64 = bundle.manifest.entries().map(|entry| entry.bytes).sum();
-    let mut window = Window::open(&display, bundle.folder(), &["--rate", &(bytes / 3).to_string()], "lit - ");
-    window.wait_for_title("lit - Relume");
-    let png = window.save("s", "lit-0001.png");
-    let (_, expected) = relume_player::render_once(bundle.folder(), &State::default(), None).unwrap();
-    expect_radiance(
-        &expected,
-        relume_formats::display::Display { exposure_ev: 0.0, tonemap: Tonemap::Neutral },
-        &png,
-    );
-    window.keys("q");
-    assert_eq!(window.end(), (Some(0), String::new()));
 }

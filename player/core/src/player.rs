@@ -1,6 +1,7 @@
 //! A bundle being played: what has arrived, what is set, and the frames that follow.
 
 mod outside;
+mod size;
 #[cfg(test)]
 mod tests;
 

@@ -9,7 +9,7 @@ mod worker;
 use crate::error::{Error, Result};
 use crate::gpu::give_way;
 use crate::output::write_numbered;
-use crate::picture::{Picture, PictureFile, nothing_yet};
+use crate::picture::{Picture, PictureFile, Ready, nothing_yet};
 use crate::session::Session;
 use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
 use relume_formats::Place;
@@ -45,9 +45,14 @@ pub struct Shown {
     pub editor: Editor,
     picker: Option<Picker>,
     surfaces: Surfaces,
-    /// Size of the film in pixels.
+    /// Size of the picture in pixels.
     pub size: [u32; 2],
-    /// A picture that was not yet taken: sRGB-encoded RGBA, row by row.
+    /// Whether it is drawn at the size that there is for it.
+    resizes: bool,
+    /// The size that there is for it, if that is known, and the one that was ordered last.
+    room: Option<[u32; 2]>,
+    ordered_size: Option<[u32; 2]>,
+    /// A picture of `size` that was not yet taken: sRGB-encoded RGBA, row by row.
     pixels: Option<Vec<u8>>,
     /// The look that was ordered last.
     ordered: Look,
@@ -58,8 +63,13 @@ pub struct Shown {
 impl Shown {
     /// What the screen shows of it, with `picture` for the picture.
     pub fn stage(&mut self, picture: egui::TextureId) -> Stage<'_> {
-        let Self { editor, picker, surfaces, size, .. } = self;
-        Stage { editor, picker: picker.as_ref(), surfaces, size: *size, picture }
+        let Self { editor, picker, surfaces, size, resizes, .. } = self;
+        Stage { editor, picker: picker.as_ref(), surfaces, size: *size, resizes: *resizes, picture }
+    }
+
+    /// Has the picture drawn at `size`, in pixels, from the next order on, or at the nearest that can be drawn.
+    pub fn fill(&mut self, size: [u32; 2]) {
+        self.room = Some(size).filter(|_| self.resizes);
     }
 
     /// The newest picture, if it was not yet taken.
@@ -131,14 +141,23 @@ impl Live {
                 }
                 (News::Ready(ready), _) => {
                     let ordered = ready.editor.look();
-                    let (editor, picker, surfaces, size) =
-                        (ready.editor, ready.picker, ready.surfaces, ready.size);
-                    self.shown =
-                        Some(Shown { editor, picker, surfaces, size, pixels: None, ordered, metering: None });
+                    let Ready { editor, picker, surfaces, size, resizes } = *ready;
+                    self.shown = Some(Shown {
+                        editor,
+                        picker,
+                        surfaces,
+                        size,
+                        resizes,
+                        room: None,
+                        ordered_size: None,
+                        pixels: None,
+                        ordered,
+                        metering: None,
+                    });
                 }
                 (News::Ended(reason), _) => self.facts.loading = Loading::Stopped(reason),
-                (News::Drawn { pixels, moved }, Some(shown)) => {
-                    shown.pixels = Some(pixels);
+                (News::Drawn { size, pixels, moved }, Some(shown)) => {
+                    (shown.size, shown.pixels) = (size, Some(pixels));
                     moved.into_iter().for_each(|positions| shown.surfaces.set_positions(positions));
                 }
                 (News::Metered(ev), Some(shown)) => {
@@ -165,11 +184,13 @@ impl Live {
     /// Orders what the user has set, if that is not what was ordered last.
     pub fn order(&mut self) {
         let Some(shown) = &mut self.shown else { return };
+        let resized = shown.room.filter(|room| shown.ordered_size != Some(*room)).map(Order::Resize);
+        shown.ordered_size = shown.room;
         let look = shown.editor.look();
         let changed = (look != shown.ordered).then(|| Order::Show(Box::new(look.clone())));
         let meters = shown.editor.metering().filter(|metering| shown.metering != Some(*metering));
         (shown.ordered, shown.metering) = (look, shown.editor.metering());
-        let orders: Vec<Order> = changed.into_iter().chain(meters.map(Order::Meter)).collect();
+        let orders: Vec<Order> = resized.into_iter().chain(changed).chain(meters.map(Order::Meter)).collect();
         for order in orders {
             // A thread that has ended has told so.
             self.send(order);

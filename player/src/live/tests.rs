@@ -53,6 +53,20 @@ impl Desk {
         &mut self.live.shown().unwrap().editor
     }
 
+    /// The size of the picture that is drawn when there is so much room for it, if one is.
+    fn picture_at(&mut self, room: [u32; 2]) -> Option<[u32; 2]> {
+        self.live.shown().unwrap().take_pixels();
+        self.live.shown().unwrap().fill(room);
+        // What is saved after it tells that it was obeyed.
+        self.live.take_note();
+        let folder = tempfile::tempdir().unwrap();
+        self.live.save(Save::Png, folder.path()).unwrap();
+        self.until(|live| live.note.is_some());
+        assert!(self.live.take_note().unwrap().is_ok());
+        let shown = self.live.shown().unwrap();
+        shown.take_pixels().map(|_| shown.size)
+    }
+
     /// The picture once it shows what was set.
     fn picture(&mut self) -> Vec<u8> {
         self.live.shown().unwrap().take_pixels();
@@ -298,4 +312,47 @@ fn a_bundle_that_fails_before_the_first_picture_is_hopeless() {
     let mut desk = Desk::start(bundle.folder(), false);
     desk.until(|live| live.is_hopeless());
     assert_eq!(desk.live.end().ended.unwrap_err().exit_code(), 2);
+}
+
+#[test]
+fn the_picture_takes_the_size_that_there_is_for_it() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
+    // As the border of a window is dragged: of many sizes the last counts, and it comes before what is saved.
+    for width in 40..140 {
+        desk.live.shown().unwrap().fill([width, 50]);
+        desk.live.order();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    desk.live.save(Save::Png, folder.path()).unwrap();
+    desk.until(|live| live.note.is_some());
+    let png = image::open(folder.path().join("lit-0001.png")).unwrap();
+    assert_eq!([png.width(), png.height()], [139, 50]);
+    desk.until(|live| live.facts().size == Some([139, 50]));
+    let shown = desk.live.shown().unwrap();
+    assert_eq!((shown.size, shown.take_pixels().unwrap().len()), ([139, 50], 4 * 139 * 50));
+    assert!(desk.picture_at([139, 50]).is_none(), "nothing is drawn for the size that there is");
+    // A window without a limit has a picture of the same shape.
+    let huge = desk.picture_at([1, 1 << 20]).unwrap();
+    assert!(huge[0] == 1 && huge[1] < 1 << 20);
+    assert_eq!(desk.picture_at([1, 1]), Some([1, 1]));
+    desk.live.end().ended.unwrap();
+}
+
+#[test]
+fn a_baked_picture_keeps_its_size() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
+    assert_eq!(desk.picture_at([64, 64]), None);
+    let shown = desk.live.shown().unwrap();
+    assert!(!shown.resizes && shown.size == support::SIZE);
+    desk.live.end().ended.unwrap();
 }

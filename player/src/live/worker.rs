@@ -20,6 +20,8 @@ const PROGRESS_PAUSE: Duration = Duration::from_millis(60);
 pub enum Order {
     /// Show this look, and none that was ordered before.
     Show(Box<Look>),
+    /// Draw the picture at this size, in pixels, or the nearest that can be drawn.
+    Resize([u32; 2]),
     /// Tell the exposure that the picture asks for.
     Meter(Metering),
     /// Add the environment map in this file.
@@ -36,8 +38,9 @@ pub enum News {
     Facts(Box<Facts>),
     /// There is something to see.
     Ready(Box<Ready>),
-    /// A new picture, sRGB-encoded RGBA, row by row, and where the vertices are if they have moved.
-    Drawn { pixels: Vec<u8>, moved: Option<Vec<[f32; 3]>> },
+    /// A new picture of this size in pixels, sRGB-encoded RGBA, row by row, and where the vertices are if they
+    /// have moved.
+    Drawn { size: [u32; 2], pixels: Vec<u8>, moved: Option<Vec<[f32; 3]>> },
     /// The exposure that was asked for, if the picture has any light, in EV.
     Metered(Option<f32>),
     /// A map was added under this name, or why it was not.
@@ -69,6 +72,8 @@ pub struct Worker<T: Fn(News)> {
     tell: T,
     /// What to show.
     look: Option<Look>,
+    /// The size that was ordered last, until the picture has it.
+    size: Option<[u32; 2]>,
     /// What shapes show in the picture.
     shapes_drawn: Option<BTreeMap<String, Posed>>,
     metering: Option<Metering>,
@@ -88,7 +93,16 @@ impl<T: Fn(News)> Drop for Worker<T> {
 impl<T: Fn(News)> Worker<T> {
     /// Draws `picture` and tells by `tell`.
     pub fn new(picture: Picture, tell: T) -> Self {
-        Self { picture, tell, look: None, shapes_drawn: None, metering: None, told: None, told_at: None }
+        Self {
+            picture,
+            tell,
+            look: None,
+            size: None,
+            shapes_drawn: None,
+            metering: None,
+            told: None,
+            told_at: None,
+        }
     }
 
     /// Works until nobody gives orders any more.
@@ -138,6 +152,7 @@ impl<T: Fn(News)> Worker<T> {
         let words = |error: Error| error.to_string();
         match order {
             Order::Show(look) => self.look = Some(*look),
+            Order::Resize(size) => self.size = Some(size),
             Order::Meter(metering) => self.metering = Some(metering),
             Order::Light(path) => {
                 let added = self.picture.add_environment(&path).map_err(words);
@@ -158,12 +173,15 @@ impl<T: Fn(News)> Worker<T> {
     /// Draws what has changed, and tells it when it is done.
     fn draw(&mut self) -> Result<()> {
         let Some(look) = &self.look else { return Ok(()) };
+        if let Some(size) = self.size.take() {
+            self.picture.resize(size)?;
+        }
         if self.picture.draw(look)? {
             let pixels = self.picture.pixels()?;
             let moved = self.shapes_drawn.as_ref().is_none_or(|drawn| *drawn != look.shapes);
             let moved = if moved { self.picture.moving_vertices() } else { None };
             self.shapes_drawn = Some(look.shapes.clone());
-            (self.tell)(News::Drawn { pixels, moved });
+            (self.tell)(News::Drawn { size: self.picture.size(), pixels, moved });
             // What the frame took is known by now.
             self.picture.take_costs()?;
         }

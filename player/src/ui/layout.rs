@@ -34,6 +34,28 @@ pub(super) fn image_rect(area: Rect, [width, height]: [u32; 2], pixels_per_point
     Rect::from_min_size(Pos2::new(on_pixel(corner.x), on_pixel(corner.y)), size)
 }
 
+/// `area` with its edges on whole pixels of the display, and how many those are; one at least.
+pub(super) fn whole_pixels(area: Rect, pixels_per_point: f32) -> (Rect, [u32; 2]) {
+    let ends = |least: f32, most: f32| {
+        let first = (least * pixels_per_point).round();
+        (first, (most * pixels_per_point).round().max(first + 1.0))
+    };
+    let (x, y) = (ends(area.min.x, area.max.x), ends(area.min.y, area.max.y));
+    let whole = Rect::from_min_max(Pos2::new(x.0, y.0), Pos2::new(x.1, y.1)) / pixels_per_point;
+    (whole, [(x.1 - x.0) as u32, (y.1 - y.0) as u32])
+}
+
+/// Where a picture of so many pixels is shown in the middle of `area`, which one that is under way will fill:
+/// as high as that, for the camera's vertical field of view is the same. What is beside `area` is not seen.
+pub(super) fn as_high_as(area: Rect, [width, height]: [u32; 2], pixels_per_point: f32) -> Rect {
+    let shown = area.height() * width.max(1) as f32 / height.max(1) as f32;
+    // One that was made smaller to be drawn at all is of the shape of `area` but for rounding.
+    if (shown - area.width()).abs() * pixels_per_point < 2.0 {
+        return area;
+    }
+    Rect::from_center_size(area.center(), Vec2::new(shown, area.height()))
+}
+
 /// The pixel of the film under `position`, if it is on the picture.
 pub(super) fn pixel_at(image: Rect, [width, height]: [u32; 2], position: Pos2) -> Option<[u32; 2]> {
     let within = (position - image.min) / image.size();
@@ -68,6 +90,28 @@ mod tests {
                 assert!((edge * scale - (edge * scale).round()).abs() < 1e-3, "{image}");
             }
         }
+    }
+
+    #[test]
+    fn a_picture_fills_whole_pixels_and_keeps_its_height() {
+        for (area, scale) in [([856.0, 770.0], 1.0), ([856.4, 769.7], 1.5), ([0.0, -3.0], 2.0)] {
+            let area = Rect::from_min_size(Pos2::new(3.3, 7.0), area.into());
+            let (whole, [width, height]) = whole_pixels(area, scale);
+            assert!(width >= 1 && height >= 1);
+            assert!((whole.width() * scale - width as f32).abs() < 1e-3, "{whole}");
+            assert!((whole.height() * scale - height as f32).abs() < 1e-3, "{whole}");
+            assert!((whole.min.x * scale - (whole.min.x * scale).round()).abs() < 1e-3, "{whole}");
+            let off = (whole.max - area.max).abs().max_elem() * scale;
+            assert!(off <= 0.501 || !area.is_positive(), "{whole} in {area}");
+            assert_eq!(as_high_as(whole, [width, height], scale), whole);
+            // Half as many pixels, rounded, are shown on the same place.
+            assert_eq!(as_high_as(whole, [width.div_ceil(2), height.div_ceil(2)], scale), whole);
+        }
+        let area = Rect::from_min_size(Pos2::new(10.0, 20.0), Vec2::new(400.0, 200.0));
+        let shown = as_high_as(area, [512, 512], 1.0);
+        assert_eq!(shown, Rect::from_center_size(area.center(), Vec2::splat(200.0)));
+        let shown = as_high_as(area, [900, 300], 1.0);
+        assert_eq!((shown.height(), shown.width(), shown.center()), (200.0, 600.0, area.center()));
     }
 
     #[test]

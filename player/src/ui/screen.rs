@@ -35,8 +35,19 @@ pub struct Stage<'a> {
     pub surfaces: &'a Surfaces,
     /// Size of the picture in pixels of its own.
     pub size: [u32; 2],
+    /// Whether it is drawn at the size that the screen has for it, see [`Wishes::picture`].
+    pub resizes: bool,
     /// The picture.
     pub picture: TextureId,
+}
+
+/// Where the picture is.
+#[derive(Clone, Copy)]
+struct Place {
+    /// What the pointer takes for the picture.
+    area: Rect,
+    /// Where its pixels are drawn, as far as that is within `area`.
+    image: Rect,
 }
 
 /// What the user asks of the program.
@@ -52,6 +63,8 @@ pub struct Wishes {
     pub open: bool,
     /// To tell this.
     pub tell: Option<Note>,
+    /// To draw the picture at this size, in pixels, which it then covers on the display.
+    pub picture: Option<[u32; 2]>,
     /// To end, if what is to be saved could be.
     pub close: bool,
 }
@@ -143,7 +156,7 @@ impl Screen {
         let line = line.show_separator_line(false).show(ui, |ui| ui.max_rect()).inner;
         CentralPanel::default().frame(surround).show(ui, |ui| match stage {
             Some(mut stage) => {
-                let seen = self.picture(ui, &mut stage);
+                let seen = self.picture(ui, &mut stage, wishes);
                 status.show(ui, line, seen, self.clicked_fixed);
                 self.undertaking.obey_escape(ui.ctx(), stage.editor);
                 if self.undertaking.is_over(ui.ctx()) {
@@ -159,8 +172,8 @@ impl Screen {
     }
 
     /// Draws the picture; returns what is under the pointer.
-    fn picture<'a>(&mut self, ui: &mut Ui, stage: &mut Stage<'a>) -> Seen<'a> {
-        let rect = layout::image_rect(ui.max_rect(), stage.size, ui.pixels_per_point());
+    fn picture<'a>(&mut self, ui: &mut Ui, stage: &mut Stage<'a>, wishes: &mut Wishes) -> Seen<'a> {
+        let Place { area: rect, image } = place(ui, stage, wishes);
         let moves = stage.editor.scope().varies().camera;
         let response = ui.allocate_rect(rect, if moves { Sense::click_and_drag() } else { Sense::click() });
         response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::Image, true, "picture"));
@@ -178,7 +191,7 @@ impl Screen {
             }
         }
         let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        ui.painter().image(stage.picture, rect, whole, Color32::WHITE);
+        ui.painter().with_clip_rect(rect).image(stage.picture, image, whole, Color32::WHITE);
         if let Some(picker) = stage.picker {
             self.outline(ui, stage, picker, seen, rect);
         }
@@ -235,6 +248,19 @@ impl Screen {
             None => (wishes.close, self.closing) = (true, false),
         }
     }
+}
+
+/// Where the picture is, and the wish for its size if that follows.
+fn place(ui: &Ui, stage: &Stage<'_>, wishes: &mut Wishes) -> Place {
+    let (room, pixels_per_point) = (ui.max_rect(), ui.pixels_per_point());
+    if !stage.resizes {
+        let area = layout::image_rect(room, stage.size, pixels_per_point);
+        return Place { area, image: area };
+    }
+    let (area, pixels) = layout::whole_pixels(room, pixels_per_point);
+    wishes.picture = Some(pixels);
+    // Until a picture of that size is there, the last one stands for it.
+    Place { area, image: layout::as_high_as(area, stage.size, pixels_per_point) }
 }
 
 /// Undoes or does again, and says what.

@@ -1,13 +1,12 @@
 //! Curve, exposure and a map of the user's own, in the window as without one.
 
-use super::{Twin, expect_picture, state};
+use super::{Twin, expect_picture, expect_same_without_window, state};
 use crate::desk::{Display, Window};
 use crate::support::{Bundle, sparse};
 use relume_formats::display::{Tonemap, auto_exposure_ev};
 use relume_formats::state::State;
 use relume_player::output::encode_exr;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
 /// Saves states, from this number on, until one has an exposure that the picture asked for: the picture may
 /// take its time. Returns its file and the next number.
@@ -60,18 +59,8 @@ fn a_map_from_a_file_shows_the_same_without_a_window() {
     let (saved, _) = exposed(&mut window, "lit", 1);
     assert_eq!(state(&saved).environment.unwrap().map.as_deref(), sky.to_str());
     let png = window.save("s", "lit-0001.png");
-    let folder = window.folder.path();
-    let arguments =
-        ["--headless", "--count", "1", "--state", saved.to_str().unwrap(), "--frames", "alone.png"];
-    let alone = Command::new(env!("CARGO_BIN_EXE_player"))
-        .arg(bundle.folder())
-        .args(arguments)
-        .current_dir(folder)
-        .output();
-    assert!(alone.unwrap().status.success());
-    let bytes = |path: &Path| image::open(path).unwrap().to_rgb8().into_raw();
-    assert!(bytes(&png) == bytes(&folder.join("alone.png")), "both show the same");
-    let stats_path = folder.join("stats.json");
+    expect_same_without_window(bundle.folder(), &png, &["--state", saved.to_str().unwrap()]);
+    let stats_path = window.folder.path().join("stats.json");
     window.keys("q");
     assert!(window.wait_for_stats(&stats_path)["remark"].is_string());
     assert_eq!(window.end(), (Some(0), String::new()));

@@ -12,6 +12,8 @@ const SHADER: &str = include_str!("tonemap.wgsl");
 pub(crate) struct Tonemap {
     format: TextureFormat,
     pipeline: wgpu::RenderPipeline,
+    /// The sRGB steps, where values are encoded; elsewhere the shader does without.
+    steps: Option<wgpu::Buffer>,
     bands: Vec<Work>,
 }
 
@@ -39,30 +41,27 @@ impl Tonemap {
     pub(crate) fn new(gpu: &Gpu, film: &Film, format: TextureFormat) -> Self {
         let holds_bytes = matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
         let pipeline = pipeline(gpu, format, if holds_bytes { "encoded" } else { "linear" });
-        // Where nothing is encoded, the shader does without the steps.
         let steps = holds_bytes.then(|| gpu.storage("sRGB steps", &srgb_steps()));
-        let layout = pipeline.get_bind_group_layout(0);
+        let mut tonemap = Self { format, pipeline, steps, bands: Vec::new() };
+        tonemap.set_film(gpu, film);
+        tonemap
+    }
+
+    /// Shows `film` from now on.
+    pub(crate) fn set_film(&mut self, gpu: &Gpu, film: &Film) {
+        let layout = self.pipeline.get_bind_group_layout(0);
         let mut first_pixel = 0;
         let work = |buffer: &wgpu::Buffer| {
-            let band = Band {
-                first_pixel,
-                pixels: (buffer.size() / Film::PIXEL_BYTES) as u32,
-                width: film.size[0],
-                gain: 1.0,
-                curve: 0,
-            };
-            first_pixel += band.pixels;
-            let uniform = gpu.buffer(
-                "tonemap",
-                size_of::<Band>() as u64,
-                BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            );
-            let resources = [&uniform, buffer].into_iter().chain(&steps).map(wgpu::Buffer::as_entire_binding);
-            let bindings = gpu.bind(&layout, resources);
+            let pixels = (buffer.size() / Film::PIXEL_BYTES) as u32;
+            let band = Band { first_pixel, pixels, width: film.size[0], gain: 1.0, curve: 0 };
+            first_pixel += pixels;
+            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+            let uniform = gpu.buffer("tonemap", size_of::<Band>() as u64, usage);
+            let resources = [&uniform, buffer].into_iter().chain(&self.steps);
+            let bindings = gpu.bind(&layout, resources.map(wgpu::Buffer::as_entire_binding));
             Work { band, uniform, bindings }
         };
-        let bands = film.bands.iter().map(work).collect();
-        Self { format, pipeline, bands }
+        self.bands = film.bands.iter().map(work).collect();
     }
 
     /// The format of the textures that it shows a film on.

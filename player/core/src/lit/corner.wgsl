@@ -1,19 +1,7 @@
 // The corners of the scene's triangles: where they are seen, and what a vertex knows.
 
 #import view
-
-struct Material {
-    // Diffuse reflectance.
-    albedo: vec3<f32>,
-    // Where alpha is below this, there is no surface.
-    alpha_cutoff: f32,
-    // How the texture goes on beyond its edge, along u and v: 0 it repeats, 1 it is mirrored, 2 its edge texels go on.
-    wrap: vec2<u32>,
-    // 1 if there is a texture, else 0.
-    textured: u32,
-    // 1 if texels are sharp, 0 if one flows into the next.
-    nearest: u32,
-}
+#import material
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> materials: array<Material>;

@@ -41,8 +41,10 @@ pub(crate) struct Material {
     pub(crate) albedo: [f32; 3],
     pub(crate) alpha_cutoff: f32,
     pub(crate) wrap: [u32; 2],
-    pub(crate) textured: u32,
+    pub(crate) size: [u32; 2],
+    pub(crate) levels: u32,
     pub(crate) nearest: u32,
+    pub(crate) unused: [u32; 2],
 }
 
 #[cfg(test)]
@@ -61,7 +63,7 @@ mod tests {
         expect(
             super::super::DIFFUSE,
             "Material",
-            &layout_of!(Material { albedo, alpha_cutoff, wrap, textured, nearest }),
+            &layout_of!(Material { albedo, alpha_cutoff, wrap, size, levels, nearest } unused),
         );
     }
 }

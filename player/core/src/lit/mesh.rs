@@ -1,6 +1,7 @@
 //! The scene's meshes and materials on the GPU.
 
 use super::gpu_data::Material;
+use super::mips::{Sheet, levels};
 use crate::gpu::Gpu;
 use relume_formats::basis::{Filter, Wrap};
 use relume_formats::kinds::textures::MaterialTexture;
@@ -18,7 +19,7 @@ pub(crate) struct Mesh {
     pub(crate) triangles: wgpu::Buffer,
     /// By material.
     pub(crate) materials: wgpu::Buffer,
-    /// By material; a single white texel where there is none.
+    /// By material its [sheet](Sheet); a single white texel where there is none.
     pub(crate) textures: Vec<wgpu::TextureView>,
     /// The objects, in the order of their triangles.
     pub(crate) objects: Vec<Object>,
@@ -80,14 +81,18 @@ fn material(albedo: [f32; 3], texture: Option<&MaterialTexture>) -> Material {
         albedo,
         alpha_cutoff: texture.and_then(|texture| texture.alpha_cutoff).unwrap_or(0.0),
         wrap: texture.map_or([0; 2], |texture| texture.texture.wrap.map(wrap)),
-        textured: u32::from(texture.is_some()),
+        size: texture.map_or([1; 2], |texture| texture.texture.size),
+        levels: texture.map_or(0, |texture| levels(texture.texture.size)),
+        unused: [0; 2],
         nearest: u32::from(texture.is_some_and(|texture| texture.texture.filter == Filter::Nearest)),
     }
 }
 
 fn texture(gpu: &Gpu, texture: Option<&MaterialTexture>) -> wgpu::TextureView {
-    let (size, texels) = texture
-        .map_or(([1, 1], [[255; 4]].as_slice()), |texture| (texture.texture.size, &texture.texture.texels));
+    let Some(MaterialTexture { texture, alpha_cutoff, .. }) = texture else {
+        return gpu.texture("no texture", [1, 1], TextureFormat::Rgba8Unorm, &[255; 4]);
+    };
+    let Sheet { size, texels } = Sheet::new(texture, alpha_cutoff.is_some_and(|cutoff| cutoff > 0.0));
     gpu.texture("texture", size, TextureFormat::Rgba8Unorm, texels.as_flattened())
 }
 

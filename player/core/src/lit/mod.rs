@@ -5,13 +5,18 @@
 mod gpu_data;
 mod light;
 mod mesh;
+mod mips;
 mod picture;
 mod surroundings;
+mod targets;
 
 pub(crate) use light::{Light, Map};
 pub(crate) use mesh::Mesh;
 pub(crate) use picture::Picture;
 pub(crate) use surroundings::{Surroundings, belongs};
+pub(crate) use targets::drawable;
+#[cfg(test)]
+pub(crate) use targets::expect_drawable;
 
 const ENVIRONMENT: &str = include_str!("environment.wgsl");
 const HAAR: &str = include_str!("haar.wgsl");

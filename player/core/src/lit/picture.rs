@@ -3,63 +3,33 @@
 //! The film is drawn in bands of whole rows, one after the other on the same targets, so that memory does not
 //! grow with it.
 
-use super::gpu_data::View;
 use super::light::{Light, put};
 use super::mesh::{Mesh, Object};
+use super::targets::{Band, COLOUR, DEPTH, Pipelines, SAMPLES, Targets, expect_drawable};
 use super::{AVERAGE, ENVIRONMENT};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use relume_formats::state::{Camera, Rgb};
 use wgpu::{
-    BufferUsages, CompareFunction, RenderPipeline, TextureFormat, VertexBufferLayout, VertexFormat,
-    VertexStepMode,
+    BindingResource, CompareFunction, RenderPipeline, VertexBufferLayout, VertexFormat, VertexStepMode,
 };
-
-/// Samples along a side of a pixel.
-const SAMPLES: u32 = 2;
-/// Pixels of a band; its targets take 80 bytes for each.
-const BAND_PIXELS: u32 = 1 << 20;
-/// Invocations of a workgroup that averages, as in the shader.
-const WORKGROUP: u32 = 64;
-/// Samples are linear radiance, of any size and exact.
-const COLOUR: TextureFormat = TextureFormat::Rgba32Float;
-const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
 /// Everything between radiance at vertices and a picture.
 pub(crate) struct Picture {
-    film: Film,
-    bands: Vec<Band>,
+    targets: Targets,
+    pipelines: Pipelines,
     mesh: Mesh,
     radiance: wgpu::Buffer,
-    colour: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    surface: RenderPipeline,
     /// By material.
     textures: Vec<wgpu::BindGroup>,
-    background: RenderPipeline,
     /// By environment map.
     maps: Vec<wgpu::BindGroup>,
-    average: wgpu::ComputePipeline,
-}
-
-/// Consecutive rows of the film.
-struct Band {
-    first_row: u32,
-    rows: u32,
-    view: wgpu::Buffer,
-    surface: wgpu::BindGroup,
-    background: wgpu::BindGroup,
-    average: wgpu::BindGroup,
-    workgroups: [u32; 2],
 }
 
 impl Picture {
-    /// A picture of `size` pixels, of meshes with this `radiance` by vertex, before the maps of `light`. The
-    /// shader `surface` says how a surface looks: its fragment entry point is `surface`, its vertices are
-    /// those of the snippet `corner`.
-    ///
-    /// # Errors
-    /// If the GPU cannot draw so wide a picture.
+    /// A picture of `size` pixels, which is [drawable](expect_drawable), of meshes with this `radiance` by
+    /// vertex, before the maps of `light`. The shader `surface` says how a surface looks: its fragment entry
+    /// point is `surface`, its vertices are those of the snippet `corner`.
     pub(crate) fn new(
         gpu: &Gpu,
         size: [u32; 2],
@@ -67,118 +37,69 @@ impl Picture {
         radiance: &wgpu::Buffer,
         light: &Light,
         surface: &'static str,
-    ) -> Result<Self> {
-        let most = gpu.device.limits().max_texture_dimension_2d / SAMPLES;
-        let [width, height] = size;
-        if width > most {
-            let reason = format!(
-                "GPU {} draws at most {most} pixels a row, not {width}; give a smaller size",
-                gpu.name
-            );
-            return Err(Error::Request(reason));
-        }
-        let rows = (BAND_PIXELS / width).clamp(1, height.min(most));
-        let film = Film::new(
-            gpu,
-            size,
-            (0..height).step_by(rows as usize).map(|row| (width * rows.min(height - row)) as usize),
-        );
-        let colour = gpu.target("samples", [SAMPLES * width, SAMPLES * rows], COLOUR);
-        let depth = gpu.target("depth", [SAMPLES * width, SAMPLES * rows], DEPTH);
-        let (surface, background) = (surface_pipeline(gpu, surface), background_pipeline(gpu));
-        let one = |pipeline: &RenderPipeline, view| {
-            gpu.bind(&pipeline.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(view)])
-        };
-        let mut picture = Self {
-            textures: mesh.textures.iter().map(|texture| one(&surface, texture)).collect(),
-            maps: light.maps().iter().map(|map| one(&background, &map.texels)).collect(),
+    ) -> Self {
+        let pipelines = Pipelines {
+            surface: surface_pipeline(gpu, surface),
+            background: background_pipeline(gpu),
             average: gpu.compute_pipeline(AVERAGE, "average"),
-            bands: Vec::new(),
-            film,
+            materials: mesh.materials.clone(),
+            environment: light.uniform().clone(),
+        };
+        let one = |pipeline: &RenderPipeline, view| {
+            gpu.bind(&pipeline.get_bind_group_layout(1), [BindingResource::TextureView(view)])
+        };
+        Self {
+            textures: mesh.textures.iter().map(|texture| one(&pipelines.surface, texture)).collect(),
+            maps: light.maps().iter().map(|map| one(&pipelines.background, &map.texels)).collect(),
+            targets: Targets::new(gpu, size, &pipelines),
+            pipelines,
             mesh,
             radiance: radiance.clone(),
-            colour,
-            depth,
-            surface,
-            background,
-        };
-        picture.bands = picture
-            .film
-            .bands
-            .iter()
-            .zip((0..height).step_by(rows as usize))
-            .map(|(film, row)| picture.band(gpu, film, row, light))
-            .collect();
-        Ok(picture)
+        }
     }
 
-    fn band(&self, gpu: &Gpu, film: &wgpu::Buffer, first_row: u32, light: &Light) -> Band {
-        let pixels = (film.size() / Film::PIXEL_BYTES) as u32;
-        let view =
-            gpu.buffer("view", size_of::<View>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let surface = [view.as_entire_binding(), self.mesh.materials.as_entire_binding()];
-        let average = [wgpu::BindingResource::TextureView(&self.colour), film.as_entire_binding()];
-        Band {
-            first_row,
-            rows: pixels / self.film.size[0],
-            surface: gpu.bind(&self.surface.get_bind_group_layout(0), surface),
-            background: background_bindings(gpu, &self.background, light.uniform(), &view),
-            average: gpu.bind(&self.average.get_bind_group_layout(0), average),
-            workgroups: gpu.workgroups(pixels, WORKGROUP),
-            view,
+    /// Draws films of `size` pixels from now on. Nothing else is made anew, and the film is black until it is
+    /// drawn.
+    ///
+    /// # Errors
+    /// If such films [cannot be drawn](expect_drawable). Then nothing has changed.
+    pub(crate) fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+        expect_drawable(gpu, size)?;
+        if size != self.targets.film.size {
+            self.targets = Targets::new(gpu, size, &self.pipelines);
         }
+        Ok(())
     }
 
     /// Takes map number `index` of `light`, which is one of those that there are or the next.
     pub(crate) fn set_map(&mut self, gpu: &Gpu, index: usize, light: &Light) {
         if let Some(map) = light.maps().get(index) {
-            let layout = self.background.get_bind_group_layout(1);
-            put(&mut self.maps, index, gpu.bind(&layout, [wgpu::BindingResource::TextureView(&map.texels)]));
+            let layout = self.pipelines.background.get_bind_group_layout(1);
+            put(&mut self.maps, index, gpu.bind(&layout, [BindingResource::TextureView(&map.texels)]));
         }
     }
 
     /// Sets where the camera stands, and the factor on all light.
     pub(crate) fn set(&self, gpu: &Gpu, camera: &Camera, gain: Rgb) {
-        let [width, height] = self.film.size;
-        let film = camera.film(width, height);
-        let [forward, right, up] = film.axes().map(|axis| axis.to_array());
-        for band in &self.bands {
-            let v = |row: u32| 1.0 - 2.0 * row as f32 / height as f32;
-            let (top, bottom) = (v(band.first_row), v(band.first_row + band.rows));
-            let view = View {
-                eye_in_world: film.eye_in_world.to_array(),
-                near: self.mesh.near,
-                forward,
-                band_middle: 0.5 * (top + bottom),
-                right,
-                band_reach: 0.5 * (top - bottom),
-                up,
-                first_row: band.first_row as f32,
-                gain,
-                width: width as f32,
-                height: height as f32,
-                unused: [0.0; 3],
-            };
-            gpu.queue.write_buffer(&band.view, 0, bytemuck::bytes_of(&view));
-        }
+        self.targets.set(gpu, camera, gain, self.mesh.near);
     }
 
     /// Encodes the passes that fill the film, with environment map number `map` behind everything.
     pub(crate) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
-        for band in &self.bands {
+        for band in &self.targets.bands {
             self.draw(band, map, passes);
             let mut pass = passes.compute("average");
-            pass.set_pipeline(&self.average);
+            pass.set_pipeline(&self.pipelines.average);
             pass.set_bind_group(0, &band.average, &[]);
             pass.dispatch_workgroups(band.workgroups[0], band.workgroups[1], 1);
         }
     }
 
     fn draw(&self, band: &Band, map: usize, passes: &mut Passes<'_>) {
-        let mut pass = passes.draw("draw", &self.colour, &self.depth);
-        let [width, height] = [self.film.size[0], band.rows].map(|pixels| (SAMPLES * pixels) as f32);
+        let mut pass = passes.draw("draw", &self.targets.colour, &self.targets.depth);
+        let [width, height] = [self.targets.film.size[0], band.rows].map(|pixels| (SAMPLES * pixels) as f32);
         pass.set_viewport(0.0, 0.0, width, height, 0.0, 1.0);
-        pass.set_pipeline(&self.surface);
+        pass.set_pipeline(&self.pipelines.surface);
         pass.set_bind_group(0, &band.surface, &[]);
         for (slot, buffer) in (0..).zip([&self.mesh.positions, &self.radiance, &self.mesh.uvs]) {
             pass.set_vertex_buffer(slot, buffer.slice(..));
@@ -192,7 +113,7 @@ impl Picture {
             }
         }
         if let Some(map) = self.maps.get(map) {
-            pass.set_pipeline(&self.background);
+            pass.set_pipeline(&self.pipelines.background);
             pass.set_bind_group(0, &band.background, &[]);
             pass.set_bind_group(1, map, &[]);
             pass.draw(0..3, 0..1);
@@ -206,7 +127,7 @@ impl Picture {
 
     /// The film.
     pub(crate) fn film(&self) -> &Film {
-        &self.film
+        &self.targets.film
     }
 }
 
@@ -264,21 +185,5 @@ fn pipeline(
         }),
         multiview_mask: None,
         cache: None,
-    })
-}
-
-/// The bindings of the background, which are not consecutive: binding 1 is of the resampling.
-fn background_bindings(
-    gpu: &Gpu,
-    pipeline: &RenderPipeline,
-    environment: &wgpu::Buffer,
-    view: &wgpu::Buffer,
-) -> wgpu::BindGroup {
-    let entries = [(0, environment), (2, view)]
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("background"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
     })
 }

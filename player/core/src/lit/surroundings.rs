@@ -1,14 +1,15 @@
 //! What arrives before the main file of a method: the scene, its maps and its textures.
 
+use super::targets::expect_drawable;
 use super::{Light, Map, Mesh, Picture};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::methods::Setup;
 use crate::stream::{Arrival, decode_all};
 use relume_formats::Place;
 use relume_formats::bundle::{Maps, Settings, expect_lit, expect_textures};
 use relume_formats::container::{Kind, Section};
-use relume_formats::kinds::{Environment, StoredScene, Textures, scene};
+use relume_formats::kinds::{Environment, StoredScene, Textures};
 
 /// A scene and what shines on it, as far as it has arrived.
 pub(crate) struct Surroundings {
@@ -36,15 +37,10 @@ impl Surroundings {
     /// Those of `setup`, without maps yet.
     ///
     /// # Errors
-    /// If the film would be too large.
-    pub(crate) fn new(setup: Setup) -> Result<Self> {
+    /// If films of the size that is asked for [cannot be drawn](expect_drawable).
+    pub(crate) fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
         let size = setup.size.unwrap_or(setup.scene.meta.size);
-        if !scene::is_legal_size(size) {
-            let ([width, height], most) = (size, scene::MAX_PIXELS);
-            return Err(Error::Request(format!(
-                "size {width}x{height} is too large; at most {most} pixels are drawn"
-            )));
-        }
+        expect_drawable(gpu, size)?;
         Ok(Self {
             scene: setup.scene,
             settings: setup.settings,
@@ -55,6 +51,16 @@ impl Surroundings {
             textures: None,
             pending: Vec::new(),
         })
+    }
+
+    /// The picture will have `size` pixels.
+    ///
+    /// # Errors
+    /// If films of that size [cannot be drawn](expect_drawable).
+    pub(crate) fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+        expect_drawable(gpu, size)?;
+        self.size = size;
+        Ok(())
     }
 
     /// Takes the next section of a file that [belongs] here.
@@ -105,16 +111,13 @@ impl Surroundings {
 
     /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the
     /// shader of surfaces.
-    ///
-    /// # Errors
-    /// If the GPU cannot draw so wide a picture.
     pub(crate) fn picture(
         &self,
         gpu: &Gpu,
         radiance: &wgpu::Buffer,
         light: &Light,
         surface: &'static str,
-    ) -> Result<Picture> {
+    ) -> Picture {
         Picture::new(
             gpu,
             self.size,

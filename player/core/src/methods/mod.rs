@@ -28,6 +28,8 @@ pub struct Method {
     pub card: &'static Card,
     /// Whether it can do its sums on the CPU, as the adapter `cpu` asks for.
     pub on_cpu: bool,
+    /// Whether its frames can be drawn at any size, and not only at that of the scene.
+    pub resizes: bool,
     /// Begins to play.
     pub(crate) start: fn(&Gpu, Setup) -> Result<Box<dyn Playback>>,
 }
@@ -76,6 +78,12 @@ pub(crate) trait Playback: Send {
 
     /// What frames are drawn on, once its size is known.
     fn film(&self) -> Option<&Film>;
+
+    /// Draws frames of `size` pixels from now on, and makes nothing anew that does not depend on that.
+    ///
+    /// # Errors
+    /// If such frames cannot be drawn, or are baked at another size. Then nothing has changed.
+    fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<()>;
 
     /// The material that every pixel shows, where the view is fixed.
     fn materials(&self) -> Option<MaterialMap> {

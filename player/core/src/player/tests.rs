@@ -1,5 +1,7 @@
 //! Bundles played from their bytes.
 
+mod resize;
+
 use super::*;
 use crate::Incoming;
 use crate::support::{self, Bundle, shadows, sparse};

@@ -59,7 +59,7 @@ fn letters_are_keys_of_the_window_or_text_as_the_focus_has_it() {
 
 #[test]
 fn a_drag_in_one_frame_is_a_drag() {
-    let picture = user().mirror.rect("picture");
+    let picture = User::before(lit::lit(false), None).mirror.rect("picture");
     let (from, to) = (picture.center(), picture.center() + Vec2::new(0.25, 0.1) * picture.height());
     let steps =
         |n: usize| (1..=n).map(move |step| Event::PointerMoved(from + step as f32 / n as f32 * (to - from)));

@@ -159,10 +159,38 @@ fn the_pointer_moves_the_camera() {
     let nearer = user.editor.look().camera;
     assert!((1.0..2.9).contains(&nearer.position[2]), "{nearer:?}");
     // Beside the picture, and where the view is fixed, nothing moves.
-    user.drag(PointerButton::Primary, Pos2::new(4.0, 4.0), Pos2::new(200.0, 4.0));
+    let below = Pos2::new(4.0, picture.bottom() + 8.0);
+    user.drag(PointerButton::Primary, below, below + egui::Vec2::new(200.0, 0.0));
     assert_eq!(user.editor.look().camera, nearer);
     let mut user = User::new(editor(false));
     user.drag(PointerButton::Primary, from, to);
     user.frame(key(Key::V));
     assert_eq!(user.editor.look().camera, user.editor.scene().camera);
+}
+
+#[test]
+fn the_picture_fills_the_room_that_there_is() {
+    let mut user = User::before(lit(false), None);
+    let expect = |user: &User, width: f32| {
+        let picture = user.mirror.rect("picture");
+        assert_eq!(picture.min, Pos2::ZERO);
+        assert_eq!(picture.width(), width, "as far as the panel");
+        assert!(picture.height() > 700.0 && picture.height() < 800.0, "{picture}: as far as the line below");
+        assert_eq!(user.wishes.picture, Some([picture.width() as u32, picture.height() as u32]));
+    };
+    expect(&user, 1200.0 - 344.0);
+    // Twice as many pixels on the display.
+    user.mirror.context().set_zoom_factor(1.25);
+    (0..3).for_each(|_| user.frame(Vec::new()));
+    let picture = user.mirror.rect("picture");
+    let [width, height] = user.wishes.picture.unwrap();
+    let scale = user.mirror.context().pixels_per_point();
+    assert_eq!(
+        [picture.width() * scale, picture.height() * scale].map(f32::round),
+        [width, height].map(|n| n as f32)
+    );
+    // What has a size of its own keeps it.
+    let user = User::new(editor(false));
+    assert_eq!(user.wishes.picture, None);
+    assert!(user.mirror.rect("picture").min.x >= 12.0);
 }

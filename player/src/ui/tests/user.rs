@@ -63,6 +63,7 @@ impl User {
                 picker: picker.as_ref(),
                 surfaces,
                 size: support::SIZE,
+                resizes: picker.is_none(),
                 picture,
             };
             let new = screen.show(ui, Some(stage), facts, note.as_ref());
@@ -70,6 +71,7 @@ impl User {
             wishes.paste |= new.paste;
             wishes.reload |= new.reload;
             wishes.open |= new.open;
+            wishes.picture = new.picture;
             wishes.tell = new.tell.or_else(|| wishes.tell.take());
             wishes.close |= new.close;
         });

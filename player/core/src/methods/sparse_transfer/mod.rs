@@ -28,7 +28,8 @@ use stage::Stage;
 pub const METHOD: Method = Method {
     card: &relume_formats::method::SPARSE_TRANSFER,
     on_cpu: false,
-    start: |_, setup| Ok(Box::new(SparseTransfer::new(setup)?)),
+    resizes: true,
+    start: |gpu, setup| Ok(Box::new(SparseTransfer::new(gpu, setup)?)),
 };
 
 const ACCUMULATE: &str = include_str!("accumulate.wgsl");
@@ -45,8 +46,13 @@ struct SparseTransfer {
 }
 
 impl SparseTransfer {
-    fn new(setup: Setup) -> Result<Self> {
-        Ok(Self { waiting: Some(Surroundings::new(setup)?), pending: Vec::new(), maps: None, stage: None })
+    fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
+        Ok(Self {
+            waiting: Some(Surroundings::new(gpu, setup)?),
+            pending: Vec::new(),
+            maps: None,
+            stage: None,
+        })
     }
 
     fn rows_arrived(&mut self, gpu: &Gpu, arrival: Arrival) -> Result<()> {
@@ -77,7 +83,7 @@ impl SparseTransfer {
 fn set_up(gpu: &Gpu, mut surroundings: Surroundings, meta: Meta, place: &Place) -> Result<Stage> {
     let light = surroundings.light(gpu, meta.face_size);
     let columns = columns::Columns::new(gpu, meta, place)?;
-    let picture = surroundings.picture(gpu, columns.radiance(), &light, DIFFUSE)?;
+    let picture = surroundings.picture(gpu, columns.radiance(), &light, DIFFUSE);
     Ok(Stage::new(gpu, light, columns, picture))
 }
 
@@ -112,6 +118,14 @@ impl Playback for SparseTransfer {
 
     fn film(&self) -> Option<&Film> {
         self.stage.as_ref().map(Stage::film)
+    }
+
+    fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+        match (&mut self.stage, &mut self.waiting) {
+            (Some(stage), _) => stage.picture.resize(gpu, size),
+            (None, Some(waiting)) => waiting.resize(gpu, size),
+            (None, None) => Ok(()),
+        }
     }
 
     fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {

@@ -12,7 +12,7 @@ use relume_formats::state::Rgb;
 pub(super) struct Stage {
     light: Light,
     columns: Columns,
-    picture: Picture,
+    pub(super) picture: Picture,
     workgroups: [u32; 2],
     /// Factor on all light.
     gain: Rgb,

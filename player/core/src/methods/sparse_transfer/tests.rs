@@ -1,5 +1,6 @@
 //! The GPU against the CPU: light and sums.
 
+mod ground;
 mod pictures;
 
 use super::*;
@@ -17,7 +18,7 @@ use relume_formats::state::Camera;
 fn load(gpu: &Gpu, bundle: &Bundle, blocks: usize) -> (SparseTransfer, Vec<Arrival>) {
     let setup =
         Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
-    let (mut method, mut later) = (SparseTransfer::new(setup).unwrap(), Vec::new());
+    let (mut method, mut later) = (SparseTransfer::new(gpu, setup).unwrap(), Vec::new());
     for arrival in arrivals(bundle.folder()) {
         if method.pieces().arrived() == blocks && method.maps.is_some() {
             later.push(arrival);
@@ -196,7 +197,11 @@ fn no_more_is_computed_than_has_changed() {
     );
     assert_eq!(stages(&look(&bundle, &environment("noise", 5.0, [2.0; 3])), Vec::new()), [true, false]);
     assert_eq!(stages(&look(&bundle, &environment("sun", 5.0, [2.0; 3])), Vec::new()), [true, false]);
-    assert_eq!(stages(&look(&bundle, &environment("sun", 5.0, [2.0; 3])), later), [false, true]);
+    let last = look(&bundle, &environment("sun", 5.0, [2.0; 3]));
+    assert_eq!(stages(&last, later), [false, true]);
+    method.resize(&gpu, [31, 7]).unwrap();
+    method.update(&gpu, &last).unwrap();
+    assert_eq!(method.stage.as_ref().unwrap().changes(), [false, false], "another size");
 }
 
 #[test]
@@ -209,7 +214,7 @@ fn files_that_do_not_belong_together_are_refused() {
             settings: playlist(bundle.folder(), None).settings,
             size: None,
         };
-        let mut method = SparseTransfer::new(setup).unwrap();
+        let mut method = SparseTransfer::new(&gpu, setup).unwrap();
         let refused = arrivals(bundle.folder())
             .into_iter()
             .find_map(|arrival| method.section_arrived(&gpu, arrival).err());

@@ -36,7 +36,8 @@ use wgpu::BufferUsages;
 pub const METHOD: Method = Method {
     card: &relume_formats::method::SPHERE_SHADOWS,
     on_cpu: cfg!(feature = "cpu"),
-    start: |_, setup| Ok(Box::new(SphereShadows::new(setup)?)),
+    resizes: true,
+    start: |gpu, setup| Ok(Box::new(SphereShadows::new(gpu, setup)?)),
 };
 
 const CAPS: &str = include_str!("caps.wgsl");
@@ -64,8 +65,8 @@ struct Waiting {
 }
 
 impl SphereShadows {
-    fn new(setup: Setup) -> Result<Self> {
-        let surroundings = Surroundings::new(setup)?;
+    fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
+        let surroundings = Surroundings::new(gpu, setup)?;
         let objects = Objects::new(&surroundings.scene);
         let waiting = Waiting { surroundings, objects, sets: Sets::new(), shapes: Shapes::new() };
         Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })
@@ -129,7 +130,7 @@ impl Waiting {
         let usage =
             BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
-        let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE)?;
+        let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE);
         let on_gpu = || -> Result<_> {
             let blockers = blockers::Blockers::new(gpu, &receivers, picture.positions(), place)?;
             let shading =
@@ -192,6 +193,14 @@ impl Playback for SphereShadows {
 
     fn film(&self) -> Option<&Film> {
         self.stage.as_ref().map(Stage::film)
+    }
+
+    fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+        match (&mut self.stage, &mut self.waiting) {
+            (Some(stage), _) => stage.picture.resize(gpu, size),
+            (None, Some(waiting)) => waiting.surroundings.resize(gpu, size),
+            (None, None) => Ok(()),
+        }
     }
 
     fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {

@@ -27,7 +27,7 @@ fn gpus() -> Option<[Gpu; 2]> {
 fn load(gpu: &Gpu, bundle: &Bundle) -> Result<SphereShadows> {
     let setup =
         Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
-    let mut method = SphereShadows::new(setup)?;
+    let mut method = SphereShadows::new(gpu, setup)?;
     arrivals(bundle.folder()).into_iter().try_for_each(|arrival| method.section_arrived(gpu, arrival))?;
     Ok(method)
 }
@@ -231,6 +231,10 @@ fn no_more_is_computed_than_has_changed() {
         [false, false, true],
         "back at rest"
     );
+    method.resize(&gpu, [31, 7]).unwrap();
+    method.update(&gpu, &look(&bundle, "noise", 5.0, [1.0, 2.0, 1.0], None)).unwrap();
+    let Changed { light, terms, shapes } = method.stage.as_ref().unwrap().changed;
+    assert_eq!([light, terms, shapes], [false; 3], "another size");
 }
 
 #[test]

@@ -28,6 +28,7 @@ use relume_formats::kinds::{BrdfBasis, scene};
 pub const METHOD: Method = Method {
     card: &relume_formats::method::TRANSFER_IMAGES,
     on_cpu: false,
+    resizes: false,
     start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
 };
 
@@ -47,13 +48,7 @@ impl TransferImages {
     /// Images are baked at one size: another one is refused.
     fn new(setup: Setup) -> Result<Self> {
         let (scene, settings) = (setup.scene.meta, setup.settings);
-        if let Some([width, height]) = setup.size.filter(|asked| *asked != scene.size) {
-            let [w, h] = scene.size;
-            let reason = format!(
-                "this bundle was baked at {w}x{h}; ask for no other size, or bake with --size {width}x{height}"
-            );
-            return Err(Error::Request(reason));
-        }
+        expect_size(setup.size.unwrap_or(scene.size), scene.size)?;
         Ok(Self { scene, settings, pending: Vec::new(), basis: None, images: None })
     }
 
@@ -79,6 +74,17 @@ impl TransferImages {
         self.images = Some(Images::new(gpu, head, basis, place)?);
         Ok(())
     }
+}
+
+/// Fails unless the size that is `asked` for is that of the `baked` images.
+fn expect_size(asked: [u32; 2], baked: [u32; 2]) -> Result<()> {
+    if asked == baked {
+        return Ok(());
+    }
+    let ([width, height], [w, h]) = (asked, baked);
+    Err(Error::Request(format!(
+        "this bundle was baked at {w}x{h}; ask for no other size, or bake with --size {width}x{height}"
+    )))
 }
 
 impl Playback for TransferImages {
@@ -111,6 +117,10 @@ impl Playback for TransferImages {
 
     fn film(&self) -> Option<&Film> {
         self.images.as_ref().map(Images::film)
+    }
+
+    fn resize(&mut self, _: &Gpu, size: [u32; 2]) -> Result<()> {
+        expect_size(size, self.scene.size)
     }
 
     fn materials(&self) -> Option<MaterialMap> {

@@ -33,7 +33,11 @@ fn a_surface_shows_radiance_times_albedo() {
 }
 
 /// What `seen` makes of the direction of each sample, averaged by pixel.
-fn averaged([width, height]: [u32; 2], plane: &FilmPlane, seen: impl Fn([f32; 3]) -> Rgb) -> Vec<Rgb> {
+pub(super) fn averaged(
+    [width, height]: [u32; 2],
+    plane: &FilmPlane,
+    seen: impl Fn([f32; 3]) -> Rgb,
+) -> Vec<Rgb> {
     let pixel = |index: u32| {
         let samples = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
         let direction =

@@ -1,0 +1,15 @@
+// What a mesh is drawn with.
+struct Material {
+    // Diffuse reflectance.
+    albedo: vec3<f32>,
+    // Where alpha is below this, there is no surface.
+    alpha_cutoff: f32,
+    // How the texture goes on beyond its edge, along u and v: 0 it repeats, 1 it is mirrored, 2 its edge texels go on.
+    wrap: vec2<u32>,
+    // Texels of a row, and rows.
+    size: vec2<u32>,
+    // In how many sizes there is a texture: 0 if there is none.
+    levels: u32,
+    // 1 if texels are sharp, 0 if one flows into the next.
+    nearest: u32,
+}

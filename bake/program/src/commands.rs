@@ -57,7 +57,9 @@ pub fn verify(args: &PathArgs) -> Result<String> {
 /// `bake export`.
 pub fn export(args: &ExportArgs) -> Result<String> {
     let path = Path::new(&args.what);
-    let is_bundle = path.extension().is_some_and(|e| e == "relume") || path.join("manifest.json").exists();
+    // A bundle that is not finished says so better than a scene that is not there.
+    let is_of_bundle = ["manifest.json", "unfinished"].iter().any(|name| path.join(name).exists());
+    let is_bundle = path.extension().is_some_and(|e| e == "relume") || is_of_bundle;
     let files = if is_bundle {
         inspect::export_file(path, &args.output)?
     } else {

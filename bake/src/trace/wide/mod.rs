@@ -12,7 +12,7 @@ mod tests;
 mod tree;
 
 use super::triangle::{ShearedRay, TriangleHit};
-use block::{Block, BlockRay};
+use block::{Block, BlockRay, Met};
 use glam::Vec3A;
 use lanes::{Lanes, Plain};
 use obvhs::bvh2::builder::build_bvh2;
@@ -157,16 +157,9 @@ impl Wide {
                     let met = ray.meet(simd, block, farthest);
                     for lane in lanes_of(met.hit | met.unclear) {
                         let number = block.first + lane as u32;
-                        let hit = if met.unclear >> lane & 1 == 0 {
-                            Some(met.hit(lane))
-                        } else {
-                            self.hit_exactly(&sheared, number)
-                        };
-                        let Some(hit) = hit.filter(|hit| self.is_nearer(number, hit, nearest.as_ref()))
-                        else {
-                            continue;
-                        };
-                        if counts(number, &hit) {
+                        let hit = self.hit(&sheared, &met, number, lane);
+                        let is_nearer = |hit: &TriangleHit| self.is_nearer(number, hit, nearest.as_ref());
+                        if let Some(hit) = hit.filter(|hit| is_nearer(hit) && counts(number, hit)) {
                             farthest = hit.t;
                             nearest = Some((number, hit));
                         }
@@ -210,11 +203,7 @@ impl Wide {
                     let met = ray.meet(simd, block, distance);
                     for lane in lanes_of(met.hit | met.unclear) {
                         let number = block.first + lane as u32;
-                        let hit = if met.unclear >> lane & 1 == 0 {
-                            Some(met.hit(lane))
-                        } else {
-                            self.hit_exactly(&sheared, number)
-                        };
+                        let hit = self.hit(&sheared, &met, number, lane);
                         if hit.is_some_and(|hit| hit.t < distance && counts(number, &hit)) {
                             return true;
                         }
@@ -223,6 +212,15 @@ impl Wide {
             }
         }
         false
+    }
+
+    /// Where triangle `number`, which is that of `lane`, is hit.
+    #[inline(always)]
+    fn hit(&self, ray: &ShearedRay, met: &Met, number: u32, lane: usize) -> Option<TriangleHit> {
+        match met.unclear >> lane & 1 {
+            0 => Some(met.hit(lane)),
+            _ => self.hit_exactly(ray, number),
+        }
     }
 
     /// Where an edge decides. Rare, so out of the way of what is not.

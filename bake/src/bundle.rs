@@ -133,6 +133,26 @@ pub fn expect_room(scene: &Scene, folder: &Path) -> Result<()> {
     publish::old_manifest(folder, &folder.join(UNFINISHED), scene, Leftover::Resume).map(drop)
 }
 
+/// Fails unless `methods` can bake `scene` for a film of `size`, as far as that can be told before anything is
+/// traced or written. Returns the scene as the bundle has it.
+///
+/// # Errors
+/// The first reason why not.
+pub fn expect_fit(
+    scene: &Scene,
+    methods: &[Box<dyn Method>],
+    size: [u32; 2],
+    job: &Job,
+) -> Result<StoredScene> {
+    methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
+    expect_sizes(scene, size)?;
+    // By the very checks of its readers.
+    let stored = stored_scene(scene, size);
+    stored.validate(&Place::file(&scene.file))?;
+    methods.iter().try_for_each(|method| job.memory().expect(method.memory(scene)))?;
+    Ok(stored)
+}
+
 /// What came of it.
 enum Outcome {
     Bundle(Summary),
@@ -146,12 +166,7 @@ fn make(
     job: &Job,
 ) -> Result<(Outcome, FolderLock)> {
     let Order { folder, size, leftover, shard, .. } = *order;
-    methods.iter().try_for_each(|method| method.expect_fit(scene)).map_err(BakeError::with_line)?;
-    expect_sizes(scene, size)?;
-    // By the very checks of its readers, before anything is traced.
-    let stored = stored_scene(scene, size);
-    stored.validate(&Place::file(&scene.file))?;
-    methods.iter().try_for_each(|method| job.memory().expect(method.memory(scene)))?;
+    let stored = expect_fit(scene, methods, size, job)?;
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
     traced::expect_folder(folder)?;

@@ -73,8 +73,7 @@ impl Work<'_> {
             let kept = may_reuse.then(|| traced::log(self.folder, stage)).flatten();
             return kept.map_or_else(|| Ok(WorkLog::create(&path, stage.key())?), Ok);
         }
-        let reason =
-            "holds an unfinished bake of another scene or other settings; add --force to start again";
+        let reason = "holds an unfinished bake of another scene or other settings; remove this folder to drop that alone, or add --force to start all again";
         WorkLog::reopen(&path, stage.key())?
             .ok_or_else(|| BakeError::invalid(&Place::file(self.unfinished), reason))
     }

@@ -67,7 +67,7 @@ pub(super) fn ask(window: &Window, tell: impl FnOnce(Chosen) + Send + 'static) -
 fn answer(chosen: Option<PathBuf>, complaint: Option<String>) -> Chosen {
     match (chosen, complaint) {
         (None, Some(reason)) => {
-            Err(format!("this system shows no file dialog; drop the file on the window instead ({reason})"))
+            Err(format!("no file dialog here; drop the file on the window instead ({reason})"))
         }
         (chosen, _) => Ok(chosen),
     }

@@ -80,13 +80,18 @@ impl Open {
 
     /// Shows another bundle as soon as there is anything to see of it, unless that would lose edits.
     fn open_bundle(&mut self, folder: &Path) -> Note {
-        let edits = self.live.shown().and_then(|shown| shown.editor.unsaved());
-        if let Some(edits) = edits {
-            return Err(format!(
-                "edits of {edits} are in no state file; save the state (T) or reset all, then open the bundle again"
-            ));
+        match self.refusal() {
+            Some(refused) => Err(refused),
+            None => self.open(Playing { folder: folder.to_owned(), method: None, size: None }, None),
         }
-        self.open(Playing { folder: folder.to_owned(), method: None, size: None }, None)
+    }
+
+    /// Why no other bundle may take the place of the one on show: edits would be lost.
+    fn refusal(&mut self) -> Option<String> {
+        let edits = self.live.shown()?.editor.unsaved()?;
+        Some(format!(
+            "edits of {edits} are in no state file; save the state (T) or reset all, then open the bundle again"
+        ))
     }
 
     /// Shows the bundle as it is on disk now, with what is set, as soon as there is anything to see of it.
@@ -111,6 +116,10 @@ impl Open {
         } else if opening.live.shown().is_none() {
             self.opening = Some(opening);
             return;
+        } else if let Some(refused) = self.refusal().filter(|_| opening.kept.is_none()) {
+            // Edited since it was asked for.
+            let _ = opening.live.end();
+            self.note = Some(Err(refused));
         } else {
             let Opening { live, playing, kept } = opening;
             // Until now the last one could be edited.
@@ -118,7 +127,7 @@ impl Open {
             // How it ended does not matter any more.
             let _ = std::mem::replace(&mut self.live, live).end();
             (self.picture, self.screen, self.playing) = (None, Screen::default(), playing);
-            self.note = kept.map(|kept| self.live.keep(kept));
+            self.note = kept.map(|kept| self.live.keep(kept, Path::new("")));
         }
         self.window.request_redraw();
     }

@@ -1,6 +1,6 @@
 //! Files that the user gives while a bundle is shown.
 
-use super::{Live, Order};
+use super::{Live, Order, write_state};
 use crate::environment::beside;
 use crate::picture::nothing_yet;
 use crate::ui::{Editor, Kept, Note};
@@ -51,21 +51,29 @@ impl Live {
         }
     }
 
-    /// Sets what was set on another bake of the bundle, as far as it fits. Returns what to say.
-    pub fn keep(&mut self, mut kept: Kept) -> Note {
+    /// Sets what was set on another bake of the bundle, as far as it fits; if some of it does not, and is in no
+    /// file yet, writes all of it into `folder`. Returns what to say.
+    pub fn keep(&mut self, mut kept: Kept, folder: &Path) -> Note {
         let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
         let said = format!("{} as it was baked last", plain(&shown.editor.scene().name));
+        let whole_map = kept.state.environment.clone();
         // A map that cannot be read stays in the state, and does not fit.
         let map = map_from_outside(&mut kept.state, &shown.editor, &Place::file("edit")).unwrap_or_default();
+        let whole = (!kept.is_saved).then(|| State { environment: whole_map, ..kept.state.clone() });
         let lost = shown.editor.keep(kept);
+        let scene = shown.editor.scene().name.clone();
         if let Some(map) = map {
             self.send(Order::Light(map));
         }
         if lost.is_empty() {
-            Ok(said)
-        } else {
-            Err(format!("{said}; left out what does not fit any more: {}", lost.join(", ")))
+            return Ok(said);
         }
+        let saved = whole.map(|state| match write_state(folder, &scene, &state) {
+            Ok(path) => format!("; all is saved in {}", path.display()),
+            Err(error) => format!("; {error}"),
+        });
+        // The names come first: a line shows no more than its beginning.
+        Err(format!("no longer fits: {}{}", lost.join(", "), saved.unwrap_or_default()))
     }
 }
 

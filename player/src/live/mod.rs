@@ -230,9 +230,7 @@ impl Live {
             self.note = Some(Err("nothing is set that differs from the scene; no state is saved".to_owned()));
             return Ok(None);
         }
-        let text =
-            toml::to_string(&state).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
-        let path = write_numbered(folder, &editor.scene().name, Save::State.extension(), text.as_bytes())?;
+        let path = write_state(folder, &editor.scene().name, &state)?;
         editor.mark_saved();
         Ok(Some(path))
     }
@@ -265,6 +263,12 @@ impl Live {
         });
         Outcome { statistics, ended: ended.and(unsaved.unwrap_or(Ok(()))) }
     }
+}
+
+/// Writes `state` of the scene called `name` into `folder`, under a name of its own, which is returned.
+fn write_state(folder: &Path, name: &str, state: &State) -> Result<PathBuf> {
+    let text = toml::to_string(state).map_err(|e| Error::Failed(format!("cannot encode the state: {e}")))?;
+    write_numbered(folder, name, Save::State.extension(), text.as_bytes())
 }
 
 impl Shown {

@@ -356,3 +356,26 @@ fn a_baked_picture_keeps_its_size() {
     assert!(!shown.resizes && shown.size == support::SIZE);
     desk.live.end().ended.unwrap();
 }
+
+#[test]
+fn edits_that_do_not_fit_another_bake_are_saved_before_they_go() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write(true);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.shown().is_some());
+    desk.editor().set_exposure(1.0);
+    let mut kept = desk.editor().kept();
+    let gone: State = toml::from_str("[materials.gone]\nshininess = 5.0\n").unwrap();
+    kept.state.materials.extend(gone.materials);
+    let (folder, whole) = (tempfile::tempdir().unwrap(), kept.state.clone());
+    let said = desk.live.keep(kept.clone(), folder.path()).unwrap_err();
+    let file = folder.path().join("synthetic-0001.toml");
+    assert_eq!(said, format!("no longer fits: material gone; all is saved in {}", file.display()));
+    assert_eq!(State::read_file(&file).unwrap(), whole);
+    kept.is_saved = true;
+    let said = desk.live.keep(kept, folder.path()).unwrap_err();
+    assert_eq!(said, "no longer fits: material gone", "what is in a file needs no other");
+    desk.live.end().ended.unwrap();
+}

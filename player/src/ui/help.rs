@@ -14,7 +14,7 @@ pub fn show(ctx: &Context, moves: bool) -> bool {
     let modal = Modal::new(Id::unique("help")).show(ctx, |ui| {
         ui.heading(TITLE);
         let height = (ctx.content_rect().height() - AROUND).max(0.0);
-        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+        ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             for group in Group::ALL {
                 section(ui, group.title());
                 Grid::new(group.title()).num_columns(2).spacing([16.0, 3.0]).min_col_width(110.0).show(

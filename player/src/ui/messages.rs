@@ -1,6 +1,6 @@
-//! What there is to say at the moment: how loading stands or that it is out of date, and what happened last. It has a place of its own
-//! below the panel, so that nothing moves when a message comes or goes; what is too long for it is told whole
-//! when pointed at.
+//! What there is to say at the moment: how loading stands or that it is out of date, and what happened last.
+//! It has a place of its own below the panel, so that nothing moves when a message comes or goes; what is too
+//! long for it is told whole when pointed at.
 
 use super::facts::{Facts, Loading, Note};
 use super::panel::megabytes;

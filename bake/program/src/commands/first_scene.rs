@@ -74,6 +74,10 @@ impl Beside {
     /// If the model cannot be read, or what is there is of another one.
     pub(super) fn of(model: &Path, folder: Option<&Path>) -> Result<Self> {
         let folder = folder.map_or_else(|| Path::new(BUNDLES).join(name_of(model)), Path::to_path_buf);
+        if folder.file_name().is_none() {
+            let reason = "has no name that the scene's file could have; name a folder for the bundle";
+            return Err(BakeError::invalid(&Place::file(&folder), reason));
+        }
         let file = scene_file_of(&folder);
         if file.exists() {
             expect_scene_of(model, &file)?;
@@ -112,7 +116,8 @@ impl Beside {
 
 /// Where the first scene of the bundle in `folder` is.
 fn scene_file_of(folder: &Path) -> PathBuf {
-    let mut file = folder.as_os_str().to_owned();
+    // Without a slash at the end.
+    let mut file = folder.components().as_path().as_os_str().to_owned();
     file.push(".toml");
     PathBuf::from(file)
 }

@@ -54,13 +54,16 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let asked = asked(args, &scene, max_error);
     look_at(&scene, asked.size)?;
     let methods = methods(&chosen, &asked, &scene)?;
-    beside.iter().try_for_each(Beside::write)?;
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
         _ => Leftover::Refuse,
     };
     let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    if let Some(beside) = &beside {
+        bundle::expect_fit(&scene, &methods, asked.size, &job)?;
+        beside.write()?;
+    }
     if args.pieces.is_part() {
         return run_shard(&scene, &methods, &asked, args.pieces, &folder, leftover, &job);
     }

@@ -13,7 +13,7 @@ fn surface(seen: Corner, @builtin(front_facing) front: bool) -> @location(0) vec
     if material.levels > 0u {
         // Holes are cut by the texture itself: the mean of alpha would close them, or open all, far away.
         if material.alpha_cutoff > 0.0
-            && sample(seen.uv, level_of(0u, material), material.wrap).a < material.alpha_cutoff {
+            && sample(seen.uv, level_of(0u, material, false), material.wrap).a < material.alpha_cutoff {
             discard;
         }
         albedo *= mean(seen.uv, across, down, material);

@@ -34,28 +34,30 @@ struct Level {
     corner: vec2<i32>,
     size: vec2<i32>,
     sharp: bool,
+    // Whether colours count by alpha, and are that many times as bright: of what is cut away nothing is seen.
+    weighed: bool,
 }
 
-fn level_of(number: u32, material: Material) -> Level {
+fn level_of(number: u32, material: Material, weighed: bool) -> Level {
     let size = max(material.size >> vec2<u32>(number), vec2<u32>(1u));
     if number == 0u {
-        return Level(vec2<i32>(0), vec2<i32>(size), material.nearest == 1u);
+        return Level(vec2<i32>(0), vec2<i32>(size), material.nearest == 1u, weighed);
     }
     // To the right of the texture, one below the other: as `mips.rs` lays them out.
     let above = number - 1u;
     let rows = material.size.y;
     let beyond = max(above, firstLeadingBit(rows) + 1u) - firstLeadingBit(rows) - 1u;
     let corner = vec2<u32>(material.size.x, rows - (rows >> above) + beyond);
-    return Level(vec2<i32>(corner), vec2<i32>(size), false);
+    return Level(vec2<i32>(corner), vec2<i32>(size), false, weighed);
 }
 
 fn texel(column: i32, row: i32, level: Level, wrap: vec2<u32>) -> vec4<f32> {
     let at = vec2<i32>(wrapped(column, level.size.x, wrap.x), wrapped(row, level.size.y, wrap.y));
     let encoded = textureLoad(sheet, level.corner + at, 0);
-    return vec4<f32>(linear_from_srgb(encoded.rgb), encoded.a);
+    return vec4<f32>(linear_from_srgb(encoded.rgb) * select(1.0, encoded.a, level.weighed), encoded.a);
 }
 
-// The GPU twin of `relume_formats::basis::Texture::sample`.
+// The GPU twin of `relume_formats::basis::Texture::sample`, unless colours are weighed.
 fn sample(uv: vec2<f32>, level: Level, wrap: vec2<u32>) -> vec4<f32> {
     // Coordinates so large that they have no fraction left fall somewhere legal.
     let scaled = clamp(uv * vec2<f32>(level.size), vec2<f32>(-1e9), vec2<f32>(1e9));
@@ -104,22 +106,30 @@ fn mean(uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>, material: Material) -
     );
     // What is no number is not minified either.
     if !(covered.longer > 1.0) {
-        return sample(uv, level_of(0u, material), material.wrap).rgb;
+        return sample(uv, level_of(0u, material, false), material.wrap).rgb;
     }
     let taps = clamp(ceil(covered.longer / max(covered.shorter, 1e-30)), 1.0, MOST_TAPS);
     let width = max(covered.shorter, covered.longer / taps);
     let number = clamp(log2(width), 0.0, f32(material.levels) - 1.0);
-    let finer = level_of(u32(number), material);
-    let coarser = level_of(min(u32(number) + 1u, material.levels - 1u), material);
+    let cut_out = material.alpha_cutoff > 0.0;
+    let finer = level_of(u32(number), material, cut_out);
+    let coarser = level_of(min(u32(number) + 1u, material.levels - 1u), material, cut_out);
     let share = fract(number);
-    var sum = vec3<f32>(0.0);
+    var sum = vec4<f32>(0.0);
     for (var tap = 0.0; tap < taps; tap += 1.0) {
         let at = uv + ((tap + 0.5) / taps - 0.5) * covered.longer_axis / size;
-        var colour = sample(at, finer, material.wrap).rgb;
+        var colour = sample(at, finer, material.wrap);
         if share > 0.0 {
-            colour = mix(colour, sample(at, coarser, material.wrap).rgb, share);
+            colour = mix(colour, sample(at, coarser, material.wrap), share);
         }
         sum += colour;
     }
-    return sum / taps;
+    if !cut_out {
+        return sum.rgb / taps;
+    }
+    if sum.a > 0.0 {
+        return sum.rgb / sum.a;
+    }
+    // All taps fell into holes, but this very point was not cut away.
+    return sample(uv, level_of(0u, material, false), material.wrap).rgb;
 }

@@ -16,7 +16,8 @@ pub struct Kept {
     /// The chosen animation, where in it, and whether it plays.
     animation: Option<(Animation, f64, bool)>,
     selected: Option<String>,
-    is_saved: bool,
+    /// Whether all of it is in a file, or is what it began with.
+    pub is_saved: bool,
 }
 
 impl Editor {

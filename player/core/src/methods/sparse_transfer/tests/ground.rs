@@ -155,9 +155,8 @@ fn holes_neither_close_nor_grow_far_away() {
         else {
             continue;
         };
-        // Down to this row a sample covers two texels even along its shorter axis.
-        let is_far = row < 20;
-        assert!(!is_far || pixels.iter().all(|red| *red >= 0.999), "row {row} has a dark fringe");
+        // Down to the last of these rows a sample covers more than a texel along its longer axis.
+        assert!(pixels.iter().all(|red| *red >= 0.999), "row {row} has a dark fringe");
         let ours = pixels.iter().map(|red| (sky - red) / (sky - 1.0)).sum::<f32>() / width as f32;
         let theirs = expected.iter().map(|[covers]| covers).sum::<f32>() / width as f32;
         // 384 samples: five times their standard deviation.

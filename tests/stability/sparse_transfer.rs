@@ -79,7 +79,7 @@ fn hard_lights_stay_within_bounds() {
 #[test]
 fn a_map_that_the_bundle_was_not_baked_with_has_the_terms_that_others_needed() {
     let asked = SparseTransferMethod { settings: Settings { rays_per_texel: 16, terms: Terms::Error(0.02) } };
-    let bake_under = |maps: &str| bake(&scene(&format!("{}{maps}", rough_ball())), asked.clone());
+    let bake_under = |maps: &str| bake(&scene(&format!("{}{maps}", rough_ball())), asked);
     let (white, both) = (bake_under(""), bake_under("others = ['clear-sky']"));
     let exact = bake(&scene(&rough_ball()), wanted(16, 1024));
     let sun = both.maps.iter().find(|map| map.name == "clear-sky").unwrap();

@@ -57,7 +57,7 @@ def seconds(scene, origins, directions, query):
 
 def main():
     for name, triangles in [("a height field", field(500)), ("triangles without order", soup(500_000))]:
-        scene = EmbreeScene()
+        scene = EmbreeScene(robust=True)
         TriangleMesh(scene, triangles)
         print(f"{name}: {len(triangles)} triangles")
         for order, origins, directions in rays(triangles):

@@ -202,6 +202,15 @@ fn a_model_becomes_a_scene_and_a_bundle() {
         text(&second.stderr)
     );
     assert_eq!(std::fs::read_to_string(&scene_file).unwrap(), changed, "what was edited stays");
+    // Written anew as the note says: not over a bundle that may be anybody's, unless that is asked for.
+    std::fs::remove_file(&scene_file).unwrap();
+    let refused = bake(&run);
+    assert!(
+        refused.status.code() == Some(2) && text(&refused.stderr).contains("or add --force to replace it")
+    );
+    assert!(!scene_file.exists(), "nothing is written");
+    assert!(bake(&[&run[..], &["--force"]].concat()).status.success());
+    assert!(std::fs::read_to_string(&scene_file).unwrap().contains("roughness = 0.5"));
     let bundle = at("baked/it's a box");
     expect_exit("bake", &["verify", bundle.to_str().unwrap()], 0);
     let frame = at("frame.png");

@@ -56,10 +56,9 @@ impl Live {
     pub fn keep(&mut self, mut kept: Kept, folder: &Path) -> Note {
         let Some(shown) = &mut self.shown else { return Err(nothing_yet().to_string()) };
         let said = format!("{} as it was baked last", plain(&shown.editor.scene().name));
-        let whole_map = kept.state.environment.clone();
+        let whole = (!kept.is_saved).then(|| kept.state.clone());
         // A map that cannot be read stays in the state, and does not fit.
         let map = map_from_outside(&mut kept.state, &shown.editor, &Place::file("edit")).unwrap_or_default();
-        let whole = (!kept.is_saved).then(|| State { environment: whole_map, ..kept.state.clone() });
         let lost = shown.editor.keep(kept);
         let scene = shown.editor.scene().name.clone();
         if let Some(map) = map {

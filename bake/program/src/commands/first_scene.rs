@@ -71,8 +71,9 @@ impl Beside {
     /// The scene that is there already, if it is of `model`, or the first one for it. Nothing is written yet.
     ///
     /// # Errors
-    /// If the model cannot be read, or what is there is of another one.
-    pub(super) fn of(model: &Path, folder: Option<&Path>) -> Result<Self> {
+    /// If the model cannot be read, or what is there is of another one; a bundle without a scene beside it may
+    /// be anybody's, and is replaced only if that `replaces`.
+    pub(super) fn of(model: &Path, folder: Option<&Path>, replaces: bool) -> Result<Self> {
         let folder = folder.map_or_else(|| Path::new(BUNDLES).join(name_of(model)), Path::to_path_buf);
         if folder.file_name().is_none() {
             let reason = "has no name that the scene's file could have; name a folder for the bundle";
@@ -82,14 +83,15 @@ impl Beside {
         if file.exists() {
             expect_scene_of(model, &file)?;
             note(&format!(
-                "note: bakes {}, which is there already; remove it to have it written anew",
+                "note: bakes {}, which is there already; to have it written anew, remove it and add --force",
                 file.display()
             ));
             return Ok(Self { scene: load(&file.to_string_lossy())?, folder, file, unwritten: None });
         }
-        if folder.join(MANIFEST).exists() {
+        if !replaces && folder.join(MANIFEST).exists() {
             let reason = format!(
-                "holds a bundle of another scene, not of {}; give another folder with -o, or remove it",
+                "holds a bundle, and there is no {} to say that it is of {}; give another folder with -o, or add --force to replace it",
+                file.display(),
                 model.display()
             );
             return Err(BakeError::invalid(&Place::file(&folder), reason));
@@ -135,8 +137,8 @@ fn expect_scene_of(model: &Path, file: &Path) -> Result<()> {
     Err(BakeError::invalid(&Place::file(file), reason))
 }
 
-/// Fails if the bundle in `folder`, where `scene` is to go by its name, is of the first scene of a model that
-/// is called the same.
+/// Fails if the bundle in `folder`, where `scene` goes by its name, is of the first scene of a model that is
+/// called the same.
 ///
 /// # Errors
 /// `Invalid` with the remedy.
@@ -147,7 +149,7 @@ pub(super) fn expect_no_other(scene: &Scene, folder: &Path) -> Result<()> {
         return Ok(());
     }
     let reason = format!(
-        "holds the bundle of {}, not of {}; give another folder with -o",
+        "holds the bundle of {}, not of {}; give another folder with -o, or add --force to replace it",
         file.display(),
         scene.file.display()
     );

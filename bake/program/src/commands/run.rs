@@ -35,12 +35,13 @@ pub fn run(args: &RunArgs) -> Result<String> {
         let reason = "is a model, of which each part would have a scene of its own; write one by `bake new`, and give that to all machines";
         return Err(BakeError::invalid(&Place::file(model), reason));
     }
-    let beside = is_model(model).then(|| Beside::of(model, args.output.as_deref())).transpose()?;
+    let beside =
+        is_model(model).then(|| Beside::of(model, args.output.as_deref(), args.force)).transpose()?;
     let scene = beside.as_ref().map_or_else(|| load(&args.scene), |beside| Ok(beside.scene.clone()))?;
     let folder = match (&beside, &args.output) {
         (Some(beside), _) => beside.folder.clone(),
         (None, Some(folder)) => folder.clone(),
-        (None, None) => by_name(&scene)?,
+        (None, None) => by_name(&scene, args.force)?,
     };
     let max_error = args.max_error.unwrap_or(scene.max_error);
     if !(max_error > 0.0 && max_error.is_finite()) {
@@ -70,10 +71,13 @@ pub fn run(args: &RunArgs) -> Result<String> {
     bake(&scene, &methods, &asked, &folder, leftover, &job)
 }
 
-/// Where the bundle of `scene` goes if nothing else is said.
-fn by_name(scene: &Scene) -> Result<PathBuf> {
+/// Where the bundle of `scene` goes if nothing else is said; in the place of another scene's only if that
+/// `replaces`.
+fn by_name(scene: &Scene, replaces: bool) -> Result<PathBuf> {
     let folder = Path::new(BUNDLES).join(&scene.name);
-    expect_no_other(scene, &folder)?;
+    if !replaces {
+        expect_no_other(scene, &folder)?;
+    }
     Ok(folder)
 }
 

@@ -1,5 +1,7 @@
 //! Numbers that are known better than they matter, as bytes that zstd makes small.
 
+use relume_formats::container::planes;
+
 /// Bits of a significand that are kept, the one that is never written left out.
 pub const SIGNIFICAND: u32 = 12;
 /// What rounding changes at most, in parts of a value.
@@ -15,14 +17,13 @@ fn rounded(value: f32) -> f32 {
 
 /// `values`, rounded: the lowest byte of each, then the next byte of each, and so on.
 pub fn to_planes(values: &[f32]) -> Vec<u8> {
-    let rounded: Vec<[u8; 4]> = values.iter().map(|value| rounded(*value).to_le_bytes()).collect();
-    (0..4).flat_map(|place| rounded.iter().map(move |bytes| bytes[place])).collect()
+    let bytes: Vec<u8> = values.iter().flat_map(|value| rounded(*value).to_le_bytes()).collect();
+    planes::split(&bytes, size_of::<f32>())
 }
 
 /// The inverse of [`to_planes`], but for the rounding.
-pub fn from_planes(planes: &[u8]) -> Vec<f32> {
-    let count = planes.len() / 4;
-    (0..count).map(|i| f32::from_le_bytes([0, 1, 2, 3].map(|place| planes[place * count + i]))).collect()
+pub fn from_planes(bytes: &[u8]) -> Vec<f32> {
+    planes::join(bytes, size_of::<f32>()).as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
 #[cfg(test)]

@@ -1,21 +1,19 @@
 //! Pieces of a log, shrunk by zstd.
 
+use relume_formats::container::codec;
 use relume_formats::{Error, Place, Result};
-
-/// High enough to pay on bits and on rounded numbers, low enough to cost nothing beside tracing.
-const LEVEL: i32 = 9;
 
 /// `raw` as a frame.
 ///
 /// # Errors
 /// If zstd cannot work, for want of memory.
 pub fn shrink(raw: &[u8]) -> Result<Vec<u8>> {
-    zstd::bulk::compress(raw, LEVEL).map_err(|e| Error::output(&Place::file("work log"), e))
+    codec::compress(raw).map_err(|e| Error::output(&Place::file("work log"), e))
 }
 
 /// What `frame` holds; `None` if that is more than `most` bytes, or it is no frame.
 pub fn grow(frame: &[u8], most: usize) -> Option<Vec<u8>> {
-    zstd::bulk::decompress(frame, most).ok()
+    codec::decompress(frame, most).ok()
 }
 
 #[cfg(test)]

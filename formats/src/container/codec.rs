@@ -10,7 +10,7 @@ use in_rust as chosen;
 #[cfg(not(any(feature = "zstd", feature = "pure-rust-zstd")))]
 compile_error!("relume-formats needs a decoder: the feature `zstd` or `pure-rust-zstd`");
 
-pub(super) use chosen::{compress, decompress};
+pub use chosen::{compress, decompress};
 
 /// The most that zstd makes of `raw` bytes, whatever they are: `ZSTD_COMPRESSBOUND` of zstd.h.
 pub(super) fn most_stored_bytes(raw: u64) -> u64 {
@@ -27,12 +27,12 @@ mod by_c {
     const LEVEL: i32 = 9;
 
     /// A frame that holds `raw`.
-    pub(crate) fn compress(raw: &[u8]) -> io::Result<Vec<u8>> {
+    pub fn compress(raw: &[u8]) -> io::Result<Vec<u8>> {
         zstd::bulk::compress(raw, LEVEL)
     }
 
     /// What the frame `stored` holds, at most `most` bytes.
-    pub(crate) fn decompress(stored: &[u8], most: usize) -> io::Result<Vec<u8>> {
+    pub fn decompress(stored: &[u8], most: usize) -> io::Result<Vec<u8>> {
         zstd::bulk::decompress(stored, most)
     }
 }
@@ -47,12 +47,12 @@ mod in_rust {
 
     /// A frame that holds `raw`, larger than one of libzstd.
     #[cfg_attr(feature = "zstd", allow(dead_code, reason = "only its decoder is tested against libzstd"))]
-    pub(crate) fn compress(raw: &[u8]) -> io::Result<Vec<u8>> {
+    pub fn compress(raw: &[u8]) -> io::Result<Vec<u8>> {
         Ok(compress_to_vec(raw, CompressionLevel::Fastest))
     }
 
     /// What the frame `stored` holds, at most `most` bytes.
-    pub(crate) fn decompress(stored: &[u8], most: usize) -> io::Result<Vec<u8>> {
+    pub fn decompress(stored: &[u8], most: usize) -> io::Result<Vec<u8>> {
         let mut decoder = FrameDecoder::new();
         // A frame may look back over all of a section.
         decoder.set_max_window_size(MAX_SECTION_BYTES);

@@ -16,8 +16,9 @@
 //! A reader validates the whole table (sizes, products, contiguity, exact cover of the file) before it touches a payload,
 //! and decodes one section at a time.
 
-mod codec;
+pub mod codec;
 mod header;
+pub mod planes;
 mod read;
 mod section;
 mod write;

@@ -1,8 +1,8 @@
 //! Reading a file front to back, a section at a time.
 
-use super::codec;
 use super::header::Fixed;
-use super::{Codec, Element, FIXED_HEADER_BYTES, Header, Section, SectionInfo, Sections};
+use super::{Codec, FIXED_HEADER_BYTES, Header, Section, SectionInfo, Sections};
+use super::{codec, planes};
 use crate::error::{Error, Place, Result};
 use std::io::Read;
 use xxhash_rust::xxh3::xxh3_64;
@@ -174,26 +174,6 @@ fn decode(info: &SectionInfo, stored: Vec<u8>, place: &Place) -> Result<Vec<u8>>
     drop(stored);
     Ok(match info.codec {
         Codec::Zstd => raw,
-        Codec::ZstdPlanes => interleave(&raw, info.element),
+        Codec::ZstdPlanes => planes::join(&raw, info.element.bytes() as usize),
     })
-}
-
-/// Inverse of [`super::write::planes`].
-fn interleave(planes: &[u8], element: Element) -> Vec<u8> {
-    match element.bytes() {
-        2 => interleaved::<2>(planes),
-        4 => interleaved::<4>(planes),
-        _ => planes.to_vec(),
-    }
-}
-
-fn interleaved<const WIDTH: usize>(planes: &[u8]) -> Vec<u8> {
-    let count = planes.len() / WIDTH;
-    let mut out = vec![0; planes.len()];
-    for (byte, plane) in planes.chunks_exact(count.max(1)).enumerate().take(WIDTH) {
-        for (element, value) in out.as_chunks_mut::<WIDTH>().0.iter_mut().zip(plane) {
-            element[byte] = *value;
-        }
-    }
-    out
 }

@@ -1,10 +1,10 @@
 //! Writing a file: sections are compressed as they come, the header goes in front at the end.
 
-use super::codec;
 use super::header::{Fixed, encode_table};
 use super::{
     Codec, Element, FIXED_HEADER_BYTES, Header, Kind, MAX_SECTION_BYTES, MAX_TABLE_BYTES, SectionInfo,
 };
+use super::{codec, planes};
 use crate::error::{Error, Place, Result};
 use half::f16;
 use std::io::Write as _;
@@ -103,7 +103,7 @@ impl Writer {
         }
         let stored = match codec {
             Codec::Zstd => codec::compress(raw),
-            Codec::ZstdPlanes => codec::compress(&planes(raw, element.bytes() as usize)),
+            Codec::ZstdPlanes => codec::compress(&planes::split(raw, element.bytes() as usize)),
         }
         .map_err(|e| Error::io(&place, e))?;
         self.sections.push(SectionInfo {
@@ -145,11 +145,6 @@ impl Writer {
         file.extend_from_slice(&self.payload);
         Ok(file)
     }
-}
-
-/// Groups the bytes of equally wide elements by significance, lowest first.
-pub(super) fn planes(raw: &[u8], width: usize) -> Vec<u8> {
-    (0..width).flat_map(|byte| raw.iter().skip(byte).step_by(width).copied()).collect()
 }
 
 /// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where

@@ -44,7 +44,7 @@ impl Live {
             }
             Taken::Waits(animation, place, maps) => {
                 let said = format!("reading the maps of {}", place.file.display());
-                self.waiting = Some((animation, place));
+                self.waiting.push_back((animation, place));
                 self.send(Order::Maps(maps));
                 Ok(said)
             }

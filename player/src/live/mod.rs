@@ -15,6 +15,7 @@ use crate::ui::{Editor, Facts, Loading, Metering, Note, Picker, Save, Stage};
 use relume_formats::Place;
 use relume_formats::state::{Animation, EnvironmentState, State, with_line};
 use relume_playback::{Look, Surfaces};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -34,8 +35,8 @@ pub struct Live {
     shown: Option<Shown>,
     /// What was said last of what was asked for.
     note: Option<Note>,
-    /// An animation that waits for the maps that it names.
-    waiting: Option<(Animation, Place)>,
+    /// Animations that wait for the maps that they name, in the order in which these were ordered.
+    waiting: VecDeque<(Animation, Place)>,
     _watch: Watch,
 }
 
@@ -121,7 +122,7 @@ impl Live {
             facts,
             shown: None,
             note: None,
-            waiting: None,
+            waiting: VecDeque::new(),
             _watch: watch,
         })
     }
@@ -166,7 +167,7 @@ impl Live {
                 }
                 (News::Lit(lit), Some(shown)) => self.note = Some(lit.map(|name| shown.lit_by(name))),
                 (News::Mapped(maps), Some(shown)) => {
-                    let playing = self.waiting.take().map(|waiting| shown.play(waiting, maps));
+                    let playing = self.waiting.pop_front().map(|waiting| shown.play(waiting, maps));
                     self.note = playing.or(self.note.take());
                 }
                 (News::Drawn { .. } | News::Metered(_) | News::Lit(_) | News::Mapped(_), None) => {}

@@ -43,10 +43,12 @@ impl Desk {
     /// Works as the window does, until `is_so`.
     fn until(&mut self, is_so: impl Fn(&mut Live) -> bool) {
         while !is_so(&mut self.live) {
+            // What was just set is ordered before anything is waited for: nothing else may be under way.
+            self.live.order();
             self.woken.recv().expect("the thread has news");
             self.live.take_news();
-            self.live.order();
         }
+        self.live.order();
     }
 
     fn editor(&mut self) -> &mut Editor {
@@ -377,5 +379,34 @@ fn edits_that_do_not_fit_another_bake_are_saved_before_they_go() {
     kept.is_saved = true;
     let said = desk.live.keep(kept, folder.path()).unwrap_err();
     assert_eq!(said, "no longer fits: material gone", "what is in a file needs no other");
+    desk.live.end().ended.unwrap();
+}
+
+/// Two animations at once, as when two files are dropped together: each gets the maps that it names.
+#[test]
+fn animations_that_wait_for_their_maps_are_not_mixed_up() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = sparse::Bundle::write(16, false);
+    let mut desk = Desk::start(bundle.folder(), false);
+    desk.until(|live| live.facts().loading == Loading::Complete && live.shown().is_some());
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["dusk", "night"] {
+        let at = |extension: &str| folder.path().join(format!("{name}.{extension}"));
+        std::fs::write(at("exr"), encode_exr([32, 16], &[[0.25, 0.5, 1.0]; 32 * 16]).unwrap()).unwrap();
+        let text = format!("duration_s = 2\n[[key]]\nt_s = 0\nenvironment.map = '{name}.exr'\n");
+        std::fs::write(at("toml"), text).unwrap();
+        desk.live.take_file(&at("toml")).unwrap();
+    }
+    let is_there =
+        |editor: &Editor, name: &str| editor.animations().iter().any(|animation| animation.name == name);
+    desk.until(|live| {
+        let editor = &live.shown().unwrap().editor;
+        ["dusk", "night"].iter().all(|name| is_there(editor, name))
+    });
+    let note = desk.live.take_note().unwrap();
+    assert!(note.as_ref().is_ok_and(|said| said.ends_with("night.toml")), "{note:?}");
+    assert!(desk.editor().look().environment.unwrap().map.ends_with("night.exr"));
     desk.live.end().ended.unwrap();
 }

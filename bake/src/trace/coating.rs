@@ -44,6 +44,11 @@ impl Coatings {
         Self { uvs: reordered, materials: self.materials }
     }
 
+    /// Whether the material's texture has holes anywhere, as far as is known.
+    pub fn may_have_holes(&self, material: u32) -> bool {
+        self.materials[material as usize].as_ref().is_some_and(|coating| coating.alpha_cutoff.is_some())
+    }
+
     /// False where the material's texture has a hole.
     pub fn is_solid(&self, material: u32, triangle: u32, barycentric: [f32; 2]) -> bool {
         match &self.materials[material as usize] {

@@ -10,6 +10,7 @@ pub mod path;
 pub mod receivers;
 pub mod reference;
 pub mod sampler;
+pub mod spans;
 pub mod triangle;
 mod wide;
 pub mod world;

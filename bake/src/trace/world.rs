@@ -4,6 +4,7 @@
 //! rounding and makes every decision independent of the scene's scale.
 
 use super::coating::Coatings;
+use super::spans::{Eye, TexelSet};
 use super::triangle::TriangleHit;
 use super::wide::Wide;
 use glam::Vec3A;
@@ -206,6 +207,18 @@ impl World {
         RAYS.set(RAYS.get() + 1);
         let (from, distance) = (from * self.units_per_metre, distance * self.units_per_metre);
         self.hierarchy.occluded(from, direction, distance, |triangle, hit| self.is_solid(triangle, hit))
+    }
+
+    /// Leaves of `texels` those before which nothing stands, as [`World::occluded`] has it for a ray through
+    /// each from `eye`, metres.
+    pub fn see(&self, eye: Eye<'_>, texels: &mut TexelSet) {
+        RAYS.set(RAYS.get() + texels.count() as u64);
+        let eye = Eye { origin: eye.origin * self.units_per_metre, ..eye };
+        let may_have_holes = |triangle: u32| match self.owners[triangle as usize] {
+            Owner::Material(material) => self.coatings.may_have_holes(material),
+            Owner::Light(_) => false,
+        };
+        self.hierarchy.see(eye, texels, may_have_holes, |triangle, hit| self.is_solid(triangle, hit));
     }
 
     /// Whether a triangle has no hole where a ray meets it.

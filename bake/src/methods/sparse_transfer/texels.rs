@@ -1,5 +1,6 @@
 //! The light's texels as directions for rays.
 
+use crate::trace::spans::{TexelRays, TexelSet};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::{self, FACES};
 
@@ -8,16 +9,18 @@ pub const FACE_SIZE: usize = 64;
 
 /// Directions, solid angles and neighbours of all texels of a cube of [`FACE_SIZE`].
 pub struct Texels {
-    /// Unit direction of each texel's centre.
-    pub directions: Vec<Vec3A>,
+    /// Through each texel's centre.
+    pub centres: TexelRays,
     /// Solid angle of each texel over π: times the cosine, the transfer of an unblocked one.
     pub weights: Vec<f32>,
     /// The four texels that share a border with each, across the cube's edges too.
     neighbours: Vec<[u16; 4]>,
-    /// Directions within each texel, so many per texel, with the share of its solid angle that each stands
-    /// for.
-    points: Vec<(Vec3A, f32)>,
-    points_per_texel: usize,
+    /// Directions within the texels, a square of them in each: the centres of a finer cube.
+    fine: TexelRays,
+    /// What share of its texel's solid angle each of them stands for.
+    shares: Vec<f32>,
+    /// How many there are along a side of a texel.
+    side: usize,
 }
 
 impl Texels {
@@ -28,23 +31,9 @@ impl Texels {
         let towards = |face, x, y| cubemap::direction(face, n, x, y).as_vec3a();
         let solid_angles = cubemap::solid_angles(n);
         let neighbour = |face, x: f64, y: f64| cubemap::texel_of(towards(face, x, y).into(), n) as u16;
-        let share = |s: f64, t: f64| (1.0 + s * s + t * t).powf(-1.5);
-        let mut points = Vec::with_capacity(FACES * n * n * side * side);
-        for (face, x, y) in places() {
-            let place = |k: usize| {
-                (x + ((k % side) as f64 + 0.5) / side as f64, y + ((k / side) as f64 + 0.5) / side as f64)
-            };
-            let on_face = |c: f64| 2.0 * c / n as f64 - 1.0;
-            let shares = (0..side * side).map(|k| share(on_face(place(k).0), on_face(place(k).1)));
-            let total: f64 = shares.clone().sum();
-            points.extend(
-                shares
-                    .enumerate()
-                    .map(|(k, share)| (towards(face, place(k).0, place(k).1), (share / total) as f32)),
-            );
-        }
+        let (fine, shares) = finer(side);
         Self {
-            directions: places().map(|(face, x, y)| towards(face, x + 0.5, y + 0.5)).collect(),
+            centres: TexelRays::centres(n),
             weights: places()
                 .map(|(_, x, y)| (solid_angles[y as usize * n + x as usize] / std::f64::consts::PI) as f32)
                 .collect(),
@@ -54,30 +43,90 @@ impl Texels {
                         .map(|(x, y)| neighbour(face, x, y))
                 })
                 .collect(),
-            points,
-            points_per_texel: side * side,
+            fine,
+            shares,
+            side,
         }
     }
 
-    /// Directions within `texel` and their shares of it.
-    pub fn points(&self, texel: usize) -> &[(Vec3A, f32)] {
-        &self.points[texel * self.points_per_texel..(texel + 1) * self.points_per_texel]
+    /// Directions within all texels.
+    pub fn fine(&self) -> &TexelRays {
+        &self.fine
     }
 
-    /// Whether `texel` is refined at all: one direction within is its centre.
+    /// The directions within `texel`, row by row: the index of each in [`Texels::fine`].
+    pub fn points(&self, texel: usize) -> impl Iterator<Item = usize> + use<> {
+        let (n, side) = (FACE_SIZE, self.side);
+        let (row, x) = (texel / n, texel % n);
+        (0..side * side).map(move |k| (row * side + k / side) * n * side + x * side + k % side)
+    }
+
+    /// One of the directions within texels, by its index, and its share of its texel.
+    pub fn point(&self, index: usize) -> (Vec3A, f32) {
+        (self.fine.directions()[index], self.shares[index])
+    }
+
+    /// Whether texels are refined at all: one direction within is the centre.
     pub fn are_refined(&self) -> bool {
-        self.points_per_texel > 1
+        self.side > 1
     }
 
     /// As many directions as there can be for one receiver.
     pub fn most_points(&self) -> usize {
-        self.points.len()
+        self.shares.len()
     }
 
     /// The four texels around `texel`.
     pub fn neighbours(&self, texel: usize) -> [usize; 4] {
         self.neighbours[texel].map(usize::from)
     }
+
+    /// The texels of which a neighbour is in `set` while they are not, or the other way round.
+    pub fn borders(&self, set: &TexelSet) -> TexelSet {
+        let (n, words) = (FACE_SIZE, set.words());
+        let mut borders = TexelSet::none(n);
+        for face in 0..FACES {
+            for y in 0..n {
+                let row = face * n + y;
+                let differ = |other: usize| words[row] ^ words[other];
+                let (right, left) = (words[row] ^ words[row] >> 1, words[row] ^ words[row] << 1);
+                let inside = right & (u64::MAX >> 1) | left & (u64::MAX << 1);
+                let above = if y > 0 { differ(row - 1) } else { 0 };
+                let below = if y + 1 < n { differ(row + 1) } else { 0 };
+                borders.set_word(row, inside | above | below);
+                // What lies beyond the edges of the face.
+                let all = if y == 0 || y + 1 == n { 1..n - 1 } else { 0..0 };
+                for x in all.chain([0, n - 1]) {
+                    let differs = |other: usize| set.has(other / n, other % n) != set.has(row, x);
+                    if self.neighbours(row * n + x).into_iter().any(differs) {
+                        borders.insert(row, x);
+                    }
+                }
+            }
+        }
+        borders
+    }
+}
+
+/// The centres of a cube `side` times as fine, and what share of its texel each stands for.
+fn finer(side: usize) -> (TexelRays, Vec<f32>) {
+    let (n, fine) = (FACE_SIZE, FACE_SIZE * side);
+    // In texels, as their places within these are given.
+    let place = |k: usize| (k / side) as f64 + ((k % side) as f64 + 0.5) / side as f64;
+    let on_face = |c: f64| 2.0 * c / n as f64 - 1.0;
+    let part = |x: usize, y: usize| {
+        let (s, t) = (on_face(place(x)), on_face(place(y)));
+        (1.0 + s * s + t * t).powf(-1.5)
+    };
+    let total = |x: usize, y: usize| {
+        let (first_x, first_y) = (x / side * side, y / side * side);
+        (0..side * side).map(|k| part(first_x + k % side, first_y + k / side)).sum::<f64>()
+    };
+    let places = || (0..FACES * fine * fine).map(|i| (i / (fine * fine), i % fine, i / fine % fine));
+    let totals: Vec<f64> = (0..n * n).map(|i| total(i % n * side, i / n * side)).collect();
+    let share = |(_, x, y): (usize, usize, usize)| (part(x, y) / totals[y / side * n + x / side]) as f32;
+    let direction = |(face, x, y)| cubemap::direction(face, n, place(x), place(y)).as_vec3a();
+    (TexelRays::new(fine, places().map(direction).collect()), places().map(share).collect())
 }
 
 #[cfg(test)]
@@ -89,14 +138,12 @@ mod tests {
         let texels = Texels::new(1);
         // Diagonally across a texel at the middle of a face, where they are largest.
         let farthest = 2.0 / FACE_SIZE as f32 * std::f32::consts::SQRT_2;
-        for (texel, direction) in texels.directions.iter().enumerate() {
+        let directions = texels.centres.directions();
+        for (texel, direction) in directions.iter().enumerate() {
             let around = texels.neighbours(texel);
             assert!(!around.contains(&texel));
             for neighbour in around {
-                assert!(
-                    direction.distance(texels.directions[neighbour]) < farthest,
-                    "{texel} and {neighbour}"
-                );
+                assert!(direction.distance(directions[neighbour]) < farthest, "{texel} and {neighbour}");
                 assert!(texels.neighbours(neighbour).contains(&texel), "{texel} and {neighbour}");
             }
         }
@@ -109,9 +156,28 @@ mod tests {
         for texel in [0, 5 * n + 9, n * n - 1] {
             let (x, y) = (texel % n, texel / n);
             let parts = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| fine[(2 * y + j) * 2 * n + 2 * x + i]);
-            for (part, (_, share)) in parts.iter().zip(texels.points(texel)) {
-                assert!((part / parts.iter().sum::<f64>() - f64::from(*share)).abs() < 1e-5);
+            for (part, point) in parts.iter().zip(texels.points(texel)) {
+                let (_, share) = texels.point(point);
+                assert!((part / parts.iter().sum::<f64>() - f64::from(share)).abs() < 1e-5);
             }
+        }
+    }
+
+    #[test]
+    fn borders_are_where_a_neighbour_differs() {
+        let (n, texels) = (FACE_SIZE, Texels::new(1));
+        for seed in 1..6usize {
+            // Blocks of texels, from none to many.
+            let is_in = |texel: usize| {
+                let block = texel / n / (2 * seed) * 97 + texel % n / (3 * seed);
+                block.wrapping_mul(2_654_435_761 * seed) >> 7 & 3 == 0
+            };
+            let borders = texels.borders(&TexelSet::of(n, is_in));
+            for texel in 0..FACES * n * n {
+                let differs = texels.neighbours(texel).into_iter().any(|other| is_in(other) != is_in(texel));
+                assert_eq!(borders.has(texel / n, texel % n), differs, "{texel}");
+            }
+            assert!((100..FACES * n * n).contains(&borders.count()));
         }
     }
 }

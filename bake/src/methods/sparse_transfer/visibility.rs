@@ -1,67 +1,83 @@
 //! What a vertex sees of the environment: one row of the transfer matrix (sparse-transfer eq. 2, the
 //! receiver's albedo left out).
 //!
-//! Rays tell bits, [`look`]; the row follows from them and the normal alone, [`row_of`], so that a log of bits
+//! Rays, or what gives the same, tell bits, [`look`]; the row follows from them and the normal alone, [`row_of`], so that a log of bits
 //! is one of rows.
 
-use super::texels::Texels;
-use crate::compress::bits::{BitReader, pack, unpack};
+use super::texels::{FACE_SIZE, Texels};
+use crate::compress::bits::{BitReader, pack};
 use crate::compress::frame::{grow, shrink};
 use crate::trace::receivers::Receiver;
+use crate::trace::spans::{Eye, TexelSet};
 use crate::trace::world::World;
 use glam::Vec3A;
 
 /// What a receiver sees.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Seen {
-    /// Whether each texel's centre is above the horizon and unblocked.
-    pub centres: Vec<bool>,
+    /// The texels whose centre is above the horizon and unblocked.
+    pub centres: TexelSet,
     /// The same of the directions above the horizon within texels at whose border that changes, in their
     /// order.
     pub points: Vec<bool>,
 }
 
-/// Traces what `receiver` sees: the centre of every texel above its horizon, and the grid within those at
+/// Finds what `receiver` sees: the centre of every texel above its horizon, and the grid within those at
 /// whose border visibility changes.
 pub fn look(receiver: &Receiver, world: &World, texels: &Texels) -> Seen {
-    let sees = |direction: Vec3A| !world.occluded(receiver.origin, direction, f32::INFINITY);
-    let is_above = |direction: Vec3A| cosine(receiver.normal, direction) > 0.0;
-    let centres: Vec<bool> = texels.directions.iter().map(|d| is_above(*d) && sees(*d)).collect();
-    let refined = (0..centres.len()).filter(|texel| is_refined(*texel, &centres, texels));
-    let directions = refined.flat_map(|texel| texels.points(texel)).map(|(direction, _)| *direction);
-    let points = directions.filter(|direction| is_above(*direction)).map(sees).collect();
-    Seen { centres, points }
+    let Receiver { origin, normal } = *receiver;
+    let eye = |rays| Eye { origin, horizon: Some(normal), rays };
+    let mut centres = texels.centres.above(normal);
+    world.see(eye(&texels.centres), &mut centres);
+    if !texels.are_refined() {
+        return Seen { centres, points: Vec::new() };
+    }
+    let refined = texels.borders(&centres);
+    let fine = texels.fine();
+    let above = |texel: usize| {
+        let is_above = |point: &usize| cosine(normal, fine.directions()[*point]) > 0.0;
+        texels.points(texel).filter(is_above)
+    };
+    let place = |point: usize| (point / fine.face_size(), point % fine.face_size());
+    let mut seen = TexelSet::none(fine.face_size());
+    for point in refined.members().flat_map(above) {
+        let (row, x) = place(point);
+        seen.insert(row, x);
+    }
+    world.see(eye(fine), &mut seen);
+    let is_seen = |point| {
+        let (row, x) = place(point);
+        seen.has(row, x)
+    };
+    Seen { points: refined.members().flat_map(above).map(is_seen).collect(), centres }
 }
 
 /// Transfer from every texel of the light to a receiver with `normal` that sees `centres`, and `points` one
 /// after the other: V·max(0, n·ω)·dω/π, for a texel at whose border visibility changes the mean over the
 /// directions within it. `row` has as many values as there are texels.
-pub fn row_of(normal: Vec3A, centres: &[bool], points: &mut BitReader<'_>, texels: &Texels, row: &mut [f32]) {
-    for (texel, value) in row.iter_mut().enumerate() {
-        let projected = if is_refined(texel, centres, texels) {
-            texels
-                .points(texel)
-                .iter()
-                .filter(|(d, _)| cosine(normal, *d) > 0.0 && points.take())
-                .map(|(d, share)| share * cosine(normal, *d))
-                .sum()
-        } else if centres[texel] {
-            cosine(normal, texels.directions[texel])
-        } else {
-            0.0
-        };
-        *value = projected * texels.weights[texel];
+pub fn row_of(
+    normal: Vec3A,
+    centres: &TexelSet,
+    points: &mut BitReader<'_>,
+    texels: &Texels,
+    row: &mut [f32],
+) {
+    row.fill(0.0);
+    for texel in centres.members() {
+        row[texel] = cosine(normal, texels.centres.directions()[texel]) * texels.weights[texel];
+    }
+    if !texels.are_refined() {
+        return;
+    }
+    for texel in texels.borders(centres).members() {
+        let seen = texels.points(texel).map(|point| texels.point(point));
+        let seen = seen.filter(|(d, _)| cosine(normal, *d) > 0.0 && points.take());
+        row[texel] = seen.map(|(d, share)| share * cosine(normal, d)).sum::<f32>() * texels.weights[texel];
     }
 }
 
 fn cosine(normal: Vec3A, direction: Vec3A) -> f32 {
     normal.dot(direction).max(0.0)
-}
-
-/// Whether directions within `texel` count: visibility changes at its border.
-fn is_refined(texel: usize, centres: &[bool], texels: &Texels) -> bool {
-    let changes = || texels.neighbours(texel).into_iter().any(|other| centres[other] != centres[texel]);
-    texels.are_refined() && changes()
 }
 
 /// Transfer from every texel to `receiver`, traced here and now; see [`row_of`].
@@ -75,7 +91,7 @@ pub fn transfer_row(receiver: &Receiver, world: &World, texels: &Texels, row: &m
 /// # Errors
 /// If there is no memory for it.
 pub fn encode(seen: &[Seen]) -> relume_formats::Result<Vec<u8>> {
-    let mut bytes: Vec<u8> = seen.iter().flat_map(|seen| pack(&seen.centres)).collect();
+    let mut bytes: Vec<u8> = seen.iter().flat_map(|seen| seen.centres.to_bytes()).collect();
     bytes.extend(pack(&seen.iter().flat_map(|seen| seen.points.iter().copied()).collect::<Vec<_>>()));
     shrink(&bytes)
 }
@@ -88,13 +104,15 @@ pub fn rows_of(
     texels: &Texels,
     mut give: impl FnMut(&[f32]),
 ) -> Option<()> {
-    let of_centres = receivers.len() * texels.directions.len() / 8;
+    let of_one = texels.weights.len() / 8;
+    let of_centres = receivers.len() * of_one;
     let bytes = grow(bytes, of_centres + receivers.len() * texels.most_points().div_ceil(8))?;
     let (centres, points) = bytes.split_at_checked(of_centres)?;
     let mut points = BitReader::new(points);
     let mut row = vec![0.0; texels.weights.len()];
-    for (receiver, centres) in receivers.iter().zip(centres.chunks_exact(texels.directions.len() / 8)) {
-        row_of(receiver.normal, &unpack(centres), &mut points, texels, &mut row);
+    for (receiver, centres) in receivers.iter().zip(centres.chunks_exact(of_one)) {
+        let centres = TexelSet::from_bytes(FACE_SIZE, centres)?;
+        row_of(receiver.normal, &centres, &mut points, texels, &mut row);
         give(&row);
     }
     points.is_at_end().then_some(())
@@ -111,13 +129,15 @@ mod tests {
     fn by_rays(receiver: &Receiver, world: &World, texels: &Texels) -> Vec<f32> {
         let cosine = |direction: Vec3A| receiver.normal.dot(direction).max(0.0);
         let sees = |direction: Vec3A| !world.occluded(receiver.origin, direction, f32::INFINITY);
-        let lit: Vec<bool> = texels.directions.iter().map(|d| cosine(*d) > 0.0 && sees(*d)).collect();
+        let lit: Vec<bool> =
+            texels.centres.directions().iter().map(|d| cosine(*d) > 0.0 && sees(*d)).collect();
         let value = |texel: usize| {
             let border = texels.neighbours(texel).into_iter().any(|other| lit[other] != lit[texel]);
-            let inside = texels.points(texel).iter().filter(|(d, _)| cosine(*d) > 0.0 && sees(*d));
+            let inside = texels.points(texel).map(|point| texels.point(point));
+            let inside = inside.filter(|(d, _)| cosine(*d) > 0.0 && sees(*d));
             match (texels.are_refined() && border, lit[texel]) {
-                (true, _) => inside.map(|(d, share)| share * cosine(*d)).sum(),
-                (false, true) => cosine(texels.directions[texel]),
+                (true, _) => inside.map(|(d, share)| share * cosine(d)).sum(),
+                (false, true) => cosine(texels.centres.directions()[texel]),
                 (false, false) => 0.0,
             }
         };

@@ -9,7 +9,7 @@ use glam::Vec3A;
 #[repr(align(32))]
 pub struct Block {
     /// By corner, then axis; no numbers where there is no triangle.
-    corners: [[[f32; LANES]; 3]; 3],
+    pub corners: [[[f32; LANES]; 3]; 3],
     /// Number of the first one in the order of leaves.
     pub first: u32,
 }

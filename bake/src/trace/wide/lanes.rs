@@ -32,6 +32,8 @@ pub trait Lanes: Copy {
     fn min(self, a: Self::F32, b: Self::F32) -> Self::F32;
     /// The larger; either if one is no number.
     fn max(self, a: Self::F32, b: Self::F32) -> Self::F32;
+    /// The largest whole numbers that are not larger.
+    fn floor(self, a: Self::F32) -> Self::F32;
     /// Where a < b.
     fn lt(self, a: Self::F32, b: Self::F32) -> u32;
     /// Where a ≤ b.
@@ -97,6 +99,10 @@ impl Lanes for Plain {
 
     fn max(self, a: Self::F32, b: Self::F32) -> Self::F32 {
         each(a, b, |a, b| if a > b { a } else { b })
+    }
+
+    fn floor(self, a: Self::F32) -> Self::F32 {
+        a.map(f32::floor)
     }
 
     fn lt(self, a: Self::F32, b: Self::F32) -> u32 {
@@ -175,6 +181,11 @@ mod x86 {
         #[inline(always)]
         fn max(self, a: Self::F32, b: Self::F32) -> Self::F32 {
             cast(self.avx._mm256_max_ps(cast(a), cast(b)))
+        }
+
+        #[inline(always)]
+        fn floor(self, a: Self::F32) -> Self::F32 {
+            cast(self.avx._mm256_floor_ps(cast(a)))
         }
 
         #[inline(always)]

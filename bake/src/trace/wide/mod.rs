@@ -5,11 +5,11 @@
 //! the same: boxes only leave out what cannot be hit, hits are the very numbers of [`ShearedRay`], and of hits
 //! at the same distance the triangle with the lowest number counts.
 
-mod block;
-mod lanes;
+pub(super) mod block;
+pub(super) mod lanes;
 #[cfg(test)]
-mod tests;
-mod tree;
+pub(super) mod tests;
+pub(super) mod tree;
 
 use super::triangle::{ShearedRay, TriangleHit};
 use block::{Block, BlockRay, Met};
@@ -24,24 +24,24 @@ use tree::{Child, Node, Tree};
 /// Triangles in a hierarchy.
 #[derive(Debug)]
 pub struct Wide {
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
-    triangles: Vec<[Vec3A; 3]>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) blocks: Vec<Block>,
+    pub(super) triangles: Vec<[Vec3A; 3]>,
     /// The number of each triangle as it was given, in the order of leaves.
     pub order: Vec<u32>,
-    kernel: Kernel,
+    pub(super) kernel: Kernel,
 }
 
 /// The instructions that there are.
 #[derive(Debug, Clone, Copy)]
-enum Kernel {
+pub(super) enum Kernel {
     Plain,
     #[cfg(target_arch = "x86_64")]
     V3(pulp::x86::V3),
 }
 
 impl Kernel {
-    fn of_this_processor() -> Self {
+    pub(super) fn of_this_processor() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return Self::V3(simd);
@@ -241,7 +241,7 @@ impl Wide {
 
 /// The set lanes of a mask, the lowest first.
 #[inline(always)]
-fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(super) fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(
         #[inline(always)]
         move || {

@@ -5,20 +5,20 @@ use obvhs::aabb::Aabb;
 use obvhs::triangle::Triangle;
 
 /// Numbers from −1 to 1 without order.
-struct Random(u64);
+pub(in crate::trace) struct Random(pub u64);
 
 impl Random {
-    fn next(&mut self) -> f32 {
+    pub(in crate::trace) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
 
-    fn point(&mut self) -> Vec3A {
+    pub(in crate::trace) fn point(&mut self) -> Vec3A {
         Vec3A::new(self.next(), self.next(), self.next())
     }
 
     /// A unit vector; one of four is along an axis, and one within a plane of two.
-    fn direction(&mut self) -> Vec3A {
+    pub(in crate::trace) fn direction(&mut self) -> Vec3A {
         let mut way = self.point();
         let of_four = (self.next() + 1.0) as usize + 2 * (self.next() + 1.0) as usize;
         if of_four < 2 {
@@ -40,7 +40,7 @@ impl Boundable for Padded {
     }
 }
 
-fn wide(triangles: &[[Vec3A; 3]]) -> Wide {
+pub(in crate::trace) fn wide(triangles: &[[Vec3A; 3]]) -> Wide {
     Wide::new(triangles, &triangles.iter().map(|t| Padded(*t)).collect::<Vec<_>>())
 }
 
@@ -59,7 +59,7 @@ fn nearest_of_all(
 }
 
 /// Triangles without order; a grid whose edges and corners rays meet exactly, three times over; slivers.
-fn scenes() -> Vec<Vec<[Vec3A; 3]>> {
+pub(in crate::trace) fn scenes() -> Vec<Vec<[Vec3A; 3]>> {
     let mut random = Random(3);
     let soup = (0..700).map(|_| {
         let middle = random.point();

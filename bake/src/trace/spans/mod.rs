@@ -1,0 +1,245 @@
+//! What stands before the texels of a cube around a point, without a ray for each.
+//!
+//! Seen from the point a triangle covers some texels of each row of a face. They are looked for, instead of
+//! texels being asked one by one: the hierarchy is gone through from near to far for each face, what is below
+//! the horizon or before texels that are decided already is left out with all that is in it, and of what is
+//! left each triangle is tested against the texels around it only, eight of a row at once.
+//!
+//! The answers are those of rays through the texels, bit for bit. Bounds on a face only leave out what no ray
+//! can hit: boxes have been made larger by some 64 ε of the scene's extent (ε = 2⁻²⁴), the projection of a
+//! corner in the test of a triangle is off by at most 7 ε of its distance, and with its corners no farther
+//! beside the face than [`BESIDE`] times their distance from the point along its axis, that is less than
+//! [`SLACK`] of a texel of a face of up to 1,024². What is left is decided by the very numbers of
+//! [`ShearedRay`].
+
+mod face;
+mod rays;
+mod set;
+#[cfg(test)]
+mod tests;
+mod triangle;
+
+pub use rays::TexelRays;
+pub use set::TexelSet;
+
+use super::triangle::{ShearedRay, TriangleHit};
+use super::wide::block::Block;
+use super::wide::lanes::{LANES, Lanes};
+use super::wide::tree::{Child, Node};
+use super::wide::{Kernel, Wide, lanes_of};
+use face::{Face, Rect};
+use glam::Vec3A;
+use relume_formats::basis::cubemap::FACES;
+use triangle::Seen;
+
+/// How far beside a face the corners of a triangle may be whose bounds on it count; 1 is its border.
+const BESIDE: f32 = 16.0;
+
+/// Rays from one point.
+#[derive(Clone, Copy)]
+pub struct Eye<'a> {
+    /// Where they start.
+    pub origin: Vec3A,
+    /// Normal of a plane through the point below which no ray goes, if there is one.
+    pub horizon: Option<Vec3A>,
+    /// Their directions.
+    pub rays: &'a TexelRays,
+}
+
+/// What is yet to be visited.
+struct Open {
+    near: f32,
+    child: Child,
+    rect: Rect,
+}
+
+impl Wide {
+    /// Leaves of `texels` those before which no triangle that `counts` stands. Only triangles that `may_not`
+    /// are asked whether they count where they are hit.
+    pub fn see(
+        &self,
+        eye: Eye<'_>,
+        texels: &mut TexelSet,
+        may_not: impl Fn(u32) -> bool,
+        counts: impl Fn(u32, &TriangleHit) -> bool,
+    ) {
+        match self.kernel {
+            Kernel::Plain => Look { wide: self, eye, may_not, counts }.see(super::wide::lanes::Plain, texels),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::V3(simd) => simd.run(
+                #[inline(always)]
+                || Look { wide: self, eye, may_not, counts }.see(simd, texels),
+            ),
+        }
+    }
+}
+
+/// A look at what is around a point.
+struct Look<'a, M, C> {
+    wide: &'a Wide,
+    eye: Eye<'a>,
+    may_not: M,
+    counts: C,
+}
+
+impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
+    #[inline(always)]
+    fn see<L: Lanes>(&self, simd: L, texels: &mut TexelSet) {
+        if self.wide.nodes.is_empty() {
+            return;
+        }
+        let mut open = Vec::with_capacity(64);
+        for number in 0..FACES {
+            let face = Face { number, size: texels.face_size(), origin: self.eye.origin };
+            open.push(Open { near: 0.0, child: Child::of(0), rect: face.rect() });
+            while let Some(Open { child, rect, .. }) = open.pop() {
+                if !is_any(&face, rect, texels) {
+                    continue;
+                }
+                match child.leaf_or_node() {
+                    Err(node) => self.open(simd, &face, &self.wide.nodes[node], rect, &mut open),
+                    Ok(leaf) => self.leaf(simd, &face, &self.wide.blocks[leaf], rect, texels),
+                }
+            }
+        }
+    }
+
+    /// Puts what is in `node` on the stack, the nearest last.
+    #[inline(always)]
+    fn open<L: Lanes>(&self, simd: L, face: &Face, node: &Node, within: Rect, open: &mut Vec<Open>) {
+        let (rects, near) = face.boxes(simd, node);
+        let base = open.len();
+        for lane in lanes_of(rects.some & self.above(simd, node)) {
+            let Some(rect) = rects.of(lane).and(within) else { continue };
+            let new = Open { near: near[lane], child: node.children[lane], rect };
+            let at = open[base..].iter().rposition(|other| other.near >= new.near);
+            open.insert(at.map_or(base, |at| base + at + 1), new);
+        }
+    }
+
+    /// Which boxes of `node` reach above the horizon.
+    #[inline(always)]
+    fn above<L: Lanes>(&self, simd: L, node: &Node) -> u32 {
+        let Some(normal) = self.eye.horizon else { return u32::MAX };
+        let mut highest = simd.splat(0.0);
+        for axis in 0..3 {
+            let end = simd.load(&node.ends[2 * axis + usize::from(normal[axis] > 0.0)]);
+            let from_origin = simd.sub(end, simd.splat(self.eye.origin[axis]));
+            highest = simd.add(highest, simd.mul(from_origin, simd.splat(normal[axis])));
+        }
+        simd.lt(simd.splat(0.0), highest)
+    }
+
+    /// Takes away the `texels` in `rect` before which triangles of `block` stand.
+    #[inline(always)]
+    fn leaf<L: Lanes>(&self, simd: L, face: &Face, block: &Block, rect: Rect, texels: &mut TexelSet) {
+        let bounds = Bounds::new(simd, face, block);
+        for lane in lanes_of(bounds.some) {
+            let Some(rect) = bounds.of(lane, rect) else { continue };
+            let seen = Seen::new(simd, block, lane, self.eye.origin, face.sheared());
+            self.triangle(simd, face, &seen, block.first + lane as u32, rect, texels);
+        }
+    }
+
+    #[inline(always)]
+    fn triangle<L: Lanes>(
+        &self,
+        simd: L,
+        face: &Face,
+        seen: &Seen<L>,
+        number: u32,
+        rect: Rect,
+        texels: &mut TexelSet,
+    ) {
+        let [first, last] = rect.columns.map(|column| usize::from(column) / LANES);
+        for y in usize::from(rect.rows[0])..=usize::from(rect.rows[1]) {
+            let row = face.number * face.size + y;
+            for eight in first..=last {
+                let open = texels.eight(row, eight);
+                if open == 0 {
+                    continue;
+                }
+                let Some(met) = seen.meet(simd, self.eye.rays.eight(face.number, y, eight)) else { continue };
+                let mut hit = met.hit & open;
+                if met.unclear & open != 0 {
+                    hit |= self.decide(number, row, eight, met.unclear & open);
+                }
+                if hit != 0 && (self.may_not)(number) {
+                    hit = self.counting(number, row, eight, hit);
+                }
+                texels.remove(row, eight, hit);
+            }
+        }
+    }
+
+    /// Of the rays of `lanes`, those that hit the triangle, one by one.
+    #[cold]
+    #[inline(never)]
+    fn decide(&self, number: u32, row: usize, eight: usize, lanes: u32) -> u32 {
+        let hits = |lane: &usize| self.hit(number, row, eight, *lane).is_some();
+        lanes_of(lanes).filter(hits).fold(0, |hit, lane| hit | 1 << lane)
+    }
+
+    /// Of the rays of `lanes`, those for which the triangle counts.
+    #[inline(never)]
+    fn counting(&self, number: u32, row: usize, eight: usize, lanes: u32) -> u32 {
+        let counts =
+            |lane: &usize| self.hit(number, row, eight, *lane).is_some_and(|hit| (self.counts)(number, &hit));
+        lanes_of(lanes).filter(counts).fold(0, |hit, lane| hit | 1 << lane)
+    }
+
+    fn hit(&self, number: u32, row: usize, eight: usize, lane: usize) -> Option<TriangleHit> {
+        let rays = self.eye.rays;
+        let direction = rays.directions()[row * rays.face_size() + eight * LANES + lane];
+        let ray = ShearedRay::new(self.eye.origin, direction);
+        ray.intersect(&self.wide.triangles[number as usize], f32::INFINITY)
+    }
+}
+
+/// Whether any of `texels` is in `rect`.
+#[inline(always)]
+fn is_any(face: &Face, rect: Rect, texels: &TexelSet) -> bool {
+    let [first, last] = rect.rows.map(|row| face.number * face.size + usize::from(row));
+    texels.any(first..=last, rect.columns.map(usize::from))
+}
+
+/// Where the triangles of a leaf are on a face.
+struct Bounds {
+    rects: face::Rects,
+    /// Triangles that may cover something.
+    some: u32,
+    /// Triangles whose bounds count.
+    in_front: u32,
+}
+
+impl Bounds {
+    #[inline(always)]
+    fn new<L: Lanes>(simd: L, face: &Face, block: &Block) -> Self {
+        let [a, b, c] = &block.corners;
+        let (a, b, c) = (face.seen(simd, a), face.seen(simd, b), face.seen(simd, c));
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
+        let inverse = [simd.div(one, a[2]), simd.div(one, b[2]), simd.div(one, c[2])];
+        let (x, y) = (across(simd, [a[0], b[0], c[0]], inverse), across(simd, [a[1], b[1], c[1]], inverse));
+        let nearest = simd.min(simd.min(a[2], b[2]), c[2]);
+        let farthest = simd.max(simd.max(a[2], b[2]), c[2]);
+        let beside = simd.max(simd.max(x[1], y[1]), simd.max(simd.sub(zero, x[0]), simd.sub(zero, y[0])));
+        let in_front = simd.lt(zero, nearest) & simd.lt(beside, simd.splat(BESIDE));
+        let reaches = simd.lt(zero, farthest);
+        let rects = face.rects(simd, x, y, in_front);
+        Self { some: rects.some | (reaches & !in_front), rects, in_front }
+    }
+
+    /// The texels of `within` that the triangle of `lane` may cover.
+    #[inline(always)]
+    fn of(&self, lane: usize, within: Rect) -> Option<Rect> {
+        if self.in_front >> lane & 1 == 1 { self.rects.of(lane).and(within) } else { Some(within) }
+    }
+}
+
+/// The least and the most of the places where three corners are on an axis of a face, from their inverse
+/// distances.
+#[inline(always)]
+fn across<L: Lanes>(simd: L, [a, b, c]: [L::F32; 3], inverse: [L::F32; 3]) -> [L::F32; 2] {
+    let [a, b, c] = [simd.mul(a, inverse[0]), simd.mul(b, inverse[1]), simd.mul(c, inverse[2])];
+    [simd.min(simd.min(a, b), c), simd.max(simd.max(a, b), c)]
+}

@@ -1,0 +1,64 @@
+//! Rays from one point through the texels of a cube, ready for the test of triangles, eight at a time.
+
+use super::set::TexelSet;
+use crate::trace::triangle::ShearedRay;
+use crate::trace::wide::lanes::LANES;
+use glam::Vec3A;
+use relume_formats::basis::cubemap::{self, FACES};
+
+/// The directions through the texels of a cube of n × n texels a face, in their order.
+pub struct TexelRays {
+    face_size: usize,
+    directions: Vec<Vec3A>,
+    eights: Vec<Eight>,
+}
+
+/// The shear of [`ShearedRay`] for eight texels of a row.
+pub(super) struct Eight {
+    /// What the axis of the face adds to the two others, in the order of [`super::face::Face::sheared`].
+    pub across: [[f32; LANES]; 2],
+    /// Inverse length along that axis.
+    pub along: [f32; LANES],
+}
+
+impl TexelRays {
+    /// With unit `directions`, within the texels of faces of `face_size`², which is a multiple of 8: six
+    /// faces of rows.
+    pub fn new(face_size: usize, directions: Vec<Vec3A>) -> Self {
+        let eight = |directions: &[Vec3A; LANES]| {
+            let shears = directions.map(|direction| ShearedRay::new(Vec3A::ZERO, direction).shear());
+            let across = [0, 1].map(|axis| shears.map(|(_, across, _)| across[axis]));
+            Eight { across, along: shears.map(|(_, _, along)| along) }
+        };
+        let eights = directions.as_chunks().0.iter().map(eight).collect();
+        Self { face_size, directions, eights }
+    }
+
+    /// Through the middles of texels.
+    pub fn centres(face_size: usize) -> Self {
+        let n = face_size;
+        let centre =
+            |i: usize| cubemap::direction(i / (n * n), n, (i % n) as f64 + 0.5, (i / n % n) as f64 + 0.5);
+        Self::new(n, (0..FACES * n * n).map(|i| centre(i).as_vec3a()).collect())
+    }
+
+    /// Texels along a side of a face.
+    pub fn face_size(&self) -> usize {
+        self.face_size
+    }
+
+    /// Unit directions, row by row, face by face.
+    pub fn directions(&self) -> &[Vec3A] {
+        &self.directions
+    }
+
+    /// The `eight`-th eight texels of row `y` of `face`.
+    pub(super) fn eight(&self, face: usize, y: usize, eight: usize) -> &Eight {
+        &self.eights[(face * self.face_size + y) * (self.face_size / LANES) + eight]
+    }
+
+    /// The texels above the horizon of `normal`.
+    pub fn above(&self, normal: Vec3A) -> TexelSet {
+        TexelSet::of(self.face_size, |texel| normal.dot(self.directions[texel]) > 0.0)
+    }
+}

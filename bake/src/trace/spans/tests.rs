@@ -1,0 +1,58 @@
+//! Texels of cubes against rays through them one by one, with every kind of instructions.
+
+use super::*;
+use crate::trace::wide::tests::{Random, scenes, wide};
+
+/// Points to look from, with their horizons: anywhere, and on triangles as vertices have it.
+fn eyes(triangles: &[[Vec3A; 3]], random: &mut Random) -> Vec<(Vec3A, Option<Vec3A>)> {
+    let mut eyes: Vec<_> =
+        (0..4).map(|k| (random.point(), (k % 2 == 0).then(|| random.direction()))).collect();
+    for triangle in triangles.iter().step_by(triangles.len() / 5 + 1) {
+        let [a, b, c] = *triangle;
+        let normal = (b - a).cross(c - a).normalize_or(Vec3A::Y);
+        eyes.push((a + 1e-4 * normal, Some(normal)));
+        eyes.push(((a + b + c) / 3.0, None));
+    }
+    eyes
+}
+
+/// The kinds of instructions of this processor.
+fn kernels() -> [Kernel; 2] {
+    [Kernel::of_this_processor(), Kernel::Plain]
+}
+
+#[test]
+fn texels_are_those_that_rays_see() {
+    let mut random = Random(11);
+    let (mut seen, mut hidden) = (0, 0);
+    for (number, triangles) in scenes().into_iter().enumerate() {
+        let mut wide = wide(&triangles);
+        let order = wide.order.clone();
+        for (at, (origin, horizon)) in eyes(&triangles, &mut random).into_iter().enumerate() {
+            let rays = TexelRays::centres([32, 64, 40][(number + at) % 3]);
+            let asked = horizon.map_or_else(|| TexelSet::of(rays.face_size(), |_| true), |n| rays.above(n));
+            // As a material with holes has it: some triangles do not count.
+            for leaves_out in [u32::MAX, 3] {
+                let counts = |at: u32| order[at as usize] % 4 != leaves_out;
+                let sees = |texel: usize| {
+                    let direction = rays.directions()[texel];
+                    !wide.occluded(origin, direction, f32::INFINITY, |at, _| counts(at))
+                };
+                let n = rays.face_size();
+                let expected = TexelSet::of(n, |texel| asked.has(texel / n, texel % n) && sees(texel));
+                for kernel in kernels() {
+                    let mut found = asked.clone();
+                    let eye = Eye { origin, horizon, rays: &rays };
+                    wide.kernel = kernel;
+                    wide.see(eye, &mut found, |at| !counts(at), |at, _| counts(at));
+                    assert_eq!(found, expected, "scene {number}, {kernel:?}, from {origin}, {leaves_out}");
+                }
+                wide.kernel = Kernel::of_this_processor();
+                seen += expected.count();
+                hidden += asked.count() - expected.count();
+            }
+        }
+    }
+    println!("{seen} seen, {hidden} hidden");
+    assert!(seen > 100_000 && hidden > 100_000, "{seen} seen, {hidden} hidden");
+}

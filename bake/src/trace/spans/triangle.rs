@@ -1,0 +1,102 @@
+//! One triangle before eight texels of a row: the test of `ShearedRay` on all eight rays at once.
+
+use super::rays::Eight;
+use crate::trace::triangle::TriangleHit;
+use crate::trace::wide::block::Block;
+use crate::trace::wide::lanes::{LANES, Lanes};
+use glam::Vec3A;
+
+/// A triangle as rays from one point through a face take it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<L: Lanes> {
+    /// By corner, in the axes of `ShearedRay::shear`.
+    corners: [[L::F32; 3]; 3],
+}
+
+/// What eight rays meet.
+pub(super) struct Met<L: Lanes> {
+    /// Rays that hit the triangle.
+    pub hit: u32,
+    /// Rays that only `ShearedRay` can decide on, for they pass an edge as closely as numbers tell.
+    pub unclear: u32,
+    distances: L::F32,
+    weights: [L::F32; 2],
+}
+
+impl<L: Lanes> Met<L> {
+    /// Distances along the rays.
+    #[inline(always)]
+    pub fn distances(&self, simd: L) -> [f32; LANES] {
+        simd.store(self.distances)
+    }
+
+    /// Where the ray of `lane` hits.
+    #[inline(always)]
+    pub fn hit(&self, simd: L, lane: usize) -> TriangleHit {
+        TriangleHit {
+            t: simd.store(self.distances)[lane],
+            barycentric: self.weights.map(|weights| simd.store(weights)[lane]),
+        }
+    }
+}
+
+impl<L: Lanes> Seen<L> {
+    /// The triangle of `lane` from `origin`, whose axes are in the order of `axes`.
+    #[inline(always)]
+    pub fn new(simd: L, block: &Block, lane: usize, origin: Vec3A, axes: [usize; 3]) -> Self {
+        let [a, b, c] = &block.corners;
+        let of = (lane, origin, axes);
+        Self { corners: [corner(simd, a, of), corner(simd, b, of), corner(simd, c, of)] }
+    }
+
+    /// What the rays of `eight` meet of it; the very numbers of `ShearedRay::intersect`.
+    #[inline(always)]
+    pub fn meet(&self, simd: L, eight: &Eight) -> Option<Met<L>> {
+        let across = [simd.load(&eight.across[0]), simd.load(&eight.across[1])];
+        let [a, b, c] = self.corners;
+        let ([ax, ay], [bx, by], [cx, cy]) =
+            (project(simd, a, across), project(simd, b, across), project(simd, c, across));
+        let u = simd.sub(simd.mul(cx, by), simd.mul(cy, bx));
+        let v = simd.sub(simd.mul(ax, cy), simd.mul(ay, cx));
+        let w = simd.sub(simd.mul(bx, ay), simd.mul(by, ax));
+        let zero = simd.splat(0.0);
+        let (least, most) = (simd.min(simd.min(u, v), w), simd.max(simd.max(u, v), w));
+        let may_be = simd.le(zero, least) | simd.le(most, zero);
+        if may_be == 0 {
+            return None;
+        }
+        let clear = simd.lt(zero, least) | simd.lt(most, zero);
+        let along = simd.load(&eight.along);
+        let [az, bz, cz] = [simd.mul(a[2], along), simd.mul(b[2], along), simd.mul(c[2], along)];
+        let scale = simd.div(simd.splat(1.0), simd.add(simd.add(u, v), w));
+        let sum = simd.add(simd.add(simd.mul(u, az), simd.mul(v, bz)), simd.mul(w, cz));
+        let distances = simd.mul(sum, scale);
+        let reached = simd.lt(zero, distances) & simd.lt(distances, simd.splat(f32::INFINITY));
+        Some(Met {
+            hit: clear & reached,
+            unclear: may_be & !clear,
+            distances,
+            weights: [simd.mul(v, scale), simd.mul(w, scale)],
+        })
+    }
+}
+
+/// The corner of `lane` from `origin`, in the order of `axes`.
+#[inline(always)]
+fn corner<L: Lanes>(
+    simd: L,
+    corner: &[[f32; LANES]; 3],
+    (lane, origin, [x, y, z]): (usize, Vec3A, [usize; 3]),
+) -> [L::F32; 3] {
+    [
+        simd.splat(corner[x][lane] - origin[x]),
+        simd.splat(corner[y][lane] - origin[y]),
+        simd.splat(corner[z][lane] - origin[z]),
+    ]
+}
+
+/// Where eight rays see a corner, across them.
+#[inline(always)]
+fn project<L: Lanes>(simd: L, [x, y, z]: [L::F32; 3], across: [L::F32; 2]) -> [L::F32; 2] {
+    [simd.add(x, simd.mul(z, across[0])), simd.add(y, simd.mul(z, across[1]))]
+}

@@ -25,6 +25,13 @@ pub(super) struct Rect {
 }
 
 impl Rect {
+    /// Whether a triangle with these bounds is worth looking for span by span.
+    #[inline(always)]
+    pub fn is_wide(self) -> bool {
+        let [wide, high] = [self.columns, self.rows].map(|[first, last]| last - first);
+        wide >= 2 * LANES as u16 || (wide >= LANES as u16 && high >= LANES as u16)
+    }
+
     /// What is in both, if anything is.
     #[inline(always)]
     pub fn and(self, other: Self) -> Option<Self> {
@@ -82,6 +89,17 @@ impl Face {
     pub fn seen<L: Lanes>(&self, simd: L, corner: &[[f32; LANES]; 3]) -> [L::F32; 3] {
         let [x, y, z] = AXES[self.number];
         [self.on(simd, x, &corner[x.0]), self.on(simd, y, &corner[y.0]), self.on(simd, z, &corner[z.0])]
+    }
+
+    /// Of a corner of eight triangles that of `lane`, on the axes of the face.
+    #[inline(always)]
+    pub fn at(&self, corner: &[[f32; LANES]; 3], lane: usize) -> [f32; 3] {
+        let [x, y, z] = AXES[self.number];
+        [
+            x.1 * (corner[x.0][lane] - self.origin[x.0]),
+            y.1 * (corner[y.0][lane] - self.origin[y.0]),
+            z.1 * (corner[z.0][lane] - self.origin[z.0]),
+        ]
     }
 
     /// Eight coordinates along an axis of the world, as one of the face's has them.

@@ -12,6 +12,7 @@
 //! [`SLACK`] of a texel of a face of up to 1,024². What is left is decided by the very numbers of
 //! [`ShearedRay`].
 
+mod edges;
 mod face;
 mod rays;
 mod set;
@@ -27,9 +28,11 @@ use super::wide::block::Block;
 use super::wide::lanes::{LANES, Lanes};
 use super::wide::tree::{Child, Node};
 use super::wide::{Kernel, Wide, lanes_of};
+use edges::Edges;
 use face::{Face, Rect};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::FACES;
+use set::mask;
 use triangle::Seen;
 
 /// How far beside a face the corners of a triangle may be whose bounds on it count; 1 is its border.
@@ -136,38 +139,83 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         let bounds = Bounds::new(simd, face, block);
         for lane in lanes_of(bounds.some) {
             let Some(rect) = bounds.of(lane, rect) else { continue };
+            let number = block.first + lane as u32;
             let seen = Seen::new(simd, block, lane, self.eye.origin, face.sheared());
-            self.triangle(simd, face, &seen, block.first + lane as u32, rect, texels);
+            let triangle = Triangle { seen, number, may_not: (self.may_not)(number) };
+            match rect.is_wide().then(|| Edges::new(face, block, lane)).flatten() {
+                Some(edges) => {
+                    let is_whole = bounds.in_front >> lane & 1 == 1 && !triangle.may_not;
+                    self.wide_triangle(simd, face, &triangle, (&edges, is_whole), rect, texels);
+                }
+                None => {
+                    for y in rect.rows[0]..=rect.rows[1] {
+                        let columns = rect.columns.map(usize::from);
+                        self.row(simd, face, &triangle, (y.into(), columns), texels);
+                    }
+                }
+            }
         }
     }
 
+    /// Takes away what a triangle covers of `rect`, span by span; what is surely inside without a test if the
+    /// triangle `is_whole` before the face.
     #[inline(always)]
-    fn triangle<L: Lanes>(
+    fn wide_triangle<L: Lanes>(
         &self,
         simd: L,
         face: &Face,
-        seen: &Seen<L>,
-        number: u32,
+        triangle: &Triangle<L>,
+        (edges, is_whole): (&Edges, bool),
         rect: Rect,
         texels: &mut TexelSet,
     ) {
-        let [first, last] = rect.columns.map(|column| usize::from(column) / LANES);
-        for y in usize::from(rect.rows[0])..=usize::from(rect.rows[1]) {
-            let row = face.number * face.size + y;
-            for eight in first..=last {
-                let open = texels.eight(row, eight);
-                if open == 0 {
-                    continue;
+        let [left, right] = rect.columns.map(i32::from);
+        let [top, bottom] = rect.rows.map(usize::from);
+        for first in (top..=bottom).step_by(LANES) {
+            let spans = edges.spans(simd, face, first);
+            for y in first..=bottom.min(first + LANES - 1) {
+                let within = |[from, to]: [i32; 2]| {
+                    let (from, to) = (from.max(left), to.min(right));
+                    (from <= to).then_some([from as usize, to as usize])
+                };
+                if let Some(columns) = within(spans.is(y - first)).filter(|_| is_whole) {
+                    texels.remove_all(face.number * face.size + y, columns);
                 }
-                let Some(met) = seen.meet(simd, self.eye.rays.eight(face.number, y, eight)) else { continue };
-                let mut hit = met.hit & open;
-                if met.unclear & open != 0 {
-                    hit |= self.decide(number, row, eight, met.unclear & open);
+                if let Some(columns) = within(spans.may_be(y - first)) {
+                    self.row(simd, face, triangle, (y, columns), texels);
                 }
-                if hit != 0 && (self.may_not)(number) {
-                    hit = self.counting(number, row, eight, hit);
+            }
+        }
+    }
+
+    /// Takes away what a triangle covers of `columns` of row `y`.
+    #[inline(always)]
+    fn row<L: Lanes>(
+        &self,
+        simd: L,
+        face: &Face,
+        triangle: &Triangle<L>,
+        (y, columns): (usize, [usize; 2]),
+        texels: &mut TexelSet,
+    ) {
+        let row = face.number * face.size + y;
+        for word in columns[0] / 64..=columns[1] / 64 {
+            let mut open = texels.word(row, word) & mask(word, columns);
+            while open != 0 {
+                let first = open.trailing_zeros() & !(LANES as u32 - 1);
+                let eight = word * 64 / LANES + first as usize / LANES;
+                let asked = (open >> first & 0xff) as u32;
+                open &= !(0xff << first);
+                let rays = self.eye.rays.eight(face.number, y, eight);
+                let Some(met) = triangle.seen.meet(simd, rays) else { continue };
+                let mut hit = met.hit & asked;
+                if met.unclear & asked != 0 {
+                    hit |= self.decide(triangle.number, row, eight, met.unclear & asked);
                 }
-                texels.remove(row, eight, hit);
+                if hit != 0 && triangle.may_not {
+                    hit = self.counting(triangle.number, row, eight, hit);
+                }
+                texels.remove(row, word, u64::from(hit) << first);
             }
         }
     }
@@ -194,6 +242,14 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         let ray = ShearedRay::new(self.eye.origin, direction);
         ray.intersect(&self.wide.triangles[number as usize], f32::INFINITY)
     }
+}
+
+/// A triangle of a leaf.
+struct Triangle<L: Lanes> {
+    seen: Seen<L>,
+    number: u32,
+    /// Whether it is to be asked whether it counts.
+    may_not: bool,
 }
 
 /// Whether any of `texels` is in `rect`.

@@ -100,37 +100,43 @@ impl TexelSet {
         &self.words
     }
 
-    /// Which of the `eight`-th eight texels of `row` are some.
+    /// Which of the 64 texels of word number `word` of `row` there are.
     #[inline(always)]
-    pub(super) fn eight(&self, row: usize, eight: usize) -> u32 {
-        (self.words[row * self.words_per_row + eight / 8] >> (8 * (eight % 8)) & 0xff) as u32
+    pub(super) fn word(&self, row: usize, word: usize) -> u64 {
+        self.words[row * self.words_per_row + word]
     }
 
-    /// Takes `lanes` out of the `eight`-th eight texels of `row`.
+    /// Takes `texels` out of word number `word` of `row`.
     #[inline(always)]
-    pub(super) fn remove(&mut self, row: usize, eight: usize, lanes: u32) {
-        self.words[row * self.words_per_row + eight / 8] &= !(u64::from(lanes) << (8 * (eight % 8)));
+    pub(super) fn remove(&mut self, row: usize, word: usize, texels: u64) {
+        self.words[row * self.words_per_row + word] &= !texels;
+    }
+
+    /// Takes out all in `columns`, both ends included, of `row`.
+    #[inline(always)]
+    pub(super) fn remove_all(&mut self, row: usize, columns: [usize; 2]) {
+        for word in columns[0] / 64..=columns[1] / 64 {
+            self.remove(row, word, mask(word, columns));
+        }
     }
 
     /// Whether any lies in `columns`, both ends included, of `rows`.
     #[inline(always)]
     pub(super) fn any(&self, rows: RangeInclusive<usize>, columns: [usize; 2]) -> bool {
-        let [first, last] = columns;
-        let (low, high) = (u64::MAX << (first % 64), u64::MAX >> (63 - last % 64));
-        let words = first / 64..=last / 64;
         for row in rows {
-            let row = &self.words[row * self.words_per_row..][..self.words_per_row];
-            let found = match row.get(words.clone()) {
-                Some([one]) => *one & low & high,
-                Some([one, between @ .., other]) => {
-                    between.iter().fold(*one & low | *other & high, |all, word| all | word)
+            for word in columns[0] / 64..=columns[1] / 64 {
+                if self.word(row, word) & mask(word, columns) != 0 {
+                    return true;
                 }
-                _ => 0,
-            };
-            if found != 0 {
-                return true;
             }
         }
         false
     }
+}
+
+/// The bits of word number `word` of a row that stand for texels in `columns`, both ends included.
+#[inline(always)]
+pub(super) fn mask(word: usize, [first, last]: [usize; 2]) -> u64 {
+    let (from, to) = (first.saturating_sub(64 * word), (last - 64 * word).min(63));
+    u64::MAX << from & u64::MAX >> (63 - to)
 }

@@ -26,30 +26,39 @@ pub struct Seen {
 /// whose border visibility changes.
 pub fn look(receiver: &Receiver, world: &World, texels: &Texels) -> Seen {
     let Receiver { origin, normal } = *receiver;
-    let eye = |rays| Eye { origin, horizon: Some(normal), rays };
+    let eye = |rays, within| Eye { origin, horizon: Some(normal), rays, within };
     let mut centres = texels.centres.above(normal);
-    world.see(eye(&texels.centres), &mut centres);
+    world.see(eye(&texels.centres, None), &mut centres);
     if !texels.are_refined() {
         return Seen { centres, points: Vec::new() };
     }
     let refined = texels.borders(&centres);
-    let fine = texels.fine();
-    let above = |texel: usize| {
-        let is_above = |point: &usize| cosine(normal, fine.directions()[*point]) > 0.0;
-        texels.points(texel).filter(is_above)
-    };
-    let place = |point: usize| (point / fine.face_size(), point % fine.face_size());
-    let mut seen = TexelSet::none(fine.face_size());
-    for point in refined.members().flat_map(above) {
-        let (row, x) = place(point);
-        seen.insert(row, x);
+    let asked = within(&refined, normal, texels);
+    let mut seen = asked.clone();
+    world.see(eye(texels.fine(), Some(&refined)), &mut seen);
+    let mut points = Vec::new();
+    for point in refined.members().flat_map(|texel| texels.points(texel)) {
+        let (row, x) = (point / asked.face_size(), point % asked.face_size());
+        if asked.has(row, x) {
+            points.push(seen.has(row, x));
+        }
     }
-    world.see(eye(fine), &mut seen);
-    let is_seen = |point| {
-        let (row, x) = place(point);
-        seen.has(row, x)
-    };
-    Seen { points: refined.members().flat_map(above).map(is_seen).collect(), centres }
+    Seen { points, centres }
+}
+
+/// The directions within `refined` texels that are above the horizon of `normal`.
+fn within(refined: &TexelSet, normal: Vec3A, texels: &Texels) -> TexelSet {
+    let mut asked = TexelSet::none(texels.fine().face_size());
+    for texel in refined.members() {
+        // From its centre to a corner a texel measures no more than √2/64.
+        let is_above = cosine(normal, texels.centres.directions()[texel]) > 0.04;
+        for point in texels.points(texel) {
+            if is_above || cosine(normal, texels.fine().directions()[point]) > 0.0 {
+                asked.insert(point / asked.face_size(), point % asked.face_size());
+            }
+        }
+    }
+    asked
 }
 
 /// Transfer from every texel of the light to a receiver with `normal` that sees `centres`, and `points` one

@@ -7,6 +7,7 @@
 use super::face::{Face, SLACK};
 use crate::trace::wide::block::Block;
 use crate::trace::wide::lanes::{LANES, Lanes};
+use glam::Vec3A;
 
 /// How far the sides of a line may be mixed up, in parts of the product of the distances of the edge's ends:
 /// projecting them is off by 7 ε of each (ε = 2⁻²⁴), that is 56 ε of the product, and what is computed here
@@ -62,6 +63,12 @@ impl Edges {
             lines: [turned(of_a), turned(of_b), turned(of_c)],
             mixed: [MIXED * far_b * far_c, MIXED * far_c * far_a, MIXED * far_a * far_b],
         })
+    }
+
+    /// What is above the horizon of the unit vector `normal`, which is one line, as surely as it is told from
+    /// unit vectors.
+    pub fn horizon(face: &Face, normal: Vec3A) -> Self {
+        Self { lines: [face.turned(normal); 3], mixed: [MIXED; 3] }
     }
 
     /// The spans of row `first` and the seven that follow.

@@ -50,7 +50,7 @@ pub(super) struct Face {
     /// Texels along a side.
     pub size: usize,
     /// The point in the middle of the cube.
-    pub origin: Vec3A,
+    pub origin: [f32; 3],
 }
 
 /// Rectangles of eight things.
@@ -89,6 +89,11 @@ impl Face {
     pub fn seen<L: Lanes>(&self, simd: L, corner: &[[f32; LANES]; 3]) -> [L::F32; 3] {
         let [x, y, z] = AXES[self.number];
         [self.on(simd, x, &corner[x.0]), self.on(simd, y, &corner[y.0]), self.on(simd, z, &corner[z.0])]
+    }
+
+    /// A direction of the world on the axes of the face.
+    pub fn turned(&self, direction: Vec3A) -> [f32; 3] {
+        AXES[self.number].map(|(axis, sign)| sign * direction[axis])
     }
 
     /// Of a corner of eight triangles that of `lane`, on the axes of the face.

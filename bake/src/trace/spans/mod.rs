@@ -24,7 +24,7 @@ pub use rays::TexelRays;
 pub use set::TexelSet;
 
 use super::triangle::{ShearedRay, TriangleHit};
-use super::wide::block::Block;
+use super::wide::block::{Block, BlockRay};
 use super::wide::lanes::{LANES, Lanes};
 use super::wide::tree::{Child, Node};
 use super::wide::{Kernel, Wide, lanes_of};
@@ -34,6 +34,9 @@ use glam::Vec3A;
 use relume_formats::basis::cubemap::FACES;
 use set::mask;
 use triangle::Seen;
+
+/// So few texels are looked for in a leaf one by one.
+const FEW: usize = 4;
 
 /// How far beside a face the corners of a triangle may be whose bounds on it count; 1 is its border.
 const BESIDE: f32 = 16.0;
@@ -47,6 +50,8 @@ pub struct Eye<'a> {
     pub horizon: Option<Vec3A>,
     /// Their directions.
     pub rays: &'a TexelRays,
+    /// Texels of a coarser cube outside of which no ray goes, if that is known.
+    pub within: Option<&'a TexelSet>,
 }
 
 /// What is yet to be visited.
@@ -93,10 +98,10 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         }
         let mut open = Vec::with_capacity(64);
         for number in 0..FACES {
-            let face = Face { number, size: texels.face_size(), origin: self.eye.origin };
+            let face = Face { number, size: texels.face_size(), origin: self.eye.origin.to_array() };
             open.push(Open { near: 0.0, child: Child::of(0), rect: face.rect() });
             while let Some(Open { child, rect, .. }) = open.pop() {
-                if !is_any(&face, rect, texels) {
+                if !self.is_any(&face, rect, texels) {
                     continue;
                 }
                 match child.leaf_or_node() {
@@ -105,6 +110,19 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
                 }
             }
         }
+    }
+
+    /// Whether any of `texels` is in `rect`.
+    #[inline(always)]
+    fn is_any(&self, face: &Face, rect: Rect, texels: &TexelSet) -> bool {
+        let [first, last] = rect.rows.map(usize::from);
+        let is_within = self.eye.within.is_none_or(|within| {
+            let (size, fine) = (within.face_size(), face.size);
+            let row = |y: usize| face.number * size + y * size / fine;
+            within.any(row(first)..=row(last), rect.columns.map(|x| usize::from(x) * size / fine))
+        });
+        let row = |y: usize| face.number * face.size + y;
+        is_within && texels.any(row(first)..=row(last), rect.columns.map(usize::from))
     }
 
     /// Puts what is in `node` on the stack, the nearest last.
@@ -123,11 +141,12 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     /// Which boxes of `node` reach above the horizon.
     #[inline(always)]
     fn above<L: Lanes>(&self, simd: L, node: &Node) -> u32 {
-        let Some(normal) = self.eye.horizon else { return u32::MAX };
+        let Some(normal) = self.eye.horizon.map(|normal| normal.to_array()) else { return u32::MAX };
+        let origin = self.eye.origin.to_array();
         let mut highest = simd.splat(0.0);
         for axis in 0..3 {
             let end = simd.load(&node.ends[2 * axis + usize::from(normal[axis] > 0.0)]);
-            let from_origin = simd.sub(end, simd.splat(self.eye.origin[axis]));
+            let from_origin = simd.sub(end, simd.splat(origin[axis]));
             highest = simd.add(highest, simd.mul(from_origin, simd.splat(normal[axis])));
         }
         simd.lt(simd.splat(0.0), highest)
@@ -136,15 +155,25 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     /// Takes away the `texels` in `rect` before which triangles of `block` stand.
     #[inline(always)]
     fn leaf<L: Lanes>(&self, simd: L, face: &Face, block: &Block, rect: Rect, texels: &mut TexelSet) {
+        let [first, last] = rect.rows.map(|row| face.number * face.size + usize::from(row));
+        let mut few = [(0, 0); FEW];
+        if let Some(count) = texels.few(first..=last, rect.columns.map(usize::from), &mut few) {
+            for (row, x) in few.into_iter().take(count) {
+                if self.is_hidden(simd, face, block, (row, x)) {
+                    texels.remove(row, x / 64, 1 << (x % 64));
+                }
+            }
+            return;
+        }
         let bounds = Bounds::new(simd, face, block);
         for lane in lanes_of(bounds.some) {
             let Some(rect) = bounds.of(lane, rect) else { continue };
             let number = block.first + lane as u32;
-            let seen = Seen::new(simd, block, lane, self.eye.origin, face.sheared());
-            let triangle = Triangle { seen, number, may_not: (self.may_not)(number) };
+            let seen = Seen::new(simd, block, lane, face.origin, face.sheared());
+            let triangle = Triangle { seen, number };
             match rect.is_wide().then(|| Edges::new(face, block, lane)).flatten() {
                 Some(edges) => {
-                    let is_whole = bounds.in_front >> lane & 1 == 1 && !triangle.may_not;
+                    let is_whole = bounds.in_front >> lane & 1 == 1 && !(self.may_not)(number);
                     self.wide_triangle(simd, face, &triangle, (&edges, is_whole), rect, texels);
                 }
                 None => {
@@ -155,6 +184,22 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
                 }
             }
         }
+    }
+
+    /// Whether any triangle of `block` stands before the texel at (`row`, `x`).
+    #[inline(always)]
+    fn is_hidden<L: Lanes>(&self, simd: L, face: &Face, block: &Block, (row, x): (usize, usize)) -> bool {
+        let shear = self.eye.rays.shear(row, x);
+        let ray = BlockRay::of_shear(simd, self.eye.origin, (face.sheared(), shear.0, shear.1));
+        let met = ray.meet(simd, block, f32::MAX);
+        lanes_of(met.hit | met.unclear).any(|lane| {
+            let number = block.first + lane as u32;
+            let hit = match met.unclear >> lane & 1 {
+                0 => Some(met.hit(lane)),
+                _ => self.hit(number, row, x / LANES, x % LANES),
+            };
+            hit.is_some_and(|hit| !(self.may_not)(number) || (self.counts)(number, &hit))
+        })
     }
 
     /// Takes away what a triangle covers of `rect`, span by span; what is surely inside without a test if the
@@ -212,7 +257,7 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
                 if met.unclear & asked != 0 {
                     hit |= self.decide(triangle.number, row, eight, met.unclear & asked);
                 }
-                if hit != 0 && triangle.may_not {
+                if hit != 0 && (self.may_not)(triangle.number) {
                     hit = self.counting(triangle.number, row, eight, hit);
                 }
                 texels.remove(row, word, u64::from(hit) << first);
@@ -248,15 +293,6 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
 struct Triangle<L: Lanes> {
     seen: Seen<L>,
     number: u32,
-    /// Whether it is to be asked whether it counts.
-    may_not: bool,
-}
-
-/// Whether any of `texels` is in `rect`.
-#[inline(always)]
-fn is_any(face: &Face, rect: Rect, texels: &TexelSet) -> bool {
-    let [first, last] = rect.rows.map(|row| face.number * face.size + usize::from(row));
-    texels.any(first..=last, rect.columns.map(usize::from))
 }
 
 /// Where the triangles of a leaf are on a face.

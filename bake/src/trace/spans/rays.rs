@@ -1,8 +1,10 @@
 //! Rays from one point through the texels of a cube, ready for the test of triangles, eight at a time.
 
+use super::edges::Edges;
+use super::face::Face;
 use super::set::TexelSet;
 use crate::trace::triangle::ShearedRay;
-use crate::trace::wide::lanes::LANES;
+use crate::trace::wide::lanes::{LANES, Plain};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::{self, FACES};
 
@@ -57,8 +59,35 @@ impl TexelRays {
         &self.eights[(face * self.face_size + y) * (self.face_size / LANES) + eight]
     }
 
+    /// The shear of the ray through the texel at (`row`, `x`), rows of all faces counted.
+    pub(super) fn shear(&self, row: usize, x: usize) -> ([f32; 2], f32) {
+        let (eight, lane) = (&self.eights[row * (self.face_size / LANES) + x / LANES], x % LANES);
+        ([eight.across[0][lane], eight.across[1][lane]], eight.along[lane])
+    }
+
     /// The texels above the horizon of `normal`.
     pub fn above(&self, normal: Vec3A) -> TexelSet {
-        TexelSet::of(self.face_size, |texel| normal.dot(self.directions[texel]) > 0.0)
+        let mut above = TexelSet::none(self.face_size);
+        let is_above = |row: usize, x: usize| normal.dot(self.directions[row * self.face_size + x]) > 0.0;
+        for number in 0..FACES {
+            let face = Face { number, size: self.face_size, origin: [0.0; 3] };
+            let horizon = Edges::horizon(&face, normal);
+            for first in (0..self.face_size).step_by(LANES) {
+                let spans = horizon.spans(Plain, &face, first);
+                for lane in 0..LANES {
+                    let row = number * self.face_size + first + lane;
+                    let within = |[from, to]: [i32; 2]| [from.max(0), to.min(self.face_size as i32 - 1)];
+                    let ([from, to], sure) = (within(spans.may_be(lane)), within(spans.is(lane)));
+                    if sure[0] <= sure[1] {
+                        above.insert_all(row, sure.map(|x| x as usize));
+                    }
+                    let unclear = |x: &i32| !(sure[0]..=sure[1]).contains(x);
+                    for x in (from..=to).filter(unclear).map(|x| x as usize).filter(|x| is_above(row, *x)) {
+                        above.insert(row, x);
+                    }
+                }
+            }
+        }
+        above
     }
 }

@@ -43,6 +43,13 @@ impl TexelSet {
         self.words[row * self.words_per_row + x / 64] >> (x % 64) & 1 == 1
     }
 
+    /// Adds all in `columns`, both ends included, of `row`.
+    pub fn insert_all(&mut self, row: usize, columns: [usize; 2]) {
+        for word in columns[0] / 64..=columns[1] / 64 {
+            self.words[row * self.words_per_row + word] |= mask(word, columns);
+        }
+    }
+
     /// Adds the texel at (`x`, `row`).
     pub fn insert(&mut self, row: usize, x: usize) {
         self.words[row * self.words_per_row + x / 64] |= 1 << (x % 64);
@@ -110,6 +117,29 @@ impl TexelSet {
     #[inline(always)]
     pub(super) fn remove(&mut self, row: usize, word: usize, texels: u64) {
         self.words[row * self.words_per_row + word] &= !texels;
+    }
+
+    /// All in `columns`, both ends included, of `rows`, as (row, column), if these are no more than there is
+    /// room for in `found`; how many they are.
+    #[inline(always)]
+    pub(super) fn few(
+        &self,
+        rows: RangeInclusive<usize>,
+        columns: [usize; 2],
+        found: &mut [(usize, usize)],
+    ) -> Option<usize> {
+        let mut count = 0;
+        for row in rows {
+            for word in columns[0] / 64..=columns[1] / 64 {
+                let mut left = self.word(row, word) & mask(word, columns);
+                while left != 0 {
+                    *found.get_mut(count)? = (row, word * 64 + left.trailing_zeros() as usize);
+                    left &= left - 1;
+                    count += 1;
+                }
+            }
+        }
+        Some(count)
     }
 
     /// Takes out all in `columns`, both ends included, of `row`.

@@ -42,7 +42,7 @@ fn texels_are_those_that_rays_see() {
                 let expected = TexelSet::of(n, |texel| asked.has(texel / n, texel % n) && sees(texel));
                 for kernel in kernels() {
                     let mut found = asked.clone();
-                    let eye = Eye { origin, horizon, rays: &rays };
+                    let eye = Eye { origin, horizon, rays: &rays, within: None };
                     wide.kernel = kernel;
                     wide.see(eye, &mut found, |at| !counts(at), |at, _| counts(at));
                     assert_eq!(found, expected, "scene {number}, {kernel:?}, from {origin}, {leaves_out}");
@@ -55,4 +55,15 @@ fn texels_are_those_that_rays_see() {
     }
     println!("{seen} seen, {hidden} hidden");
     assert!(seen > 100_000 && hidden > 100_000, "{seen} seen, {hidden} hidden");
+}
+
+#[test]
+fn what_is_above_a_horizon_is_what_its_cosine_says() {
+    let mut random = Random(13);
+    let axes = [Vec3A::Y, Vec3A::NEG_X, Vec3A::new(0.0, 0.6, -0.8), Vec3A::ONE.normalize()];
+    for (number, normal) in axes.into_iter().chain((0..60).map(|_| random.direction())).enumerate() {
+        let rays = TexelRays::centres([32, 64, 40, 192][number % 4]);
+        let above = TexelSet::of(rays.face_size(), |texel| normal.dot(rays.directions()[texel]) > 0.0);
+        assert!(rays.above(normal) == above, "{normal}");
+    }
 }

@@ -4,7 +4,6 @@ use super::rays::Eight;
 use crate::trace::triangle::TriangleHit;
 use crate::trace::wide::block::Block;
 use crate::trace::wide::lanes::{LANES, Lanes};
-use glam::Vec3A;
 
 /// A triangle as rays from one point through a face take it.
 #[derive(Clone, Copy)]
@@ -43,7 +42,7 @@ impl<L: Lanes> Met<L> {
 impl<L: Lanes> Seen<L> {
     /// The triangle of `lane` from `origin`, whose axes are in the order of `axes`.
     #[inline(always)]
-    pub fn new(simd: L, block: &Block, lane: usize, origin: Vec3A, axes: [usize; 3]) -> Self {
+    pub fn new(simd: L, block: &Block, lane: usize, origin: [f32; 3], axes: [usize; 3]) -> Self {
         let [a, b, c] = &block.corners;
         let of = (lane, origin, axes);
         Self { corners: [corner(simd, a, of), corner(simd, b, of), corner(simd, c, of)] }
@@ -86,7 +85,7 @@ impl<L: Lanes> Seen<L> {
 fn corner<L: Lanes>(
     simd: L,
     corner: &[[f32; LANES]; 3],
-    (lane, origin, [x, y, z]): (usize, Vec3A, [usize; 3]),
+    (lane, origin, [x, y, z]): (usize, [f32; 3], [usize; 3]),
 ) -> [L::F32; 3] {
     [
         simd.splat(corner[x][lane] - origin[x]),

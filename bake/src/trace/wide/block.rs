@@ -62,7 +62,16 @@ impl<L: Lanes> BlockRay<L> {
     /// The ray from `origin`, sheared as `ray`.
     #[inline(always)]
     pub fn new(simd: L, origin: Vec3A, ray: &ShearedRay) -> Self {
-        let (axes, [shear_x, shear_y], along) = ray.shear();
+        Self::of_shear(simd, origin, ray.shear())
+    }
+
+    /// The ray from `origin` of this [`ShearedRay::shear`].
+    #[inline(always)]
+    pub fn of_shear(
+        simd: L,
+        origin: Vec3A,
+        (axes, [shear_x, shear_y], along): ([usize; 3], [f32; 2], f32),
+    ) -> Self {
         Self {
             origin: [simd.splat(origin.x), simd.splat(origin.y), simd.splat(origin.z)],
             shear: [simd.splat(shear_x), simd.splat(shear_y)],

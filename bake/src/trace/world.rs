@@ -183,15 +183,19 @@ impl World {
     /// unit vector.
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
         let (leaf, hit) = self.nearest(origin, direction)?;
+        Some(self.meeting(leaf, &hit, direction))
+    }
+
+    /// What a ray along `direction` meets that hits this leaf.
+    fn meeting(&self, leaf: u32, hit: &TriangleHit, direction: Vec3A) -> Meeting {
         let surface = self.surface(leaf as usize, hit.barycentric, direction);
-        let triangle = *self.hierarchy.order.get(leaf as usize)?;
-        Some(Meeting {
-            triangle,
+        Meeting {
+            triangle: self.hierarchy.order[leaf as usize],
             barycentric: hit.barycentric,
             front: surface.front,
             owner: surface.owner,
             albedo: surface.albedo,
-        })
+        }
     }
 
     /// The nearest leaf along the ray and where it is met.
@@ -214,11 +218,29 @@ impl World {
     pub fn see(&self, eye: Eye<'_>, texels: &mut TexelSet) {
         RAYS.set(RAYS.get() + texels.count() as u64);
         let eye = Eye { origin: eye.origin * self.units_per_metre, ..eye };
-        let may_have_holes = |triangle: u32| match self.owners[triangle as usize] {
+        let is_solid = |triangle: u32, hit: &TriangleHit| self.is_solid(triangle, hit);
+        self.hierarchy.see(eye, texels, |triangle| self.may_have_holes(triangle), is_solid);
+    }
+
+    /// What the rays from `eye`, metres, through the `asked` texels meet, texel by texel, as [`World::meet`]
+    /// has it.
+    pub fn meet_all(&self, eye: Eye<'_>, asked: &TexelSet) -> Vec<(usize, Meeting)> {
+        RAYS.set(RAYS.get() + asked.count() as u64);
+        let eye = Eye { origin: eye.origin * self.units_per_metre, ..eye };
+        let is_solid = |triangle: u32, hit: &TriangleHit| self.is_solid(triangle, hit);
+        let hits =
+            self.hierarchy.nearest_of_texels(eye, asked, |triangle| self.may_have_holes(triangle), is_solid);
+        let hits = hits.into_iter().enumerate().filter_map(|(texel, hit)| Some((texel, hit?)));
+        let meeting = |(texel, (leaf, hit))| (texel, self.meeting(leaf, &hit, eye.rays.directions()[texel]));
+        hits.map(meeting).collect()
+    }
+
+    /// Whether a ray may pass through a triangle that it hits, as far as is known.
+    fn may_have_holes(&self, triangle: u32) -> bool {
+        match self.owners[triangle as usize] {
             Owner::Material(material) => self.coatings.may_have_holes(material),
             Owner::Light(_) => false,
-        };
-        self.hierarchy.see(eye, texels, may_have_holes, |triangle, hit| self.is_solid(triangle, hit));
+        }
     }
 
     /// Whether a triangle has no hole where a ray meets it.

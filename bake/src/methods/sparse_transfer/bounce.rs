@@ -4,6 +4,7 @@
 use super::settings::BOUNCED_FACE_SIZE;
 use super::texels::FACE_SIZE;
 use crate::trace::receivers::Receiver;
+use crate::trace::spans::{Eye, TexelRays};
 use crate::trace::world::{Owner, World};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::{self, FACES};
@@ -46,8 +47,10 @@ pub struct Bouncer<'a> {
     triangles: Vec<[u32; 3]>,
     /// Diffuse albedo of every material, textures left out.
     albedos: Vec<Vec3A>,
-    /// Unit directions and their solid angles over π.
-    directions: Vec<(Vec3A, f32)>,
+    /// Where other surfaces are looked for.
+    directions: TexelRays,
+    /// Solid angles of the directions over π.
+    weights: Vec<f32>,
 }
 
 impl<'a> Bouncer<'a> {
@@ -61,15 +64,13 @@ impl<'a> Bouncer<'a> {
         }
         let n = DIRECTIONS;
         let solid_angles = cubemap::solid_angles(n);
-        let direction = |i: usize| {
-            let centre = cubemap::direction(i / (n * n), n, (i % n) as f64 + 0.5, (i / n % n) as f64 + 0.5);
-            (centre.as_vec3a(), (solid_angles[i % (n * n)] / std::f64::consts::PI) as f32)
-        };
+        let weight = |i: usize| (solid_angles[i % (n * n)] / std::f64::consts::PI) as f32;
         Self {
             world,
             triangles,
             albedos: scene.materials.iter().map(|m| Vec3A::from(m.brdf.diffuse_albedo())).collect(),
-            directions: (0..FACES * n * n).map(direction).collect(),
+            directions: TexelRays::centres(n),
+            weights: (0..FACES * n * n).map(weight).collect(),
         }
     }
 
@@ -87,15 +88,12 @@ impl<'a> Bouncer<'a> {
     /// its colour included.
     pub fn shares(&self, receiver: &Receiver) -> BTreeMap<u32, Vec3A> {
         let mut shares = BTreeMap::new();
-        for (direction, weight) in &self.directions {
-            let cosine = receiver.normal.dot(*direction);
-            let met = (cosine > 0.0).then(|| self.world.meet(receiver.origin, *direction)).flatten();
-            let Some((hit, Owner::Material(material))) =
-                met.filter(|hit| hit.front).map(|hit| (hit, hit.owner))
-            else {
-                continue;
-            };
-            let reflected = self.albedos[material as usize] * hit.albedo * (cosine * weight);
+        let Receiver { origin, normal } = *receiver;
+        let eye = Eye { origin, horizon: Some(normal), rays: &self.directions, within: None };
+        for (texel, hit) in self.world.meet_all(eye, &self.directions.above(normal)) {
+            let (Owner::Material(material), true) = (hit.owner, hit.front) else { continue };
+            let cosine = normal.dot(self.directions.directions()[texel]);
+            let reflected = self.albedos[material as usize] * hit.albedo * (cosine * self.weights[texel]);
             let [v, w] = hit.barycentric;
             for (vertex, share) in self.triangles[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w])
             {

@@ -2,7 +2,6 @@
 //! log of it depends on no map; radiances follow from the bits and the normals.
 
 use super::settings::{NAME, REVISION};
-use crate::compress::bits::{pack, unpack};
 use crate::compress::frame::{grow, shrink};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
@@ -10,6 +9,7 @@ use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, exact_radiances};
 use crate::trace::receivers::{Receiver, receivers};
+use crate::trace::spans::{Eye, TexelRays, TexelSet};
 use crate::trace::world::World;
 use crate::work_log::WorkLog;
 use glam::Vec3A;
@@ -85,7 +85,10 @@ impl Stage for Tracing<'_> {
     }
 
     fn piece(&self, number: u32) -> Result<Vec<u8>> {
-        let seen = self.looked_at(number).iter().flat_map(|vertex| pack(&self.eyes.look(*vertex)));
+        let seen = self
+            .looked_at(number)
+            .iter()
+            .flat_map(|vertex| self.eyes.look(*vertex).to_bytes().collect::<Vec<u8>>());
         Ok(shrink(&seen.collect::<Vec<u8>>())?)
     }
 
@@ -113,11 +116,15 @@ impl Tracing<'_> {
             let looked_at = self.looked_at(piece);
             let bytes = looked_at.len() * TEXELS / 8;
             let seen = grow(&log.read(piece)?, bytes).filter(|seen| seen.len() == bytes);
-            let seen =
-                seen.ok_or_else(|| log.refuse("holds bits of other receivers; bake again with --force"))?;
-            let seen = looked_at.iter().zip(seen.chunks_exact(TEXELS / 8));
-            let radiances = seen.map(|(vertex, seen)| self.eyes.radiances(*vertex, &unpack(seen), lights));
-            let radiances: Vec<_> = radiances.collect();
+            let of_vertex = |(vertex, seen): (&usize, &[u8])| {
+                Some(self.eyes.radiances(*vertex, &TexelSet::from_bytes(SIDE, seen)?, lights))
+            };
+            let of_all = |seen: Vec<u8>| {
+                looked_at.iter().zip(seen.chunks_exact(TEXELS / 8)).map(of_vertex).collect::<Option<Vec<_>>>()
+            };
+            let radiances = seen.and_then(of_all);
+            let radiances = radiances
+                .ok_or_else(|| log.refuse("holds bits of other receivers; bake again with --force"))?;
             progress.advance(1);
             Ok::<_, BakeError>(radiances)
         };
@@ -130,27 +137,38 @@ impl Tracing<'_> {
 pub(super) struct Eyes {
     world: World,
     receivers: Vec<Receiver>,
+    rays: TexelRays,
 }
 
 impl Eyes {
     pub(super) fn new(pose: &Scene) -> Self {
-        Self { world: World::new(pose), receivers: receivers(pose) }
+        Self { world: World::new(pose), receivers: receivers(pose), rays: TexelRays::centres(SIDE) }
     }
 
-    /// Whether the centre of each texel that lights `vertex` is unblocked, as a ray sees the meshes.
-    pub(super) fn look(&self, vertex: usize) -> Vec<bool> {
+    /// The texels that light `vertex` and whose centre is unblocked, as a ray sees the meshes.
+    pub(super) fn look(&self, vertex: usize) -> TexelSet {
         let Receiver { origin, normal } = self.receivers[vertex];
-        // What of a texel is above the horizon while its centre is below is seen by its centre all the same,
-        // unless the surface is in the way.
-        let sees = |texel: usize| !self.world.occluded(origin, centre(texel), f32::INFINITY);
         let row = row(normal);
-        row.iter().enumerate().map(|(texel, value)| *value != 0.0 && sees(texel)).collect()
+        let mut seen = TexelSet::of(SIDE, |texel| row[texel] != 0.0);
+        // What of a texel is above the horizon while its centre is below is seen by its centre all the same,
+        // unless the surface is in the way: so there is no horizon.
+        self.world.see(Eye { origin, horizon: None, rays: &self.rays, within: None }, &mut seen);
+        seen
     }
 
     /// Radiance of a white surface at `vertex`, which sees the texels of `seen`, under all lights.
-    pub(super) fn radiances(&self, vertex: usize, seen: &[bool], lights: &HeldOutLights) -> [f32; RADIANCES] {
+    pub(super) fn radiances(
+        &self,
+        vertex: usize,
+        seen: &TexelSet,
+        lights: &HeldOutLights,
+    ) -> [f32; RADIANCES] {
         let mut row = row(self.receivers[vertex].normal);
-        row.iter_mut().zip(seen).filter(|(_, seen)| !**seen).for_each(|(value, _)| *value = 0.0);
+        for (texel, value) in row.iter_mut().enumerate() {
+            if !seen.has(texel / SIDE, texel % SIDE) {
+                *value = 0.0;
+            }
+        }
         exact_radiances(&[row], lights)
     }
 }

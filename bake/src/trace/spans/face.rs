@@ -25,6 +25,14 @@ pub(super) struct Rect {
 }
 
 impl Rect {
+    /// What of a span is in it: its first and its last column.
+    #[inline(always)]
+    pub fn columns_of(self, [from, to]: [i32; 2]) -> Option<[usize; 2]> {
+        let [left, right] = self.columns.map(i32::from);
+        let (from, to) = (from.max(left), to.min(right));
+        (from <= to).then_some([from as usize, to as usize])
+    }
+
     /// Whether a triangle with these bounds is worth looking for span by span.
     #[inline(always)]
     pub fn is_wide(self) -> bool {
@@ -75,6 +83,12 @@ impl Face {
     pub fn rect(&self) -> Rect {
         let ends = [0, self.size as u16 - 1];
         Rect { columns: ends, rows: ends }
+    }
+
+    /// The first and the last row of `rect`, rows of all faces counted.
+    #[inline(always)]
+    pub fn rows(&self, rect: Rect) -> [usize; 2] {
+        rect.rows.map(|y| self.number * self.size + usize::from(y))
     }
 
     /// The axes of the world across and along rays of this face, in the order of `ShearedRay::shear`.

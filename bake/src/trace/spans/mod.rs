@@ -14,6 +14,7 @@
 
 mod edges;
 mod face;
+mod film;
 mod rays;
 mod set;
 #[cfg(test)]
@@ -25,11 +26,12 @@ pub use set::TexelSet;
 
 use super::triangle::{ShearedRay, TriangleHit};
 use super::wide::block::{Block, BlockRay};
-use super::wide::lanes::{LANES, Lanes};
+use super::wide::lanes::{LANES, Lanes, Plain};
 use super::wide::tree::{Child, Node};
 use super::wide::{Kernel, Wide, lanes_of};
 use edges::Edges;
 use face::{Face, Rect};
+use film::{Film, Nearest, Place};
 use glam::Vec3A;
 use relume_formats::basis::cubemap::FACES;
 use set::mask;
@@ -71,12 +73,34 @@ impl Wide {
         may_not: impl Fn(u32) -> bool,
         counts: impl Fn(u32, &TriangleHit) -> bool,
     ) {
+        self.look(&Look { wide: self, eye, may_not, counts }, texels);
+    }
+
+    /// For each texel, if it is in `asked`, the nearest triangle behind it that `counts`, in the order of
+    /// leaves, and where it is hit; see [`Wide::see`].
+    pub fn nearest_of_texels(
+        &self,
+        eye: Eye<'_>,
+        asked: &TexelSet,
+        may_not: impl Fn(u32) -> bool,
+        counts: impl Fn(u32, &TriangleHit) -> bool,
+    ) -> Vec<Option<(u32, TriangleHit)>> {
+        let mut film = Nearest::new(asked, eye.rays, &self.order);
+        self.look(&Look { wide: self, eye, may_not, counts }, &mut film);
+        film.into_hits()
+    }
+
+    fn look<M, C>(&self, look: &Look<'_, M, C>, film: &mut impl Film)
+    where
+        M: Fn(u32) -> bool,
+        C: Fn(u32, &TriangleHit) -> bool,
+    {
         match self.kernel {
-            Kernel::Plain => Look { wide: self, eye, may_not, counts }.see(super::wide::lanes::Plain, texels),
+            Kernel::Plain => look.look(Plain, film),
             #[cfg(target_arch = "x86_64")]
             Kernel::V3(simd) => simd.run(
                 #[inline(always)]
-                || Look { wide: self, eye, may_not, counts }.see(simd, texels),
+                || look.look(simd, film),
             ),
         }
     }
@@ -92,37 +116,35 @@ struct Look<'a, M, C> {
 
 impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     #[inline(always)]
-    fn see<L: Lanes>(&self, simd: L, texels: &mut TexelSet) {
+    fn look<L: Lanes>(&self, simd: L, film: &mut impl Film) {
         if self.wide.nodes.is_empty() {
             return;
         }
         let mut open = Vec::with_capacity(64);
         for number in 0..FACES {
-            let face = Face { number, size: texels.face_size(), origin: self.eye.origin.to_array() };
+            let face = Face { number, size: self.eye.rays.face_size(), origin: self.eye.origin.to_array() };
             open.push(Open { near: 0.0, child: Child::of(0), rect: face.rect() });
-            while let Some(Open { child, rect, .. }) = open.pop() {
-                if !self.is_any(&face, rect, texels) {
+            while let Some(Open { child, rect, near }) = open.pop() {
+                if !self.is_open(&face, rect, near, film) {
                     continue;
                 }
                 match child.leaf_or_node() {
                     Err(node) => self.open(simd, &face, &self.wide.nodes[node], rect, &mut open),
-                    Ok(leaf) => self.leaf(simd, &face, &self.wide.blocks[leaf], rect, texels),
+                    Ok(leaf) => self.leaf(simd, &face, &self.wide.blocks[leaf], rect, film),
                 }
             }
         }
     }
 
-    /// Whether any of `texels` is in `rect`.
+    /// Whether what is in `rect`, no nearer than `near`, may leave anything on `film`.
     #[inline(always)]
-    fn is_any(&self, face: &Face, rect: Rect, texels: &TexelSet) -> bool {
-        let [first, last] = rect.rows.map(usize::from);
+    fn is_open(&self, face: &Face, rect: Rect, near: f32, film: &impl Film) -> bool {
         let is_within = self.eye.within.is_none_or(|within| {
             let (size, fine) = (within.face_size(), face.size);
-            let row = |y: usize| face.number * size + y * size / fine;
-            within.any(row(first)..=row(last), rect.columns.map(|x| usize::from(x) * size / fine))
+            let [first, last] = rect.rows.map(|y| face.number * size + usize::from(y) * size / fine);
+            within.any(first..=last, rect.columns.map(|x| usize::from(x) * size / fine))
         });
-        let row = |y: usize| face.number * face.size + y;
-        is_within && texels.any(row(first)..=row(last), rect.columns.map(usize::from))
+        is_within && film.takes(near, face.rows(rect), rect.columns.map(usize::from))
     }
 
     /// Puts what is in `node` on the stack, the nearest last.
@@ -152,139 +174,135 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         simd.lt(simd.splat(0.0), highest)
     }
 
-    /// Takes away the `texels` in `rect` before which triangles of `block` stand.
+    /// Leaves on `film` what the triangles of `block` cover of `rect`.
     #[inline(always)]
-    fn leaf<L: Lanes>(&self, simd: L, face: &Face, block: &Block, rect: Rect, texels: &mut TexelSet) {
-        let [first, last] = rect.rows.map(|row| face.number * face.size + usize::from(row));
+    fn leaf<L: Lanes>(&self, simd: L, face: &Face, block: &Block, rect: Rect, film: &mut impl Film) {
+        let [first, last] = face.rows(rect);
         let mut few = [(0, 0); FEW];
-        if let Some(count) = texels.few(first..=last, rect.columns.map(usize::from), &mut few) {
-            for (row, x) in few.into_iter().take(count) {
-                if self.is_hidden(simd, face, block, (row, x)) {
-                    texels.remove(row, x / 64, 1 << (x % 64));
-                }
-            }
-            return;
+        if let Some(count) = film.open().few(first..=last, rect.columns.map(usize::from), &mut few) {
+            return few.into_iter().take(count).for_each(|texel| self.texel(simd, face, block, texel, film));
         }
         let bounds = Bounds::new(simd, face, block);
         for lane in lanes_of(bounds.some) {
             let Some(rect) = bounds.of(lane, rect) else { continue };
             let number = block.first + lane as u32;
-            let seen = Seen::new(simd, block, lane, face.origin, face.sheared());
-            let triangle = Triangle { seen, number };
+            let triangle =
+                Triangle { seen: Seen::new(simd, block, lane, face.origin, face.sheared()), number };
             match rect.is_wide().then(|| Edges::new(face, block, lane)).flatten() {
                 Some(edges) => {
-                    let is_whole = bounds.in_front >> lane & 1 == 1 && !(self.may_not)(number);
-                    self.wide_triangle(simd, face, &triangle, (&edges, is_whole), rect, texels);
+                    let is_in_front = bounds.in_front >> lane & 1 == 1;
+                    self.spans(simd, face, &triangle, (&edges, is_in_front), rect, film);
                 }
                 None => {
-                    for y in rect.rows[0]..=rect.rows[1] {
-                        let columns = rect.columns.map(usize::from);
-                        self.row(simd, face, &triangle, (y.into(), columns), texels);
+                    let [first, last] = face.rows(rect);
+                    for row in first..=last {
+                        self.row(simd, &triangle, row, rect.columns.map(usize::from), film);
                     }
                 }
             }
         }
     }
 
-    /// Whether any triangle of `block` stands before the texel at (`row`, `x`).
+    /// Leaves on `film` what is hit of `block` through the texel at (row, x).
     #[inline(always)]
-    fn is_hidden<L: Lanes>(&self, simd: L, face: &Face, block: &Block, (row, x): (usize, usize)) -> bool {
-        let shear = self.eye.rays.shear(row, x);
-        let ray = BlockRay::of_shear(simd, self.eye.origin, (face.sheared(), shear.0, shear.1));
+    fn texel<L: Lanes>(
+        &self,
+        simd: L,
+        face: &Face,
+        block: &Block,
+        (row, x): (usize, usize),
+        film: &mut impl Film,
+    ) {
+        let (across, along) = self.eye.rays.shear(row, x);
+        let ray = BlockRay::of_shear(simd, self.eye.origin, (face.sheared(), across, along));
         let met = ray.meet(simd, block, f32::MAX);
-        lanes_of(met.hit | met.unclear).any(|lane| {
+        for lane in lanes_of(met.hit | met.unclear) {
             let number = block.first + lane as u32;
             let hit = match met.unclear >> lane & 1 {
                 0 => Some(met.hit(lane)),
-                _ => self.hit(number, row, x / LANES, x % LANES),
+                _ => self.hit(number, row, x),
             };
-            hit.is_some_and(|hit| !(self.may_not)(number) || (self.counts)(number, &hit))
-        })
+            if let Some(hit) = hit.filter(|hit| !(self.may_not)(number) || (self.counts)(number, hit)) {
+                film.hit((row, x / 64), x % 64, number, &hit);
+            }
+        }
     }
 
-    /// Takes away what a triangle covers of `rect`, span by span; what is surely inside without a test if the
-    /// triangle `is_whole` before the face.
+    /// Leaves on `film` what a wide triangle covers of `rect`, span by span; what is surely inside without a
+    /// test if the triangle is in front of the face as a whole, and hits are not asked for.
     #[inline(always)]
-    fn wide_triangle<L: Lanes>(
+    fn spans<L: Lanes, F: Film>(
         &self,
         simd: L,
         face: &Face,
         triangle: &Triangle<L>,
-        (edges, is_whole): (&Edges, bool),
+        (edges, is_in_front): (&Edges, bool),
         rect: Rect,
-        texels: &mut TexelSet,
+        film: &mut F,
     ) {
-        let [left, right] = rect.columns.map(i32::from);
+        let is_whole = F::KEEPS_NO_HITS && is_in_front && !(self.may_not)(triangle.number);
         let [top, bottom] = rect.rows.map(usize::from);
         for first in (top..=bottom).step_by(LANES) {
             let spans = edges.spans(simd, face, first);
             for y in first..=bottom.min(first + LANES - 1) {
-                let within = |[from, to]: [i32; 2]| {
-                    let (from, to) = (from.max(left), to.min(right));
-                    (from <= to).then_some([from as usize, to as usize])
-                };
-                if let Some(columns) = within(spans.is(y - first)).filter(|_| is_whole) {
-                    texels.remove_all(face.number * face.size + y, columns);
+                let row = face.number * face.size + y;
+                if is_whole && let Some(columns) = rect.columns_of(spans.is(y - first)) {
+                    film.covered(row, columns);
                 }
-                if let Some(columns) = within(spans.may_be(y - first)) {
-                    self.row(simd, face, triangle, (y, columns), texels);
+                if let Some(columns) = rect.columns_of(spans.may_be(y - first)) {
+                    self.row(simd, triangle, row, columns, film);
                 }
             }
         }
     }
 
-    /// Takes away what a triangle covers of `columns` of row `y`.
+    /// Leaves on `film` what a triangle covers of `columns` of `row`.
     #[inline(always)]
     fn row<L: Lanes>(
         &self,
         simd: L,
-        face: &Face,
         triangle: &Triangle<L>,
-        (y, columns): (usize, [usize; 2]),
-        texels: &mut TexelSet,
+        row: usize,
+        columns: [usize; 2],
+        film: &mut impl Film,
     ) {
-        let row = face.number * face.size + y;
         for word in columns[0] / 64..=columns[1] / 64 {
-            let mut open = texels.word(row, word) & mask(word, columns);
+            let mut open = film.open().word(row, word) & mask(word, columns);
             while open != 0 {
                 let first = open.trailing_zeros() & !(LANES as u32 - 1);
-                let eight = word * 64 / LANES + first as usize / LANES;
                 let asked = (open >> first & 0xff) as u32;
                 open &= !(0xff << first);
-                let rays = self.eye.rays.eight(face.number, y, eight);
+                let rays = self.eye.rays.eight(row, word * 64 + first as usize);
                 let Some(met) = triangle.seen.meet(simd, rays) else { continue };
-                let mut hit = met.hit & asked;
-                if met.unclear & asked != 0 {
-                    hit |= self.decide(triangle.number, row, eight, met.unclear & asked);
+                let (hit, unclear) = (met.hit & asked, met.unclear & asked);
+                if unclear != 0 {
+                    self.one_by_one(triangle.number, (row, word), first, unclear, film);
                 }
                 if hit != 0 && (self.may_not)(triangle.number) {
-                    hit = self.counting(triangle.number, row, eight, hit);
+                    self.one_by_one(triangle.number, (row, word), first, hit, film);
+                } else if hit != 0 {
+                    film.hits(simd, (row, word), first, hit, triangle.number, &met);
                 }
-                texels.remove(row, word, u64::from(hit) << first);
             }
         }
     }
 
-    /// Of the rays of `lanes`, those that hit the triangle, one by one.
+    /// Leaves on `film` where the rays of `lanes`, from texel `first` of a word on, hit a triangle that counts
+    /// there.
     #[cold]
     #[inline(never)]
-    fn decide(&self, number: u32, row: usize, eight: usize, lanes: u32) -> u32 {
-        let hits = |lane: &usize| self.hit(number, row, eight, *lane).is_some();
-        lanes_of(lanes).filter(hits).fold(0, |hit, lane| hit | 1 << lane)
+    fn one_by_one(&self, number: u32, place: Place, first: u32, lanes: u32, film: &mut impl Film) {
+        for texel in lanes_of(lanes).map(|lane| first as usize + lane) {
+            let hit = self.hit(number, place.0, place.1 * 64 + texel);
+            if let Some(hit) = hit.filter(|hit| !(self.may_not)(number) || (self.counts)(number, hit)) {
+                film.hit(place, texel, number, &hit);
+            }
+        }
     }
 
-    /// Of the rays of `lanes`, those for which the triangle counts.
-    #[inline(never)]
-    fn counting(&self, number: u32, row: usize, eight: usize, lanes: u32) -> u32 {
-        let counts =
-            |lane: &usize| self.hit(number, row, eight, *lane).is_some_and(|hit| (self.counts)(number, &hit));
-        lanes_of(lanes).filter(counts).fold(0, |hit, lane| hit | 1 << lane)
-    }
-
-    fn hit(&self, number: u32, row: usize, eight: usize, lane: usize) -> Option<TriangleHit> {
+    fn hit(&self, number: u32, row: usize, x: usize) -> Option<TriangleHit> {
         let rays = self.eye.rays;
-        let direction = rays.directions()[row * rays.face_size() + eight * LANES + lane];
-        let ray = ShearedRay::new(self.eye.origin, direction);
+        let ray = ShearedRay::new(self.eye.origin, rays.directions()[row * rays.face_size() + x]);
         ray.intersect(&self.wide.triangles[number as usize], f32::INFINITY)
     }
 }

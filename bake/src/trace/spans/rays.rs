@@ -54,14 +54,14 @@ impl TexelRays {
         &self.directions
     }
 
-    /// The `eight`-th eight texels of row `y` of `face`.
-    pub(super) fn eight(&self, face: usize, y: usize, eight: usize) -> &Eight {
-        &self.eights[(face * self.face_size + y) * (self.face_size / LANES) + eight]
+    /// The eight texels of which that at (`row`, `x`) is one, rows of all faces counted.
+    pub(super) fn eight(&self, row: usize, x: usize) -> &Eight {
+        &self.eights[(row * self.face_size + x) / LANES]
     }
 
     /// The shear of the ray through the texel at (`row`, `x`), rows of all faces counted.
     pub(super) fn shear(&self, row: usize, x: usize) -> ([f32; 2], f32) {
-        let (eight, lane) = (&self.eights[row * (self.face_size / LANES) + x / LANES], x % LANES);
+        let (eight, lane) = (self.eight(row, x), x % LANES);
         ([eight.across[0][lane], eight.across[1][lane]], eight.along[lane])
     }
 

@@ -22,7 +22,7 @@ fn kernels() -> [Kernel; 2] {
 }
 
 #[test]
-fn texels_are_those_that_rays_see() {
+fn texels_are_those_that_rays_see_and_what_is_behind_them_is_what_rays_hit() {
     let mut random = Random(11);
     let (mut seen, mut hidden) = (0, 0);
     for (number, triangles) in scenes().into_iter().enumerate() {
@@ -30,22 +30,25 @@ fn texels_are_those_that_rays_see() {
         let order = wide.order.clone();
         for (at, (origin, horizon)) in eyes(&triangles, &mut random).into_iter().enumerate() {
             let rays = TexelRays::centres([32, 64, 40][(number + at) % 3]);
-            let asked = horizon.map_or_else(|| TexelSet::of(rays.face_size(), |_| true), |n| rays.above(n));
+            let n = rays.face_size();
+            let asked = horizon.map_or_else(|| TexelSet::of(n, |_| true), |normal| rays.above(normal));
             // As a material with holes has it: some triangles do not count.
             for leaves_out in [u32::MAX, 3] {
                 let counts = |at: u32| order[at as usize] % 4 != leaves_out;
-                let sees = |texel: usize| {
-                    let direction = rays.directions()[texel];
-                    !wide.occluded(origin, direction, f32::INFINITY, |at, _| counts(at))
+                let nearest = |texel: usize| {
+                    let hit = wide.nearest(origin, rays.directions()[texel], |at, _| counts(at));
+                    hit.filter(|_| asked.has(texel / n, texel % n))
                 };
-                let n = rays.face_size();
-                let expected = TexelSet::of(n, |texel| asked.has(texel / n, texel % n) && sees(texel));
+                let hits: Vec<_> = (0..FACES * n * n).map(nearest).collect();
+                let expected = TexelSet::of(n, |i| asked.has(i / n, i % n) && hits[i].is_none());
                 for kernel in kernels() {
-                    let mut found = asked.clone();
+                    let (mut found, what) = (asked.clone(), format!("scene {number}, {kernel:?}, {origin}"));
                     let eye = Eye { origin, horizon, rays: &rays, within: None };
                     wide.kernel = kernel;
                     wide.see(eye, &mut found, |at| !counts(at), |at, _| counts(at));
-                    assert_eq!(found, expected, "scene {number}, {kernel:?}, from {origin}, {leaves_out}");
+                    assert!(found == expected, "{what}, without {leaves_out}");
+                    let behind = wide.nearest_of_texels(eye, &asked, |at| !counts(at), |at, _| counts(at));
+                    assert!(behind == hits, "{what}, without {leaves_out}: what is nearest");
                 }
                 wide.kernel = Kernel::of_this_processor();
                 seen += expected.count();

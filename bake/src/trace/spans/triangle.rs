@@ -18,17 +18,12 @@ pub(super) struct Met<L: Lanes> {
     pub hit: u32,
     /// Rays that only `ShearedRay` can decide on, for they pass an edge as closely as numbers tell.
     pub unclear: u32,
-    distances: L::F32,
+    /// Distances along the rays.
+    pub distances: L::F32,
     weights: [L::F32; 2],
 }
 
 impl<L: Lanes> Met<L> {
-    /// Distances along the rays.
-    #[inline(always)]
-    pub fn distances(&self, simd: L) -> [f32; LANES] {
-        simd.store(self.distances)
-    }
-
     /// Where the ray of `lane` hits.
     #[inline(always)]
     pub fn hit(&self, simd: L, lane: usize) -> TriangleHit {

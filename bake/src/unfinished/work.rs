@@ -119,6 +119,7 @@ impl Work<'_> {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, content: &impl Stored, file: &str) -> Result<FileEntry> {
+        let _step = self.job.step("writing");
         write_entry(content, self.unfinished, file)
     }
 }

@@ -38,11 +38,13 @@ pub fn bake(
 ) -> Result<Option<TransferImages>> {
     let chromaticity = chromaticity(scene);
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
+    let preparing = job.step("preparing");
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
     let projector = projector(scene, basis, &layout, chromaticity);
     let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
+    drop(preparing);
     let Some(log) = run(&tiles)? else { return Ok(None) };
 
     let meta = Meta {

@@ -110,16 +110,20 @@ pub fn measure(
     baked: &TransferImages,
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
+    let preparing = job.step("preparing");
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
     let on_bases =
         |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
+    drop(preparing);
+    let evaluating = job.step("evaluating");
     let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
     let pixels = one_pixel_in(SPACING, settings.size);
+    drop(evaluating);
     let progress = job.progress("measuring", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         progress.check()?;
@@ -150,7 +154,10 @@ pub fn choose_bases(
     pixels: u32,
     job: &Job,
 ) -> Result<usize> {
+    let basis_step = job.step("basis");
     let basis = basis_for(scene, *CHOICE.end())?;
+    drop(basis_step);
+    let preparing = job.step("preparing");
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
@@ -163,6 +170,7 @@ pub fn choose_bases(
     let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
     let pixels = one_pixel_in(spacing, size);
     let samples = samples.min(CHOICE_PATHS);
+    drop(preparing);
     let progress = job.progress("choosing", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
         progress.check()?;

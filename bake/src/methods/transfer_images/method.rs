@@ -85,7 +85,9 @@ impl Method for TransferImagesMethod {
         };
         let settings = Settings { size, samples, seed, bases };
         work.job.memory().expect(need(scene, &settings))?;
+        let step = work.job.step("basis");
         let basis = basis_for(scene, bases)?;
+        drop(step);
         let Some(images) = bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else {
             return Ok(None);
         };

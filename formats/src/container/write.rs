@@ -1,4 +1,4 @@
-//! Writing a file: sections are compressed as they come, the header goes in front at the end.
+//! Writing a file: sections are compressed some at a time, the header goes in front at the end.
 
 use super::header::{Fixed, encode_table};
 use super::{
@@ -21,6 +21,9 @@ pub(super) fn record_config() -> RecordConfig {
     bincode::config::standard().with_fixed_int_encoding().with_limit()
 }
 
+/// Bytes that wait to be compressed together, at most, but for those of one section.
+const MAX_WAITING: usize = 64 << 20;
+
 /// Collects the compressed sections of one file.
 pub struct Writer {
     kind: Kind,
@@ -28,12 +31,14 @@ pub struct Writer {
     place: Place,
     sections: Vec<SectionInfo>,
     payload: Vec<u8>,
+    /// The last of `sections`, as they are to be compressed.
+    waiting: Vec<Vec<u8>>,
 }
 
 impl Writer {
     /// An empty file of the given kind; `place` is used in messages only.
     pub fn new(kind: Kind, kind_version: u32, place: Place) -> Self {
-        Self { kind, kind_version, place, sections: Vec::new(), payload: Vec::new() }
+        Self { kind, kind_version, place, sections: Vec::new(), payload: Vec::new(), waiting: Vec::new() }
     }
 
     /// Adds a small record as a `u8` section.
@@ -101,27 +106,46 @@ impl Writer {
                 ),
             ));
         }
-        let stored = match codec {
-            Codec::Zstd => codec::compress(raw),
-            Codec::ZstdPlanes => codec::compress(&planes::split(raw, element.bytes() as usize)),
-        }
-        .map_err(|e| Error::io(&place, e))?;
         self.sections.push(SectionInfo {
             name: name.to_owned(),
             element,
             shape: shape.to_vec(),
             codec,
-            offset: self.payload.len() as u64, // relative to the payload until `finish` knows the header's length
-            stored_bytes: stored.len() as u64,
+            // Known when it is compressed.
+            offset: 0,
+            stored_bytes: 0,
             raw_bytes,
-            checksum: xxh3_64(&stored),
+            checksum: 0,
         });
-        self.payload.extend_from_slice(&stored);
+        self.waiting.push(match codec {
+            Codec::Zstd => raw.to_vec(),
+            Codec::ZstdPlanes => planes::split(raw, element.bytes() as usize),
+        });
+        if self.waiting.iter().map(Vec::len).sum::<usize>() >= MAX_WAITING {
+            self.compress()?;
+        }
+        Ok(())
+    }
+
+    /// Compresses what is waiting.
+    fn compress(&mut self) -> Result<()> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let first = self.sections.len() - waiting.len();
+        for (section, stored) in self.sections[first..].iter_mut().zip(codec::compress_all(&waiting)) {
+            let place = || self.place.part(format!("section `{}`", section.name));
+            let stored = stored.map_err(|e| Error::io(&place(), e))?;
+            // Relative to the payload until `finish` knows the header's length.
+            section.offset = self.payload.len() as u64;
+            section.stored_bytes = stored.len() as u64;
+            section.checksum = xxh3_64(&stored);
+            self.payload.extend_from_slice(&stored);
+        }
         Ok(())
     }
 
     /// The complete file.
     pub fn finish(mut self) -> Result<Vec<u8>> {
+        self.compress()?;
         // Fixed-size integers: the table is as long with offset 0 as with any other.
         let table_length = encode_table(&self.sections, &self.place)?.len();
         let table_bytes =

@@ -46,7 +46,7 @@ const BLOCK_ROWS: usize = 2048;
 /// If LAPACK does not converge.
 pub fn first_singular(a: &Array2<f64>, k: usize) -> Result<Svd, LinalgError> {
     single_thread();
-    let (_, s, vt) = triangle(a.view())?.svddc(JobSvd::Some)?;
+    let (_, s, vt) = triangle(&a.view())?.svddc(JobSvd::Some)?;
     let missing =
         || LinalgError::Shape(ndarray::ShapeError::from_kind(ndarray::ErrorKind::IncompatibleShape));
     let mut vt = vt.ok_or_else(missing)?.slice(s![..k, ..]).to_owned();
@@ -65,20 +65,20 @@ pub fn first_singular(a: &Array2<f64>, k: usize) -> Result<Svd, LinalgError> {
 }
 
 /// R of the QR decomposition of `a`, but for signs of its rows.
-fn triangle(a: ArrayView2<'_, f64>) -> Result<Array2<f64>, LinalgError> {
+fn triangle(a: &ArrayView2<'_, f64>) -> Result<Array2<f64>, LinalgError> {
     let rows = a.nrows();
     if rows <= BLOCK_ROWS.max(2 * a.ncols()) {
         // LAPACK is at its best where columns are contiguous.
         let mut block = Array2::zeros(a.dim().f());
-        block.assign(&a);
+        block.assign(a);
         let layout = block.layout()?;
         // Q is not needed.
         f64::householder(layout, block.as_allocated_mut()?)?;
         return Ok(block.slice(s![..a.ncols().min(rows), ..]).to_owned().into_triangular(UPLO::Upper));
     }
     let (above, below) = a.split_at(Axis(0), rows / 2);
-    let (above, below) = rayon::join(|| triangle(above), || triangle(below));
-    triangle(concatenate(Axis(0), &[above?.view(), below?.view()])?.view())
+    let (above, below) = rayon::join(|| triangle(&above), || triangle(&below));
+    triangle(&concatenate(Axis(0), &[above?.view(), below?.view()])?.view())
 }
 
 #[cfg(test)]

@@ -61,31 +61,31 @@ impl Writer {
 
     /// Adds an `i16` section of the given shape.
     pub fn i16s(&mut self, name: &str, shape: &[u64], values: &[i16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, i16::to_le_bytes);
         self.bytes(name, Element::I16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a `u16` section of the given shape.
     pub fn u16s(&mut self, name: &str, shape: &[u64], values: &[u16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, u16::to_le_bytes);
         self.bytes(name, Element::U16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a `u32` section of the given shape.
     pub fn u32s(&mut self, name: &str, shape: &[u64], values: &[u32]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, u32::to_le_bytes);
         self.bytes(name, Element::U32, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a half-float section of the given shape.
     pub fn f16s(&mut self, name: &str, shape: &[u64], values: &[f16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, f16::to_le_bytes);
         self.bytes(name, Element::F16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds an `f32` section of the given shape.
     pub fn f32s(&mut self, name: &str, shape: &[u64], values: &[f32]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, f32::to_le_bytes);
         self.bytes(name, Element::F32, shape, Codec::ZstdPlanes, &bytes)
     }
 
@@ -169,6 +169,13 @@ impl Writer {
         file.extend_from_slice(&self.payload);
         Ok(file)
     }
+}
+
+fn le_bytes<T: Copy, const N: usize>(values: &[T], to_bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
+    let mut bytes = vec![0; N * values.len()];
+    // As pairs of arrays this is a copy; byte by byte it takes as long as compressing.
+    bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(bytes, value)| *bytes = to_bytes(*value));
+    bytes
 }
 
 /// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where

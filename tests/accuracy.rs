@@ -1,8 +1,8 @@
 //! Baked images against the reference, with stated bounds.
 
-use crate::support::images::{bake, in_state, on_bases, settings};
+use crate::support::images::{bake, gathering, in_state, on_bases, settings};
 use crate::support::{job, library_scene, relative_l2, render};
-use relume_bake::methods::transfer_images::{self, Settings, held_out};
+use relume_bake::methods::transfer_images::{self, Settings, held_out, space_for};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::{self, Estimate, Paths};
@@ -83,15 +83,22 @@ fn six_and_nine_bases_stay_below_the_published_errors() {
 #[test]
 fn bases_are_chosen_by_error() {
     let scene = library_scene("cornell-knot");
+    let space = space_for(&scene, 16).unwrap();
+    let pixels = held_out::some_pixels(held_out::CHOICE_PIXELS, [64, 64]);
     let choose = |max_error| {
-        held_out::choose_bases(&scene, [64, 64], 64, 1, max_error, held_out::CHOICE_PIXELS, &job()).unwrap()
+        gathering(&scene, &settings(64, 64, 16, 1), |gather| {
+            held_out::choose_bases(&scene, gather, space.whole(), 64, max_error, &pixels, &job()).unwrap()
+        })
     };
     for max_error in [0.02, 0.005, 0.001] {
         let bases = choose(max_error);
         let worst = |bases| {
             let settings = settings(64, 64, bases, 1);
             let (basis, images) = bake(&scene, &settings, true);
-            held_out::measure(&scene, &settings, &basis, &images, &job()).unwrap().unwrap().worst
+            let measured = gathering(&scene, &settings, |gather| {
+                held_out::measure(&scene, gather, &settings, &basis, &images, &job()).unwrap()
+            });
+            measured.unwrap().worst
         };
         // The choice sees other pixels and fewer paths than the measurement.
         assert!(

@@ -79,3 +79,15 @@ fn a_bake_does_without_a_player_that_is_missing_fails_or_never_ends() {
         assert!(reason.contains(expected) && !text.contains("a frame in"), "{reason}");
     }
 }
+
+/// Steps follow one another, so that they are as long as the bake at most.
+#[test]
+fn the_report_tells_what_every_step_took() {
+    let (_, report) = bake_beside(None);
+    let steps = report["steps"].as_object().unwrap();
+    for name in ["reading", "looking", "basis", "preparing", "tracing", "packing", "measuring", "writing"] {
+        assert!(steps[name].as_f64().unwrap() > 0.0, "{name}: {steps:?}");
+    }
+    let sum: f64 = steps.values().filter_map(Value::as_f64).sum();
+    assert!(sum <= report["seconds"].as_f64().unwrap(), "{report}");
+}

@@ -35,7 +35,6 @@ use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Mutex;
-use std::time::Instant;
 pub use stored_scene::stored_scene;
 
 /// What a bake came to, for the user.
@@ -214,8 +213,7 @@ fn bake_into(
     seed: u64,
     work: Work<'_>,
 ) -> Result<Outcome> {
-    let start = Instant::now();
-    let Work { folder, unfinished, .. } = work;
+    let Work { folder, unfinished, job, .. } = work;
     let (size, hash) = (stored.meta.size, scene_hash(scene));
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     let (playable, left_out) = playable::split(scene, &stored.meta, &names);
@@ -225,13 +223,17 @@ fn bake_into(
         .iter()
         .for_each(|notice| note(notice));
     // What needs no tracing comes first: what its readers would refuse is then known before hours of work.
+    let writing = job.step("writing");
     let scene_file = write_entry(stored, unfinished, "scene.relume")?;
     let mut animations = BTreeMap::new();
     for animation in playable {
         let file = file_of("animation", &animation.name, "relume");
         animations.insert(animation.name.clone(), write_entry(animation, unfinished, &file)?);
     }
+    drop(writing);
+    let looking = job.step("looking");
     let is_black = darkness::is_black(scene, size)?;
+    drop(looking);
     let sphere_sets = sphere_sets::fit_all(scene, seed, old, folder, &work)?;
     let entries: Option<Vec<SphereSetEntry>> =
         sphere_sets.as_ref().map(|sets| sets.iter().map(|set| set.entry.clone()).collect());
@@ -258,7 +260,9 @@ fn bake_into(
         sphere_sets: sphere_sets.iter().map(|set| (set.object.clone(), set.entry.clone())).collect(),
         methods: methods.iter().map(|summary| summary.entry.clone()).collect(),
     };
+    let writing = job.step("writing");
     publish(&manifest, old, &work)?;
+    drop(writing);
     let served: Vec<&str> = methods
         .iter()
         .filter(|summary| summary.traced.is_none())
@@ -268,7 +272,7 @@ fn bake_into(
     let summary =
         Summary { sphere_sets, methods, bytes: manifest.entries().map(|e| e.bytes).sum(), is_black };
     if summary.has_news() {
-        write_report(folder, &summary, start)?;
+        write_report(folder, &summary, job)?;
     }
     Ok(Outcome::Bundle(summary))
 }
@@ -332,7 +336,7 @@ fn expect_sizes(scene: &Scene, size: [u32; 2]) -> Result<()> {
     }
 }
 
-fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> {
+fn write_report(folder: &Path, summary: &Summary, job: &Job) -> Result<()> {
     let of_method = |summary: &MethodSummary| {
         let traced = summary.traced?;
         let report = json!({
@@ -342,7 +346,8 @@ fn write_report(folder: &Path, summary: &Summary, start: Instant) -> Result<()> 
         });
         Some((summary.entry.name.clone(), report))
     };
-    let mut report = report::facts(start.elapsed().as_secs_f64());
+    let mut report = report::facts(job.seconds());
+    report.insert("steps".to_owned(), json!(job.steps()));
     report.insert("methods".to_owned(), summary.methods.iter().filter_map(of_method).collect());
     let of_set = |set: &SphereSetSummary| {
         Some((set.entry.file.file.clone(), json!({ "seconds": set.fitted.as_ref()?.seconds })))

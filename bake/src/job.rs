@@ -4,9 +4,10 @@ use crate::interrupted::Interrupted;
 use crate::memory::MemoryLimit;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use relume_formats::name::plain;
+use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write as _};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How progress is told, always on stderr.
@@ -31,7 +32,7 @@ pub enum Voice {
     Quiet,
     /// Notes and progress, too.
     Usual,
-    /// How long steps take, and every warning however many there are.
+    /// How long every step takes, and every warning however many there are.
     Verbose,
 }
 
@@ -86,16 +87,21 @@ pub fn watch_signals() -> Result<(), ctrlc::Error> {
 pub fn outlive_file_limits() -> std::io::Result<()> {
     // That somebody watches is all that it takes.
     #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default())?;
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     Ok(())
 }
 
 /// The work of one command.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Job {
     mode: ProgressMode,
     memory: MemoryLimit,
+    start: Instant,
+    steps: Arc<Mutex<Steps>>,
 }
+
+/// Wall-clock seconds of every step, by its name.
+pub type Steps = BTreeMap<&'static str, f64>;
 
 impl Job {
     /// A job that tells its progress in the given way.
@@ -105,7 +111,7 @@ impl Job {
             ProgressMode::Auto if !std::io::stderr().is_terminal() => ProgressMode::Plain,
             other => other,
         };
-        Self { mode, memory: MemoryLimit::Free }
+        Self { mode, memory: MemoryLimit::Free, start: Instant::now(), steps: Arc::default() }
     }
 
     /// The same job with a limit of memory of its own.
@@ -113,12 +119,33 @@ impl Job {
         Self { memory, ..self }
     }
 
+    /// The same job with nothing done yet.
+    pub fn anew(&self) -> Self {
+        Self { start: Instant::now(), steps: Arc::default(), ..*self }
+    }
+
     /// How much memory the job may take.
     pub fn memory(&self) -> MemoryLimit {
         self.memory
     }
 
-    /// Starts to count `total` steps of what is called `name`.
+    /// Starts a step, which lasts until what is returned is dropped. Steps of the same name add up; none may
+    /// begin within another, so that all together are as long as the job at most.
+    pub fn step(&self, name: &'static str) -> Step {
+        Step { name, start: Instant::now(), steps: Arc::clone(&self.steps) }
+    }
+
+    /// Wall-clock seconds since the job began.
+    pub fn seconds(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// What the steps that ended took.
+    pub fn steps(&self) -> Steps {
+        self.steps.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Starts a step of so many parts, to be told as they are done.
     pub fn progress(&self, name: &'static str, total: u64) -> Progress {
         let bar = match self.mode {
             ProgressMode::Auto => {
@@ -132,16 +159,24 @@ impl Job {
             bar.set_style(style);
         }
         bar.set_message(name);
-        let now = Instant::now();
-        Progress {
-            mode: self.mode,
-            name,
-            total,
-            done: AtomicU64::new(0),
-            bar,
-            start: now,
-            last_told: Mutex::new(now),
-        }
+        let step = self.step(name);
+        let last_told = Mutex::new(step.start);
+        Progress { mode: self.mode, total, done: AtomicU64::new(0), bar, step, last_told }
+    }
+}
+
+/// A step that has begun; it ends when this is dropped.
+#[derive(Debug)]
+pub struct Step {
+    name: &'static str,
+    start: Instant,
+    steps: Arc<Mutex<Steps>>,
+}
+
+impl Drop for Step {
+    fn drop(&mut self) {
+        let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
+        *steps.entry(self.name).or_default() += self.start.elapsed().as_secs_f64();
     }
 }
 
@@ -149,11 +184,10 @@ impl Job {
 #[derive(Debug)]
 pub struct Progress {
     mode: ProgressMode,
-    name: &'static str,
     total: u64,
     done: AtomicU64,
     bar: ProgressBar,
-    start: Instant,
+    step: Step,
     last_told: Mutex<Instant>,
 }
 
@@ -180,15 +214,15 @@ impl Progress {
     }
 
     fn tell(&self, done: u64) {
-        let seconds = self.start.elapsed().as_secs_f64();
+        let seconds = self.step.start.elapsed().as_secs_f64();
         let left = seconds / done.max(1) as f64 * self.total.saturating_sub(done) as f64;
         if self.mode == ProgressMode::Json {
-            let line = serde_json::json!({ "stage": self.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
+            let line = serde_json::json!({ "stage": self.step.name, "done": done, "total": self.total, "seconds": seconds, "seconds_left": left });
             say(&line.to_string());
         } else {
             say(&format!(
                 "{}: {} %, {seconds:.0} s gone, {left:.0} s left",
-                self.name,
+                self.step.name,
                 100 * done / self.total.max(1)
             ));
         }
@@ -211,5 +245,28 @@ pub fn say(line: &str) {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_add_up_by_name_within_the_time_of_the_job() {
+        let job = Job::new(ProgressMode::None);
+        for _ in 0..3 {
+            let start = Instant::now();
+            let before = job.steps().get("tracing").copied().unwrap_or_default();
+            let progress = job.progress("tracing", 1);
+            assert_eq!(job.steps().get("tracing").copied().unwrap_or_default(), before, "not before it ends");
+            drop(progress);
+            let took = job.steps()["tracing"] - before;
+            assert!(took > 0.0 && took <= start.elapsed().as_secs_f64());
+        }
+        drop(job.step("writing"));
+        assert_eq!(job.steps().into_keys().collect::<Vec<_>>(), ["tracing", "writing"]);
+        assert!(job.steps().into_values().sum::<f64>() <= job.seconds());
+        assert!(job.anew().steps().is_empty(), "another bake of the same command");
     }
 }

@@ -4,6 +4,9 @@ use super::job;
 use relume_bake::brdf::basis;
 use relume_bake::methods::transfer_images::{self, Settings};
 use relume_bake::stage::{Share, Stage, fill};
+use relume_bake::trace::gather::Gather;
+use relume_bake::trace::lights::Lights;
+use relume_bake::trace::world::World;
 use relume_bake::work_log::WorkLog;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
@@ -23,8 +26,16 @@ pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBa
         fill(stage, &log, Share::WHOLE, &job())?;
         Ok(Some(log))
     };
-    let images = transfer_images::bake(scene, settings, &basis, &job(), run).unwrap().unwrap();
+    let bake = |gather: &Gather<'_>| transfer_images::bake(scene, gather, settings, &basis, &job(), run);
+    let images = gathering(scene, settings, bake).unwrap().unwrap();
     (basis, images)
+}
+
+/// Gives the paths of a bake of `scene` to `then`.
+pub fn gathering<T>(scene: &Scene, settings: &Settings, then: impl FnOnce(&Gather<'_>) -> T) -> T {
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    then(&Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed))
 }
 
 /// The coefficients of materials.

@@ -23,6 +23,7 @@ use relume_formats::basis::cap::{Bitmap, ROWS};
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::{EquirectMap, cubemap};
 use relume_formats::evaluate::sphere_shadows::{Levels, Receiver, blocked, light, radiance};
+use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::{SphereSet, SphereShadows, VisibilityTable};
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
@@ -208,7 +209,11 @@ impl Prepared {
             let kept = Some(TERMS[0]);
             let shown = posed.iter().map(|p| {
                 percent(
-                    &p.under(&lobes(&self.shadows, kept), &light(lit.planes.clone(), kept), Levels::Two),
+                    &p.under(&Shading::new(
+                        &lobes(&self.shadows, kept),
+                        &light(lit.planes.clone(), kept),
+                        Levels::Two,
+                    )),
                     &truth,
                 )
             });
@@ -274,7 +279,9 @@ fn ladder(
         let lobes = lobes(shadows, Some(terms));
         let mut before = wavelets;
         for (name, levels) in [("all levels", Levels::All), ("II", Levels::Two), ("I", Levels::One)] {
-            let image = |lit: &Lit| posed.under(&lobes, &light(lit.planes.clone(), Some(terms)), levels);
+            let image = |lit: &Lit| {
+                posed.under(&Shading::new(&lobes, &light(lit.planes.clone(), Some(terms)), levels))
+            };
             before = push(format!("{terms} terms, {name}"), before, lights.iter().map(image).collect());
         }
     }

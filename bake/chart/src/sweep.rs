@@ -81,7 +81,7 @@ impl Bench<'_> {
     /// As [`bundle::run`].
     pub fn bake(&self, scene: &Scene, method: Box<dyn Method>, name: &str) -> Result<Baked> {
         let folder = self.folder.join(name);
-        bundle::run(scene, &[method], self.size, &folder, Leftover::Resume, 0, self.job)?;
+        bundle::run(scene, &[method], self.size, &folder, Leftover::Resume, 0, &self.job.anew())?;
         let seconds = relume_bake::report::seconds(&folder).unwrap_or(f64::NAN);
         Ok(Baked { folder, seconds })
     }

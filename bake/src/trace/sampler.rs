@@ -49,18 +49,13 @@ fn unit(x: u32) -> f32 {
 }
 
 /// The second Sobol dimension: its direction numbers are the rows of Pascal's triangle modulo 2.
+///
+/// C(i, k) is odd where k has no bit that i lacks (Lucas), so bit k of the reversed value is the parity of
+/// the bits i of `index` of which that is true. Such sums are taken one bit of the places at a time.
 fn sobol_second(index: u32) -> u32 {
-    let mut value = 0;
-    let mut direction = 1u32 << 31;
-    let mut bits = index;
-    while bits != 0 {
-        if bits & 1 == 1 {
-            value ^= direction;
-        }
-        direction ^= direction >> 1;
-        bits >>= 1;
-    }
-    value
+    let places =
+        [(0xaaaa_aaaa, 1), (0xcccc_cccc, 2), (0xf0f0_f0f0, 4), (0xff00_ff00, 8), (0xffff_0000u32, 16)];
+    places.into_iter().fold(index, |sums, (with, shift)| sums ^ ((sums & with) >> shift)).reverse_bits()
 }
 
 /// Flips each bit depending on the more significant ones only: a nested uniform scramble.
@@ -87,6 +82,19 @@ fn hash(mut x: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Against Pascal's triangle itself, a direction number a bit.
+    #[test]
+    fn the_second_dimension_follows_pascals_triangle() {
+        let by_directions = |index: u32| {
+            let directions = std::iter::successors(Some(1u32 << 31), |d| Some(d ^ (d >> 1)));
+            let set = directions.zip(0..32).filter(|(_, bit)| index >> bit & 1 == 1);
+            set.fold(0, |value, (direction, _)| value ^ direction)
+        };
+        for index in (0..32).map(|bit| 1 << bit).chain((0..10_000).map(hash)) {
+            assert_eq!(sobol_second(index), by_directions(index), "{index:#x}");
+        }
+    }
 
     /// A (0,2)-sequence puts exactly one of its first 2^m points into every elementary interval of area 2^-m.
     #[test]

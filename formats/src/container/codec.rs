@@ -12,6 +12,18 @@ compile_error!("relume-formats needs a decoder: the feature `zstd` or `pure-rust
 
 pub use chosen::{compress, decompress};
 
+/// A frame for each of `raw`.
+#[cfg(feature = "fast")]
+pub fn compress_all(raw: &[Vec<u8>]) -> Vec<io::Result<Vec<u8>>> {
+    crate::fast::on_all_cores(raw, |raw| compress(raw))
+}
+
+/// A frame for each of `raw`.
+#[cfg(not(feature = "fast"))]
+pub fn compress_all(raw: &[Vec<u8>]) -> Vec<io::Result<Vec<u8>>> {
+    raw.iter().map(|raw| compress(raw)).collect()
+}
+
 /// The most that zstd makes of `raw` bytes, whatever they are: `ZSTD_COMPRESSBOUND` of zstd.h.
 pub(super) fn most_stored_bytes(raw: u64) -> u64 {
     const BLOCK: u64 = 128 << 10;

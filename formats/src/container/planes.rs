@@ -2,7 +2,11 @@
 
 /// Groups the bytes of equally wide elements by significance, lowest first.
 pub fn split(raw: &[u8], width: usize) -> Vec<u8> {
-    (0..width).flat_map(|byte| raw.iter().skip(byte).step_by(width).copied()).collect()
+    let mut planes = vec![0; raw.len()];
+    for (byte, plane) in planes.chunks_exact_mut((raw.len() / width).max(1)).enumerate() {
+        plane.iter_mut().zip(raw.chunks_exact(width)).for_each(|(value, element)| *value = element[byte]);
+    }
+    planes
 }
 
 /// The inverse of [`split`], for elements of two or four bytes; others are left as they are.

@@ -1,4 +1,4 @@
-//! Writing a file: sections are compressed as they come, the header goes in front at the end.
+//! Writing a file: sections are compressed some at a time, the header goes in front at the end.
 
 use super::header::{Fixed, encode_table};
 use super::{
@@ -21,6 +21,9 @@ pub(super) fn record_config() -> RecordConfig {
     bincode::config::standard().with_fixed_int_encoding().with_limit()
 }
 
+/// Bytes that wait to be compressed together, at most, but for those of one section.
+const MAX_WAITING: usize = 64 << 20;
+
 /// Collects the compressed sections of one file.
 pub struct Writer {
     kind: Kind,
@@ -28,12 +31,14 @@ pub struct Writer {
     place: Place,
     sections: Vec<SectionInfo>,
     payload: Vec<u8>,
+    /// The last of `sections`, as they are to be compressed.
+    waiting: Vec<Vec<u8>>,
 }
 
 impl Writer {
     /// An empty file of the given kind; `place` is used in messages only.
     pub fn new(kind: Kind, kind_version: u32, place: Place) -> Self {
-        Self { kind, kind_version, place, sections: Vec::new(), payload: Vec::new() }
+        Self { kind, kind_version, place, sections: Vec::new(), payload: Vec::new(), waiting: Vec::new() }
     }
 
     /// Adds a small record as a `u8` section.
@@ -56,31 +61,31 @@ impl Writer {
 
     /// Adds an `i16` section of the given shape.
     pub fn i16s(&mut self, name: &str, shape: &[u64], values: &[i16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, i16::to_le_bytes);
         self.bytes(name, Element::I16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a `u16` section of the given shape.
     pub fn u16s(&mut self, name: &str, shape: &[u64], values: &[u16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, u16::to_le_bytes);
         self.bytes(name, Element::U16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a `u32` section of the given shape.
     pub fn u32s(&mut self, name: &str, shape: &[u64], values: &[u32]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, u32::to_le_bytes);
         self.bytes(name, Element::U32, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds a half-float section of the given shape.
     pub fn f16s(&mut self, name: &str, shape: &[u64], values: &[f16]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, f16::to_le_bytes);
         self.bytes(name, Element::F16, shape, Codec::ZstdPlanes, &bytes)
     }
 
     /// Adds an `f32` section of the given shape.
     pub fn f32s(&mut self, name: &str, shape: &[u64], values: &[f32]) -> Result<()> {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let bytes = le_bytes(values, f32::to_le_bytes);
         self.bytes(name, Element::F32, shape, Codec::ZstdPlanes, &bytes)
     }
 
@@ -101,27 +106,46 @@ impl Writer {
                 ),
             ));
         }
-        let stored = match codec {
-            Codec::Zstd => codec::compress(raw),
-            Codec::ZstdPlanes => codec::compress(&planes::split(raw, element.bytes() as usize)),
-        }
-        .map_err(|e| Error::io(&place, e))?;
         self.sections.push(SectionInfo {
             name: name.to_owned(),
             element,
             shape: shape.to_vec(),
             codec,
-            offset: self.payload.len() as u64, // relative to the payload until `finish` knows the header's length
-            stored_bytes: stored.len() as u64,
+            // Known when it is compressed.
+            offset: 0,
+            stored_bytes: 0,
             raw_bytes,
-            checksum: xxh3_64(&stored),
+            checksum: 0,
         });
-        self.payload.extend_from_slice(&stored);
+        self.waiting.push(match codec {
+            Codec::Zstd => raw.to_vec(),
+            Codec::ZstdPlanes => planes::split(raw, element.bytes() as usize),
+        });
+        if self.waiting.iter().map(Vec::len).sum::<usize>() >= MAX_WAITING {
+            self.compress()?;
+        }
+        Ok(())
+    }
+
+    /// Compresses what is waiting.
+    fn compress(&mut self) -> Result<()> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let first = self.sections.len() - waiting.len();
+        for (section, stored) in self.sections[first..].iter_mut().zip(codec::compress_all(&waiting)) {
+            let place = || self.place.part(format!("section `{}`", section.name));
+            let stored = stored.map_err(|e| Error::io(&place(), e))?;
+            // Relative to the payload until `finish` knows the header's length.
+            section.offset = self.payload.len() as u64;
+            section.stored_bytes = stored.len() as u64;
+            section.checksum = xxh3_64(&stored);
+            self.payload.extend_from_slice(&stored);
+        }
         Ok(())
     }
 
     /// The complete file.
     pub fn finish(mut self) -> Result<Vec<u8>> {
+        self.compress()?;
         // Fixed-size integers: the table is as long with offset 0 as with any other.
         let table_length = encode_table(&self.sections, &self.place)?.len();
         let table_bytes =
@@ -145,6 +169,13 @@ impl Writer {
         file.extend_from_slice(&self.payload);
         Ok(file)
     }
+}
+
+fn le_bytes<T: Copy, const N: usize>(values: &[T], to_bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
+    let mut bytes = vec![0; N * values.len()];
+    // As pairs of arrays this is a copy; byte by byte it takes as long as compressing.
+    bytes.as_chunks_mut().0.iter_mut().zip(values).for_each(|(bytes, value)| *bytes = to_bytes(*value));
+    bytes
 }
 
 /// Puts `bytes` at `path`: all of them or none. An older file stays until the new one is whole. Where

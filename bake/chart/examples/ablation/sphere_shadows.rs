@@ -23,6 +23,7 @@ use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::light as coefficients_of;
 use relume_formats::evaluate::sphere_shadows::{Detail, Levels, Receiver, blocked, light};
+use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::manifest::sphere_set_file;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{SphereSet, SphereShadows, VisibilityTable};
@@ -183,12 +184,14 @@ pub fn ablation(name: &str) -> Result<()> {
     };
     steps.push("(caps from the table, off the objects with spheres)", spheres, drawn(&by_table));
     let whole = lobes(&shadows, None);
-    let all_terms =
-        |state: &InState| state.posed.under(&whole, &light(state.planes.clone(), None), Levels::All);
+    let all_terms = |state: &InState| {
+        state.posed.under(&Shading::new(&whole, &light(state.planes.clone(), None), Levels::All))
+    };
     let wavelets = steps.push("wavelets, all terms", spheres, drawn(&all_terms));
     let Detail { terms, levels } = Detail::of(&shadows.meta);
     let kept = lobes(&shadows, terms);
-    let shown = drawn(&|state| state.posed.under(&kept, &light(state.planes.clone(), terms), levels));
+    let shown =
+        drawn(&|state| state.posed.under(&Shading::new(&kept, &light(state.planes.clone(), terms), levels)));
     let shown = steps.push(&format!("{terms:?} terms, {levels:?}"), wavelets, shown);
     steps.push("the player", shown, played(&scene, NAME, &folder)?);
     let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();

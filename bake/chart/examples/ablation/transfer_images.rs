@@ -11,7 +11,7 @@ use relume_bake::methods::asked::Asked;
 use relume_bake::methods::transfer_images::held_out::{
     OnBases, SPACING, editable_coefficients, one_pixel_in,
 };
-use relume_bake::methods::transfer_images::{METHOD, NAME, basis_for};
+use relume_bake::methods::transfer_images::{METHOD, NAME, space_for};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::path::PathTracer;
@@ -155,11 +155,12 @@ pub fn ablation(name: &str) -> Result<()> {
         film.print(&format!("paths: {samples} samples, to the path tracer"), &film.analytic(samples), &two);
     }
     let analytic = film.analytic(samples);
-    let basis = basis_for(&scene, BASES[BASES.len() - 1])?;
+    let space = space_for(&scene, BASES[BASES.len() - 1])?;
+    let basis = space.whole();
     for bases in BASES {
         film.print(
             &format!("{bases} bases, on the same paths"),
-            &film.on_bases(samples, &basis, bases),
+            &film.on_bases(samples, basis, bases),
             &analytic,
         );
     }

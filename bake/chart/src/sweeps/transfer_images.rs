@@ -6,7 +6,7 @@ use half::f16;
 use relume_bake::compress::quantise::scale_for;
 use relume_bake::error::Result;
 use relume_bake::methods::transfer_images::pack::sort_by_importance;
-use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, basis_for};
+use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, space_for};
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
 use relume_scenes::Scene;
@@ -24,8 +24,9 @@ const BASES: [usize; 6] = [2, 3, 4, 6, 10, 16];
 
 fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
     let mut variants = Vec::new();
+    let most = BASES[BASES.len() - 1];
+    let space = space_for(scene, most)?;
     for samples in SAMPLES {
-        let most = BASES[BASES.len() - 1];
         let method = TransferImagesMethod { size: bench.size, samples, seed: 0, bases: Bases::Number(most) };
         let baked = bench.bake(scene, Box::new(method), &format!("{NAME}-{samples}"))?;
         let images: TransferImages = read(&baked.folder)?;
@@ -33,7 +34,7 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
             let folder = if bases == most {
                 baked.folder.clone()
             } else {
-                let basis = basis_for(scene, bases)?;
+                let basis = space.basis(bases);
                 let fewer = with_fewer_bases(&images, &basis);
                 bench.cut(&baked.folder, &format!("{NAME}-{samples}-{bases}"), |cut| {
                     cut.set("bases", json!(bases));
@@ -113,15 +114,20 @@ mod tests {
     use relume_bake::job::{Job, ProgressMode};
     use relume_bake::methods::transfer_images::{Settings, bake};
     use relume_bake::stage::{Share, Stage, fill};
+    use relume_bake::trace::gather::Gather;
+    use relume_bake::trace::lights::Lights;
+    use relume_bake::trace::world::World;
 
     /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last
     /// bit of a half or two.
     #[test]
     fn a_cut_bake_is_the_bake_with_fewer_bases() {
         let scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+        let world = World::new(&scene);
+        let lights = Lights::new(&scene, &world);
         let bake_with = |bases: usize| {
             let folder = tempfile::tempdir().unwrap();
-            let basis = basis_for(&scene, bases).unwrap();
+            let basis = space_for(&scene, bases).unwrap().basis(bases);
             let settings = Settings { size: [24, 24], samples: 8, seed: 0, bases };
             let log = relume_bake::work_log::WorkLog::create(&folder.path().join("log"), 0).unwrap();
             let job = Job::new(ProgressMode::None);
@@ -129,7 +135,9 @@ mod tests {
                 fill(stage, &log, Share::WHOLE, &job)?;
                 Ok(Some(log))
             };
-            (bake(&scene, &settings, &basis, &job, run).unwrap().unwrap(), basis)
+            let gather =
+                Gather::new(&scene, &world, &lights, settings.size, scene.reflections, settings.seed);
+            (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap(), basis)
         };
         let (many, _) = bake_with(16);
         for bases in [2, 6] {

@@ -6,7 +6,7 @@ use super::spheres;
 use crate::cli::{MergeArgs, RunArgs};
 use relume_bake::bundle::{self, MethodSummary};
 use relume_bake::error::{BakeError, Result};
-use relume_bake::job::{Job, say, watch_signals};
+use relume_bake::job::{Job, detail, say, watch_signals};
 use relume_bake::memory::MemoryLimit;
 use relume_bake::merge;
 use relume_bake::method::Method;
@@ -30,6 +30,8 @@ const RESUME: &str = "finished work is kept, add --resume to go on";
 pub fn run(args: &RunArgs) -> Result<String> {
     watch_signals()?;
     start_threads(args.threads)?;
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
+    let reading = job.step("reading");
     let model = Path::new(&args.scene);
     if is_model(model) && args.pieces.is_part() {
         let reason = "is a model, of which each part would have a scene of its own; write one by `bake new`, and give that to all machines";
@@ -38,6 +40,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let beside =
         is_model(model).then(|| Beside::of(model, args.output.as_deref(), args.force)).transpose()?;
     let scene = beside.as_ref().map_or_else(|| load(&args.scene), |beside| Ok(beside.scene.clone()))?;
+    drop(reading);
     let folder = match (&beside, &args.output) {
         (Some(beside), _) => beside.folder.clone(),
         (None, Some(folder)) => folder.clone(),
@@ -53,14 +56,15 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let chosen =
         if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let asked = asked(args, &scene, max_error);
+    let looking = job.step("looking");
     look_at(&scene, asked.size)?;
+    drop(looking);
     let methods = methods(&chosen, &asked, &scene)?;
     let leftover = match (args.resume, args.force) {
         (true, _) => Leftover::Resume,
         (_, true) => Leftover::Discard,
         _ => Leftover::Refuse,
     };
-    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
     if let Some(beside) = &beside {
         bundle::expect_fit(&scene, &methods, asked.size, &job)?;
         beside.write()?;
@@ -101,6 +105,7 @@ fn bake(
         .for_each(|method| text += &describe(scene, method, summary.is_black, asked.max_error));
     text += &format!("{:.1} MB in {}\n", summary.bytes as f64 / 1e6, folder.display());
     if summary.has_news() {
+        detail(&describe_steps(job));
         text += &frame_cost::measure(scene, &summary, asked.size, folder)?;
     }
     Ok(text)
@@ -134,6 +139,7 @@ fn run_shard(
 pub fn merge(args: &MergeArgs) -> Result<String> {
     watch_signals()?;
     start_threads(args.threads)?;
+    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
     let shard = merge::expect_all(&args.folders)?;
     let scene = relume_scenes::load(&shard.scene)?;
     shard.expect_scene(&scene)?;
@@ -147,7 +153,6 @@ pub fn merge(args: &MergeArgs) -> Result<String> {
         .map(|name| Registered::find(name).ok_or_else(|| unknown(name)))
         .collect::<Result<Vec<_>>>()?;
     let methods = methods(&chosen, &shard.asked, &scene)?;
-    let job = Job::new(args.progress).with_memory(args.memory.unwrap_or(MemoryLimit::Free));
     bundle::expect_room(&scene, &args.output)?;
     merge::gather(&args.folders, &args.output)?;
     bake(&scene, &methods, &shard.asked, &args.output, Leftover::Resume, &job)
@@ -191,6 +196,14 @@ fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Resu
     let methods: Vec<Box<dyn Method>> = chosen.iter().map(|method| (method.new)(asked, scene)).collect();
     warn(&methods.iter().flat_map(|method| method.leaves_out(scene)).collect::<Vec<_>>());
     Ok(methods)
+}
+
+/// What the steps of a bake took, the longest first.
+fn describe_steps(job: &Job) -> String {
+    let mut steps: Vec<(&str, f64)> = job.steps().into_iter().collect();
+    steps.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let steps: Vec<String> = steps.iter().map(|(name, seconds)| format!("{name} {seconds:.2} s")).collect();
+    format!("baked in {:.2} s: {}", job.seconds(), steps.join(", "))
 }
 
 /// What came of one method, and a warning where that is less than was asked for.

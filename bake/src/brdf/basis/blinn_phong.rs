@@ -5,14 +5,14 @@
 //! the analytic samples, so it can be evaluated exactly at any half angle: that fills the fine tables, and
 //! the coarse grid serves for inner products only.
 
-use super::samples::{Samples, dot, errors_of, unmeasured};
-use crate::compress::linalg::{Svd, thin_svd};
-use ndarray::{Array2, s};
+use super::samples::{Samples, dot, dots, errors_of, interleaved, unmeasured};
+use crate::compress::linalg::{Svd, first_singular};
 use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
 use relume_formats::basis::{Angles, brdf_grid, lobe_table};
-use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, Meta};
+use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, MAX_BASES, Meta};
 use relume_formats::state::{SHININESS_MAX, SHININESS_MIN};
+use std::borrow::Cow;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Exponents of the samples: as in the thesis, every integer.
@@ -24,13 +24,15 @@ const NODES_PER_OCTAVE: f32 = 64.0;
 
 /// The half angles of the angle grid, each pair of mirrored nodes (θi, θo), (θo, θi) once, with the square
 /// root of how often it occurs.
-struct Grid {
+pub(super) struct Grid {
     cos_delta: Vec<f64>,
     weight: Vec<f64>,
+    /// The unit glossy lobe of every sampled exponent at every node, sr⁻¹.
+    samples: Vec<Vec<f64>>,
 }
 
 impl Grid {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let (mut cos_delta, mut weight) = (Vec::new(), Vec::new());
         for i in 0..brdf_grid::THETA_NODES {
             for o in i..brdf_grid::THETA_NODES {
@@ -40,12 +42,18 @@ impl Grid {
                 }
             }
         }
-        Self { cos_delta, weight }
+        let samples = (1..=SAMPLES).into_par_iter().map(|s| lobe(s as f64, &cos_delta)).collect();
+        Self { cos_delta, weight, samples }
     }
 
-    /// The unit glossy lobe of exponent `s` at every node, weighted.
-    fn lobe(&self, s: f64) -> Vec<f64> {
-        self.cos_delta.iter().zip(&self.weight).map(|(c, w)| w * glossy(s, *c)).collect()
+    /// The unit glossy lobe of exponent `s` at every node.
+    fn lobe(&self, s: f64) -> Cow<'_, [f64]> {
+        let sample = (s.fract() == 0.0).then(|| self.samples.get(s as usize - 1)).flatten();
+        sample.map_or_else(|| lobe(s, &self.cos_delta).into(), |sample| sample.into())
+    }
+
+    fn weighted(&self, values: &[f64]) -> Vec<f64> {
+        self.weight.iter().zip(values).map(|(w, v)| w * v).collect()
     }
 
     fn diffuse(&self) -> Vec<f64> {
@@ -58,56 +66,52 @@ fn glossy(s: f64, cos_delta: f64) -> f64 {
     (s + 2.0) / TAU * cos_delta.powf(s)
 }
 
-/// See [`super::build`].
-pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
-    let grid = Grid::new();
-    let samples = Samples::new(&unit_lobes(&grid), &grid.diffuse(), shared_diffuse);
-    let Svd { u, s, vt } = thin_svd(&samples.matrix)?;
-    let glossy_bases = bases - 1;
-    // Root mean square 1 over the grid, so that coefficients are of the order of the BRDF.
-    let rms = (brdf_grid::NODES as f64).sqrt();
-    let lobes: Vec<f32> =
-        (0..glossy_bases).flat_map(|j| samples.lobe_table(&vt.row(j).to_vec(), rms / s[j])).collect();
-
-    let on_grid = u.slice(s![.., ..glossy_bases]).to_owned();
-    let shininess = coefficient_nodes();
-    let coefficients = project(&grid, &on_grid, &shininess, shared_diffuse, rms);
-    let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
-    let mut basis =
-        BrdfBasis { meta, parameters: shininess, coefficients, functions: Functions::BlinnPhong { lobes } };
-    let integers: Vec<f32> = (SHININESS_MIN as usize..=SAMPLES).map(|s| s as f32).collect();
-    basis.meta.error_at_samples = measure(&basis, &grid, &integers);
-    // Nodes are dyadic fractions apart, so this offset meets none of them.
-    let between: Vec<f32> = integers[..SAMPLES - 1].iter().map(|s| s + 0.371).collect();
-    basis.meta.error_between = measure(&basis, &grid, &between);
-    Ok(basis)
+fn lobe(s: f64, cos_delta: &[f64]) -> Vec<f64> {
+    cos_delta.iter().map(|c| glossy(s, *c)).collect()
 }
 
-/// The lobe of every sampled exponent, with the factor that makes its norm 1.
+/// See [`super::Space::new`]; errors are not measured.
+pub(super) fn build(bases: usize, shared_diffuse: bool, grid: &Grid) -> Result<BrdfBasis, LinalgError> {
+    let samples = Samples::new(&unit_lobes(grid), &grid.diffuse(), shared_diffuse);
+    // All that could be asked for, so that rounding does not depend on how many are.
+    let Svd { u, s, vt } = first_singular(&samples.matrix, MAX_BASES - 1)?;
+    // Root mean square 1 over the grid, so that coefficients are of the order of the BRDF.
+    let rms = (brdf_grid::NODES as f64).sqrt();
+    let combinations: Vec<(Vec<f64>, f64)> =
+        (0..bases - 1).map(|j| (vt.row(j).to_vec(), rms / s[j])).collect();
+    let lobes = samples.lobe_tables(&combinations);
+
+    let on_grid: Vec<Vec<f64>> = u.columns().into_iter().take(bases - 1).map(|c| c.to_vec()).collect();
+    let parameters = coefficient_nodes();
+    let coefficients = project(grid, &on_grid, &parameters, shared_diffuse, rms);
+    let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
+    Ok(BrdfBasis { meta, parameters, coefficients, functions: Functions::BlinnPhong { lobes } })
+}
+
+/// The lobe of every sampled exponent, weighted, with the factor that makes its norm 1.
 fn unit_lobes(grid: &Grid) -> Vec<(Vec<f64>, f64)> {
-    let unit = |lobe: Vec<f64>| {
+    let unit = |sample: &Vec<f64>| {
+        let lobe = grid.weighted(sample);
         let factor = 1.0 / dot(&lobe, &lobe).sqrt();
         (lobe, factor)
     };
-    (1..=SAMPLES).map(|s| unit(grid.lobe(s as f64))).collect()
+    grid.samples.par_iter().map(unit).collect()
 }
 
 impl Samples {
-    /// The combination Σ weights·samples, times `factor`, at the nodes of a lobe table.
-    fn lobe_table(&self, weights: &[f64], factor: f64) -> Vec<f32> {
-        (0..lobe_table::NODES)
-            .into_par_iter()
-            .map(|node| {
-                let c = lobe_table::cos_delta(node);
-                let samples = weights.iter().zip(&self.scale).zip(&self.diffuse_share).enumerate();
-                let sum: f64 = samples
-                    .map(|(i, ((w, scale), share))| {
-                        w * (scale * glossy((i + 1) as f64, c) - share * FRAC_1_PI)
-                    })
-                    .sum();
-                (factor * sum) as f32
-            })
-            .collect()
+    /// The combinations Σ weights·samples, each times its factor, at the nodes of a lobe table, one table
+    /// after the other.
+    fn lobe_tables(&self, combinations: &[(Vec<f64>, f64)]) -> Vec<f32> {
+        let at_node = |node: usize| -> Vec<f32> {
+            let c = lobe_table::cos_delta(node);
+            let lobes = self.scale.iter().zip(&self.diffuse_share).enumerate();
+            let lobes: Vec<f64> = lobes
+                .map(|(i, (scale, share))| scale * glossy((i + 1) as f64, c) - share * FRAC_1_PI)
+                .collect();
+            combinations.iter().map(|(weights, factor)| (factor * dot(weights, &lobes)) as f32).collect()
+        };
+        let nodes: Vec<Vec<f32>> = (0..lobe_table::NODES).into_par_iter().map(at_node).collect();
+        (0..combinations.len()).flat_map(|table| nodes.iter().map(move |node| node[table])).collect()
     }
 }
 
@@ -125,30 +129,24 @@ fn coefficient_nodes() -> Vec<f32> {
 }
 
 /// Coefficients of the unit glossy lobe of each exponent: row-major [nodes, bases].
-fn project(
-    grid: &Grid,
-    on_grid: &Array2<f64>,
-    shininess: &[f32],
-    shared_diffuse: bool,
-    rms: f64,
-) -> Vec<f32> {
+fn project(grid: &Grid, on_grid: &[Vec<f64>], shininess: &[f32], shared_diffuse: bool, rms: f64) -> Vec<f32> {
     let diffuse = grid.diffuse();
     let diffuse_squared = dot(&diffuse, &diffuse);
-    let columns: Vec<Vec<f64>> = on_grid.columns().into_iter().map(|c| c.to_vec()).collect();
+    let columns = interleaved(on_grid);
     let row = |s: &f32| {
-        let lobe = grid.lobe(f64::from(*s));
+        let lobe = grid.weighted(&grid.lobe(f64::from(*s)));
         let diffuse_part = if shared_diffuse { dot(&lobe, &diffuse) / diffuse_squared } else { 0.0 };
         // The columns are orthonormal, and orthogonal to the diffuse lobe if that is shared: projection is
         // the least-squares fit.
         let mut row = vec![diffuse_part as f32];
-        row.extend(columns.iter().map(|u| (dot(&lobe, u) / rms) as f32));
+        row.extend(dots(&lobe, &columns, on_grid.len()).iter().map(|dot| (dot / rms) as f32));
         row
     };
     shininess.par_iter().flat_map_iter(row).collect()
 }
 
-/// Relative L2 error over the angle grid of the stored basis at each exponent.
-fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
+/// Relative L2 errors over the angle grid of the stored basis, at the sampled exponents and between them.
+pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
     let values: Vec<Vec<f32>> = grid
         .cos_delta
         .par_iter()
@@ -161,8 +159,7 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
     let error = |s: &f32| {
         let coefficients = basis.lobe_coefficients(0, *s);
         let (mut difference, mut norm) = (0.0, 0.0);
-        for ((cos_delta, weight), value) in grid.cos_delta.iter().zip(&grid.weight).zip(&values) {
-            let truth = glossy(f64::from(*s), *cos_delta);
+        for ((truth, weight), value) in grid.lobe(f64::from(*s)).iter().zip(&grid.weight).zip(&values) {
             let approximation: f64 =
                 coefficients.iter().zip(value).map(|(c, b)| f64::from(*c) * f64::from(*b)).sum();
             difference += (weight * (approximation - truth)).powi(2);
@@ -170,7 +167,10 @@ fn measure(basis: &BrdfBasis, grid: &Grid, shininess: &[f32]) -> BasisError {
         }
         (difference / norm).sqrt()
     };
-    errors_of(shininess, error)
+    let integers: Vec<f32> = (SHININESS_MIN as usize..=SAMPLES).map(|s| s as f32).collect();
+    // Nodes are dyadic fractions apart, so this offset meets none of them.
+    let between: Vec<f32> = integers[..SAMPLES - 1].iter().map(|s| s + 0.371).collect();
+    [integers, between].map(|shininess| errors_of(&shininess, error))
 }
 
 /// Blinn-Phong lobes depend on the half angle alone.
@@ -182,7 +182,7 @@ fn at_half_angle(cos_half: f32) -> Angles {
 mod tests {
     use super::*;
     use glam::Vec3A;
-    use relume_formats::state::{BlinnPhong, Brdf};
+    use relume_formats::state::{BlinnPhong, Brdf, Model};
 
     /// The figures of the thesis, under the metric that reproduces them, are ceilings.
     #[test]
@@ -193,7 +193,7 @@ mod tests {
             (4, false, 0.048, 1.0),
             (9, true, 0.0007, 0.005),
         ] {
-            let meta = build(bases, shared).unwrap().meta;
+            let meta = super::super::build(Model::BlinnPhong, bases, shared).unwrap().meta;
             for error in [meta.error_at_samples, meta.error_between] {
                 assert!(
                     error.mean <= mean && error.worst <= worst,
@@ -207,7 +207,7 @@ mod tests {
     /// everywhere.
     #[test]
     fn many_bases_reproduce_the_analytic_brdf() {
-        let basis = build(16, true).unwrap();
+        let basis = build(16, true, &Grid::new()).unwrap();
         let mut values = vec![0.0; 16];
         for s in [1.0, 1.618, 5.5, 40.25, 180.7, 200.0] {
             let material = BlinnPhong { kd: [0.0, 0.3, 0.0], ks: [1.0, 0.7, 0.0], shininess: s };

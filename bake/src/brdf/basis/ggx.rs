@@ -6,12 +6,13 @@
 //! both directions with both cosines. Basis functions are stored as the combinations of analytic samples that
 //! they are, and no table limits how well they resolve a lobe.
 
-use super::samples::{Samples, dot, errors_of, unmeasured};
-use crate::compress::linalg::{Svd, thin_svd};
+use super::samples::{Samples, dot, dots, errors_of, interleaved, unmeasured};
+use crate::compress::linalg::{Svd, first_singular};
 use ndarray_linalg::error::LinalgError;
+use rayon::prelude::*;
 use relume_formats::basis::half_difference::HalfDifference;
 use relume_formats::basis::{Angles, microfacet};
-use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, Meta};
+use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, MAX_BASES, Meta};
 use relume_formats::state::ROUGHNESS_MIN;
 use std::f64::consts::FRAC_1_PI;
 
@@ -24,9 +25,13 @@ const SCHLICK_WEIGHT: f64 = 2.0;
 /// 1e-5 of the lobe.
 const INTERVALS: usize = 512;
 /// Pairs of directions on which lobes are integrated.
-struct Grid(HalfDifference);
+pub(super) struct Grid(HalfDifference);
 
 impl Grid {
+    pub(super) fn new() -> Self {
+        Self(HalfDifference::new())
+    }
+
     fn tabulate(&self, f: impl Fn(&Angles) -> f64) -> Vec<f64> {
         self.0.angles.iter().zip(&self.0.weight).map(|(angles, weight)| weight * f(angles)).collect()
     }
@@ -55,7 +60,7 @@ fn weighed_parts(grid: &Grid, roughness: &[f32]) -> Vec<(Vec<f64>, f64)> {
         let unit = 1.0 / dot(&parts[0], &parts[0]).sqrt();
         parts.into_iter().zip([unit, SCHLICK_WEIGHT * unit])
     };
-    roughness.iter().flat_map(of).collect()
+    roughness.par_iter().flat_map_iter(of).collect()
 }
 
 impl Samples {
@@ -74,50 +79,45 @@ fn spaced_evenly_in_octaves(intervals: usize) -> Vec<f32> {
     (0..=intervals).map(|i| ROUGHNESS_MIN.powf(1.0 - i as f32 / intervals as f32)).collect()
 }
 
-/// See [`super::build`].
-pub(super) fn build(bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
-    let grid = Grid(HalfDifference::new());
+/// See [`super::Space::new`]; errors are not measured.
+pub(super) fn build(bases: usize, shared_diffuse: bool, grid: &Grid) -> Result<BrdfBasis, LinalgError> {
     let diffuse = grid.diffuse();
     let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
-    let samples = Samples::new(&weighed_parts(&grid, &roughness), &diffuse, shared_diffuse);
-    let Svd { u, s, vt } = thin_svd(&samples.matrix)?;
+    let samples = Samples::new(&weighed_parts(grid, &roughness), &diffuse, shared_diffuse);
+    // All that could be asked for, so that rounding does not depend on how many are.
+    let Svd { u, s, vt } = first_singular(&samples.matrix, MAX_BASES - 1)?;
     // The norm of the diffuse lobe, so that coefficients are of the order of the BRDF.
     let norm = dot(&diffuse, &diffuse).sqrt();
     let weights = (0..bases - 1).flat_map(|j| samples.weights(&vt.row(j).to_vec(), norm / s[j])).collect();
-    let columns: Vec<Vec<f64>> = u.columns().into_iter().take(bases - 1).map(|c| c.to_vec()).collect();
+    let on_grid: Vec<Vec<f64>> = u.columns().into_iter().take(bases - 1).map(|c| c.to_vec()).collect();
+    let columns = interleaved(&on_grid);
 
     let parameters = spaced_evenly_in_octaves(INTERVALS);
     let part_coefficients = |part: Vec<f64>| {
         let diffuse_part = if shared_diffuse { dot(&part, &diffuse) / (norm * norm) } else { 0.0 };
-        let glossy = columns.iter().map(|u| (dot(&part, u) / norm) as f32).collect::<Vec<_>>();
+        let glossy = dots(&part, &columns, on_grid.len()).into_iter().map(|dot| (dot / norm) as f32);
         std::iter::once(diffuse_part as f32).chain(glossy)
     };
-    let coefficients = parameters
-        .iter()
-        .flat_map(|r| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients))
-        .collect();
-    let functions = Functions::Ggx { roughness: roughness.clone(), weights };
+    let of_lobe = |r: &f32| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients);
+    let coefficients = parameters.par_iter().flat_map_iter(of_lobe).collect();
+    let functions = Functions::Ggx { roughness, weights };
     let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
-    let mut basis = BrdfBasis { meta, parameters, coefficients, functions };
-    let between: Vec<f32> = roughness.windows(2).map(|w| (w[0] * w[1]).sqrt() * 1.001).collect();
-    basis.meta.error_at_samples = measure(&basis, &grid, &roughness);
-    basis.meta.error_between = measure(&basis, &grid, &between);
-    Ok(basis)
+    Ok(BrdfBasis { meta, parameters, coefficients, functions })
 }
 
-/// Relative L2 error of the lobe of a white metal, f₀ = 1, at each roughness.
-fn measure(basis: &BrdfBasis, grid: &Grid, roughness: &[f32]) -> BasisError {
-    let mut values = vec![0.0; basis.bases()];
+/// Relative L2 errors of the lobe of a white metal, f₀ = 1, at the sampled roughnesses and between them.
+pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
     let values: Vec<Vec<f32>> = grid
         .0
         .angles
-        .iter()
+        .par_iter()
         .map(|angles| {
+            let mut values = vec![0.0; basis.bases()];
             basis.evaluate(angles, &mut values);
-            values.clone()
+            values
         })
         .collect();
-    errors_of(roughness, |r| {
+    let error = |r: &f32| {
         let [at_f0, schlick] = [0, 1].map(|part| basis.lobe_coefficients(part, *r));
         let [a, b] = grid.lobe(f64::from(*r));
         let (mut difference, mut norm) = (0.0, 0.0);
@@ -132,7 +132,10 @@ fn measure(basis: &BrdfBasis, grid: &Grid, roughness: &[f32]) -> BasisError {
             norm += truth * truth;
         }
         (difference / norm).sqrt()
-    })
+    };
+    let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
+    let between: Vec<f32> = roughness.windows(2).map(|w| (w[0] * w[1]).sqrt() * 1.001).collect();
+    [roughness, between].map(|roughness| errors_of(&roughness, error))
 }
 
 #[cfg(test)]
@@ -140,7 +143,7 @@ mod tests {
     use super::*;
     use crate::brdf::ggx;
     use glam::Vec3A;
-    use relume_formats::state::{Brdf, Ggx};
+    use relume_formats::state::{Brdf, Ggx, Model};
 
     #[test]
     fn errors_fall_with_every_base() {
@@ -148,7 +151,7 @@ mod tests {
         for (bases, mean, worst) in
             [(6, 0.065, 0.13), (9, 0.01, 0.03), (12, 0.0025, 0.005), (16, 0.0003, 0.0006)]
         {
-            let meta = build(bases, true).unwrap().meta;
+            let meta = super::super::build(Model::Ggx, bases, true).unwrap().meta;
             for error in [meta.error_at_samples, meta.error_between] {
                 assert!(error.mean <= mean && error.worst <= worst, "{bases} bases: {error:?}");
             }
@@ -161,7 +164,7 @@ mod tests {
     /// dielectrics and what is between.
     #[test]
     fn many_bases_reproduce_the_analytic_brdf() {
-        let basis = build(24, true).unwrap();
+        let basis = build(24, true, &Grid::new()).unwrap();
         let mut values = vec![0.0; 24];
         let direction =
             |theta: f32, phi: f32| Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());

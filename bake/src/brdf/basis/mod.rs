@@ -5,19 +5,80 @@ mod ggx;
 mod samples;
 
 use ndarray_linalg::error::LinalgError;
-use relume_formats::kinds::brdf_basis::BrdfBasis;
+use relume_formats::kinds::brdf_basis::{BrdfBasis, Functions};
 use relume_formats::state::Model;
 
-/// Builds a basis of `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are
-/// approximated with the diffuse basis too.
+/// The functions of a model's space, those that count most first: the beginning of them, however long, is a
+/// basis.
+pub struct Space {
+    whole: BrdfBasis,
+    grid: Grid,
+}
+
+/// What a model's lobes are tabulated on.
+enum Grid {
+    BlinnPhong(blinn_phong::Grid),
+    Ggx(ggx::Grid),
+}
+
+impl Space {
+    /// The first `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are
+    /// approximated with the diffuse basis too.
+    ///
+    /// # Errors
+    /// If LAPACK fails.
+    pub fn new(model: Model, bases: usize, shared_diffuse: bool) -> Result<Self, LinalgError> {
+        let (whole, grid) = match model {
+            Model::BlinnPhong => {
+                let grid = blinn_phong::Grid::new();
+                (blinn_phong::build(bases, shared_diffuse, &grid)?, Grid::BlinnPhong(grid))
+            }
+            Model::Ggx => {
+                let grid = ggx::Grid::new();
+                (ggx::build(bases, shared_diffuse, &grid)?, Grid::Ggx(grid))
+            }
+        };
+        Ok(Self { whole, grid })
+    }
+
+    /// All functions, as a basis whose errors are not measured.
+    pub fn whole(&self) -> &BrdfBasis {
+        &self.whole
+    }
+
+    /// The basis of the first `bases` functions, at most as many as there are.
+    pub fn basis(&self, bases: usize) -> BrdfBasis {
+        let mut basis = first(&self.whole, bases);
+        let [at_samples, between] = match &self.grid {
+            Grid::BlinnPhong(grid) => blinn_phong::errors(&basis, grid),
+            Grid::Ggx(grid) => ggx::errors(&basis, grid),
+        };
+        (basis.meta.error_at_samples, basis.meta.error_between) = (at_samples, between);
+        basis
+    }
+}
+
+/// The first `bases` of `whole`.
+fn first(whole: &BrdfBasis, bases: usize) -> BrdfBasis {
+    let per_function = |values: &[f32]| values.len() / (whole.bases() - 1).max(1);
+    let beginning = |values: &[f32]| values[..(bases - 1) * per_function(values)].to_vec();
+    let functions = match &whole.functions {
+        Functions::BlinnPhong { lobes } => Functions::BlinnPhong { lobes: beginning(lobes) },
+        Functions::Ggx { roughness, weights } => {
+            Functions::Ggx { roughness: roughness.clone(), weights: beginning(weights) }
+        }
+    };
+    let rows = whole.coefficients.chunks_exact(whole.bases());
+    let coefficients = rows.flat_map(|row| &row[..bases]).copied().collect();
+    BrdfBasis { meta: whole.meta.clone(), parameters: whole.parameters.clone(), coefficients, functions }
+}
+
+/// Builds a basis of `bases` functions; see [`Space::new`].
 ///
 /// # Errors
 /// If LAPACK fails.
 pub fn build(model: Model, bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
-    match model {
-        Model::BlinnPhong => blinn_phong::build(bases, shared_diffuse),
-        Model::Ggx => ggx::build(bases, shared_diffuse),
-    }
+    Ok(Space::new(model, bases, shared_diffuse)?.basis(bases))
 }
 
 #[cfg(test)]
@@ -25,7 +86,6 @@ mod tests {
     use super::*;
     use relume_formats::Place;
     use relume_formats::container::Stored as _;
-    use relume_formats::kinds::brdf_basis::Functions;
 
     fn assert_taken(model: Model, bases: usize, shared_diffuse: bool) {
         let basis = build(model, bases, shared_diffuse).unwrap();
@@ -65,6 +125,17 @@ mod tests {
                 (Model::Ggx, false),
             ] {
                 assert_taken(model, bases, shared);
+            }
+        }
+    }
+
+    /// Charts cut bundles of fewer bases out of one bake.
+    #[test]
+    fn a_smaller_basis_is_the_beginning_of_a_larger_one_bit_for_bit() {
+        for (model, shared) in [(Model::BlinnPhong, true), (Model::Ggx, false)] {
+            let space = Space::new(model, 16, shared).unwrap();
+            for bases in [2, 6] {
+                assert_eq!(space.basis(bases), build(model, bases, shared).unwrap(), "{}", model.name());
             }
         }
     }

@@ -1,6 +1,6 @@
 //! What bases of all models are made of, and how far off they are.
 
-use ndarray::Array2;
+use ndarray::{Array2, ShapeBuilder as _};
 use rayon::prelude::*;
 use relume_formats::kinds::brdf_basis::BasisError;
 
@@ -18,7 +18,8 @@ impl Samples {
     /// `lobes` gives each sample's lobe, tabulated as `diffuse` is, and its factor.
     pub fn new(lobes: &[(Vec<f64>, f64)], diffuse: &[f64], shared_diffuse: bool) -> Self {
         let diffuse_squared = dot(diffuse, diffuse);
-        let mut matrix = Array2::zeros((diffuse.len(), lobes.len()));
+        // Columns are contiguous.
+        let mut matrix = Array2::zeros((diffuse.len(), lobes.len()).f());
         let (mut scale, mut diffuse_share) = (Vec::new(), Vec::new());
         for (mut column, (lobe, factor)) in matrix.columns_mut().into_iter().zip(lobes) {
             let share = if shared_diffuse { factor * dot(lobe, diffuse) / diffuse_squared } else { 0.0 };
@@ -35,6 +36,22 @@ impl Samples {
 /// The inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// The columns, all of one length, with the values of a row beside one another.
+pub fn interleaved(columns: &[Vec<f64>]) -> Vec<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    (0..rows).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
+}
+
+/// The inner products of `a` with each of so many interleaved `columns`, summed as [`dot`] does. Side by
+/// side, for one sum alone waits for each of its additions.
+pub fn dots(a: &[f64], columns: &[f64], count: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count];
+    for (a, row) in a.iter().zip(columns.chunks_exact(count.max(1))) {
+        sums.iter_mut().zip(row).for_each(|(sum, b)| *sum += a * b);
+    }
+    sums
 }
 
 /// No error yet.

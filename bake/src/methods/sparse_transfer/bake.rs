@@ -31,10 +31,14 @@ pub struct Baked {
 /// # Errors
 /// If a log cannot be written or read, or the job is interrupted.
 pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Result<Option<Baked>> {
+    let preparing = job.step("preparing");
     let gather = Gather::new(scene, settings.rays_per_texel, job);
+    drop(preparing);
     let Some(logs) = gather.trace(bounces(scene), run)? else { return Ok(None) };
+    let preparing = job.step("preparing");
     let environments = environments(scene);
     let lights = HeldOutLights::new(&environments, face_size(scene));
+    drop(preparing);
     let rows = project(scene, &gather, &logs, &lights, job)?;
     let meta = Meta {
         vertices: vertices(scene) as u32,

@@ -83,26 +83,24 @@ impl Measuring {
     ) -> Result<Measured> {
         let Self { lights, poses, some } = self;
         let progress = job.progress("measuring", (poses.len() * 2 * STATES) as u64);
-        let (mut shown, mut all_terms) = (Vec::new(), Vec::new());
-        let detail = Detail::of(&shadows.meta);
-        let [kept, whole] = [detail.terms, None].map(|terms| lobes(shadows, terms));
-        for (pose, truth) in poses.iter().zip(truth) {
-            let ours = shown_in(pose, some, shadows, sets)?;
-            for (errors, lobes, terms, levels) in [
-                (&mut shown, &kept, detail.terms, detail.levels),
-                (&mut all_terms, &whole, None, Levels::All),
-            ] {
-                for state in 0..STATES {
+        let posed = poses.iter().map(|pose| shown_in(pose, some, shadows, sets));
+        let posed = posed.collect::<Result<Vec<Posed>>>()?;
+        let errors = |terms: Option<usize>, levels: Levels| -> Result<Vec<f64>> {
+            let lobes = lobes(shadows, terms);
+            let mut errors = vec![f64::NAN; poses.len() * STATES];
+            for state in 0..STATES {
+                // Folding light into lobes takes longer than shading, and serves all poses.
+                let shading = Shading::new(&lobes, &light(planes(lights, state), terms), levels);
+                for (pose, (ours, truth)) in posed.iter().zip(truth).enumerate() {
                     progress.check()?;
-                    errors.push(error(
-                        &ours.under(lobes, &light(planes(lights, state), terms), levels),
-                        truth,
-                        state,
-                    ));
+                    errors[pose * STATES + state] = error(&ours.under(&shading), truth, state);
                     progress.advance(1);
                 }
             }
-        }
+            Ok(errors)
+        };
+        let detail = Detail::of(&shadows.meta);
+        let (shown, all_terms) = (errors(detail.terms, detail.levels)?, errors(None, Levels::All)?);
         let on = format!(
             "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
             poses.len(),
@@ -192,15 +190,10 @@ pub fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[S
 }
 
 impl Posed {
-    /// Radiance at the receivers; light and lobes carry the terms that are kept.
-    pub fn under(&self, lobes: &[Function], light: &[Function; 3], levels: Levels) -> Vec<Rgb> {
+    /// Radiance at the receivers.
+    pub fn under(&self, shading: &Shading) -> Vec<Rgb> {
         let mut radiance = vec![[0.0; 3]; self.receivers.len()];
-        Shading::new(lobes, light, levels).radiance(
-            &self.receivers,
-            &self.spheres,
-            &self.table,
-            &mut radiance,
-        );
+        shading.radiance(&self.receivers, &self.spheres, &self.table, &mut radiance);
         radiance
     }
 }

@@ -77,9 +77,11 @@ impl Method for SphereShadowsMethod {
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
+        let preparing = work.job.step("preparing");
         let environments = environment_lit::environments(scene);
         let shadows = rows::bake(scene);
         let measuring = Measuring::new(scene, &environments)?;
+        drop(preparing);
         let Some(truth) = measuring.traced(scene, work.job, &|stage| work.run(stage))? else {
             return Ok(None);
         };

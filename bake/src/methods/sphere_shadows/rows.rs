@@ -52,7 +52,7 @@ pub fn bake(scene: &Scene) -> SphereShadows {
         first_vertex += vertices;
     }
     let lobes: Vec<Vec<f32>> = normals.par_iter().map(|normal| diffuse::lobe((*normal).into())).collect();
-    let order = lobes.iter().flat_map(|lobe| order(lobe)).collect();
+    let order = lobes.par_iter().flat_map_iter(|lobe| order(lobe)).collect();
     SphereShadows { meta, rows, normals, lobes: lobes.concat(), order }
 }
 

@@ -46,7 +46,9 @@ pub(super) fn traced(
     let mut truth = Some(Vec::new());
     for (number, pose) in poses.iter().enumerate() {
         let key = xxh3_128(format!("{reads:032x} {number} {REVISION}").as_bytes());
+        let preparing = job.step("preparing");
         let stage = Tracing { number, eyes: Eyes::new(pose), some, key };
+        drop(preparing);
         // All poses are begun, for shares of a cluster have pieces of each.
         truth = match (run(&stage)?, truth) {
             (Some(log), Some(mut truth)) => {

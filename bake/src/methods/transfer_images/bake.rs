@@ -10,8 +10,6 @@ use crate::job::Job;
 use crate::scene_hash::hash_of;
 use crate::stage::Stage;
 use crate::trace::gather::Gather;
-use crate::trace::lights::Lights;
-use crate::trace::world::World;
 use crate::work_log::WorkLog;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
@@ -24,13 +22,14 @@ use xxhash_rust::xxh3::xxh3_128;
 /// Side of a tile, pixels.
 const TILE: u32 = 16;
 
-/// Bakes `scene`. `run` makes the tiles and gives the log that has them; what is `None` there ends the bake
-/// without images.
+/// Bakes `scene`, whose paths are those of `gather`. `run` makes the tiles and gives the log that has them;
+/// what is `None` there ends the bake without images.
 ///
 /// # Errors
 /// If the log cannot be written or read, or the job is interrupted.
 pub fn bake(
     scene: &Scene,
+    gather: &Gather<'_>,
     settings: &Settings,
     basis: &BrdfBasis,
     job: &Job,
@@ -38,9 +37,6 @@ pub fn bake(
 ) -> Result<Option<TransferImages>> {
     let chromaticity = chromaticity(scene);
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
-    let world = World::new(scene);
-    let lights = Lights::new(scene, &world);
-    let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
     let projector = projector(scene, basis, &layout, chromaticity);
     let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
     let Some(log) = run(&tiles)? else { return Ok(None) };
@@ -71,7 +67,7 @@ fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
 /// Tracing and projecting, a tile a piece.
 struct Tiles<'a> {
     settings: Settings,
-    gather: Gather<'a>,
+    gather: &'a Gather<'a>,
     projector: Projector<'a>,
     key: u128,
 }
@@ -106,7 +102,7 @@ impl Stage for Tiles<'_> {
         let (x0, y0) = (number % columns * TILE, number / columns * TILE);
         let row = |y: u32| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x);
         let pixels = (y0..(y0 + TILE).min(height)).flat_map(row);
-        Ok(trace_pixels(pixels, self.settings.samples, &self.gather, &self.projector).encode())
+        Ok(trace_pixels(pixels, self.settings.samples, self.gather, &self.projector).encode())
     }
 }
 

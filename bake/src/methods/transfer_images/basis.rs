@@ -1,8 +1,7 @@
 //! The basis of a scene's materials.
 
-use crate::brdf;
+use crate::brdf::basis::Space;
 use crate::error::Result;
-use relume_formats::kinds::BrdfBasis;
 use relume_formats::state::Model;
 use relume_scenes::Scene;
 
@@ -11,12 +10,12 @@ pub fn model(scene: &Scene) -> Model {
     scene.vary.materials.first().map_or(Model::BlinnPhong, |index| scene.materials[*index].brdf.model())
 }
 
-/// A basis for the materials of `scene` that vary. The diffuse basis carries the texture of textured ones, so
-/// highlights may not use it then.
+/// Up to `bases` functions for the materials of `scene` that vary. The diffuse basis carries the texture of
+/// textured ones, so highlights may not use it then.
 ///
 /// # Errors
 /// If LAPACK fails.
-pub fn basis_for(scene: &Scene, bases: usize) -> Result<BrdfBasis> {
+pub fn space_for(scene: &Scene, bases: usize) -> Result<Space> {
     let textured = scene.vary.materials.iter().any(|index| scene.materials[*index].texture.is_some());
-    Ok(brdf::basis::build(model(scene), bases, !textured)?)
+    Ok(Space::new(model(scene), bases, !textured)?)
 }

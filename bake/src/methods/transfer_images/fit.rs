@@ -57,7 +57,7 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
     fragments * (layout.channels() as u64 * 8 + 32)
-        + pixels * 12 * u64::from(held_out::STATES)
+        + pixels.div_ceil(u64::from(held_out::SPACING.pow(2))) * 12 * u64::from(held_out::STATES)
         + triangles * 600
         + texels * 48
 }

@@ -5,7 +5,6 @@
 //! show a light or the background are left out: nothing there depends on bases, and one lamp in view can
 //! outshine, and so hide, the errors of a whole room.
 
-use super::basis::basis_for;
 use super::settings::Settings;
 use crate::brdf;
 use crate::compress::statistics::{median, worst};
@@ -13,18 +12,20 @@ use crate::error::Result;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
-use crate::trace::lights::Lights;
 use crate::trace::reference::radiance_of;
 use crate::trace::sampler::{PixelSampler, Sample};
-use crate::trace::world::World;
 use glam::{DVec3, Vec3A};
+use half::f16;
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
+use relume_formats::kinds::transfer_images::{Head, Image, Meta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{BlinnPhong, Brdf, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX};
 use relume_scenes::Scene;
+use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Number of held-out states.
 pub const STATES: u32 = 16;
@@ -97,7 +98,7 @@ pub fn measured_on() -> String {
     )
 }
 
-/// Measures `baked` at one pixel in 16.
+/// Measures `baked` at one pixel in 16 of the paths of `gather`.
 ///
 /// `None` if no state shows anything at these pixels.
 ///
@@ -105,28 +106,27 @@ pub fn measured_on() -> String {
 /// If the job is interrupted.
 pub fn measure(
     scene: &Scene,
+    gather: &Gather<'_>,
     settings: &Settings,
     basis: &BrdfBasis,
     baked: &TransferImages,
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
-    let world = World::new(scene);
-    let lights = Lights::new(scene, &world);
-    let gather = Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed);
+    let pixels = one_pixel_in(SPACING, settings.size);
+    let progress = job.progress("measuring", pixels.len() as u64);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
     let on_bases =
         |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
-    let images: Vec<_> = varying.par_iter().map(|materials| evaluate(baked, &on_bases(materials))).collect();
+    let looked_at = at_pixels(baked, &pixels);
+    let images: Vec<_> = varying.par_iter().map(|state| evaluate(&looked_at, &on_bases(state))).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
 
-    let pixels = one_pixel_in(SPACING, settings.size);
-    let progress = job.progress("measuring", pixels.len() as u64);
-    let sums = pixels.par_iter().map(|&pixel| {
+    let sums = pixels.par_iter().enumerate().map(|(number, &pixel)| {
         progress.check()?;
-        let truth = true_radiance(&gather, pixel, settings.samples, &states);
+        let truth = true_radiance(gather, pixel, settings.samples, &states);
         progress.advance(1);
         let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
-            let stored = DVec3::from_array(image[pixel as usize].map(f64::from));
+            let stored = DVec3::from_array(image[number].map(f64::from));
             Squares { difference: truth.distance_squared(stored), norm: truth.length_squared() }
         };
         Ok(truth.map_or_else(Vec::new, |truth| truth.iter().zip(&images).map(squares).collect()))
@@ -136,32 +136,57 @@ pub fn measure(
     Ok((!errors.is_empty()).then(|| HeldOutErrors { median: median(&errors), worst: worst(&errors) }))
 }
 
-/// The fewest bases that keep the error of every held-out state below `max_error`, found on 16 paths of about
-/// so many `pixels`; the most there are if none do.
+/// The images of `baked` at `pixels` alone, in one row.
+fn at_pixels(baked: &TransferImages, pixels: &[u32]) -> TransferImages {
+    let head = &baked.head;
+    let numbers: HashMap<u32, u32> = pixels.iter().copied().zip(0..).collect();
+    let number = |fragment: usize| numbers.get(&head.pixel[fragment]).copied();
+    let kept: Vec<(usize, u32)> =
+        (0..head.pixel.len()).filter_map(|fragment| Some((fragment, number(fragment)?))).collect();
+    let layout = head.layout();
+    let image = |image: &Image| {
+        let fragments = head.fragments_of(&layout.slots[image.slot]);
+        let plane =
+            |plane: &[f16]| kept.iter().map_while(|(fragment, _)| plane.get(*fragment)).copied().collect();
+        let planes: Vec<Vec<f16>> = image.values.chunks(fragments.max(1)).map(plane).collect();
+        Image { slot: image.slot, values: planes.concat() }
+    };
+    let editable = head.meta.editable_fragments as usize;
+    let meta = Meta {
+        size: [pixels.len() as u32, 1],
+        editable_fragments: kept.partition_point(|(fragment, _)| *fragment < editable) as u32,
+        ..head.meta.clone()
+    };
+    let of_kept = |(fragment, _): &(usize, u32)| (head.class[*fragment], head.coverage[*fragment]);
+    let (class, coverage) = kept.iter().map(of_kept).unzip();
+    let pixel = kept.iter().map(|(_, number)| *number).collect();
+    TransferImages {
+        head: Arc::new(Head { meta, pixel, class, coverage, scales: head.scales.clone() }),
+        images: baked.images.par_iter().map(image).collect(),
+    }
+}
+
+/// The fewest first functions of `basis`, which has as many as may be chosen, that keep the error of every
+/// held-out state below `max_error`, found on 16 paths of `gather` at each of `pixels`; the most there are if
+/// none do.
 ///
 /// # Errors
-/// If LAPACK fails or the job is interrupted.
+/// If the job is interrupted.
 pub fn choose_bases(
     scene: &Scene,
-    size: [u32; 2],
+    gather: &Gather<'_>,
+    basis: &BrdfBasis,
     samples: u32,
-    seed: u64,
     max_error: f64,
-    pixels: u32,
+    pixels: &[u32],
     job: &Job,
 ) -> Result<usize> {
-    let basis = basis_for(scene, *CHOICE.end())?;
-    let world = World::new(scene);
-    let lights = Lights::new(scene, &world);
-    let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
     let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
     // A smaller basis is the beginning of a larger one.
     let coefficients: Vec<Vec<Option<Vec<Rgb>>>> =
-        states.iter().map(|materials| editable_coefficients(scene, &basis, materials)).collect();
+        states.iter().map(|materials| editable_coefficients(scene, basis, materials)).collect();
 
-    let spacing = (f64::from(size[0]) * f64::from(size[1]) / f64::from(pixels)).sqrt().ceil().max(1.0) as u32;
-    let pixels = one_pixel_in(spacing, size);
     let samples = samples.min(CHOICE_PATHS);
     let progress = job.progress("choosing", pixels.len() as u64);
     let sums = pixels.par_iter().map(|&pixel| {
@@ -172,7 +197,7 @@ pub fn choose_bases(
         let squares = states
             .iter()
             .zip(&coefficients)
-            .flat_map(|(materials, c)| compare_bases(&paths, &basis, materials, c));
+            .flat_map(|(materials, c)| compare_bases(&paths, basis, materials, c));
         let squares = if shows_light { Vec::new() } else { squares.collect() };
         progress.advance(1);
         Ok(squares)
@@ -289,6 +314,12 @@ fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
         all[*index] = *material;
     }
     all
+}
+
+/// About so many pixels of a film of `size`, spread over it; fewer rather than more.
+pub fn some_pixels(count: u32, size: [u32; 2]) -> Vec<u32> {
+    let area = f64::from(size[0]) * f64::from(size[1]);
+    one_pixel_in((area / f64::from(count)).sqrt().ceil().max(1.0) as u32, size)
 }
 
 /// One pixel of every block of `side` × `side`, at a place that changes from block to block.

@@ -1,7 +1,7 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::bake::bake;
-use super::basis::basis_for;
+use super::basis::space_for;
 use super::fit::{expect_fit, predicted_bytes};
 use super::held_out::{CHOICE_PIXELS, HeldOutErrors};
 use super::settings::{Bases, NAME, READS, REVISION, Settings, TransferImagesMethod};
@@ -11,6 +11,9 @@ use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
 use crate::scene_hash::hash_of;
+use crate::trace::gather::Gather;
+use crate::trace::lights::Lights;
+use crate::trace::world::World;
 use crate::unfinished::Work;
 use relume_formats::container::Stored;
 use relume_formats::kinds::BrdfBasis;
@@ -77,19 +80,31 @@ impl Method for TransferImagesMethod {
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
         let Self { size, samples, seed, bases } = *self;
+        let Work { job, .. } = *work;
+        let preparing = job.step("preparing");
+        let world = World::new(scene);
+        let lights = Lights::new(scene, &world);
+        let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+        drop(preparing);
+        let making_basis = job.step("basis");
+        let space = space_for(scene, bases.most())?;
+        drop(making_basis);
         let bases = match bases {
             Bases::Number(bases) => bases,
             Bases::Error(max) => {
-                held_out::choose_bases(scene, size, samples, seed, max, CHOICE_PIXELS, work.job)?
+                let pixels = held_out::some_pixels(CHOICE_PIXELS, size);
+                held_out::choose_bases(scene, &gather, space.whole(), samples, max, &pixels, job)?
             }
         };
         let settings = Settings { size, samples, seed, bases };
-        work.job.memory().expect(need(scene, &settings))?;
-        let basis = basis_for(scene, bases)?;
-        let Some(images) = bake(scene, &settings, &basis, work.job, |stage| work.run(stage))? else {
+        job.memory().expect(need(scene, &settings))?;
+        let making_basis = job.step("basis");
+        let basis = space.basis(bases);
+        drop((space, making_basis));
+        let Some(images) = bake(scene, &gather, &settings, &basis, job, |stage| work.run(stage))? else {
             return Ok(None);
         };
-        let errors = held_out::measure(scene, &settings, &basis, &images, work.job)?;
+        let errors = held_out::measure(scene, &gather, &settings, &basis, &images, job)?;
         let files = vec![
             (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),
             (NAME.to_owned(), work.write(&images, "transfer-images.relume")?),

@@ -21,7 +21,7 @@ mod settings;
 mod tiles;
 
 pub use bake::bake;
-pub use basis::{basis_for, model};
+pub use basis::{model, space_for};
 pub use chromaticity::chromaticity;
 pub use registered::METHOD;
 pub use settings::{Bases, NAME, REVISION, Settings, TransferImagesMethod};

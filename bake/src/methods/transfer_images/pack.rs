@@ -7,6 +7,7 @@ use crate::interrupted::Interrupted;
 use crate::job::Progress;
 use crate::work_log::WorkLog;
 use half::f16;
+use rayon::prelude::*;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{
     FirstReflection, Head, Image, LARGEST_HALF, Layout, MAX_SCALE, Meta, Slot, TransferImages,
@@ -18,7 +19,14 @@ use std::sync::Arc;
 struct SlotSums {
     largest: f32,
     squares: f64,
+    overflows: bool,
 }
+
+/// Tiles that are in memory at a time.
+const BATCH: u32 = 64;
+
+/// A fragment with the sums of its channels, slot by slot.
+type Record<'a> = (TileFragment, &'a [f32]);
 
 /// Reads all tiles, twice, and packs them. `meta.editable_fragments` is filled in here.
 ///
@@ -38,19 +46,19 @@ pub fn pack(
     // First reading: which fragments there are, and the range of each slot.
     let mut fragments = Vec::new();
     let mut sums = vec![SlotSums::default(); layout.slots.len()];
-    let mut finite = true;
-    for_each_record(log, tiles, layout, progress, |fragment, record| {
-        fragments.push(*fragment);
-        for (sums, start) in sums.iter_mut().zip(channel_starts.windows(2)) {
+    for_each_batch(log, tiles, layout, progress, |records| {
+        fragments.extend(records.iter().map(|(fragment, _)| *fragment));
+        // Slots apart, so that every sum has its order whatever the threads are.
+        sums.par_iter_mut().zip(channel_starts.par_windows(2)).for_each(|(sums, start)| {
             // Fixed fragments have no values in the later slots.
-            for value in record.get(start[0]..start[1]).into_iter().flatten() {
-                finite &= value.is_finite();
+            for value in records.iter().filter_map(|(_, record)| record.get(start[0]..start[1])).flatten() {
+                sums.overflows |= !value.is_finite();
                 sums.largest = sums.largest.max((value / samples).abs());
                 sums.squares += f64::from(value / samples).powi(2);
             }
-        }
+        });
     })?;
-    if !finite {
+    if sums.iter().any(|sums| sums.overflows) {
         return Err(log
             .refuse("holds radiance that is not finite: light this bright overflows; lower the lights")
             .into());
@@ -73,18 +81,21 @@ pub fn pack(
     let count_of = |slot: &Slot| if slot.fixed.is_some() { fragments.len() } else { editable };
     let mut images: Vec<Vec<f16>> =
         layout.slots.iter().map(|s| vec![f16::ZERO; s.channels() * count_of(s)]).collect();
-    for_each_record(log, tiles, layout, progress, |fragment, record| {
+    for_each_batch(log, tiles, layout, progress, |records| {
         let key = |f: &TileFragment| (f.class == fixed_class, f.pixel, f.class);
-        let Ok(index) = fragments.binary_search_by_key(&key(fragment), key) else { return };
-        for ((image, slot), (start, scale)) in
-            images.iter_mut().zip(&layout.slots).zip(channel_starts.windows(2).zip(&scales))
-        {
-            for (channel, value) in
-                record.get(start[0]..start[1]).into_iter().flatten().enumerate().filter(|_| *scale > 0.0)
-            {
-                image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
-            }
-        }
+        let place = |fragment: &TileFragment| fragments.binary_search_by_key(&key(fragment), key).ok();
+        let records: Vec<(usize, &[f32])> =
+            records.iter().filter_map(|(fragment, record)| Some((place(fragment)?, *record))).collect();
+        let slots = layout.slots.par_iter().zip(channel_starts.par_windows(2)).zip(&scales);
+        images.par_iter_mut().zip(slots).filter(|(_, (_, scale))| **scale > 0.0).for_each(
+            |(image, ((slot, start), scale))| {
+                for (index, record) in &records {
+                    for (channel, value) in record.get(start[0]..start[1]).into_iter().flatten().enumerate() {
+                        image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
+                    }
+                }
+            },
+        );
     })?;
 
     let mut images: Vec<Image> =
@@ -128,31 +139,35 @@ fn channel_starts(layout: &Layout) -> Vec<usize> {
     starts
 }
 
-fn for_each_record(
+/// Hands over the records of some tiles at a time, in their order.
+fn for_each_batch(
     log: &WorkLog,
     tiles: u32,
     layout: &Layout,
     progress: &Progress,
-    mut each: impl FnMut(&TileFragment, &[f32]),
+    mut each: impl FnMut(&[Record<'_>]),
 ) -> crate::error::Result<()> {
-    for id in 0..tiles {
+    for first in (0..tiles).step_by(BATCH as usize) {
         progress.check().map_err(|Interrupted| Interrupted)?;
-        let tile = Tile::decode(&log.read(id)?);
-        let mut values = tile.values.as_slice();
-        for fragment in &tile.fragments {
-            // Fixed fragments have the first slots only, all of them RGB.
-            let channels = if usize::from(fragment.class) == layout.materials {
-                3 * layout.firsts()
-            } else {
-                layout.channels()
-            };
-            let (record, rest) = values.split_at_checked(channels).ok_or_else(|| {
-                log.refuse("holds a tile that does not fit the layout; bake again with --force")
-            })?;
-            each(fragment, record);
-            values = rest;
+        let batch = first..tiles.min(first + BATCH);
+        let read = |id: u32| Ok(Tile::decode(&log.read(id)?));
+        let read = batch.clone().into_par_iter().map(read).collect::<crate::error::Result<Vec<Tile>>>()?;
+        let mut records = Vec::new();
+        for tile in &read {
+            let mut values = tile.values.as_slice();
+            for fragment in &tile.fragments {
+                // Fixed fragments have the first slots only, all of them RGB.
+                let is_fixed = usize::from(fragment.class) == layout.materials;
+                let channels = if is_fixed { 3 * layout.firsts() } else { layout.channels() };
+                let (record, rest) = values.split_at_checked(channels).ok_or_else(|| {
+                    log.refuse("holds a tile that does not fit the layout; bake again with --force")
+                })?;
+                records.push((*fragment, record));
+                values = rest;
+            }
         }
-        progress.advance(1);
+        each(&records);
+        progress.advance(u64::from(batch.end - batch.start));
     }
     Ok(())
 }

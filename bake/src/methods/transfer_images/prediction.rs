@@ -1,7 +1,7 @@
 //! What a bake will take, from the paths of a few of its pixels.
 
 use super::bake::{projector, trace_pixels};
-use super::basis::basis_for;
+use super::basis::space_for;
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
 use super::held_out;
@@ -38,23 +38,25 @@ const PACKED: f64 = 2e7;
 pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Result<Predicted> {
     let TransferImagesMethod { size, samples, seed, bases } = *method;
     let start = Instant::now();
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+    let space = space_for(scene, bases.most())?;
+    let preparing = start.elapsed().as_secs_f64();
+    let start = Instant::now();
     let chosen = match bases {
         Bases::Number(bases) => bases,
         Bases::Error(max) => {
-            held_out::choose_bases(scene, size, samples, seed, max, held_out::CHOICE_PIXELS / CHOICE, job)?
+            let pixels = held_out::some_pixels(held_out::CHOICE_PIXELS / CHOICE, size);
+            held_out::choose_bases(scene, &gather, space.whole(), samples, max, &pixels, job)?
         }
     };
-    let choosing = start.elapsed().as_secs_f64();
+    let choosing = start.elapsed().as_secs_f64() * f64::from(CHOICE);
     let start = Instant::now();
-    let basis = basis_for(scene, chosen)?;
+    let basis = space.basis(chosen);
     let chromaticity = chromaticity(scene);
     let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some());
-    let world = World::new(scene);
-    let lights = Lights::new(scene, &world);
-    let preparing = start.elapsed().as_secs_f64();
-    // Three times in all: for choosing, which has prepared as much, for tracing and for measuring.
-    let choosing = 2.0 * preparing + choosing + (choosing - preparing).max(0.0) * f64::from(CHOICE - 1);
-    let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+    let preparing = preparing + start.elapsed().as_secs_f64();
     let projector = projector(scene, &basis, &layout, chromaticity);
     let all = size[0] as usize * size[1] as usize;
     let pixels: Vec<u32> = spread(PIXELS, all).into_iter().map(|pixel| pixel as u32).collect();
@@ -80,7 +82,7 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let packing = 2.0 * values / (PACKED * rayon::current_num_threads() as f64);
     Ok(Predicted {
         rays,
-        seconds: choosing + tracing + measuring + packing,
+        seconds: preparing + choosing + tracing + measuring + packing,
         bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,
         memory: predicted_bytes(scene, &Settings { size, samples, seed, bases: chosen }),
         chosen: Some(chosen),

@@ -1,10 +1,12 @@
 //! What decides what a bake makes: settings, and what is read of the scene.
 
+use super::held_out::CHOICE;
 use crate::scene_hash::Part;
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
-/// Changes whenever the same scene and settings give other bytes than before.
+/// Changes whenever the same scene and settings give other bytes than before, by more than the rounding by
+/// which processors differ.
 pub const REVISION: u32 = 2;
 /// What a bake reads of a scene.
 pub(super) const READS: [Part; 6] =
@@ -34,6 +36,16 @@ pub struct TransferImagesMethod {
     pub seed: u64,
     /// How many bases.
     pub bases: Bases,
+}
+
+impl Bases {
+    /// As many as may be wanted.
+    pub(super) fn most(self) -> usize {
+        match self {
+            Self::Number(bases) => bases,
+            Self::Error(_) => *CHOICE.end(),
+        }
+    }
 }
 
 /// How many bases.

@@ -5,7 +5,7 @@
 
 use super::coating::Coatings;
 use super::triangle::TriangleHit;
-use super::wide::Wide;
+use super::wide::{Found, Wide};
 use glam::Vec3A;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
@@ -174,27 +174,26 @@ impl World {
 
     /// The nearest surface along the ray. `direction` must be a unit vector.
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
-        self.nearest(origin, direction)
-            .map(|(leaf, hit)| self.surface(leaf as usize, hit.barycentric, direction))
+        self.nearest(origin, direction).map(|found| self.surface(&found, direction))
     }
 
     /// The triangle that the nearest surface along the ray belongs to, and where on it. `direction` must be a
     /// unit vector.
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
-        let (leaf, hit) = self.nearest(origin, direction)?;
-        let surface = self.surface(leaf as usize, hit.barycentric, direction);
-        let triangle = *self.hierarchy.order.get(leaf as usize)?;
+        let found = self.nearest(origin, direction)?;
+        let surface = self.surface(&found, direction);
+        let triangle = *self.hierarchy.order.get(found.number() as usize)?;
         Some(Meeting {
             triangle,
-            barycentric: hit.barycentric,
+            barycentric: found.hit.barycentric,
             front: surface.front,
             owner: surface.owner,
             albedo: surface.albedo,
         })
     }
 
-    /// The nearest leaf along the ray and where it is met.
-    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<(u32, TriangleHit)> {
+    /// The nearest triangle along the ray.
+    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<Found> {
         RAYS.set(RAYS.get() + 1);
         let origin = origin * self.units_per_metre;
         self.hierarchy.nearest(origin, direction, |triangle, hit| self.is_solid(triangle, hit))
@@ -216,8 +215,9 @@ impl World {
         }
     }
 
-    fn surface(&self, triangle: usize, [v, w]: [f32; 2], direction: Vec3A) -> Surface {
-        let [a, b, c] = self.hierarchy.triangles()[triangle];
+    fn surface(&self, found: &Found, direction: Vec3A) -> Surface {
+        let (triangle, [v, w]) = (found.number() as usize, found.hit.barycentric);
+        let [a, b, c] = self.hierarchy.triangle(found);
         let [na, nb, nc] = self.normals[triangle];
         let u = 1.0 - v - w;
         let face = (b - a).cross(c - a).normalize_or(Vec3A::Y);

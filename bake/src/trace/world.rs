@@ -181,14 +181,13 @@ impl World {
     /// unit vector.
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
         let found = self.nearest(origin, direction)?;
-        let surface = self.surface(&found, direction);
-        let triangle = *self.hierarchy.order.get(found.number() as usize)?;
+        let (owner, albedo) = self.owner(&found);
         Some(Meeting {
-            triangle,
+            triangle: *self.hierarchy.order.get(found.number() as usize)?,
             barycentric: found.hit.barycentric,
-            front: surface.front,
-            owner: surface.owner,
-            albedo: surface.albedo,
+            front: face(&self.hierarchy.triangle(&found)).dot(direction) <= 0.0,
+            owner,
+            albedo,
         })
     }
 
@@ -215,12 +214,23 @@ impl World {
         }
     }
 
+    /// Whose a triangle is, and what a texture multiplies the diffuse colour with.
+    fn owner(&self, found: &Found) -> (Owner, Vec3A) {
+        let (number, weights) = (found.number(), found.hit.barycentric);
+        let owner = self.owners[number as usize];
+        let albedo = match owner {
+            Owner::Material(material) => self.coatings.albedo(material, number, weights),
+            Owner::Light(_) => Vec3A::ONE,
+        };
+        (owner, albedo)
+    }
+
     fn surface(&self, found: &Found, direction: Vec3A) -> Surface {
         let (triangle, [v, w]) = (found.number() as usize, found.hit.barycentric);
         let [a, b, c] = self.hierarchy.triangle(found);
         let [na, nb, nc] = self.normals[triangle];
         let u = 1.0 - v - w;
-        let face = (b - a).cross(c - a).normalize_or(Vec3A::Y);
+        let face = face(&[a, b, c]);
         let front = face.dot(direction) <= 0.0;
         let geometric_normal = if front { face } else { -face };
         let smooth = (na * u + nb * v + nc * w).normalize_or(face) * if front { 1.0 } else { -1.0 };
@@ -228,11 +238,7 @@ impl World {
         let metres_per_unit = 1.0 / self.units_per_metre;
         let position = (a * u + b * v + c * w) * metres_per_unit;
         let rounding = rounding_of(&[a, b, c]) * metres_per_unit;
-        let owner = self.owners[triangle];
-        let albedo = match owner {
-            Owner::Material(material) => self.coatings.albedo(material, triangle as u32, [v, w]),
-            Owner::Light(_) => Vec3A::ONE,
-        };
+        let (owner, albedo) = self.owner(found);
         let light =
             self.lights[triangle].map(|[light, triangle]| OnLight { light, triangle, barycentric: [v, w] });
         Surface {
@@ -247,6 +253,11 @@ impl World {
             rounding,
         }
     }
+}
+
+/// Unit normal of a triangle.
+fn face([a, b, c]: &[Vec3A; 3]) -> Vec3A {
+    (*b - *a).cross(*c - *a).normalize_or(Vec3A::Y)
 }
 
 /// Triangles before they are in a hierarchy, objects first.

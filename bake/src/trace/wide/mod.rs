@@ -231,7 +231,9 @@ impl Wide {
                     None
                 }
             };
-            next = next.or_else(|| open.pop());
+            if next.is_none() {
+                next = open.pop();
+            }
         }
         false
     }

@@ -6,7 +6,7 @@
 use super::coating::Coatings;
 use super::spans::{Eye, TexelSet};
 use super::triangle::TriangleHit;
-use super::wide::Wide;
+use super::wide::{Found, Wide};
 use glam::Vec3A;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
@@ -175,31 +175,29 @@ impl World {
 
     /// The nearest surface along the ray. `direction` must be a unit vector.
     pub fn intersect(&self, origin: Vec3A, direction: Vec3A) -> Option<Surface> {
-        self.nearest(origin, direction)
-            .map(|(leaf, hit)| self.surface(leaf as usize, hit.barycentric, direction))
+        self.nearest(origin, direction).map(|found| self.surface(&found, direction))
     }
 
     /// The triangle that the nearest surface along the ray belongs to, and where on it. `direction` must be a
     /// unit vector.
     pub fn meet(&self, origin: Vec3A, direction: Vec3A) -> Option<Meeting> {
-        let (leaf, hit) = self.nearest(origin, direction)?;
-        Some(self.meeting(leaf, &hit, direction))
+        Some(self.meeting(&self.nearest(origin, direction)?, direction))
     }
 
-    /// What a ray along `direction` meets that hits this leaf.
-    fn meeting(&self, leaf: u32, hit: &TriangleHit, direction: Vec3A) -> Meeting {
-        let surface = self.surface(leaf as usize, hit.barycentric, direction);
+    /// What a ray along `direction` meets.
+    fn meeting(&self, found: &Found, direction: Vec3A) -> Meeting {
+        let (owner, albedo) = self.owner(found);
         Meeting {
-            triangle: self.hierarchy.order[leaf as usize],
-            barycentric: hit.barycentric,
-            front: surface.front,
-            owner: surface.owner,
-            albedo: surface.albedo,
+            triangle: self.hierarchy.order[found.number() as usize],
+            barycentric: found.hit.barycentric,
+            front: face(&self.hierarchy.triangle(found)).dot(direction) <= 0.0,
+            owner,
+            albedo,
         }
     }
 
-    /// The nearest leaf along the ray and where it is met.
-    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<(u32, TriangleHit)> {
+    /// The nearest triangle along the ray.
+    fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<Found> {
         RAYS.set(RAYS.get() + 1);
         let origin = origin * self.units_per_metre;
         self.hierarchy.nearest(origin, direction, |triangle, hit| self.is_solid(triangle, hit))
@@ -228,11 +226,12 @@ impl World {
         RAYS.set(RAYS.get() + asked.count() as u64);
         let eye = Eye { origin: eye.origin * self.units_per_metre, ..eye };
         let is_solid = |triangle: u32, hit: &TriangleHit| self.is_solid(triangle, hit);
-        let hits =
+        let found =
             self.hierarchy.nearest_of_texels(eye, asked, |triangle| self.may_have_holes(triangle), is_solid);
-        let hits = hits.into_iter().enumerate().filter_map(|(texel, hit)| Some((texel, hit?)));
-        let meeting = |(texel, (leaf, hit))| (texel, self.meeting(leaf, &hit, eye.rays.directions()[texel]));
-        hits.map(meeting).collect()
+        let meeting = |(texel, found): (usize, Option<Found>)| {
+            Some((texel, self.meeting(&found?, eye.rays.directions()[texel])))
+        };
+        found.into_iter().enumerate().filter_map(meeting).collect()
     }
 
     /// Whether a ray may pass through a triangle that it hits, as far as is known.
@@ -251,11 +250,23 @@ impl World {
         }
     }
 
-    fn surface(&self, triangle: usize, [v, w]: [f32; 2], direction: Vec3A) -> Surface {
-        let [a, b, c] = self.hierarchy.triangles()[triangle];
+    /// Whose a triangle is, and what a texture multiplies the diffuse colour with.
+    fn owner(&self, found: &Found) -> (Owner, Vec3A) {
+        let (number, weights) = (found.number(), found.hit.barycentric);
+        let owner = self.owners[number as usize];
+        let albedo = match owner {
+            Owner::Material(material) => self.coatings.albedo(material, number, weights),
+            Owner::Light(_) => Vec3A::ONE,
+        };
+        (owner, albedo)
+    }
+
+    fn surface(&self, found: &Found, direction: Vec3A) -> Surface {
+        let (triangle, [v, w]) = (found.number() as usize, found.hit.barycentric);
+        let [a, b, c] = self.hierarchy.triangle(found);
         let [na, nb, nc] = self.normals[triangle];
         let u = 1.0 - v - w;
-        let face = (b - a).cross(c - a).normalize_or(Vec3A::Y);
+        let face = face(&[a, b, c]);
         let front = face.dot(direction) <= 0.0;
         let geometric_normal = if front { face } else { -face };
         let smooth = (na * u + nb * v + nc * w).normalize_or(face) * if front { 1.0 } else { -1.0 };
@@ -263,11 +274,7 @@ impl World {
         let metres_per_unit = 1.0 / self.units_per_metre;
         let position = (a * u + b * v + c * w) * metres_per_unit;
         let rounding = rounding_of(&[a, b, c]) * metres_per_unit;
-        let owner = self.owners[triangle];
-        let albedo = match owner {
-            Owner::Material(material) => self.coatings.albedo(material, triangle as u32, [v, w]),
-            Owner::Light(_) => Vec3A::ONE,
-        };
+        let (owner, albedo) = self.owner(found);
         let light =
             self.lights[triangle].map(|[light, triangle]| OnLight { light, triangle, barycentric: [v, w] });
         Surface {
@@ -282,6 +289,11 @@ impl World {
             rounding,
         }
     }
+}
+
+/// Unit normal of a triangle.
+fn face([a, b, c]: &[Vec3A; 3]) -> Vec3A {
+    (*b - *a).cross(*c - *a).normalize_or(Vec3A::Y)
 }
 
 /// Triangles before they are in a hierarchy, objects first.
@@ -345,6 +357,8 @@ impl Boundable for Padded {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::sampler::PixelSampler;
+    use rayon::prelude::*;
     use std::sync::Arc;
 
     /// Many objects in one place, as files with thousands of equal nodes have them.
@@ -365,5 +379,57 @@ mod tests {
         let hit = world.intersect(Vec3A::new(0.2, 0.2, 3.0), Vec3A::NEG_Z).unwrap();
         assert!(hit.position.distance(Vec3A::new(0.2, 0.2, 0.0)) < 1e-5 && hit.front);
         assert!(world.intersect(Vec3A::new(0.7, 0.7, 3.0), Vec3A::NEG_Z).is_none());
+    }
+
+    /// A ray in any direction from a hundredth of the longest side below a triangle.
+    fn from_inside(mesh: &Mesh, index: u32) -> (Vec3A, Vec3A) {
+        let sample = PixelSampler::new(1, index >> 14).sample(index & ((1 << 14) - 1));
+        let [[a, b], [c, _], [u, v]] = [sample.pair(0), sample.pair(1), sample.pair(2)];
+        let count = mesh.triangles.len();
+        let corners = mesh.triangles[((c * count as f32) as usize).min(count - 1)];
+        let [p, q, r] = corners.map(|i| Vec3A::from(mesh.positions[i as usize]));
+        let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+        // Away from the triangle's own edges, where a start below one face may lie on the next.
+        let [a, b] = [a, b].map(|x| 0.01 / 3.0 + 0.99 * x);
+        let normal = (q - p).cross(r - p).normalize();
+        let depth = 0.01 * (q - p).length().max((r - p).length()).max((r - q).length());
+        let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
+        let z = 1.0 - 2.0 * u;
+        let ring = (1.0 - z * z).max(0.0).sqrt();
+        (p + (q - p) * a + (r - p) * b - normal * depth, Vec3A::new(ring * cos, ring * sin, z))
+    }
+
+    /// From inside a closed mesh of a millimetre, a metre, a kilometre, with every kind of instructions.
+    fn check_that_no_ray_escapes(rays: u32) {
+        let mut scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+        let knot = scene.objects.iter().position(|object| object.name == "knot").unwrap();
+        scene.objects = vec![scene.objects.swap_remove(knot)];
+        scene.lights.clear();
+        let mesh = scene.objects[0].mesh.clone();
+        for scale in [1e-3, 1.0, 1e3] {
+            scene.camera.position = [0.0, scale, 0.0];
+            let place = |p: &[f32; 3]| ((Vec3A::from(*p) + Vec3A::new(3.0, -2.0, 1.0)) * scale).to_array();
+            Arc::make_mut(&mut scene.objects[0].mesh).positions = mesh.positions.iter().map(place).collect();
+            let World { mut hierarchy, units_per_metre, .. } = World::new(&scene);
+            let mesh = &scene.objects[0].mesh;
+            hierarchy.with_all_kernels(|hierarchy, kernel| {
+                let escapes = |index: &u32| {
+                    let (origin, direction) = from_inside(mesh, *index);
+                    hierarchy.nearest(origin * units_per_metre, direction, |_, _| true).is_none()
+                };
+                assert_eq!((0..rays).into_par_iter().filter(escapes).count(), 0, "{kernel}, scale {scale}");
+            });
+        }
+    }
+
+    #[test]
+    fn no_ray_escapes_by_any_kind_of_instructions() {
+        check_that_no_ray_escapes(100_000);
+    }
+
+    #[test]
+    #[ignore = "some 900 million rays, minutes"]
+    fn none_of_many_rays_escapes_by_any_kind_of_instructions() {
+        check_that_no_ray_escapes(100_000_000);
     }
 }

@@ -5,8 +5,8 @@
 //! the left and from the right.
 
 use super::face::{Face, SLACK};
-use crate::trace::wide::block::Block;
 use crate::trace::wide::lanes::{LANES, Lanes};
+use crate::trace::wide::leaves::Corners;
 use glam::Vec3A;
 
 /// How far the sides of a line may be mixed up, in parts of the product of the distances of the edge's ends:
@@ -47,9 +47,8 @@ impl Edges {
     /// Of the triangle of `lane`; `None` if it is seen so nearly from the side that what is inside cannot be
     /// told.
     #[inline(always)]
-    pub fn new(face: &Face, block: &Block, lane: usize) -> Option<Self> {
-        let [a, b, c] = &block.corners;
-        let [a, b, c] = [face.at(a, lane), face.at(b, lane), face.at(c, lane)];
+    pub fn new(face: &Face, corners: &Corners, lane: usize) -> Option<Self> {
+        let [a, b, c] = [0, 1, 2].map(|corner| face.at(corners, corner, lane));
         let lines = [cross(b, c), cross(c, a), cross(a, b)];
         let [far_a, far_b, far_c] = [far(a), far(b), far(c)];
         let volume = a[0] * lines[0][0] + a[1] * lines[0][1] + a[2] * lines[0][2];

@@ -1,6 +1,7 @@
 //! A face of the cube: its own axes, and which of its texels boxes can hide.
 
 use crate::trace::wide::lanes::{LANES, Lanes};
+use crate::trace::wide::leaves::Corners;
 use crate::trace::wide::tree::Node;
 use glam::Vec3A;
 
@@ -100,9 +101,10 @@ impl Face {
 
     /// Of a corner of eight triangles, in axes of the world, where it is on the axes of the face.
     #[inline(always)]
-    pub fn seen<L: Lanes>(&self, simd: L, corner: &[[f32; LANES]; 3]) -> [L::F32; 3] {
+    pub fn seen<L: Lanes>(&self, simd: L, corners: &Corners, corner: usize) -> [L::F32; 3] {
         let [x, y, z] = AXES[self.number];
-        [self.on(simd, x, &corner[x.0]), self.on(simd, y, &corner[y.0]), self.on(simd, z, &corner[z.0])]
+        let at = |axis: usize| corners.of(corner, axis);
+        [self.on(simd, x, at(x.0)), self.on(simd, y, at(y.0)), self.on(simd, z, at(z.0))]
     }
 
     /// A direction of the world on the axes of the face.
@@ -112,13 +114,10 @@ impl Face {
 
     /// Of a corner of eight triangles that of `lane`, on the axes of the face.
     #[inline(always)]
-    pub fn at(&self, corner: &[[f32; LANES]; 3], lane: usize) -> [f32; 3] {
+    pub fn at(&self, corners: &Corners, corner: usize, lane: usize) -> [f32; 3] {
         let [x, y, z] = AXES[self.number];
-        [
-            x.1 * (corner[x.0][lane] - self.origin[x.0]),
-            y.1 * (corner[y.0][lane] - self.origin[y.0]),
-            z.1 * (corner[z.0][lane] - self.origin[z.0]),
-        ]
+        let at = |(axis, sign): (usize, f32)| sign * (corners.of(corner, axis)[lane] - self.origin[axis]);
+        [at(x), at(y), at(z)]
     }
 
     /// Eight coordinates along an axis of the world, as one of the face's has them.
@@ -144,7 +143,7 @@ impl Face {
         let (one, least) = (simd.splat(1.0), simd.splat(f32::MIN_POSITIVE));
         let inverse = [simd.div(one, simd.max(near, least)), simd.div(one, simd.max(far, least))];
         let (x, y) = (spread(simd, x, inverse), spread(simd, y, inverse));
-        let rects = self.rects(simd, x, y, simd.lt(simd.splat(0.0), far));
+        let rects = self.rects(simd, x, y, simd.bits(simd.lt(simd.splat(0.0), far)));
         (rects, simd.store(simd.max(near, simd.splat(0.0))))
     }
 
@@ -165,12 +164,12 @@ impl Face {
         // The middle of texel k is at k.
         let from = simd.sub(simd.mul(least, scale), simd.splat(SLACK + 0.5 - half));
         let to = simd.add(simd.mul(most, scale), simd.splat(SLACK - 0.5 + half));
-        let meets = simd.le(zero, to) & simd.le(from, last);
+        let meets = simd.and(simd.le(zero, to), simd.le(from, last));
         // Up to the next whole number, by leaving out what comes behind the point.
         let up = simd.add(from, simd.splat(1.0));
         let first = simd.floor(simd.min(simd.max(up, zero), last));
         let end = simd.floor(simd.min(simd.max(to, zero), last));
-        ([simd.store(first), simd.store(end)], meets & simd.le(first, end))
+        ([simd.store(first), simd.store(end)], simd.bits(simd.and(meets, simd.le(first, end))))
     }
 }
 

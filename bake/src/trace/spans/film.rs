@@ -3,9 +3,8 @@
 use super::rays::TexelRays;
 use super::set::{TexelSet, mask};
 use super::triangle::Met;
-use crate::trace::triangle::TriangleHit;
-use crate::trace::wide::lanes::{LANES, Lanes};
-use crate::trace::wide::lanes_of;
+use crate::trace::wide::Found;
+use crate::trace::wide::lanes::{LANES, Lanes, lanes_of};
 
 /// Texels of a row that lie in one word of it: row and word.
 pub(super) type Place = (usize, usize);
@@ -22,13 +21,13 @@ pub(super) trait Film {
     /// `columns` of `rows`, both ends included.
     fn takes(&self, near: f32, rows: [usize; 2], columns: [usize; 2]) -> bool;
 
-    /// Triangle `number` is hit at one texel.
-    fn hit(&mut self, place: Place, texel: usize, number: u32, hit: &TriangleHit);
+    /// A triangle is found behind one texel.
+    fn hit(&mut self, place: Place, texel: usize, found: Found);
 
-    /// It is hit at some of eight texels, from texel `first` of the word on, as `met` has it.
-    fn hits<L: Lanes>(&mut self, simd: L, place: Place, first: u32, lanes: u32, number: u32, met: &Met<L>);
+    /// One is hit at some of eight texels, from texel `first` of the word on, as `met` has it.
+    fn hits<L: Lanes>(&mut self, simd: L, place: Place, first: u32, lanes: u32, met: &Met<L>);
 
-    /// It covers `columns` of `row`.
+    /// One covers `columns` of `row`.
     fn covered(&mut self, row: usize, columns: [usize; 2]);
 }
 
@@ -47,12 +46,12 @@ impl Film for TexelSet {
     }
 
     #[inline(always)]
-    fn hit(&mut self, (row, word): Place, texel: usize, _: u32, _: &TriangleHit) {
+    fn hit(&mut self, (row, word): Place, texel: usize, _: Found) {
         self.remove(row, word, 1 << texel);
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, _: L, (row, word): Place, first: u32, lanes: u32, _: u32, _: &Met<L>) {
+    fn hits<L: Lanes>(&mut self, _: L, (row, word): Place, first: u32, lanes: u32, _: &Met<L>) {
         self.remove(row, word, u64::from(lanes) << first);
     }
 
@@ -70,7 +69,7 @@ pub(super) struct Nearest<'a> {
     order: &'a [u32],
     /// By texel; infinite where nothing is.
     distances: Vec<[f32; LANES]>,
-    hits: Vec<Option<(u32, TriangleHit)>>,
+    found: Vec<Option<Found>>,
 }
 
 impl<'a> Nearest<'a> {
@@ -78,12 +77,12 @@ impl<'a> Nearest<'a> {
     pub fn new(asked: &'a TexelSet, rays: &'a TexelRays, order: &'a [u32]) -> Self {
         let texels = rays.directions().len();
         let distances = vec![[f32::INFINITY; LANES]; texels / LANES];
-        Self { asked, rays, order, distances, hits: vec![None; texels] }
+        Self { asked, rays, order, distances, found: vec![None; texels] }
     }
 
-    /// What is behind each texel: the triangle in the order of leaves, and where it is hit.
-    pub fn into_hits(self) -> Vec<Option<(u32, TriangleHit)>> {
-        self.hits
+    /// What is behind each texel.
+    pub fn into_found(self) -> Vec<Option<Found>> {
+        self.found
     }
 
     fn eight(&self, row: usize, x: usize) -> usize {
@@ -123,26 +122,26 @@ impl Film for Nearest<'_> {
     }
 
     #[inline(always)]
-    fn hit(&mut self, (row, word): Place, texel: usize, number: u32, hit: &TriangleHit) {
+    fn hit(&mut self, (row, word): Place, texel: usize, found: Found) {
         let x = word * 64 + texel;
         let (eight, lane) = (self.eight(row, x), x % LANES);
         let nearest = &mut self.distances[eight][lane];
-        let known = &mut self.hits[eight * LANES + lane];
-        let comes_first = |other: u32| self.order[number as usize] < self.order[other as usize];
-        let is_nearer = hit.t < *nearest
-            || (hit.t == *nearest && known.as_ref().is_some_and(|(other, _)| comes_first(*other)));
-        if is_nearer {
-            *nearest = hit.t;
-            *known = Some((number, *hit));
+        let known = &mut self.found[eight * LANES + lane];
+        let given = |found: &Found| self.order[found.number() as usize];
+        let comes_first = |other: &Found| given(&found) < given(other);
+        let distance = found.hit.t;
+        if distance < *nearest || (distance == *nearest && known.as_ref().is_some_and(comes_first)) {
+            *nearest = distance;
+            *known = Some(found);
         }
     }
 
     #[inline(always)]
-    fn hits<L: Lanes>(&mut self, simd: L, place: Place, first: u32, lanes: u32, number: u32, met: &Met<L>) {
+    fn hits<L: Lanes>(&mut self, simd: L, place: Place, first: u32, lanes: u32, met: &Met<L>) {
         let nearest = simd.load(&self.distances[self.eight(place.0, place.1 * 64 + first as usize)]);
-        let lanes = lanes & simd.le(met.distances, nearest);
+        let lanes = lanes & simd.bits(simd.le(met.distances, nearest));
         for lane in lanes_of(lanes) {
-            self.hit(place, first as usize + lane, number, &met.hit(simd, lane));
+            self.hit(place, first as usize + lane, met.found(simd, lane));
         }
     }
 

@@ -25,10 +25,10 @@ pub use rays::TexelRays;
 pub use set::TexelSet;
 
 use super::triangle::{ShearedRay, TriangleHit};
-use super::wide::block::{Block, BlockRay};
-use super::wide::lanes::{LANES, Lanes, Plain};
-use super::wide::tree::{Child, Node};
-use super::wide::{Kernel, Wide, lanes_of};
+use super::wide::lanes::{LANES, Lanes, Plain, lanes_of};
+use super::wide::leaves::{Corners, LeafRay};
+use super::wide::tree::{Child, Leaf, Node};
+use super::wide::{Found, Kernel, Wide};
 use edges::Edges;
 use face::{Face, Rect};
 use film::{Film, Nearest, Place};
@@ -76,18 +76,18 @@ impl Wide {
         self.look(&Look { wide: self, eye, may_not, counts }, texels);
     }
 
-    /// For each texel, if it is in `asked`, the nearest triangle behind it that `counts`, in the order of
-    /// leaves, and where it is hit; see [`Wide::see`].
+    /// For each texel, if it is in `asked`, the nearest triangle behind it that `counts`; see
+    /// [`Wide::see`].
     pub fn nearest_of_texels(
         &self,
         eye: Eye<'_>,
         asked: &TexelSet,
         may_not: impl Fn(u32) -> bool,
         counts: impl Fn(u32, &TriangleHit) -> bool,
-    ) -> Vec<Option<(u32, TriangleHit)>> {
+    ) -> Vec<Option<Found>> {
         let mut film = Nearest::new(asked, eye.rays, &self.order);
         self.look(&Look { wide: self, eye, may_not, counts }, &mut film);
-        film.into_hits()
+        film.into_found()
     }
 
     fn look<M, C>(&self, look: &Look<'_, M, C>, film: &mut impl Film)
@@ -99,6 +99,11 @@ impl Wide {
             Kernel::Plain => look.look(Plain, film),
             #[cfg(target_arch = "x86_64")]
             Kernel::V3(simd) => simd.run(
+                #[inline(always)]
+                || look.look(simd, film),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::V4(simd) => simd.run(
                 #[inline(always)]
                 || look.look(simd, film),
             ),
@@ -117,7 +122,8 @@ struct Look<'a, M, C> {
 impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     #[inline(always)]
     fn look<L: Lanes>(&self, simd: L, film: &mut impl Film) {
-        if self.wide.nodes.is_empty() {
+        let nodes = self.wide.nodes.as_slice();
+        if nodes.is_empty() {
             return;
         }
         let mut open = Vec::with_capacity(64);
@@ -129,8 +135,8 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
                     continue;
                 }
                 match child.leaf_or_node() {
-                    Err(node) => self.open(simd, &face, &self.wide.nodes[node], rect, &mut open),
-                    Ok(leaf) => self.leaf(simd, &face, &self.wide.blocks[leaf], rect, film),
+                    Err(node) => self.open(simd, &face, &nodes[node], rect, &mut open),
+                    Ok(leaf) => self.leaf(simd, &face, leaf, rect, film),
                 }
             }
         }
@@ -154,7 +160,7 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         let base = open.len();
         for lane in lanes_of(rects.some & self.above(simd, node)) {
             let Some(rect) = rects.of(lane).and(within) else { continue };
-            let new = Open { near: near[lane], child: node.children[lane], rect };
+            let new = Open { near: near[lane], child: Child::of(node.codes[lane]), rect };
             let at = open[base..].iter().rposition(|other| other.near >= new.near);
             open.insert(at.map_or(base, |at| base + at + 1), new);
         }
@@ -171,60 +177,61 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
             let from_origin = simd.sub(end, simd.splat(origin[axis]));
             highest = simd.add(highest, simd.mul(from_origin, simd.splat(normal[axis])));
         }
-        simd.lt(simd.splat(0.0), highest)
+        simd.bits(simd.lt(simd.splat(0.0), highest))
     }
 
-    /// Leaves on `film` what the triangles of `block` cover of `rect`.
+    /// Leaves on `film` what the triangles of `leaf` cover of `rect`.
     #[inline(always)]
-    fn leaf<L: Lanes>(&self, simd: L, face: &Face, block: &Block, rect: Rect, film: &mut impl Film) {
+    fn leaf<L: Lanes>(&self, simd: L, face: &Face, leaf: Leaf, rect: Rect, film: &mut impl Film) {
         let [first, last] = face.rows(rect);
         let mut few = [(0, 0); FEW];
         if let Some(count) = film.open().few(first..=last, rect.columns.map(usize::from), &mut few) {
-            return few.into_iter().take(count).for_each(|texel| self.texel(simd, face, block, texel, film));
+            return few.into_iter().take(count).for_each(|texel| self.texel(simd, leaf, texel, film));
         }
-        let bounds = Bounds::new(simd, face, block);
+        let corners = self.wide.leaves().corners(leaf);
+        let bounds = Bounds::new(simd, face, &corners, leaf.count());
         for lane in lanes_of(bounds.some) {
             let Some(rect) = bounds.of(lane, rect) else { continue };
-            let number = block.first + lane as u32;
-            let triangle =
-                Triangle { seen: Seen::new(simd, block, lane, face.origin, face.sheared()), number };
-            match rect.is_wide().then(|| Edges::new(face, block, lane)).flatten() {
+            let seen = Seen::new(simd, (leaf, &corners), lane, face.origin, face.sheared());
+            match rect.is_wide().then(|| Edges::new(face, &corners, lane)).flatten() {
                 Some(edges) => {
                     let is_in_front = bounds.in_front >> lane & 1 == 1;
-                    self.spans(simd, face, &triangle, (&edges, is_in_front), rect, film);
+                    self.spans(simd, face, &seen, (&edges, is_in_front), rect, film);
                 }
                 None => {
                     let [first, last] = face.rows(rect);
                     for row in first..=last {
-                        self.row(simd, &triangle, row, rect.columns.map(usize::from), film);
+                        self.row(simd, &seen, row, rect.columns.map(usize::from), film);
                     }
                 }
             }
         }
     }
 
-    /// Leaves on `film` what is hit of `block` through the texel at (row, x).
+    /// Leaves on `film` what is hit of `leaf` through the texel at (row, x).
     #[inline(always)]
-    fn texel<L: Lanes>(
-        &self,
-        simd: L,
-        face: &Face,
-        block: &Block,
-        (row, x): (usize, usize),
-        film: &mut impl Film,
-    ) {
-        let (across, along) = self.eye.rays.shear(row, x);
-        let ray = BlockRay::of_shear(simd, self.eye.origin, (face.sheared(), across, along));
-        let met = ray.meet(simd, block, f32::MAX);
+    fn texel<L: Lanes>(&self, simd: L, leaf: Leaf, (row, x): (usize, usize), film: &mut impl Film) {
+        let direction = self.eye.rays.directions()[row * self.eye.rays.face_size() + x];
+        let met =
+            LeafRay::new(simd, self.eye.origin, direction).meet(simd, self.wide.leaves(), leaf, f32::MAX);
         for lane in lanes_of(met.hit | met.unclear) {
-            let number = block.first + lane as u32;
             let hit = match met.unclear >> lane & 1 {
-                0 => Some(met.hit(lane)),
-                _ => self.hit(number, row, x),
+                0 => Some(met.hit(simd, lane)),
+                _ => self.hit(leaf, lane, (row, x)),
             };
-            if let Some(hit) = hit.filter(|hit| !(self.may_not)(number) || (self.counts)(number, hit)) {
-                film.hit((row, x / 64), x % 64, number, &hit);
-            }
+            self.leave(hit.map(|hit| Found { hit, leaf, lane }), (row, x), film);
+        }
+    }
+
+    /// Leaves on `film` what was found behind the texel at (row, x), if it counts.
+    #[inline(always)]
+    fn leave(&self, found: Option<Found>, (row, x): (usize, usize), film: &mut impl Film) {
+        let counts = |found: &Found| {
+            let number = found.number();
+            !(self.may_not)(number) || (self.counts)(number, &found.hit)
+        };
+        if let Some(found) = found.filter(counts) {
+            film.hit((row, x / 64), x % 64, found);
         }
     }
 
@@ -235,12 +242,12 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
         &self,
         simd: L,
         face: &Face,
-        triangle: &Triangle<L>,
+        triangle: &Seen<L>,
         (edges, is_in_front): (&Edges, bool),
         rect: Rect,
         film: &mut F,
     ) {
-        let is_whole = F::KEEPS_NO_HITS && is_in_front && !(self.may_not)(triangle.number);
+        let is_whole = F::KEEPS_NO_HITS && is_in_front && !(self.may_not)(triangle.number());
         let [top, bottom] = rect.rows.map(usize::from);
         for first in (top..=bottom).step_by(LANES) {
             let spans = edges.spans(simd, face, first);
@@ -261,7 +268,7 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     fn row<L: Lanes>(
         &self,
         simd: L,
-        triangle: &Triangle<L>,
+        triangle: &Seen<L>,
         row: usize,
         columns: [usize; 2],
         film: &mut impl Film,
@@ -273,15 +280,15 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
                 let asked = (open >> first & 0xff) as u32;
                 open &= !(0xff << first);
                 let rays = self.eye.rays.eight(row, word * 64 + first as usize);
-                let Some(met) = triangle.seen.meet(simd, rays) else { continue };
+                let Some(met) = triangle.meet(simd, rays) else { continue };
                 let (hit, unclear) = (met.hit & asked, met.unclear & asked);
                 if unclear != 0 {
-                    self.one_by_one(triangle.number, (row, word), first, unclear, film);
+                    self.one_by_one(triangle, (row, word), first, unclear, film);
                 }
-                if hit != 0 && (self.may_not)(triangle.number) {
-                    self.one_by_one(triangle.number, (row, word), first, hit, film);
+                if hit != 0 && (self.may_not)(triangle.number()) {
+                    self.one_by_one(triangle, (row, word), first, hit, film);
                 } else if hit != 0 {
-                    film.hits(simd, (row, word), first, hit, triangle.number, &met);
+                    film.hits(simd, (row, word), first, hit, &met);
                 }
             }
         }
@@ -291,26 +298,28 @@ impl<M: Fn(u32) -> bool, C: Fn(u32, &TriangleHit) -> bool> Look<'_, M, C> {
     /// there.
     #[cold]
     #[inline(never)]
-    fn one_by_one(&self, number: u32, place: Place, first: u32, lanes: u32, film: &mut impl Film) {
-        for texel in lanes_of(lanes).map(|lane| first as usize + lane) {
-            let hit = self.hit(number, place.0, place.1 * 64 + texel);
-            if let Some(hit) = hit.filter(|hit| !(self.may_not)(number) || (self.counts)(number, hit)) {
-                film.hit(place, texel, number, &hit);
-            }
+    fn one_by_one<L: Lanes>(
+        &self,
+        triangle: &Seen<L>,
+        (row, word): Place,
+        first: u32,
+        lanes: u32,
+        film: &mut impl Film,
+    ) {
+        let (leaf, lane) = (triangle.leaf, triangle.lane);
+        for x in lanes_of(lanes).map(|texel| 64 * word + first as usize + texel) {
+            let hit = self.hit(leaf, lane, (row, x));
+            self.leave(hit.map(|hit| Found { hit, leaf, lane }), (row, x), film);
         }
     }
 
-    fn hit(&self, number: u32, row: usize, x: usize) -> Option<TriangleHit> {
+    /// Where the ray through the texel at (row, x) hits a triangle.
+    #[inline(never)]
+    fn hit(&self, leaf: Leaf, lane: usize, (row, x): (usize, usize)) -> Option<TriangleHit> {
         let rays = self.eye.rays;
         let ray = ShearedRay::new(self.eye.origin, rays.directions()[row * rays.face_size() + x]);
-        ray.intersect(&self.wide.triangles[number as usize], f32::INFINITY)
+        ray.intersect(&self.wide.leaves().corners(leaf).triangle(lane), f32::INFINITY)
     }
-}
-
-/// A triangle of a leaf.
-struct Triangle<L: Lanes> {
-    seen: Seen<L>,
-    number: u32,
 }
 
 /// Where the triangles of a leaf are on a face.
@@ -324,17 +333,19 @@ struct Bounds {
 
 impl Bounds {
     #[inline(always)]
-    fn new<L: Lanes>(simd: L, face: &Face, block: &Block) -> Self {
-        let [a, b, c] = &block.corners;
-        let (a, b, c) = (face.seen(simd, a), face.seen(simd, b), face.seen(simd, c));
+    fn new<L: Lanes>(simd: L, face: &Face, corners: &Corners, count: usize) -> Self {
+        let (a, b, c) =
+            (face.seen(simd, corners, 0), face.seen(simd, corners, 1), face.seen(simd, corners, 2));
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let inverse = [simd.div(one, a[2]), simd.div(one, b[2]), simd.div(one, c[2])];
         let (x, y) = (across(simd, [a[0], b[0], c[0]], inverse), across(simd, [a[1], b[1], c[1]], inverse));
         let nearest = simd.min(simd.min(a[2], b[2]), c[2]);
         let farthest = simd.max(simd.max(a[2], b[2]), c[2]);
         let beside = simd.max(simd.max(x[1], y[1]), simd.max(simd.sub(zero, x[0]), simd.sub(zero, y[0])));
-        let in_front = simd.lt(zero, nearest) & simd.lt(beside, simd.splat(BESIDE));
-        let reaches = simd.lt(zero, farthest);
+        let there = u32::MAX >> (u32::BITS - count as u32);
+        let in_front = simd.and(simd.lt(zero, nearest), simd.lt(beside, simd.splat(BESIDE)));
+        let in_front = simd.bits(in_front) & there;
+        let reaches = simd.bits(simd.lt(zero, farthest)) & there;
         let rects = face.rects(simd, x, y, in_front);
         Self { some: rects.some | (reaches & !in_front), rects, in_front }
     }

@@ -59,12 +59,6 @@ impl TexelRays {
         &self.eights[(row * self.face_size + x) / LANES]
     }
 
-    /// The shear of the ray through the texel at (`row`, `x`), rows of all faces counted.
-    pub(super) fn shear(&self, row: usize, x: usize) -> ([f32; 2], f32) {
-        let (eight, lane) = (self.eight(row, x), x % LANES);
-        ([eight.across[0][lane], eight.across[1][lane]], eight.along[lane])
-    }
-
     /// The texels above the horizon of `normal`.
     pub fn above(&self, normal: Vec3A) -> TexelSet {
         let mut above = TexelSet::none(self.face_size);

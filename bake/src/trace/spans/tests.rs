@@ -16,11 +16,6 @@ fn eyes(triangles: &[[Vec3A; 3]], random: &mut Random) -> Vec<(Vec3A, Option<Vec
     eyes
 }
 
-/// The kinds of instructions of this processor.
-fn kernels() -> [Kernel; 2] {
-    [Kernel::of_this_processor(), Kernel::Plain]
-}
-
 #[test]
 fn texels_are_those_that_rays_see_and_what_is_behind_them_is_what_rays_hit() {
     let mut random = Random(11);
@@ -41,16 +36,17 @@ fn texels_are_those_that_rays_see_and_what_is_behind_them_is_what_rays_hit() {
                 };
                 let hits: Vec<_> = (0..FACES * n * n).map(nearest).collect();
                 let expected = TexelSet::of(n, |i| asked.has(i / n, i % n) && hits[i].is_none());
-                for kernel in kernels() {
-                    let (mut found, what) = (asked.clone(), format!("scene {number}, {kernel:?}, {origin}"));
+                let hits: Vec<_> =
+                    hits.into_iter().map(|hit| hit.map(|hit| (hit.number(), hit.hit))).collect();
+                wide.with_all_kernels(|wide, kernel| {
+                    let (mut found, what) = (asked.clone(), format!("scene {number}, {kernel}, {origin}"));
                     let eye = Eye { origin, horizon, rays: &rays, within: None };
-                    wide.kernel = kernel;
                     wide.see(eye, &mut found, |at| !counts(at), |at, _| counts(at));
                     assert!(found == expected, "{what}, without {leaves_out}");
                     let behind = wide.nearest_of_texels(eye, &asked, |at| !counts(at), |at, _| counts(at));
-                    assert!(behind == hits, "{what}, without {leaves_out}: what is nearest");
-                }
-                wide.kernel = Kernel::of_this_processor();
+                    let behind = behind.into_iter().map(|hit| hit.map(|hit| (hit.number(), hit.hit)));
+                    assert!(behind.eq(hits.iter().copied()), "{what}, without {leaves_out}: what is nearest");
+                });
                 seen += expected.count();
                 hidden += asked.count() - expected.count();
             }

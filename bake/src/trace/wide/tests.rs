@@ -95,15 +95,81 @@ fn rays(triangles: &[[Vec3A; 3]]) -> Vec<(Vec3A, Vec3A)> {
     rays
 }
 
+impl Kernel {
+    /// All that this processor can run.
+    fn all() -> Vec<Self> {
+        #[cfg(target_arch = "x86_64")]
+        let own = {
+            let (v3, v4) = (pulp::x86::V3::try_new(), pulp::x86::V4::try_new());
+            v3.map(Self::V3).into_iter().chain(v4.map(Self::V4)).collect()
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        let own = Vec::new();
+        [own, vec![Self::Plain]].concat()
+    }
+}
+
+impl Wide {
+    /// Does something with each kind of instructions.
+    pub fn with_all_kernels(&mut self, mut run: impl FnMut(&Self, &str)) {
+        for kernel in Kernel::all() {
+            self.kernel = kernel;
+            run(self, &format!("{kernel:?}"));
+        }
+    }
+}
+
+/// Entries of plain numbers, without the bits that may differ.
+fn check_order<L: Lanes>(simd: L, name: &str) {
+    let mut random = Random(11);
+    for mask in 0..1 << LANES {
+        let distances = std::array::from_fn(|_| (100.0 * random.next()).max(0.0));
+        let codes = std::array::from_fn(|lane| 1000 + lane as u32);
+        let count = u32::count_ones(mask) as usize;
+        let expected = Plain.packed(mask, &codes);
+        let packed = simd.run(
+            #[inline(always)]
+            || simd.packed(mask, &codes),
+        );
+        assert_eq!(packed[..count], expected[..count], "{name}, {mask:b}");
+        if count <= 4 {
+            let expected = Plain.sorted(mask, distances, &codes);
+            let sorted = simd.run(
+                #[inline(always)]
+                || simd.sorted(mask, simd.load(&distances), &codes),
+            );
+            // Where distances differ in their lowest bits only, by lane; Plain has the same by code.
+            assert_eq!(sorted[..count], expected[..count], "{name}, {mask:b} {distances:?}");
+            assert!(sorted[..count].is_sorted_by(|a, b| distance_of(*a) >= distance_of(*b)));
+            for entry in &sorted[..count] {
+                let exact = distances[(*entry as u32 - 1000) as usize];
+                assert!(distance_of(*entry) <= exact && distance_of(*entry) >= 0.999_99 * exact);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_instructions_sorts_and_packs_alike() {
+    for kernel in Kernel::all() {
+        match kernel {
+            Kernel::Plain => check_order(Plain, "plain"),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::V3(simd) => check_order(simd, "AVX2"),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::V4(simd) => check_order(simd, "AVX-512"),
+        }
+    }
+}
+
 #[test]
 fn every_kind_of_instructions_finds_what_a_test_of_all_triangles_finds() {
-    let own = Kernel::of_this_processor();
     let (mut hits, mut ties) = (0, 0);
     for triangles in scenes() {
         let mut wide = wide(&triangles);
         let order = wide.order.clone();
         assert_eq!(order.len(), triangles.len());
-        for kernel in [own, Kernel::Plain] {
+        for kernel in Kernel::all() {
             wide.kernel = kernel;
             for (origin, direction) in rays(&triangles) {
                 // As a material with holes has it: some triangles do not count.
@@ -111,7 +177,11 @@ fn every_kind_of_instructions_finds_what_a_test_of_all_triangles_finds() {
                     let counts = |given: u32| given % 4 != leaves_out;
                     let expected = nearest_of_all(&triangles, origin, direction, counts);
                     let found = wide.nearest(origin, direction, |at, _| counts(order[at as usize]));
-                    let found = found.map(|(at, hit)| (order[at as usize], hit));
+                    if let Some(found) = found {
+                        let given = triangles[order[found.number() as usize] as usize];
+                        assert_eq!(wide.triangle(&found), given);
+                    }
+                    let found = found.map(|found| (order[found.number() as usize], found.hit));
                     assert_eq!(found, expected, "{kernel:?}, {origin} {direction}");
                     hits += usize::from(found.is_some());
                     let distances = match found {

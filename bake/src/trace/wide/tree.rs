@@ -18,43 +18,64 @@ pub struct Child(u32);
 impl Child {
     /// Nothing; its box is empty.
     pub const NONE: Self = Self(u32::MAX);
-    const LEAF: u32 = 1 << 31;
 
     fn node(index: usize) -> Self {
         Self(index as u32)
     }
 
-    fn leaf(index: usize) -> Self {
-        Self(index as u32 | Self::LEAF)
-    }
-
-    /// From [`Child::code`].
+    /// As nodes have it.
     pub fn of(code: u32) -> Self {
         Self(code)
     }
 
-    /// As a number.
-    pub fn code(self) -> u32 {
-        self.0
+    /// The leaf, or else the number of the node.
+    #[inline(always)]
+    pub fn leaf_or_node(self) -> Result<Leaf, usize> {
+        if self.0 & Leaf::MARK != 0 { Ok(Leaf(self.0)) } else { Err(self.0 as usize) }
+    }
+}
+
+/// Up to eight triangles that follow one another.
+#[derive(Debug, Clone, Copy)]
+pub struct Leaf(u32);
+
+impl Leaf {
+    const MARK: u32 = 1 << 31;
+    const FIRST_BITS: u32 = 28;
+
+    fn new(first: usize, count: usize) -> Self {
+        Self(Self::MARK | (count as u32 - 1) << Self::FIRST_BITS | first as u32)
     }
 
-    /// The number of the leaf, or else of the node.
-    pub fn leaf_or_node(self) -> Result<usize, usize> {
-        if self.0 & Self::LEAF != 0 { Ok((self.0 & !Self::LEAF) as usize) } else { Err(self.0 as usize) }
+    /// The number of the first triangle.
+    #[inline(always)]
+    pub fn first(self) -> usize {
+        (self.0 & ((1 << Self::FIRST_BITS) - 1)) as usize
+    }
+
+    /// How many there are, from 1 to 8.
+    #[inline(always)]
+    pub fn count(self) -> usize {
+        (self.0 >> Self::FIRST_BITS) as usize % LANES + 1
     }
 }
 
 /// Eight boxes and what is in them.
-#[derive(Debug, Clone)]
-#[repr(align(32))]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(32))]
 pub struct Node {
     /// Low ends and high ends along x, then y, then z; boxes that are empty end before they begin.
     pub ends: [[f32; LANES]; 6],
-    /// What is in each.
-    pub children: [Child; LANES],
+    /// What is in each, see [`Child::of`].
+    pub codes: [u32; LANES],
 }
 
 impl Node {
+    /// What is in it.
+    pub fn children(&self) -> impl Iterator<Item = Child> + Clone {
+        self.codes.iter().map(|code| Child::of(*code)).filter(|child| *child != Child::NONE)
+    }
+
     const EMPTY: Self = Self {
         ends: [
             [f32::MAX; LANES],
@@ -64,7 +85,7 @@ impl Node {
             [f32::MAX; LANES],
             [f32::MIN; LANES],
         ],
-        children: [Child::NONE; LANES],
+        codes: [Child::NONE.0; LANES],
     };
 }
 
@@ -73,8 +94,10 @@ impl Node {
 pub struct Tree {
     /// The nodes; none if there are no triangles.
     pub nodes: Vec<Node>,
-    /// The primitives of each leaf, at most eight.
-    pub leaves: Vec<Vec<u32>>,
+    /// The leaves; their primitives follow one another.
+    pub leaves: Vec<Leaf>,
+    /// The primitives, in the order of leaves.
+    pub order: Vec<u32>,
 }
 
 /// How the cheapest forest of at most so many trees is made of a binary node.
@@ -117,8 +140,11 @@ impl Tree {
             }
             for (lane, member) in members.into_iter().enumerate() {
                 let child = if plans[member].is_leaf {
-                    tree.leaves.push(primitives(binary, member));
-                    Child::leaf(tree.leaves.len() - 1)
+                    let first = tree.order.len();
+                    add_primitives(binary, member, &mut tree.order);
+                    let leaf = Leaf::new(first, tree.order.len() - first);
+                    tree.leaves.push(leaf);
+                    Child(leaf.0)
                 } else {
                     tree.nodes.push(Node::EMPTY);
                     open.push((member, tree.nodes.len() - 1));
@@ -126,7 +152,7 @@ impl Tree {
                 };
                 let aabb = binary.nodes[member].aabb();
                 let node = &mut tree.nodes[to];
-                node.children[lane] = child;
+                node.codes[lane] = child.0;
                 for axis in 0..3 {
                     node.ends[2 * axis][lane] = aabb.min[axis];
                     node.ends[2 * axis + 1][lane] = aabb.max[axis];
@@ -134,6 +160,18 @@ impl Tree {
             }
         }
         tree
+    }
+
+    /// How many nodes and leaves of it a ray may have to keep for later at most.
+    pub fn most_open(&self) -> usize {
+        let mut most = vec![0; self.nodes.len()];
+        // Children come after their parents.
+        for (number, node) in self.nodes.iter().enumerate().rev() {
+            let children = node.children();
+            let below = children.clone().filter_map(|child| child.leaf_or_node().err());
+            most[number] = children.count() + below.map(|child| most[child]).max().unwrap_or(0);
+        }
+        most.first().copied().unwrap_or(0)
     }
 }
 
@@ -199,14 +237,13 @@ fn split(binary: &Bvh2, plans: &[Plan], node: usize, trees: usize, of_left: u8, 
     }
 }
 
-fn primitives(binary: &Bvh2, node: usize) -> Vec<u32> {
-    let (mut found, mut open) = (Vec::new(), vec![node]);
+fn add_primitives(binary: &Bvh2, node: usize, order: &mut Vec<u32>) {
+    let mut open = vec![node];
     while let Some(node) = open.pop() {
         let first = binary.nodes[node].first_index as usize;
         match binary.nodes[node].is_leaf() {
-            true => found.push(binary.primitive_indices[first]),
+            true => order.push(binary.primitive_indices[first]),
             false => open.extend([first + 1, first]),
         }
     }
-    found
 }

@@ -358,6 +358,7 @@ impl Boundable for Padded {
 mod tests {
     use super::*;
     use crate::trace::sampler::PixelSampler;
+    use crate::trace::spans::TexelRays;
     use rayon::prelude::*;
     use std::sync::Arc;
 
@@ -399,13 +400,15 @@ mod tests {
         (p + (q - p) * a + (r - p) * b - normal * depth, Vec3A::new(ring * cos, ring * sin, z))
     }
 
-    /// From inside a closed mesh of a millimetre, a metre, a kilometre, with every kind of instructions.
+    /// From inside a closed mesh of a millimetre, a metre, a kilometre, with every kind of instructions: no ray
+    /// escapes, and no texel of a cube is free.
     fn check_that_no_ray_escapes(rays: u32) {
         let mut scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
         let knot = scene.objects.iter().position(|object| object.name == "knot").unwrap();
         scene.objects = vec![scene.objects.swap_remove(knot)];
         scene.lights.clear();
         let mesh = scene.objects[0].mesh.clone();
+        let rays_of_texels = TexelRays::centres(64);
         for scale in [1e-3, 1.0, 1e3] {
             scene.camera.position = [0.0, scale, 0.0];
             let place = |p: &[f32; 3]| ((Vec3A::from(*p) + Vec3A::new(3.0, -2.0, 1.0)) * scale).to_array();
@@ -418,6 +421,15 @@ mod tests {
                     hierarchy.nearest(origin * units_per_metre, direction, |_, _| true).is_none()
                 };
                 assert_eq!((0..rays).into_par_iter().filter(escapes).count(), 0, "{kernel}, scale {scale}");
+                let free = |index: u32| {
+                    let origin = from_inside(mesh, index).0 * units_per_metre;
+                    let mut texels = TexelSet::of(rays_of_texels.face_size(), |_| true);
+                    let eye = Eye { origin, horizon: None, rays: &rays_of_texels, within: None };
+                    hierarchy.see(eye, &mut texels, |_| false, |_, _| true);
+                    texels.count()
+                };
+                let free: usize = (0..rays / 10_000).into_par_iter().map(free).sum();
+                assert_eq!(free, 0, "texels, {kernel}, scale {scale}");
             });
         }
     }

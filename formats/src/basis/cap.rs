@@ -15,7 +15,7 @@
 //! All is branch-free arithmetic on plain `f32`, without fused multiplications, so that the same code gives
 //! the same bits in scalar and in vector form.
 
-use super::cubemap::FACES;
+use super::cubemap::{FACES, FRAMES};
 use super::two_level::{BYTES, SIDE};
 use glam::Vec3;
 
@@ -71,16 +71,6 @@ fn add_cone(bitmap: &mut Bitmap, axis: Vec3, radius: f32, c2: f32) {
         }
     }
 }
-
-/// The axis and its sign that are s, t and the normal of each face.
-pub(crate) const FRAMES: [[(usize, f32); 3]; FACES] = [
-    [(2, -1.0), (1, -1.0), (0, 1.0)],
-    [(2, 1.0), (1, -1.0), (0, -1.0)],
-    [(0, 1.0), (2, 1.0), (1, 1.0)],
-    [(0, 1.0), (2, -1.0), (1, -1.0)],
-    [(0, 1.0), (1, -1.0), (2, 1.0)],
-    [(0, -1.0), (1, -1.0), (2, -1.0)],
-];
 
 /// Whether a sphere reaches into the pyramid over a face; sometimes it does and does not reach a texel.
 #[inline(always)]

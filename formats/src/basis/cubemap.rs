@@ -16,6 +16,16 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 /// Faces of a cube.
 pub const FACES: usize = 6;
 
+/// The axis and its sign that are s, t and the normal of each face.
+pub const FRAMES: [[(usize, f32); 3]; FACES] = [
+    [(2, -1.0), (1, -1.0), (0, 1.0)],
+    [(2, 1.0), (1, -1.0), (0, -1.0)],
+    [(0, 1.0), (2, 1.0), (1, 1.0)],
+    [(0, 1.0), (2, -1.0), (1, -1.0)],
+    [(0, 1.0), (1, -1.0), (2, 1.0)],
+    [(0, -1.0), (1, -1.0), (2, -1.0)],
+];
+
 /// The unit direction of the continuous texel coordinates (`x`, `y`), each in 0..=`n`, on `face`.
 pub fn direction(face: usize, n: usize, x: f64, y: f64) -> DVec3 {
     let [x, y, z] = on_face(face, 2.0 * x / n as f64 - 1.0, 2.0 * y / n as f64 - 1.0);

@@ -14,6 +14,9 @@ use glam::Vec3A;
 /// by less than 16.
 const MIXED: f32 = 128.0 / 16_777_216.0;
 
+/// Products of smaller distances may lose bits below the smallest numbers; scenes are 2¹⁴ units large.
+const NEAR: f32 = 1.0 / (1 << 20) as f32;
+
 /// The lines of a triangle's edges on a face, positive inside: A·s + B·t + C at the place (s, t), which goes
 /// from −1 to 1 across and down.
 pub(super) struct Edges {
@@ -52,7 +55,9 @@ impl Edges {
         let lines = [cross(b, c), cross(c, a), cross(a, b)];
         let [far_a, far_b, far_c] = [far(a), far(b), far(c)];
         let volume = a[0] * lines[0][0] + a[1] * lines[0][1] + a[2] * lines[0][2];
-        if volume.abs() <= MIXED * far_a * far_b * far_c {
+        // The test of a ray sums three such products to tell what is in front of it from what is behind.
+        let is_mixed = volume.abs() <= 2.0 * MIXED * far_a * far_b * far_c;
+        if is_mixed || far_a.min(far_b).min(far_c) < NEAR {
             return None;
         }
         let side = volume.signum();

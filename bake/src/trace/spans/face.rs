@@ -4,19 +4,10 @@ use crate::trace::wide::lanes::{LANES, Lanes};
 use crate::trace::wide::leaves::Corners;
 use crate::trace::wide::tree::Node;
 use glam::Vec3A;
+use relume_formats::basis::cubemap::FRAMES;
 
 /// Slack of bounds, texels: far more than what rounding does to them, see [`super`].
 pub(super) const SLACK: f32 = 1.0 / 256.0;
-
-/// Face by face, the axes of the world that run to the right, down and out of the cube, each with a sign.
-const AXES: [[(usize, f32); 3]; 6] = [
-    [(2, -1.0), (1, -1.0), (0, 1.0)],
-    [(2, 1.0), (1, -1.0), (0, -1.0)],
-    [(0, 1.0), (2, 1.0), (1, 1.0)],
-    [(0, 1.0), (2, -1.0), (1, -1.0)],
-    [(0, 1.0), (1, -1.0), (2, 1.0)],
-    [(0, -1.0), (1, -1.0), (2, -1.0)],
-];
 
 /// Texels of a face: first and last column, first and last row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,20 +93,20 @@ impl Face {
     /// Of a corner of eight triangles, in axes of the world, where it is on the axes of the face.
     #[inline(always)]
     pub fn seen<L: Lanes>(&self, simd: L, corners: &Corners, corner: usize) -> [L::F32; 3] {
-        let [x, y, z] = AXES[self.number];
+        let [x, y, z] = FRAMES[self.number];
         let at = |axis: usize| corners.of(corner, axis);
         [self.on(simd, x, at(x.0)), self.on(simd, y, at(y.0)), self.on(simd, z, at(z.0))]
     }
 
     /// A direction of the world on the axes of the face.
     pub fn turned(&self, direction: Vec3A) -> [f32; 3] {
-        AXES[self.number].map(|(axis, sign)| sign * direction[axis])
+        FRAMES[self.number].map(|(axis, sign)| sign * direction[axis])
     }
 
     /// Of a corner of eight triangles that of `lane`, on the axes of the face.
     #[inline(always)]
     pub fn at(&self, corners: &Corners, corner: usize, lane: usize) -> [f32; 3] {
-        let [x, y, z] = AXES[self.number];
+        let [x, y, z] = FRAMES[self.number];
         let at = |(axis, sign): (usize, f32)| sign * (corners.of(corner, axis)[lane] - self.origin[axis]);
         [at(x), at(y), at(z)]
     }
@@ -136,7 +127,7 @@ impl Face {
     /// The texels that boxes of `node` may hide, and how near each box comes, along the axis of the face.
     #[inline(always)]
     pub fn boxes<L: Lanes>(&self, simd: L, node: &Node) -> (Rects, [f32; LANES]) {
-        let [x, y, z] = AXES[self.number];
+        let [x, y, z] = FRAMES[self.number];
         let [x, y] = [self.ends(simd, x, node), self.ends(simd, y, node)];
         let [near, far] = self.ends(simd, z, node);
         // A box around or beside the point ends nowhere before the border of the face.

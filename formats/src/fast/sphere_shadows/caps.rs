@@ -1,7 +1,8 @@
 //! The caps of spheres in the bitmaps of a group of receivers.
 
 use super::{LANES, Lanes};
-use crate::basis::cap::{FRAMES, FaceCone, ROW, ROWS, may_reach, row_range, tangent2};
+use crate::basis::cap::{FaceCone, ROW, ROWS, may_reach, row_range, tangent2};
+use crate::basis::cubemap::FRAMES;
 use crate::basis::two_level::SIDE;
 use crate::evaluate::sphere_shadows::{Receiver, Spheres};
 

@@ -8,7 +8,7 @@ use glam::Vec3;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::haar::forward_cube;
 use relume_formats::evaluate::sphere_shadows::{
-    Function, Levels, Receiver, Spheres, light, lobe, neighbours,
+    Casters, Function, Levels, Receiver, Sides, Spheres, Triangle, light, lobe, neighbours,
 };
 use relume_formats::fast::sphere_shadows::{Shading, order};
 use relume_formats::kinds::HaarTable;
@@ -31,6 +31,36 @@ fn knot(count: usize) -> Spheres {
     Spheres { neighbours: neighbours(&now), now }
 }
 
+/// About `count` triangles of a tube along the same knot, closed: half of them count for a receiver outside.
+fn tube(count: usize) -> Casters {
+    let sides = 6;
+    let rings = count / (2 * sides);
+    let around = |k: usize| TAU * k as f32 / rings as f32;
+    let middle = |k: usize| {
+        let at = 2.0 * around(k % rings);
+        let out = 0.75 + 0.3 * (1.5 * at).cos();
+        Vec3::new(out * at.cos(), 1.0 + 0.3 * (1.5 * at).sin(), out * at.sin())
+    };
+    let corner = |k: usize, side: usize| {
+        let along = (middle(k + 1) - middle(k + rings - 1)).normalize();
+        let up = along.any_orthonormal_pair();
+        let turn = TAU * side as f32 / sides as f32;
+        (middle(k) + 0.12 * (turn.cos() * up.0 + turn.sin() * up.1)).to_array()
+    };
+    let triangle = |corners: [[f32; 3]; 3]| {
+        let [a, b, c] = corners.map(Vec3::from);
+        let sides = [0.01, f32::INFINITY]
+            .map(|above| Sides { above, below: if above < 1.0 { f32::INFINITY } else { 1e-6 } });
+        Triangle { corners, normal: (b - a).cross(c - a).normalize().to_array(), object: 1, sides }
+    };
+    let quad = |k: usize| {
+        let (ring, side) = (k / sides, k % sides);
+        let [a, b, c, d] = [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(r, s)| corner(ring + r, side + s));
+        [triangle([a, b, c]), triangle([a, c, d])]
+    };
+    Casters { spheres: Vec::new(), triangles: (0..rings * sides).flat_map(quad).collect() }
+}
+
 /// A plane of 4 m × 4 m whose receivers use a lobe of their own; or, `blended`, a bowl whose receivers each
 /// blend four.
 fn receivers(blended: bool) -> Vec<Receiver> {
@@ -40,7 +70,7 @@ fn receivers(blended: bool) -> Vec<Receiver> {
         let normal =
             if blended { Vec3::new(-0.2 * position.x, 1.0, -0.2 * position.z).normalize() } else { Vec3::Y };
         let own = [(NODES as u32, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
-        Receiver { position, normal, lobes: if blended { blend(normal) } else { own }, own: None }
+        Receiver { position, normal, lobes: if blended { blend(normal) } else { own }, object: 0, own: None }
     };
     (0..SIDE * SIDE).map(receiver).collect()
 }
@@ -93,13 +123,40 @@ fn print_table(name: &str, receivers: &[Receiver], lobes: &[Vec<f32>], table: &H
             let shading = Shading::new(&lobes, &light, levels);
             print!("{terms:4} terms {levels:?}:");
             for count in [0, 32, 64, 96, 128] {
-                let sets = [knot(count)];
-                let [whole, caps] = [receivers, &unlit]
-                    .map(|receivers| best(|| shading.radiance(receivers, &sets, table, black_box(&mut out))));
+                let casters = Casters { spheres: vec![knot(count)], triangles: Vec::new() };
+                let [whole, caps] = [receivers, &unlit].map(|receivers| {
+                    best(|| shading.radiance(receivers, &casters, table, black_box(&mut out)))
+                });
                 print!("{:7.2} {:5.2} {:6.1};", 1e3 * whole, 1e3 * (whole - caps), 1.0 / whole);
             }
             println!(" folding {:.2} ms for {} lobes", 1e3 * folding, lobes.len());
         }
+    }
+}
+
+/// Prints what triangles cost beside as many spheres, in turns.
+fn print_triangles(receivers: &[Receiver], table: &HaarTable) {
+    let unlit: Vec<Receiver> = receivers.iter().map(|r| Receiver { lobes: [(0, 0.0); 4], ..*r }).collect();
+    let shading = Shading::new(&[], &sky(200), Levels::Two);
+    let mut out = vec![[0.0; 3]; receivers.len()];
+    println!(
+        "milliseconds a frame for bitmaps alone of 16,384 receivers; nanoseconds a receiver and caster, both cores"
+    );
+    for count in [64, 256, 1024] {
+        let spheres = Casters { spheres: vec![knot(count.min(128))], triangles: Vec::new() };
+        let triangles = tube(count);
+        let [by_spheres, by_triangles] = [&spheres, &triangles]
+            .map(|casters| best(|| shading.radiance(&unlit, casters, table, black_box(&mut out))));
+        let each = |seconds: f64, count: usize| 1e9 * seconds / (receivers.len() * count) as f64;
+        println!(
+            "{:4} spheres {:7.2} ms, {:5.2} ns; {:4} triangles {:7.2} ms, {:5.2} ns",
+            count.min(128),
+            1e3 * by_spheres,
+            each(by_spheres, count.min(128)),
+            triangles.triangles.len(),
+            1e3 * by_triangles,
+            each(by_triangles, triangles.triangles.len())
+        );
     }
 }
 
@@ -114,6 +171,7 @@ fn main() {
     let [plane, bowl] = [false, true].map(receivers);
     // Steps of a prime number of receivers.
     let scattered: Vec<Receiver> = (0..plane.len()).map(|k| plane[k * 7919 % plane.len()]).collect();
+    print_triangles(&in_order(&plane), &table);
     print_table("plane", &in_order(&plane), &lobes, &table);
     print_table("bowl, four lobes each", &in_order(&bowl), &lobes, &table);
     print_table("plane in rows, not in order", &plane, &lobes, &table);

@@ -175,13 +175,18 @@ fn interval(a: f32, k: f32, root: f32, q: f32, one_over_q: f32, conjugate: f32) 
 
 /// How many of the 32 texel centres along a line lie below `s`, to rounding.
 #[inline(always)]
-fn edge(s: f32) -> u32 {
+pub(crate) fn edge(s: f32) -> u32 {
+    let below = at_least(16.0 * s + 16.0, 0.0);
+    whole(if below < SIDE as f32 { below } else { SIDE as f32 })
+}
+
+/// The whole number nearest to `x`, which is 0 to 2²³.
+#[inline(always)]
+pub(crate) fn whole(x: f32) -> u32 {
     // The last bits of a float of this size are whole numbers, and adding it rounds to the nearest: a
     // conversion that vector units have.
     const WHOLE: f32 = (1 << 23) as f32;
-    let below = at_least(16.0 * s + 16.0, 0.0);
-    let centres = if below < SIDE as f32 { below } else { SIDE as f32 };
-    (centres + WHOLE).to_bits() - WHOLE.to_bits()
+    (x + WHOLE).to_bits() - WHOLE.to_bits()
 }
 
 /// The larger of both, `least` for no number: one instruction, which `f32::max` is not.
@@ -192,7 +197,7 @@ fn at_least(x: f32, least: f32) -> f32 {
 
 /// All bits from the `first` on, which is at most 32.
 #[inline(always)]
-fn from(first: u32) -> u32 {
+pub(crate) fn from(first: u32) -> u32 {
     u32::MAX.checked_shl(first).unwrap_or(0)
 }
 

@@ -1,8 +1,8 @@
-//! Method `sphere-shadows`: the radiance of a white diffuse surface under a map of light that spheres block
-//! (sphere shadows §3.3-§4.1).
+//! Method `sphere-shadows`: the radiance of a white diffuse surface under a map of light that spheres (sphere
+//! shadows §3.3-§4.1) or triangles of the meshes ([`casters`], ours) block.
 //!
 //! Radiance is ∫ L·ρ̃·V, with L the light, ρ̃ = max(0, n·ω)/π·dω the lobe of the receiver's normal and V its
-//! visibility, 1 where no sphere blocks the centre of a texel. Spheres are OR-ed as bitmaps; the product is
+//! visibility, 1 where nothing blocks the centre of a texel. What blocks is OR-ed as bitmaps; the product is
 //! summed from Haar coefficients by the three cases of [`triple`]:
 //!
 //! * cases 1, 2 and the two parts of 3 in which ρ̃ is one of the equal wavelets run over the kept terms of
@@ -13,23 +13,26 @@
 //! How fine V is in these is [`Levels`]. The source leaves open which level case 2 uses; here it is that of
 //! the other sums over terms of ρ̃.
 //!
-//! **Who blocks whom** is ours, the source has no self-shadowing. A receiver on an object that has spheres
+//! **Whose spheres block whom** is ours, the source has no self-shadowing. A receiver on an object that has spheres
 //! leaves out of that object's set the sphere of its own cluster, every sphere that overlaps that one at
 //! rest, and any that holds it now: these reach beyond the surface right where it is. Spheres of other
 //! objects always count, and inside one of them all is blocked. A sphere that is wholly below the horizon of
 //! the normal counts nowhere: there the lobe is 0, and what its blend or its kept terms have there is error.
 
+mod casters;
 mod placing;
 
+pub use casters::{CasterMeshes, CasterTriangle, Casters, Sides, Spheres, Triangle, neighbours};
 pub use placing::receivers;
 
 use crate::basis::approximate::{by_size, largest};
 use crate::basis::cap::{self, Bitmap, ROWS, add_sphere};
 use crate::basis::psum::psum;
+use crate::basis::span;
 use crate::basis::triple::{Operand, of_equals, with_terms};
 use crate::basis::two_level::{SIDE, two_level};
+use crate::kinds::HaarTable;
 use crate::kinds::sphere_shadows::Meta;
-use crate::kinds::{HaarTable, SphereSet};
 use crate::state::Rgb;
 use glam::Vec3;
 
@@ -134,35 +137,6 @@ fn kept(sizes: &[f32], terms: Option<usize>) -> Vec<u32> {
     kept
 }
 
-/// The spheres of one object.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spheres {
-    /// Centre and radius of each now, world space, metres.
-    pub now: Vec<[f32; 4]>,
-    /// What [`neighbours`] makes of the spheres at rest.
-    pub neighbours: Vec<Vec<u32>>,
-}
-
-impl Spheres {
-    /// The spheres of `set` at rest; [`crate::evaluate::sphere_set::Follower`] says where they are in other
-    /// poses.
-    pub fn at_rest(set: &SphereSet) -> Self {
-        Self { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }
-    }
-}
-
-/// For each sphere the spheres that overlap it at rest, itself among them, in order.
-pub fn neighbours(rest: &[[f32; 4]]) -> Vec<Vec<u32>> {
-    let overlap = |[x, y, z, r]: [f32; 4], [u, v, w, s]: [f32; 4]| {
-        Vec3::new(x, y, z).distance_squared(Vec3::new(u, v, w)) < (r + s) * (r + s)
-    };
-    let of = |(at, sphere): (usize, &[f32; 4])| {
-        let near = |(other, _): &(usize, &[f32; 4])| *other == at || overlap(*sphere, rest[*other]);
-        rest.iter().enumerate().filter(near).map(|(other, _)| other as u32).collect()
-    };
-    rest.iter().enumerate().map(of).collect()
-}
-
 /// Where a receiver belongs among the spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Own {
@@ -182,7 +156,9 @@ pub struct Receiver {
     /// Lobes whose weighted sum is that of the normal, as [`crate::basis::diffuse::blend`] gives them; weight
     /// 0 for those not needed.
     pub lobes: [(u32, f32); 4],
-    /// Set if its object has spheres.
+    /// Its object, in the order of the scene.
+    pub object: u32,
+    /// Set if its object casts by spheres.
     pub own: Option<Own>,
 }
 
@@ -196,16 +172,27 @@ impl Receiver {
         near || cap::tangent2(offset.to_array(), spheres.now[sphere][3]) <= 0.0
     }
 
+    /// Adds what `triangle` blocks of its view, if it counts and any of it is above the horizon.
+    fn add_triangle(&self, bitmap: &mut Bitmap, triangle: &Triangle) {
+        let offsets = triangle.corners.map(|corner| Vec3::from(corner) - self.position);
+        let height = Triangle::height(triangle.normal, offsets[0].to_array());
+        let sides = triangle.sides[usize::from(triangle.object != self.object)];
+        if sides.count_from(height) && offsets.iter().any(|offset| self.normal.dot(*offset) > 0.0) {
+            span::add_triangle(bitmap, offsets, if height > 0.0 { 1.0 } else { -1.0 });
+        }
+    }
+
     /// Whether any of a sphere is above its horizon.
     fn faces(&self, offset: Vec3, radius: f32) -> bool {
         self.normal.dot(offset) > -radius
     }
 }
 
-/// The texels in which spheres block a receiver's view.
-pub fn blocked(receiver: &Receiver, sets: &[Spheres]) -> Bitmap {
+/// The texels in which a receiver's view is blocked.
+pub fn blocked(receiver: &Receiver, casters: &Casters) -> Bitmap {
     let mut bitmap = [0; ROWS];
-    for (set, spheres) in sets.iter().enumerate() {
+    casters.triangles.iter().for_each(|triangle| receiver.add_triangle(&mut bitmap, triangle));
+    for (set, spheres) in casters.spheres.iter().enumerate() {
         let own = receiver.own.filter(|own| own.set as usize == set);
         for (sphere, [x, y, z, radius]) in spheres.now.iter().enumerate() {
             let offset = Vec3::new(*x, *y, *z) - receiver.position;
@@ -226,14 +213,14 @@ pub fn blocked(receiver: &Receiver, sets: &[Spheres]) -> Bitmap {
 /// If a receiver has a lobe, of weight other than 0, beyond `lobes`.
 pub fn radiance(
     receivers: &[Receiver],
-    sets: &[Spheres],
+    casters: &Casters,
     lobes: &[Function],
     light: &[Function; 3],
     levels: Levels,
     table: &HaarTable,
 ) -> Vec<Rgb> {
     let of = |receiver: &Receiver| {
-        let visibility = Visibility::new(&blocked(receiver, sets).map(|row| !row), table);
+        let visibility = Visibility::new(&blocked(receiver, casters).map(|row| !row), table);
         let used = receiver.lobes.iter().filter(|(_, weight)| *weight != 0.0);
         used.fold([0.0; 3], |sum: Rgb, (lobe, weight)| {
             std::array::from_fn(|c| {

@@ -1,8 +1,8 @@
 //! Method `sphere-shadows` for many receivers: the same radiance as [`crate::evaluate::sphere_shadows`]
 //! gives.
 //!
-//! * Receivers go in groups of 16, a lane each: caps are added to all of their bitmaps at once, row by row
-//!   ([`caps`]). Only rows that the cap reaches for one of them are looked at, so receivers that follow each
+//! * Receivers go in groups of 16, a lane each: caps ([`caps`]) and triangles ([`triangles`]) are added to all of
+//!   their bitmaps at once, row by row. Only rows that one reaches for one of them are looked at, so receivers that follow each
 //!   other should be near each other: [`order`] makes them so.
 //! * With light and lobe given, the product is linear in the visibility, whatever terms and levels are kept.
 //!   So both are folded once per change of the light into one weight per lobe and tile ([`fold`]), and a
@@ -13,13 +13,17 @@
 mod caps;
 mod fold;
 mod sum;
+mod triangles;
 
-use crate::evaluate::sphere_shadows::{Function, Levels, Receiver, Spheres};
+use crate::basis::cap::ROWS;
+use crate::evaluate::sphere_shadows::{Casters, Function, Levels, Receiver, Spheres};
 use crate::kinds::HaarTable;
 use crate::state::Rgb;
+use caps::{Group, Rows};
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use triangles::Block;
 
 /// Receivers of a group.
 const LANES: usize = 16;
@@ -44,9 +48,10 @@ impl Shading {
     ///
     /// # Panics
     /// If a receiver has a lobe that was not given.
-    pub fn radiance(&self, receivers: &[Receiver], sets: &[Spheres], table: &HaarTable, out: &mut [Rgb]) {
+    pub fn radiance(&self, receivers: &[Receiver], casters: &Casters, table: &HaarTable, out: &mut [Rgb]) {
+        let (sets, blocks) = (&casters.spheres, Block::of_all(&casters.triangles));
         receivers.par_chunks(LANES).zip(out.par_chunks_mut(LANES)).for_each(|(receivers, out)| {
-            self.arch.dispatch(Group { receivers, sets, table, weights: &self.weights, out });
+            self.arch.dispatch(Task { receivers, sets, blocks: &blocks, table, weights: &self.weights, out });
         });
     }
 }
@@ -76,21 +81,32 @@ fn spread(mut bits: u32) -> u32 {
     bits
 }
 
+/// What is blocked of each receiver's view.
+#[inline(always)]
+fn blocked(receivers: &[Receiver], sets: &[Spheres], blocks: &[Block]) -> Rows {
+    let mut rows = [[0; LANES]; ROWS];
+    let group = Group::new(receivers);
+    triangles::add(&mut rows, &group, blocks);
+    caps::add(&mut rows, &group, receivers, sets);
+    rows
+}
+
 /// What is done for a group.
-struct Group<'a> {
+struct Task<'a> {
     receivers: &'a [Receiver],
     sets: &'a [Spheres],
+    blocks: &'a [Block],
     table: &'a HaarTable,
     weights: &'a fold::Weights,
     out: &'a mut [Rgb],
 }
 
-impl WithSimd for Group<'_> {
+impl WithSimd for Task<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let rows = caps::blocked(self.receivers, self.sets);
+        let rows = blocked(self.receivers, self.sets, self.blocks);
         sum::radiance(&rows, self.receivers, self.weights, self.table, self.out);
     }
 }
@@ -100,52 +116,83 @@ mod tests {
     use super::*;
 
     use crate::basis::diffuse::{self, blend};
-    use crate::evaluate::sphere_shadows::{self, Own, blocked, neighbours};
+    use crate::evaluate::sphere_shadows::{self, Own, Sides, Triangle, blocked, neighbours};
 
-    /// Spheres of two objects around the origin, and receivers among them.
-    fn scene() -> (Vec<Spheres>, Vec<Receiver>) {
+    /// Spheres of two objects and meshes of two others around the origin, and receivers among them, of which
+    /// those that follow each other are near each other or, `scattered`, are not.
+    fn scene(scattered: bool) -> (Casters, Vec<Receiver>) {
         let mut state = 5u64;
         let mut random = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 40) as f32 / (1 << 23) as f32 - 1.0
         };
-        let sets = [40, 25].map(|count| {
+        let spheres = [40, 25].map(|count| {
             let now: Vec<[f32; 4]> =
                 (0..count).map(|_| [random(), random(), random(), 0.2 + 0.15 * random()]).collect();
             Spheres { neighbours: neighbours(&now), now }
         });
+        let triangle = |k: u32| {
+            let corner: [f32; 3] = std::array::from_fn(|_| 1.5 * random());
+            // Large and small ones, and some that are only a line.
+            let size = if k % 9 == 0 { 1.0 } else { 0.2 };
+            let corners = [0, 1, 2]
+                .map(|c| corner.map(|x| x + if k % 13 == 5 { 0.1 * c as f32 } else { size * random() }));
+            let [a, b, c] = corners.map(Vec3::from);
+            let normal = (b - a).cross(c - a);
+            let both = |height| Sides { above: height, below: height };
+            let sides = match k % 2 {
+                0 => [both(0.05), both(1e-6)],
+                _ => {
+                    [Sides { above: 0.1, below: f32::INFINITY }, Sides { above: f32::INFINITY, below: 1e-6 }]
+                }
+            };
+            Triangle { corners, normal: (normal / normal.length()).to_array(), object: 2 + k % 2, sides }
+        };
+        let triangles = (0..50).map(triangle).collect();
         let receiver = |k: u32| {
             let normal = Vec3::new(random(), random(), random()).normalize();
-            let own = (k % 3).checked_sub(1).map(|set| Own { set, sphere: k % 25 });
+            let own = (k % 4).checked_sub(2).map(|set| Own { set, sphere: k % 25 });
+            let place = 2.0 * Vec3::new(random(), random(), random());
             Receiver {
-                position: 2.0 * Vec3::new(random(), random(), random()),
+                position: if scattered {
+                    place
+                } else {
+                    Vec3::new(0.01 * k as f32 - 1.0, 0.3, 0.1) + 0.02 * place
+                },
                 normal,
                 lobes: blend(normal),
+                object: k % 4,
                 own,
             }
         };
-        (sets.into(), (0..200).map(receiver).collect())
+        (Casters { spheres: spheres.into(), triangles }, (0..200).map(receiver).collect())
     }
 
     #[test]
     fn bitmaps_are_the_same_bit_for_bit() {
-        let (sets, receivers) = scene();
-        let mut kinds = [0; 3];
-        for group in receivers.chunks(LANES - 3) {
-            let rows = caps::blocked(group, &sets);
-            for (lane, receiver) in group.iter().enumerate() {
-                let bitmap = blocked(receiver, &sets);
-                assert_eq!(rows.map(|row| row[lane]), bitmap, "{receiver:?}");
-                let ones: u32 = bitmap.iter().map(|row| row.count_ones()).sum();
-                kinds[if ones == 0 { 0 } else { 1 + usize::from(ones == 6144) }] += 1;
+        for scattered in [false, true] {
+            let (casters, receivers) = scene(scattered);
+            let without = Casters { spheres: Vec::new(), ..casters.clone() };
+            for casters in [&casters, &without] {
+                let mut kinds = [0; 3];
+                let blocks = Block::of_all(&casters.triangles);
+                for group in receivers.chunks(LANES - 3) {
+                    let rows = super::blocked(group, &casters.spheres, &blocks);
+                    for (lane, receiver) in group.iter().enumerate() {
+                        let bitmap = blocked(receiver, casters);
+                        assert_eq!(rows.map(|row| row[lane]), bitmap, "{receiver:?}");
+                        let ones: u32 = bitmap.iter().map(|row| row.count_ones()).sum();
+                        kinds[if ones == 0 { 0 } else { 1 + usize::from(ones == 6144) }] += 1;
+                    }
+                }
+                assert!(kinds[1] > 100, "most see a part: {kinds:?}");
             }
         }
-        assert!(kinds.iter().all(|count| *count > 2), "some see all, some a part, some nothing: {kinds:?}");
     }
 
     #[test]
     fn all_processors_get_the_same() {
-        let (sets, receivers) = scene();
+        let (casters, receivers) = scene(true);
         let lobes: Vec<Function> = (0..diffuse::NODES)
             .map(|node| sphere_shadows::lobe(diffuse::lobe(diffuse::grid_normal(node)), Some(100)))
             .collect();
@@ -159,7 +206,7 @@ mod tests {
             let plain = Shading { weights: fold::Weights::new(&lobes, &light, levels), arch: Arch::Scalar };
             let [a, b] = [best, plain].map(|shading| {
                 let mut out = vec![[f32::NAN; 3]; receivers.len()];
-                shading.radiance(&receivers, &sets, &table, &mut out);
+                shading.radiance(&receivers, &casters, &table, &mut out);
                 out
             });
             assert_eq!(a, b, "the same operations in the same order");

@@ -7,6 +7,8 @@
 //! | `normals` | f32  | [rows, 3]    | unit normals of the rows, world space: first the 384 nodes of the grid, then others |
 //! | `lobes`   | f32  | [rows, 6144] | Haar coefficients of ρ̃ = max(0, n·ω)/π · dω in the order of [`crate::basis::haar`], 6 × 32 × 32, to 10⁻⁶ |
 //! | `order`   | u16  | [rows, 200]  | the coefficients of each row that matter most, as [`order`] finds them |
+//! | `casters` | u32  | [triangles, 3] | corners of the triangles that cast shadows, vertices of the scene: those of each object that casts by its mesh, in order |
+//! | `caster_errors` | f32 | [triangles] | how far, metres, vertices of its object may be from the surface that a triangle stands for, in all poses |
 //!
 //! Receivers are the vertices of the scene's meshes. Grid and blending are those of [`crate::basis::diffuse`]. A row beyond the grid is exact for its normal
 //! and serves receivers that never turn: those of an object that deforms have none. A lobe is cut to its k largest terms by taking the first k of its order;
@@ -27,6 +29,8 @@ pub const NO_ROW: u32 = u32::MAX;
 pub const COEFFICIENTS: usize = FACES * SIDE * SIDE;
 /// Coefficients of a row that are put in order.
 pub const ORDERED: usize = 200;
+/// Most triangles that cast shadows, of all objects together.
+pub const MAX_CASTERS: u64 = 1 << 20;
 /// Most rows: their lobes are one section.
 pub const MAX_ROWS: u64 = 4096;
 /// How far the length of a normal may be from 1, and each coordinate of a node from where the grid has it.
@@ -48,6 +52,11 @@ pub struct SphereShadows {
     pub lobes: Vec<f32>,
     /// Row-major [rows, [`ORDERED`]]: what [`order`] makes of each row.
     pub order: Vec<u16>,
+    /// Triangles that cast shadows, by vertices of the scene: those of each object that casts by its mesh.
+    pub casters: Vec<[u32; 3]>,
+    /// For each of them how far vertices of its object are at most from where it stands for the surface,
+    /// metres.
+    pub caster_errors: Vec<f32>,
 }
 
 /// The small print.
@@ -74,10 +83,29 @@ pub struct ShadowObject {
     pub first_vertex: u32,
     /// Number of vertices.
     pub vertices: u32,
-    /// Whether it has a sphere set, and so casts shadows.
+    /// Whether the bundle has a sphere set of it.
     pub sphere_set: bool,
+    /// What it casts shadows by.
+    pub casts: Casts,
     /// Whether it deforms.
     pub deforms: bool,
+}
+
+/// What an object casts shadows by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Casts {
+    /// It casts none.
+    Nothing,
+    /// Its sphere set.
+    Spheres,
+    /// Some triangles of its mesh.
+    Mesh {
+        /// How many.
+        triangles: u32,
+        /// Whether they enclose a volume, corners counter-clockwise from outside: then one side of them is
+        /// enough.
+        closed: bool,
+    },
 }
 
 /// The [`ORDERED`] coefficients of `lobe` that matter most: the scaling functions of the faces in their
@@ -138,7 +166,18 @@ impl Meta {
             return Some(format!("keeps {} terms, expected {FACES} to {ORDERED}", self.terms));
         }
         let mut next = Some(0u32);
-        for ShadowObject { name, first_vertex, vertices, .. } in &self.objects {
+        for ShadowObject { name, first_vertex, vertices, sphere_set, casts, .. } in &self.objects {
+            match casts {
+                Casts::Spheres if !sphere_set => {
+                    return Some(format!("object `{name}` casts shadows by spheres and has none"));
+                }
+                Casts::Mesh { triangles: 0, .. } => {
+                    return Some(format!(
+                        "object `{name}` casts shadows by its mesh, but by no triangle of it"
+                    ));
+                }
+                _ => {}
+            }
             if *vertices == 0 || Some(*first_vertex) != next {
                 return Some(format!(
                     "object `{name}` has {vertices} vertices from {first_vertex} on, which do not follow those before"
@@ -150,6 +189,15 @@ impl Meta {
             return Some("there are no objects".to_owned());
         }
         fault_of_names("objects", self.objects.iter().map(|object| object.name.as_str()))
+    }
+
+    /// Triangles that cast shadows, of all objects.
+    pub fn casters(&self) -> u64 {
+        let of = |object: &ShadowObject| match object.casts {
+            Casts::Mesh { triangles, .. } => u64::from(triangles),
+            _ => 0,
+        };
+        self.objects.iter().map(of).sum()
     }
 
     /// Of all objects.
@@ -168,7 +216,9 @@ impl Stored for SphereShadows {
         out.u32s("rows", &[self.rows.len() as u64], &self.rows)?;
         out.f32s("normals", &[rows, 3], self.normals.as_flattened())?;
         out.f32s("lobes", &[rows, COEFFICIENTS as u64], &self.lobes)?;
-        out.u16s("order", &[rows, ORDERED as u64], &self.order)
+        out.u16s("order", &[rows, ORDERED as u64], &self.order)?;
+        out.u32s("casters", &[self.casters.len() as u64, 3], self.casters.as_flattened())?;
+        out.f32s("caster_errors", &[self.caster_errors.len() as u64], &self.caster_errors)
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
@@ -186,7 +236,9 @@ impl Stored for SphereShadows {
         section.expect_finite(&lobes)?;
         section.expect(fault_of_lobes(&lobes, &normals))?;
         let order = decode_order(&sections.take("order")?, &lobes)?;
-        Ok(Self { meta, rows, normals, lobes, order })
+        let casters = decode_casters(&sections.take("casters")?, &meta)?;
+        let caster_errors = decode_caster_errors(&sections.take("caster_errors")?, &meta)?;
+        Ok(Self { meta, rows, normals, lobes, order, casters, caster_errors })
     }
 }
 
@@ -256,6 +308,44 @@ fn decode_order(section: &Section, lobes: &[f32]) -> Result<Vec<u16>> {
         None => Ok(terms),
         Some(row) => {
             Err(section.invalid(format!("the terms of row {row} are not the largest of its lobe in order")))
+        }
+    }
+}
+
+fn decode_casters(section: &Section, meta: &Meta) -> Result<Vec<[u32; 3]>> {
+    let count = meta.casters();
+    if count > MAX_CASTERS {
+        return Err(section.invalid(format!(
+            "{count} triangles cast shadows, at most {MAX_CASTERS} may; bake with a larger error"
+        )));
+    }
+    section.expect_shape(&[count, 3])?;
+    let casters = section.u32_rows()?;
+    let mut next = casters.iter().enumerate();
+    for object in &meta.objects {
+        let Casts::Mesh { triangles, .. } = object.casts else { continue };
+        let own = object.first_vertex..object.first_vertex + object.vertices;
+        let is_fine = |[a, b, c]: &[u32; 3]| {
+            [a, b, c].iter().all(|vertex| own.contains(vertex)) && a != b && b != c && c != a
+        };
+        let mut of_object = next.by_ref().take(triangles as usize);
+        if let Some((at, triangle)) = of_object.find(|(_, triangle)| !is_fine(triangle)) {
+            let name = &object.name;
+            return Err(section.invalid(format!(
+                "triangle {at} has the corners {triangle:?}, which are not three vertices of object `{name}`"
+            )));
+        }
+    }
+    Ok(casters)
+}
+
+fn decode_caster_errors(section: &Section, meta: &Meta) -> Result<Vec<f32>> {
+    section.expect_shape(&[meta.casters()])?;
+    let errors = section.f32s()?;
+    match errors.iter().position(|error| !(error.is_finite() && *error >= 0.0)) {
+        None => Ok(errors),
+        Some(at) => {
+            Err(section.invalid(format!("the error of triangle {at} is {}, expected metres", errors[at])))
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use super::{Own, Receiver};
 use crate::basis::diffuse::blend;
-use crate::kinds::sphere_shadows::NO_ROW;
+use crate::kinds::sphere_shadows::{Casts, NO_ROW};
 use crate::kinds::{SphereSet, SphereShadows};
 use glam::Vec3;
 
 /// The receivers of a bundle with its vertices at `positions`, world space, and their unit `normals`. `sets`
-/// are the sphere sets of the objects that have one, in the order of the objects, which is that of
+/// are the sphere sets of the objects that cast by one, in the order of the objects, which is that of
 /// [`Own::set`]. Lobes of rows that are not blended are the row alone.
 pub fn receivers(
     shadows: &SphereShadows,
@@ -16,12 +16,12 @@ pub fn receivers(
     normals: &[[f32; 3]],
 ) -> Vec<Receiver> {
     let mut next_set = 0..;
-    let mut owners: Vec<Option<Own>> = Vec::with_capacity(positions.len());
-    for object in &shadows.meta.objects {
-        let own = object.sphere_set.then(|| next_set.next()).flatten();
+    let mut owners: Vec<(u32, Option<Own>)> = Vec::with_capacity(positions.len());
+    for (number, object) in (0..).zip(&shadows.meta.objects) {
+        let own = (object.casts == Casts::Spheres).then(|| next_set.next()).flatten();
         let clusters = own.and_then(|set: u32| sets.get(set as usize)).map(|set| &set.clusters);
         let of = |vertex: u32| Some(Own { set: own?, sphere: *clusters?.get(vertex as usize)? });
-        owners.extend((0..object.vertices).map(of));
+        owners.extend((0..object.vertices).map(|vertex| (number, of(vertex))));
     }
     let lobes = |row: u32, normal: Vec3| {
         if row == NO_ROW { blend(normal) } else { [(row, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)] }
@@ -30,10 +30,11 @@ pub fn receivers(
         positions.iter().zip(normals).map(|(position, normal)| (Vec3::from(*position), Vec3::from(*normal)));
     let vertices = places.zip(shadows.rows.iter().zip(owners));
     vertices
-        .map(|((position, normal), (row, own))| Receiver {
+        .map(|((position, normal), (row, (object, own)))| Receiver {
             position,
             normal,
             lobes: lobes(*row, normal),
+            object,
             own,
         })
         .collect()

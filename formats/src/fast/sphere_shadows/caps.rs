@@ -11,17 +11,19 @@ pub(super) type Rows = [Lanes<u32>; ROWS];
 
 /// Positions and normals of a group, coordinate by coordinate. A group that is not full repeats its last
 /// receiver.
-struct Group {
-    position: [Lanes<f32>; 3],
-    normal: [Lanes<f32>; 3],
+pub(super) struct Group {
+    pub(super) position: [Lanes<f32>; 3],
+    pub(super) normal: [Lanes<f32>; 3],
+    pub(super) object: Lanes<u32>,
 }
 
 impl Group {
     #[inline(always)]
-    fn new(receivers: &[Receiver]) -> Self {
-        let mut group = Self { position: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3] };
+    pub(super) fn new(receivers: &[Receiver]) -> Self {
+        let mut group = Self { position: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3], object: [0; LANES] };
         for lane in 0..LANES {
             let receiver = &receivers[lane.min(receivers.len() - 1)];
+            group.object[lane] = receiver.object;
             for k in 0..3 {
                 (group.position[k][lane], group.normal[k][lane]) = (receiver.position[k], receiver.normal[k]);
             }
@@ -52,19 +54,16 @@ impl LeftOut {
     }
 }
 
-/// What spheres block of each receiver's view.
+/// Adds what spheres block of each receiver's view.
 #[inline(always)]
-pub(super) fn blocked(receivers: &[Receiver], sets: &[Spheres]) -> Rows {
-    let mut rows = [[0; LANES]; ROWS];
-    let group = Group::new(receivers);
+pub(super) fn add(rows: &mut Rows, group: &Group, receivers: &[Receiver], sets: &[Spheres]) {
     for (set, spheres) in sets.iter().enumerate() {
         let left_out = LeftOut::new(receivers, set, spheres);
         for (sphere, placed) in spheres.now.iter().enumerate() {
             let near = left_out.near.get(sphere).copied().unwrap_or(0);
-            add_sphere(&mut rows, &group, placed, near, left_out.own);
+            add_sphere(rows, group, placed, near, left_out.own);
         }
     }
-    rows
 }
 
 /// Adds a sphere that the receivers `near` leave out, and those of `own` that it holds.
@@ -152,6 +151,6 @@ fn add_to_face(
 
 /// All bits or none.
 #[inline(always)]
-fn all_if(condition: bool) -> u32 {
+pub(super) fn all_if(condition: bool) -> u32 {
     if condition { u32::MAX } else { 0 }
 }

@@ -10,7 +10,7 @@ use relume_formats::Place;
 use relume_formats::basis::diffuse::{self, NODES};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, NO_ROW, ORDERED, order};
+use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Casts, NO_ROW, ORDERED, order};
 
 fn sample() -> SphereShadows {
     sphere_shadows(1, &[5, 4, 3], 2)
@@ -50,7 +50,9 @@ fn the_sections_are_those_documented() {
             ("rows", 2, &[12]),
             ("normals", 4, &[386, 3]),
             ("lobes", 4, &[386, 6144]),
-            ("order", 1, &[386, 200])
+            ("order", 1, &[386, 200]),
+            ("casters", 2, &[2, 3]),
+            ("caster_errors", 4, &[2]),
         ]
     );
     assert_eq!((file.kind, file.kind_version), (12, 0));
@@ -135,6 +137,41 @@ fn broken_normals_and_lobes_are_refused() {
 }
 
 #[test]
+fn broken_casters_are_refused() {
+    type Case = (fn(&mut SphereShadows), &'static str);
+    let cases: [Case; 12] = [
+        (|s| s.meta.objects[0].sphere_set = false, "object `päper 0` casts shadows by spheres and has none"),
+        (
+            |s| s.meta.objects[2].casts = Casts::Mesh { triangles: 0, closed: true },
+            "object `päper 2` casts shadows by its mesh, but by no triangle of it",
+        ),
+        (
+            |s| s.meta.objects[2].casts = Casts::Mesh { triangles: u32::MAX, closed: true },
+            "section `casters`: 4294967295 triangles cast shadows, at most 1048576 may",
+        ),
+        (
+            |s| s.meta.objects[2].casts = Casts::Mesh { triangles: 3, closed: true },
+            "section `casters`: has shape [2, 3], expected [3, 3]",
+        ),
+        (|s| s.meta.objects[2].casts = Casts::Nothing, "has shape [2, 3], expected [0, 3]"),
+        (
+            |s| s.casters[1][2] = 12,
+            "triangle 1 has the corners [11, 10, 12], which are not three vertices of object `päper 2`",
+        ),
+        (|s| s.casters[0][0] = 8, "triangle 0 has the corners [8, 10, 11]"),
+        (|s| s.casters[0][0] = u32::MAX, "triangle 0 has the corners [4294967295, 10, 11]"),
+        (|s| s.casters[0][0] = 10, "triangle 0 has the corners [10, 10, 11]"),
+        (
+            |s| s.caster_errors[1] = -1.0,
+            "section `caster_errors`: the error of triangle 1 is -1, expected metres",
+        ),
+        (|s| s.caster_errors[0] = f32::NAN, "the error of triangle 0 is NaN"),
+        (|s| drop(s.caster_errors.pop()), "section `caster_errors`: has shape [1], expected [2]"),
+    ];
+    cases.into_iter().for_each(|(change, expected)| assert_refused(change, expected));
+}
+
+#[test]
 fn sections_of_other_shapes_and_orders_are_refused() {
     let sound = RawFile::parse(&written(&sample()));
     let refused = |change: &dyn Fn(&mut Vec<RawSection>)| {
@@ -149,12 +186,12 @@ fn sections_of_other_shapes_and_orders_are_refused() {
             "{message}"
         );
     }
-    for at in 0..5 {
+    for at in 0..7 {
         refused(&|s| drop(s.remove(at)));
     }
     assert!(refused(&|s| s.swap(3, 4)).contains("expected section `lobes` here"));
     let message = refused(&|s| s.push(RawSection { name: "more".to_owned(), ..s[0].clone() }));
-    assert!(message.contains("6 sections, kind `sphere-shadows` has at most 5"), "{message}");
+    assert!(message.contains("8 sections, kind `sphere-shadows` has at most 7"), "{message}");
 }
 
 #[test]

@@ -6,7 +6,8 @@ use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::haar::{forward_cube, inverse_cube};
 use relume_formats::basis::{EquirectMap, cubemap};
 use relume_formats::evaluate::sphere_shadows::{
-    Function, Levels, Own, Receiver, Spheres, blocked, light, lobe, neighbours, radiance,
+    Casters, Function, Levels, Own, Receiver, Sides, Spheres, Triangle, blocked, light, lobe, neighbours,
+    radiance,
 };
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::HaarTable;
@@ -53,12 +54,16 @@ fn spheres(now: Vec<[f32; 4]>) -> Spheres {
     Spheres { neighbours: neighbours(&now), now }
 }
 
-fn scene(random: &mut Random) -> Vec<Spheres> {
+fn only_spheres(spheres: Vec<Spheres>) -> Casters {
+    Casters { spheres, triangles: Vec::new() }
+}
+
+fn scene(random: &mut Random) -> Casters {
     let mut sphere = |_| {
         let centre = random.vector() * 2.0;
         [centre.x, centre.y, centre.z, 0.05 + 0.4 * random.next()]
     };
-    [12, 7].map(|count| spheres((0..count).map(&mut sphere).collect())).into()
+    only_spheres([12, 7].map(|count| spheres((0..count).map(&mut sphere).collect())).into())
 }
 
 fn receivers(random: &mut Random, count: usize) -> Vec<Receiver> {
@@ -66,13 +71,19 @@ fn receivers(random: &mut Random, count: usize) -> Vec<Receiver> {
         .map(|k| {
             let normal = random.vector().normalize();
             let own = (k % 3 == 0).then_some(Own { set: k as u32 / 3 % 2, sphere: k as u32 % 7 });
-            Receiver { position: random.vector() * 2.0, normal, lobes: blend(normal), own }
+            Receiver {
+                position: random.vector() * 2.0,
+                normal,
+                lobes: blend(normal),
+                object: k as u32 % 3,
+                own,
+            }
         })
         .collect()
 }
 
 fn up(position: Vec3) -> Receiver {
-    Receiver { position, normal: Vec3::Y, lobes: UP, own: None }
+    Receiver { position, normal: Vec3::Y, lobes: UP, object: 0, own: None }
 }
 
 fn is_blocked(bitmap: &Bitmap, texel: usize) -> bool {
@@ -80,8 +91,8 @@ fn is_blocked(bitmap: &Bitmap, texel: usize) -> bool {
 }
 
 /// Σ L·ρ̃ over the texels that are not blocked, in f64.
-fn pixel_sum(receiver: &Receiver, sets: &[Spheres], sky: &[Vec<f32>; 3]) -> [f64; 3] {
-    let bitmap = blocked(receiver, sets);
+fn pixel_sum(receiver: &Receiver, casters: &Casters, sky: &[Vec<f32>; 3]) -> [f64; 3] {
+    let bitmap = blocked(receiver, casters);
     let mut rho = vec![0.0f64; TEXELS];
     for (row, weight) in receiver.lobes {
         rho.iter_mut()
@@ -101,7 +112,8 @@ fn with_everything_kept_it_is_the_sum_over_texels() {
     let ours = radiance(&receivers, &sets, &lobes(None), &lit(sky.clone(), None), Levels::All, &TABLE);
     let mut dark = 0;
     for (receiver, ours) in receivers.iter().zip(ours) {
-        let (truth, open) = (pixel_sum(receiver, &sets, &sky), pixel_sum(receiver, &[], &sky));
+        let (truth, open) =
+            (pixel_sum(receiver, &sets, &sky), pixel_sum(receiver, &Casters::default(), &sky));
         dark += usize::from(truth[0] < 0.9 * open[0]);
         for c in 0..3 {
             // A few thousand terms in f32, of either sign, against what they would sum to without blockers.
@@ -155,9 +167,10 @@ fn without_spheres_there_is_no_shadow() {
     let receivers = receivers(&mut random, 12);
     for levels in [Levels::One, Levels::Two, Levels::All] {
         // V is its scaling function alone, which all levels have.
-        let ours = radiance(&receivers, &[], &lobes(None), &lit(sky.clone(), None), levels, &TABLE);
+        let ours =
+            radiance(&receivers, &Casters::default(), &lobes(None), &lit(sky.clone(), None), levels, &TABLE);
         for (receiver, ours) in receivers.iter().zip(ours) {
-            let truth = pixel_sum(receiver, &[], &sky);
+            let truth = pixel_sum(receiver, &Casters::default(), &sky);
             assert!((0..3).all(|c| (f64::from(ours[c]) / truth[c] - 1.0).abs() < 1e-5));
         }
     }
@@ -171,7 +184,7 @@ fn a_sphere_takes_its_share_of_a_white_sky() {
     let at = Vec3::new(1.0, 2.0, -2.0);
     let open = |sine: f32, theta: f32, phi: f32| {
         let v = Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
-        let sets = [spheres(vec![(at + 5.0 * v).extend(5.0 * sine).to_array()])];
+        let sets = only_spheres(vec![spheres(vec![(at + 5.0 * v).extend(5.0 * sine).to_array()])]);
         radiance(&[up(at)], &sets, &lobes, &white, Levels::All, &TABLE)[0][0]
             - (1.0 - sine * sine * theta.cos())
     };
@@ -209,9 +222,9 @@ fn who_blocks_whom() {
     };
     let only = |which: &[usize], position| {
         let now = which.iter().map(|k| row.now[*k]).collect();
-        blocked(&at(position, None), &[Spheres { now, neighbours: vec![] }])
+        blocked(&at(position, None), &only_spheres(vec![Spheres { now, neighbours: vec![] }]))
     };
-    let sets = [row.clone()];
+    let sets = only_spheres(vec![row.clone()]);
     let below = Vec3::new(0.0, 0.0, 0.0);
     assert_eq!(blocked(&at(below, None), &sets), only(&[0, 1, 2], below));
     assert_eq!(
@@ -238,40 +251,158 @@ fn who_blocks_whom() {
     );
     assert_eq!(dark, [[0.0; 3]]);
     // Neighbours are those of rest, wherever the spheres are now.
-    let moved = [Spheres { now: vec![ball(0.0, 0.6), ball(5.0, 0.6), ball(0.5, 0.6)], ..row }];
+    let moved =
+        only_spheres(vec![Spheres { now: vec![ball(0.0, 0.6), ball(5.0, 0.6), ball(0.5, 0.6)], ..row }]);
     assert_eq!(
         blocked(&at(below, Some((0, 0))), &moved),
-        blocked(&at(below, None), &[spheres(vec![ball(0.5, 0.6)])])
+        blocked(&at(below, None), &only_spheres(vec![spheres(vec![ball(0.5, 0.6)])]))
     );
 }
 
 #[test]
 fn spheres_below_the_horizon_do_not_count() {
-    let low = spheres(vec![[0.3, -0.5, 0.0, 0.499]]);
-    assert_eq!(blocked(&up(Vec3::ZERO), std::slice::from_ref(&low)), [0; 192]);
-    let higher = spheres(vec![[0.3, -0.5, 0.0, 0.501]]);
-    assert_ne!(blocked(&up(Vec3::ZERO), std::slice::from_ref(&higher)), [0; 192]);
+    let low = only_spheres(vec![spheres(vec![[0.3, -0.5, 0.0, 0.499]])]);
+    assert_eq!(blocked(&up(Vec3::ZERO), &low), [0; 192]);
+    let higher = only_spheres(vec![spheres(vec![[0.3, -0.5, 0.0, 0.501]])]);
+    assert_ne!(blocked(&up(Vec3::ZERO), &higher), [0; 192]);
 }
 
 #[test]
 fn neither_order_nor_repetition_of_spheres_matters() {
     let mut random = Random(11);
     let sets = scene(&mut random);
-    let reversed: Vec<Spheres> = sets
+    let reversed = sets
+        .spheres
         .iter()
         .rev()
         .map(|set| Spheres { now: set.now.iter().rev().copied().collect(), neighbours: vec![] })
         .collect();
-    let twice: Vec<Spheres> = sets
+    let twice = sets
+        .spheres
         .iter()
         .map(|set| Spheres { now: [&set.now[..], &set.now[..]].concat(), neighbours: vec![] })
         .collect();
+    let [reversed, twice] = [only_spheres(reversed), only_spheres(twice)];
     for receiver in receivers(&mut random, 50) {
         let receiver = Receiver { own: None, ..receiver };
         let bitmap = blocked(&receiver, &sets);
         assert_eq!(bitmap, blocked(&receiver, &reversed));
         assert_eq!(bitmap, blocked(&receiver, &twice));
     }
+}
+
+/// The surface of a ball, finely cut, as object 1 casts it.
+fn ball(centre: Vec3, radius: f32, sides: [Sides; 2]) -> Vec<Triangle> {
+    const RINGS: usize = 64;
+    let point = |ring: usize, spoke: usize| {
+        let (theta, phi) =
+            (std::f32::consts::PI * ring as f32 / RINGS as f32, std::f32::consts::TAU * spoke as f32 / 128.0);
+        centre + radius * Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())
+    };
+    let cells = (0..RINGS).flat_map(|ring| (0..128).map(move |spoke| (ring, spoke)));
+    let halves = cells.flat_map(|(ring, spoke)| {
+        let [a, b, c, d] = [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(r, s)| point(ring + r, (spoke + s) % 128));
+        [[a, b, c], [a, c, d]]
+    });
+    halves.map(|corners| triangle(corners, sides)).collect()
+}
+
+fn triangle(corners: [Vec3; 3], sides: [Sides; 2]) -> Triangle {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    Triangle {
+        corners: corners.map(|corner| corner.to_array()),
+        normal: (normal / normal.length()).to_array(),
+        object: 1,
+        sides,
+    }
+}
+
+fn only_triangles(triangles: Vec<Triangle>) -> Casters {
+    Casters { triangles, spheres: Vec::new() }
+}
+
+/// A side that never counts.
+const NEVER: f32 = f32::INFINITY;
+
+fn by(above: f32, below: f32) -> [Sides; 2] {
+    [Sides { above, below }; 2]
+}
+
+/// Front faces, back faces and all of a closed mesh cover the same from outside, and what its sphere covers but
+/// for its rim.
+#[test]
+fn a_closed_mesh_casts_the_same_by_either_side() {
+    let mut random = Random(9);
+    for scale in [1e-3, 1.0, 1e3] {
+        for _ in 0..10 {
+            let (centre, radius) = (scale * 2.0 * random.vector(), scale * (0.1 + 0.4 * random.next()));
+            let receiver = loop {
+                let position = scale * 2.0 * random.vector();
+                if position.distance(centre) > 1.1 * radius {
+                    break Receiver { normal: (centre - position).normalize(), ..up(position) };
+                }
+            };
+            let of = |sides| blocked(&receiver, &only_triangles(ball(centre, radius, sides)));
+            let [front, back, all] = [by(0.0, NEVER), by(NEVER, 0.0), by(0.0, 0.0)].map(of);
+            assert!(front == back && back == all, "{centre} {radius} {receiver:?}");
+            let sphere = |radius: f32| {
+                let one = spheres(vec![centre.extend(radius).to_array()]);
+                blocked(&receiver, &only_spheres(vec![one]))
+            };
+            // The ball of triangles has its corners on the sphere, and its faces at most 0.2 % within.
+            let [within, around] = [0.998 * radius, 1.0001 * radius].map(sphere);
+            for row in 0..192 {
+                assert_eq!(within[row] & !all[row], 0, "row {row} of what is surely inside");
+                assert_eq!(all[row] & !around[row], 0, "row {row} of what is surely outside");
+            }
+        }
+    }
+}
+
+#[test]
+fn who_is_blocked_by_meshes() {
+    let error = 0.05;
+    // As a closed mesh casts: on its own receivers by what faces them, on others by what turns away.
+    let closed = [Sides { above: error, below: NEVER }, Sides { above: NEVER, below: 1e-6 }];
+    let at = |position: Vec3, object: u32| Receiver { object, ..up(position) };
+    let casters = only_triangles(ball(Vec3::ZERO, 1.0, closed));
+    let inside = blocked(&at(Vec3::ZERO, 0), &casters);
+    let is_above = |texel: &usize| {
+        let at = |k: usize| (k % 32) as f64 + 0.5;
+        cubemap::direction(texel / 1024, 32, at(*texel), at(texel / 32)).y > 0.0
+    };
+    let mut above = (0..TEXELS).filter(is_above);
+    assert!(above.all(|texel| is_blocked(&inside, texel)), "inside of another object all is dark");
+    assert_eq!(blocked(&at(Vec3::ZERO, 1), &casters), [0; 192], "inside of its own nothing is");
+    let below = Vec3::new(0.3, -2.0, 0.2);
+    assert_eq!(blocked(&at(below, 0), &casters), blocked(&at(below, 1), &casters), "outside both see it");
+    assert_eq!(blocked(&at(Vec3::new(0.0, 1.01, 0.0), 1), &casters), [0; 192], "on top nothing is above");
+    // A sheet blocks from both sides, but not who lies in it, and within its error not its own.
+    let both = |height| Sides { above: height, below: height };
+    let [a, b, c] = [Vec3::new(-9.0, 1.0, -9.0), Vec3::new(9.0, 1.0, -9.0), Vec3::new(0.0, 1.0, 9.0)];
+    for corners in [[a, b, c], [a, c, b]] {
+        let sheet = only_triangles(vec![triangle(corners, [both(error), both(1e-6)])]);
+        let is_dark = |y: f32, normal: Vec3, object: u32| {
+            let receiver = Receiver { normal, ..at(Vec3::new(0.1, y, 0.3), object) };
+            blocked(&receiver, &sheet) != [0; 192]
+        };
+        for object in [0, 1] {
+            assert!(is_dark(0.9, Vec3::Y, object) && is_dark(1.1, Vec3::NEG_Y, object), "from both sides");
+            assert!(
+                !is_dark(1.1, Vec3::Y, object) && !is_dark(0.9, Vec3::NEG_Y, object),
+                "what is behind counts not"
+            );
+            assert!(!is_dark(1.0, Vec3::Y, object) && !is_dark(1.0, Vec3::NEG_Y, object), "in its plane");
+        }
+        assert!(
+            is_dark(0.96, Vec3::Y, 0) && !is_dark(0.96, Vec3::Y, 1),
+            "within the error of its own object"
+        );
+    }
+    // A line has no plane.
+    let line = triangle([Vec3::Y, 2.0 * Vec3::Y, 3.0 * Vec3::Y], [both(0.0), both(0.0)]);
+    assert_eq!(blocked(&at(Vec3::ZERO, 0), &only_triangles(vec![line])), [0; 192]);
 }
 
 /// A small light that turns over an edge of the cube: the cosine at which an open receiver sees it is the
@@ -283,14 +414,14 @@ fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
     // 2 × 2 texels above the middle.
     (0..4).for_each(|k| map.texels[((60 + k / 2) * width + 100 + k % 2) as usize] = [1000.0; 3]);
     let normal = Vec3::new(-0.6, 0.64, -0.48);
-    let receiver = Receiver { position: Vec3::ZERO, normal, lobes: blend(normal), own: None };
+    let receiver = Receiver { position: Vec3::ZERO, normal, lobes: blend(normal), object: 0, own: None };
     let (lobes, solid_angles) = (lobes(None), cubemap::solid_angles(32));
     let cosine = |turn: f32| {
         let texels = cubemap::from_equirect(&map, turn.to_degrees(), 32);
         let power: f64 =
             texels.iter().zip(solid_angles.iter().cycle()).map(|(t, w)| f64::from(t[0]) * w).sum();
         let planes = std::array::from_fn(|c| texels.iter().map(|t| t[c]).collect());
-        radiance(&[receiver], &[], &lobes, &lit(planes, None), Levels::Two, &TABLE)[0][0]
+        radiance(&[receiver], &Casters::default(), &lobes, &lit(planes, None), Levels::Two, &TABLE)[0][0]
             * std::f32::consts::PI
             / power as f32
     };
@@ -318,13 +449,14 @@ fn a_small_light_moves_smoothly_over_the_edges_of_the_cube() {
 fn the_fast_path_equals_the_meaning() {
     let mut random = Random(77);
     for round in 0..4 {
-        let (sky, sets) = (sky(&mut random), scene(&mut random));
+        let (sky, mut sets) = (sky(&mut random), scene(&mut random));
+        sets.triangles = ball(Vec3::new(0.3, 0.2, -0.5), 0.4, by(0.0, NEVER));
         let mut receivers = receivers(&mut random, 55);
-        receivers[50].position = Vec3::from_slice(&sets[1].now[2]);
+        receivers[50].position = Vec3::from_slice(&sets.spheres[1].now[2]);
         (0..20).for_each(|k| receivers[k] = Receiver { own: receivers[k].own, ..up(receivers[k].position) });
         for terms in [Some(50), Some(200), None] {
             let (lobes, light) = (lobes(terms), lit(sky.clone(), terms));
-            let open = radiance(&receivers, &[], &lobes, &light, Levels::All, &TABLE);
+            let open = radiance(&receivers, &Casters::default(), &lobes, &light, Levels::All, &TABLE);
             for levels in [Levels::One, Levels::Two, Levels::All] {
                 let truth = radiance(&receivers, &sets, &lobes, &light, levels, &TABLE);
                 let mut ours = vec![[f32::NAN; 3]; receivers.len()];

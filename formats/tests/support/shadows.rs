@@ -3,10 +3,10 @@
 use super::samples::Random;
 use relume_formats::basis::diffuse::{NODES, grid_normal, lobe};
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Meta, NO_ROW, ShadowObject, order};
+use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Casts, Meta, NO_ROW, ShadowObject, order};
 
-/// Objects of `vertices` each, of which the second deforms and the third has no spheres; `exact` rows beyond
-/// the grid.
+/// Objects of `vertices` each, of which the second deforms and the third casts by two triangles, if it has so
+/// many vertices; `exact` rows beyond the grid.
 pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadows {
     let random = &mut Random(seed);
     let mut objects: Vec<ShadowObject> = Vec::new();
@@ -18,6 +18,11 @@ pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadow
             first_vertex,
             vertices: *vertices,
             sphere_set: number != 2,
+            casts: match number {
+                2 if *vertices >= 3 => Casts::Mesh { triangles: 2, closed: false },
+                2 => Casts::Nothing,
+                _ => Casts::Spheres,
+            },
             deforms: number == 1,
         });
     }
@@ -33,7 +38,13 @@ pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadow
     normals.extend((0..exact).map(|k| [(k as f32).cos(), 0.0, (k as f32).sin()]));
     let lobes: Vec<f32> = normals.iter().flat_map(|normal| lobe((*normal).into())).collect();
     let order = lobes.chunks_exact(COEFFICIENTS).flat_map(order).collect();
+    let casting = objects.iter().filter(|object| matches!(object.casts, Casts::Mesh { .. }));
+    let triangles =
+        |o: &ShadowObject| [[0, 1, 2], [2, 1, 0]].map(|t| t.map(|vertex| o.first_vertex + vertex));
+    let casters: Vec<[u32; 3]> = casting.flat_map(triangles).collect();
     SphereShadows {
+        caster_errors: vec![0.01; casters.len()],
+        casters,
         meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects },
         rows,
         normals,

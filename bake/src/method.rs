@@ -70,7 +70,7 @@ pub struct Product {
 }
 
 /// What a bake will take, and leave.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Predicted {
     /// Rays traced, shadow rays included.
     pub rays: f64,
@@ -83,4 +83,6 @@ pub struct Predicted {
     pub memory: u64,
     /// What the bake will choose by itself for [`Method::chosen`].
     pub chosen: Option<usize>,
+    /// What else it will choose, and why, a sentence each.
+    pub tells: Vec<String>,
 }

@@ -6,16 +6,24 @@ use glam::DVec3;
 impl TriangleTree {
     /// Distance of `point` from the nearest triangle; infinite if there is none.
     pub fn distance(&self, point: DVec3) -> f64 {
-        let mut best = f64::INFINITY;
-        self.walk_nearest(0, point, &mut best);
-        best.sqrt()
+        self.nearest(point).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    fn walk_nearest(&self, index: u32, point: DVec3, best: &mut f64) {
+    /// The distance of `point` from the nearest triangle, and which that is, the first of equally near ones.
+    pub fn nearest(&self, point: DVec3) -> Option<(f64, usize)> {
+        let mut best = (f64::INFINITY, 0);
+        self.walk_nearest(0, point, &mut best);
+        best.0.is_finite().then(|| (best.0.sqrt(), best.1))
+    }
+
+    fn walk_nearest(&self, index: u32, point: DVec3, best: &mut (f64, usize)) {
         let Some(node) = self.nodes.get(index as usize) else { return };
         if node.second == 0 {
             for t in node.range.0..node.range.1 {
-                *best = best.min(distance_squared(point, self.corners(t as usize)));
+                let squared = distance_squared(point, self.corners(t as usize));
+                if squared < best.0 {
+                    *best = (squared, t as usize);
+                }
             }
             return;
         }
@@ -25,7 +33,7 @@ impl TriangleTree {
             children.swap(0, 1);
         }
         for (lower_bound, child) in children {
-            if lower_bound < *best {
+            if lower_bound < best.0 {
                 self.walk_nearest(child, point, best);
             }
         }

@@ -73,7 +73,7 @@ kinds! {
     /// A mesh that deforms, and its clips: `kinds::shape`.
     Shape = 11, "shape", crate::shape::DeformingMesh, 12;
     /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
-    SphereShadows = 12, "sphere-shadows", kinds::SphereShadows, 7;
+    SphereShadows = 12, "sphere-shadows", kinds::SphereShadows, 8;
 }
 
 impl Kind {

@@ -15,7 +15,7 @@ mod fold;
 mod sum;
 mod triangles;
 
-use crate::basis::cap::ROWS;
+use crate::basis::cap::{Bitmap, ROWS};
 use crate::evaluate::sphere_shadows::{Casters, Function, Levels, Receiver, Spheres};
 use crate::kinds::HaarTable;
 use crate::state::Rgb;
@@ -54,6 +54,19 @@ impl Shading {
             self.arch.dispatch(Task { receivers, sets, blocks: &blocks, table, weights: &self.weights, out });
         });
     }
+}
+
+/// What is blocked of each receiver's view, as [`crate::evaluate::sphere_shadows::blocked`] says.
+pub fn bitmaps(receivers: &[Receiver], casters: &Casters) -> Vec<Bitmap> {
+    let (sets, blocks, arch) = (&casters.spheres, Block::of_all(&casters.triangles), Arch::new());
+    let mut bitmaps = vec![[0; ROWS]; receivers.len()];
+    receivers.par_chunks(LANES).zip(bitmaps.par_chunks_mut(LANES)).for_each(|(receivers, out)| {
+        let rows = arch.dispatch(Blocking { receivers, sets, blocks: &blocks });
+        for (lane, bitmap) in out.iter_mut().enumerate() {
+            *bitmap = rows.each_ref().map(|row| row[lane]);
+        }
+    });
+    bitmaps
 }
 
 /// The indices of `positions` in an order in which those that follow each other are near each other: along
@@ -108,6 +121,22 @@ impl WithSimd for Task<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let rows = blocked(self.receivers, self.sets, self.blocks);
         sum::radiance(&rows, self.receivers, self.weights, self.table, self.out);
+    }
+}
+
+/// What is blocked of a group's view, alone.
+struct Blocking<'a> {
+    receivers: &'a [Receiver],
+    sets: &'a [Spheres],
+    blocks: &'a [Block],
+}
+
+impl WithSimd for Blocking<'_> {
+    type Output = Rows;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Rows {
+        blocked(self.receivers, self.sets, self.blocks)
     }
 }
 
@@ -175,15 +204,13 @@ mod tests {
             let without = Casters { spheres: Vec::new(), ..casters.clone() };
             for casters in [&casters, &without] {
                 let mut kinds = [0; 3];
-                let blocks = Block::of_all(&casters.triangles);
-                for group in receivers.chunks(LANES - 3) {
-                    let rows = super::blocked(group, &casters.spheres, &blocks);
-                    for (lane, receiver) in group.iter().enumerate() {
-                        let bitmap = blocked(receiver, casters);
-                        assert_eq!(rows.map(|row| row[lane]), bitmap, "{receiver:?}");
-                        let ones: u32 = bitmap.iter().map(|row| row.count_ones()).sum();
-                        kinds[if ones == 0 { 0 } else { 1 + usize::from(ones == 6144) }] += 1;
-                    }
+                // The last group is not full.
+                assert_ne!(receivers.len() % LANES, 0);
+                for (receiver, fast) in receivers.iter().zip(bitmaps(&receivers, casters)) {
+                    let bitmap = blocked(receiver, casters);
+                    assert_eq!(fast, bitmap, "{receiver:?}");
+                    let ones: u32 = bitmap.iter().map(|row| row.count_ones()).sum();
+                    kinds[if ones == 0 { 0 } else { 1 + usize::from(ones == 6144) }] += 1;
                 }
                 assert!(kinds[1] > 100, "most see a part: {kinds:?}");
             }

@@ -8,6 +8,7 @@
 //! | `lobes`   | f32  | [rows, 6144] | Haar coefficients of ρ̃ = max(0, n·ω)/π · dω in the order of [`crate::basis::haar`], 6 × 32 × 32, to 10⁻⁶ |
 //! | `order`   | u16  | [rows, 200]  | the coefficients of each row that matter most, as [`order`] finds them |
 //! | `casters` | u32  | [triangles, 3] | corners of the triangles that cast shadows, vertices of the scene: those of each object that casts by its mesh, in order |
+//! | `caster_offsets` | f32 | [triangles, 3] | how far each corner is before its vertex, metres along the vertex's normal |
 //! | `caster_errors` | f32 | [triangles] | how far, metres, vertices of its object may be from the surface that a triangle stands for, in all poses |
 //!
 //! Receivers are the vertices of the scene's meshes. Grid and blending are those of [`crate::basis::diffuse`]. A row beyond the grid is exact for its normal
@@ -54,6 +55,8 @@ pub struct SphereShadows {
     pub order: Vec<u16>,
     /// Triangles that cast shadows, by vertices of the scene: those of each object that casts by its mesh.
     pub casters: Vec<[u32; 3]>,
+    /// How far their corners are before the vertices, along these' normals, metres.
+    pub caster_offsets: Vec<[f32; 3]>,
     /// For each of them how far vertices of its object are at most from where it stands for the surface,
     /// metres.
     pub caster_errors: Vec<f32>,
@@ -218,6 +221,11 @@ impl Stored for SphereShadows {
         out.f32s("lobes", &[rows, COEFFICIENTS as u64], &self.lobes)?;
         out.u16s("order", &[rows, ORDERED as u64], &self.order)?;
         out.u32s("casters", &[self.casters.len() as u64, 3], self.casters.as_flattened())?;
+        out.f32s(
+            "caster_offsets",
+            &[self.caster_offsets.len() as u64, 3],
+            self.caster_offsets.as_flattened(),
+        )?;
         out.f32s("caster_errors", &[self.caster_errors.len() as u64], &self.caster_errors)
     }
 
@@ -237,8 +245,12 @@ impl Stored for SphereShadows {
         section.expect(fault_of_lobes(&lobes, &normals))?;
         let order = decode_order(&sections.take("order")?, &lobes)?;
         let casters = decode_casters(&sections.take("casters")?, &meta)?;
+        let offsets = sections.take("caster_offsets")?;
+        offsets.expect_shape(&[meta.casters(), 3])?;
+        let caster_offsets: Vec<[f32; 3]> = offsets.f32_rows()?;
+        offsets.expect_finite(caster_offsets.as_flattened())?;
         let caster_errors = decode_caster_errors(&sections.take("caster_errors")?, &meta)?;
-        Ok(Self { meta, rows, normals, lobes, order, casters, caster_errors })
+        Ok(Self { meta, rows, normals, lobes, order, casters, caster_offsets, caster_errors })
     }
 }
 

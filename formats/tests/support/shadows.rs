@@ -44,6 +44,7 @@ pub fn sphere_shadows(seed: u64, vertices: &[u32], exact: usize) -> SphereShadow
     let casters: Vec<[u32; 3]> = casting.flat_map(triangles).collect();
     SphereShadows {
         caster_errors: vec![0.01; casters.len()],
+        caster_offsets: vec![[0.0, 1e-3, -1e-3]; casters.len()],
         casters,
         meta: Meta { face_size: 32, normal_grid: 8, terms: 200, second_level: true, objects },
         rows,

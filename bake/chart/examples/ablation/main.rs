@@ -8,7 +8,6 @@
 mod sparse_transfer;
 mod sphere_shadows;
 mod steps;
-mod table_caps;
 mod transfer_images;
 
 use relume_bake::error::BakeError;

@@ -1,9 +1,8 @@
-//! sphere-shadows: texels, lobes, spheres, caps, terms, levels.
+//! sphere-shadows: texels, lobes, casters, terms, levels.
 
 use crate::steps::{
     Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference,
 };
-use crate::table_caps::blocked_by_table;
 use rayon::prelude::*;
 use relume_bake::bundle;
 use relume_bake::error::{BakeError, Result};
@@ -22,13 +21,14 @@ use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::light as coefficients_of;
-use relume_formats::evaluate::sphere_shadows::{Detail, Levels, Receiver, blocked, light};
-use relume_formats::fast::sphere_shadows::Shading;
+use relume_formats::evaluate::sphere_shadows::{Detail, Levels, Receiver, light};
+use relume_formats::fast::sphere_shadows::{Shading, bitmaps};
 use relume_formats::kinds::manifest::sphere_set_file;
 use relume_formats::kinds::scene::EnvironmentLook;
-use relume_formats::kinds::{SphereSet, SphereShadows, VisibilityTable};
+use relume_formats::kinds::sphere_shadows::{Casts, ShadowObject};
+use relume_formats::kinds::{SphereSet, SphereShadows};
 use relume_formats::state::Rgb;
-use relume_scenes::{Object, Scene};
+use relume_scenes::Scene;
 
 /// A scene in a state, and what the bundle makes of it.
 struct InState {
@@ -51,9 +51,10 @@ enum Lobe {
 }
 
 impl InState {
-    fn new(scene: Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Self> {
+    /// `sets` are those of the objects that cast by them, `rest` is the scene at rest.
+    fn new(rest: &Scene, scene: Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Self> {
         let all: Vec<usize> = (0..shadows.rows.len()).collect();
-        let posed = shown_in(&scene, &all, shadows, sets)?;
+        let posed = shown_in((rest, &scene), &all, shadows, sets)?;
         let environment = scene.environment.as_ref();
         let environment = environment
             .ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
@@ -96,10 +97,6 @@ impl InState {
         };
         self.posed.receivers.par_iter().zip(blocked).map(of).collect()
     }
-
-    fn blocked(&self, of: impl Fn(&Receiver) -> Bitmap + Sync + Send) -> Vec<Bitmap> {
-        self.posed.receivers.par_iter().map(of).collect()
-    }
 }
 
 impl Lobe {
@@ -129,12 +126,12 @@ pub fn ablation(name: &str) -> Result<()> {
     let method = (METHOD.new)(&Asked::of_scene(&scene), &scene);
     bundle::run(&scene, &[method], scene.size, &folder, Leftover::Resume, 0, &quiet())?;
     let shadows = SphereShadows::read_file(&folder.join("sphere-shadows.relume"))?;
-    let with_spheres = scene.objects.iter().filter(|object| object.spheres.is_some());
-    let read = |object: &Object| SphereSet::read_file(&folder.join(sphere_set_file(&object.name)));
-    let sets = with_spheres.map(read).collect::<relume_formats::Result<Vec<SphereSet>>>()?;
+    let casting = shadows.meta.objects.iter().filter(|object| object.casts == Casts::Spheres);
+    let read = |object: &ShadowObject| SphereSet::read_file(&folder.join(sphere_set_file(&object.name)));
+    let sets = casting.map(read).collect::<relume_formats::Result<Vec<SphereSet>>>()?;
     let states = at_states(&scene)?
         .into_iter()
-        .map(|state| InState::new(state, &shadows, &sets))
+        .map(|state| InState::new(&scene, state, &shadows, &sets))
         .collect::<Result<Vec<_>>>()?;
     let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(&state.scene, 0)).collect();
     let drawn = |radiance: &dyn Fn(&InState) -> Vec<Rgb>| {
@@ -166,28 +163,15 @@ pub fn ablation(name: &str) -> Result<()> {
         texels,
         drawn(&|state| state.sum(Lobe::Blended, &shadows, &state.by_mesh)),
     );
-    let by_spheres = |state: &InState| {
-        state.sum(Lobe::Blended, &shadows, &state.blocked(|receiver| blocked(receiver, &state.posed.spheres)))
+    let by_casters = |state: &InState| {
+        state.sum(Lobe::Blended, &shadows, &bitmaps(&state.posed.receivers, &state.posed.casters))
     };
-    let spheres = steps.push("spheres instead of meshes, exact caps", grid, drawn(&by_spheres));
-    let table = VisibilityTable::bake();
-    let by_table = |state: &InState| {
-        let spheres = &state.posed.spheres;
-        let cap = |receiver: &Receiver| {
-            if receiver.own.is_some() {
-                blocked(receiver, spheres)
-            } else {
-                blocked_by_table(receiver, spheres, &table)
-            }
-        };
-        state.sum(Lobe::Blended, &shadows, &state.blocked(cap))
-    };
-    steps.push("(caps from the table, off the objects with spheres)", spheres, drawn(&by_table));
+    let casters = steps.push("what objects cast by instead of meshes", grid, drawn(&by_casters));
     let whole = lobes(&shadows, None);
     let all_terms = |state: &InState| {
         state.posed.under(&Shading::new(&whole, &light(state.planes.clone(), None), Levels::All))
     };
-    let wavelets = steps.push("wavelets, all terms", spheres, drawn(&all_terms));
+    let wavelets = steps.push("wavelets, all terms", casters, drawn(&all_terms));
     let Detail { terms, levels } = Detail::of(&shadows.meta);
     let kept = lobes(&shadows, terms);
     let shown =

@@ -58,6 +58,8 @@ pub(super) struct Prediction {
     pub bytes_of_memory: u64,
     /// The setting that the bake will choose by the wanted error, and its value.
     pub chooses: Option<(&'static str, usize)>,
+    /// What else it will choose, and why, a sentence each.
+    pub tells: Vec<String>,
 }
 
 impl Prediction {
@@ -69,6 +71,7 @@ impl Prediction {
             bytes_on_disk: (own.bytes + shared.bytes).round() as u64,
             bytes_of_memory: own.memory,
             chooses: chosen.zip(own.chosen),
+            tells: own.tells.clone(),
         }
     }
 }

@@ -53,6 +53,8 @@ fn method(candidate: &Candidate) -> String {
     let serves = if candidate.serves_all { "serves all that varies" } else { "serves a part of what varies" };
     let mut facts = vec![("settings", settings(&candidate.settings))];
     facts.extend(candidate.predicted.iter().map(|p| ("predicted", predicted(p))));
+    let tells = candidate.predicted.iter().flat_map(|p| &p.tells);
+    facts.extend(tells.map(|sentence| ("decides", sentence.clone())));
     facts.extend(candidate.stored.iter().map(|s| ("stored", stored(s))));
     facts.extend(candidate.charted.iter().map(|c| ("charted", charted(c))));
     facts.extend(candidate.leaves_out.iter().map(|sentence| ("leaves out", sentence.clone())));
@@ -62,7 +64,7 @@ fn method(candidate: &Candidate) -> String {
 }
 
 fn predicted(prediction: &Prediction) -> String {
-    let Prediction { rays, seconds, bytes_on_disk, bytes_of_memory, chooses } = prediction;
+    let Prediction { rays, seconds, bytes_on_disk, bytes_of_memory, chooses, .. } = prediction;
     let chooses = chooses.map(|(name, value)| format!("{name} {value}, ")).unwrap_or_default();
     format!(
         "{chooses}{:.1} million rays, {} to bake on this machine now, {} on disk, at most {} of memory while baking",

@@ -65,6 +65,7 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     let terms = settings.terms.of(&errors::by_terms(&rows, &lights));
     let own = stored_bytes(&rows, terms, scene) * scale;
     Ok(Predicted {
+        tells: Vec::new(),
         rays: rays as f64 * scale,
         seconds: seconds + 2.0 * own / PACKED,
         bytes: own + environment_lit::stored_bytes(scene)? as f64,

@@ -1,4 +1,4 @@
-//! How far the shadows of spheres are from those of the meshes: rays against the pixel basis, at some
+//! How far shadows are from those of the meshes: rays against the pixel basis, at some
 //! receivers, in some poses, under the held-out lights.
 
 use super::rows::MAX_EXACT;
@@ -13,9 +13,11 @@ use relume_formats::basis::diffuse::NODES;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{
-    Detail, Function, Levels, Receiver, Spheres, light, lobe, receivers as shading_receivers,
+    CasterMeshes, Casters, Detail, Function, Levels, Receiver, Spheres, light, lobe,
+    receivers as shading_receivers,
 };
 use relume_formats::fast::sphere_shadows::Shading;
+use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
@@ -30,7 +32,7 @@ const POSES: usize = 4;
 pub struct Measured {
     /// As the player shows it.
     pub shown: Vec<f64>,
-    /// With all terms: what the spheres alone do.
+    /// With all terms: what spheres and simplified meshes alone do.
     pub all_terms: Vec<f64>,
     /// What was compared.
     pub on: String,
@@ -83,7 +85,8 @@ impl Measuring {
     ) -> Result<Measured> {
         let Self { lights, poses, some } = self;
         let progress = job.progress("measuring", (poses.len() * 2 * STATES) as u64);
-        let posed = poses.iter().map(|pose| shown_in(pose, some, shadows, sets));
+        let rest = &poses[0];
+        let posed = poses.iter().map(|pose| shown_in((rest, pose), some, shadows, sets));
         let posed = posed.collect::<Result<Vec<Posed>>>()?;
         let errors = |terms: Option<usize>, levels: Levels| -> Result<Vec<f64>> {
             let lobes = lobes(shadows, terms);
@@ -158,42 +161,69 @@ pub(super) fn poses(scene: &Scene) -> Result<Vec<Scene>> {
 pub struct Posed {
     /// What is shaded.
     pub receivers: Vec<Receiver>,
-    /// Those of each object that has some.
-    pub spheres: Vec<Spheres>,
+    /// What blocks their view.
+    pub casters: Casters,
     /// Of the two-level transform.
     pub table: HaarTable,
 }
 
-/// What `shadows` and `sets` make of `pose`, at `some` of the vertices.
+/// What `shadows` and `sets`, those of the objects that cast by one, make of `pose` of what is at `rest`, at
+/// `some` of the vertices.
 ///
 /// # Errors
 /// If a sphere cannot follow.
-pub fn shown_in(pose: &Scene, some: &[usize], shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Posed> {
-    let all = |of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>| {
-        pose.objects.iter().flat_map(move |o| of(&o.mesh).iter().copied())
+pub fn shown_in(
+    (rest, pose): (&Scene, &Scene),
+    some: &[usize],
+    shadows: &SphereShadows,
+    sets: &[SphereSet],
+) -> Result<Posed> {
+    let receivers = receivers_of(pose, shadows, sets);
+    let casting = pose.objects.iter().zip(&shadows.meta.objects);
+    let casting = casting.filter(|(_, object)| object.casts == Casts::Spheres);
+    let follow = |((object, _), set): ((&relume_scenes::Object, _), &SphereSet)| {
+        spheres_in(set, &object.mesh.positions)
     };
-    let (positions, normals): (Vec<_>, Vec<_>) =
-        (all(|mesh| &mesh.positions).collect(), all(|mesh| &mesh.normals).collect());
-    let receivers = shading_receivers(shadows, sets, &positions, &normals);
-    let with_spheres = pose.objects.iter().filter(|o| o.spheres.is_some());
-    let follow = |(object, set): (&relume_scenes::Object, &SphereSet)| {
-        let mut spheres = Spheres::at_rest(set);
-        Follower::new(set).follow(&object.mesh.positions, &mut spheres.now)?;
-        Ok(spheres)
-    };
-    let spheres = with_spheres.zip(sets).map(follow).collect::<Result<Vec<Spheres>>>()?;
+    let spheres = casting.zip(sets).map(follow).collect::<Result<Vec<Spheres>>>()?;
+    let mut triangles = Vec::new();
+    CasterMeshes::new(shadows, &all(rest, |mesh| &mesh.positions)).place(
+        &all(pose, |mesh| &mesh.positions),
+        &all(pose, |mesh| &mesh.normals),
+        &mut triangles,
+    );
     Ok(Posed {
         receivers: some.iter().map(|vertex| receivers[*vertex]).collect(),
-        spheres,
+        casters: Casters { spheres, triangles },
         table: HaarTable::bake(),
     })
+}
+
+/// Something of all vertices of `scene`.
+pub(super) fn all(scene: &Scene, of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+    scene.objects.iter().flat_map(|o| of(&o.mesh).iter().copied()).collect()
+}
+
+/// The vertices of `pose` as receivers; `sets` are those of the objects that cast by spheres.
+pub(super) fn receivers_of(pose: &Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Vec<Receiver> {
+    let (positions, normals) = (all(pose, |mesh| &mesh.positions), all(pose, |mesh| &mesh.normals));
+    shading_receivers(shadows, sets, &positions, &normals)
+}
+
+/// The spheres of `set` where their mesh has its vertices at `positions`.
+///
+/// # Errors
+/// If one cannot follow.
+pub(super) fn spheres_in(set: &SphereSet, positions: &[[f32; 3]]) -> Result<Spheres> {
+    let mut spheres = Spheres::at_rest(set);
+    Follower::new(set).follow(positions, &mut spheres.now)?;
+    Ok(spheres)
 }
 
 impl Posed {
     /// Radiance at the receivers.
     pub fn under(&self, shading: &Shading) -> Vec<Rgb> {
         let mut radiance = vec![[0.0; 3]; self.receivers.len()];
-        shading.radiance(&self.receivers, &self.spheres, &self.table, &mut radiance);
+        shading.radiance(&self.receivers, &self.casters, &self.table, &mut radiance);
         radiance
     }
 }

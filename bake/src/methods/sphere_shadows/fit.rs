@@ -5,10 +5,7 @@ use crate::error::{BakeError, Result};
 use crate::methods::environment_lit;
 use relume_formats::Place;
 use relume_formats::bundle::MAX_SPHERE_PAIRS;
-use relume_scenes::{Object, Scene};
-
-/// As many names as anybody would read are listed.
-const MOST_LISTED: usize = 20;
+use relume_scenes::Scene;
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
 pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
@@ -31,29 +28,10 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
         let place = Place::file(&scene.file).part(format!("object `{}`", object.name));
         object.shape.iter().try_for_each(|shape| shape.validate(&place))?;
     }
-    if !scene.objects.iter().any(|object| object.spheres.is_some()) {
-        return refuse(format!(
-            "no object has spheres, which cast the shadows of {NAME}; add spheres = 64 to one"
-        ));
-    }
     Ok(())
 }
 
 /// What of `scene` is not shown, a sentence each.
 pub(super) fn leaves_out(scene: &Scene) -> Vec<String> {
-    let names = |deforms: bool| -> Vec<String> {
-        let casts_none = |o: &&Object| o.spheres.is_none() && o.shape.is_some() == deforms;
-        scene.objects.iter().filter(casts_none).map(|object| format!("`{}`", object.name)).collect()
-    };
-    let deforming = names(true).into_iter();
-    let deforming = deforming.map(|name| {
-        format!("object {name} deforms but has no spheres, so it casts no shadow; add spheres = 64")
-    });
-    let still = names(false);
-    let more = still.len().saturating_sub(MOST_LISTED);
-    let listed = still[..still.len() - more].join(", ");
-    let listed = if more > 0 { format!("{listed} and {more} more") } else { listed };
-    let still =
-        (!still.is_empty()).then(|| format!("without spheres, {listed} receives shadows and casts none"));
-    environment_lit::leaves_out(scene, NAME).into_iter().chain(deforming).chain(still).collect()
+    environment_lit::leaves_out(scene, NAME)
 }

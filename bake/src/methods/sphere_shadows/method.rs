@@ -1,5 +1,6 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
+use super::casters::{self, By};
 use super::errors::{Measuring, predicted_bytes};
 use super::fit::{expect_fit, leaves_out};
 use super::settings::{NAME, REVISION};
@@ -13,7 +14,7 @@ use crate::scene_hash::{Part, hash_of};
 use crate::unfinished::Work;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::manifest::shape_file;
-use relume_formats::kinds::{Environment, Textures};
+use relume_formats::kinds::{Environment, SphereSet, Textures};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
@@ -27,15 +28,25 @@ pub struct SphereShadowsMethod {
     objects: Vec<(String, Option<u32>)>,
     /// Of the spheres.
     seed: u64,
+    casters: Asked,
+}
+
+/// What objects are to cast shadows by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Asked {
+    /// Whatever is the cheapest with so much relative L2 error in all, that of light and lobes included.
+    Error(f64),
+    /// Those that have spheres by them, the others by about as many triangles as takes nothing from them.
+    Spheres,
+    /// By about so many triangles each, if it has so many.
+    Triangles(usize),
 }
 
 impl SphereShadowsMethod {
     /// For `scene`, whose spheres are fitted with `seed`.
-    pub fn new(scene: &Scene, seed: u64) -> Self {
-        Self {
-            objects: scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect(),
-            seed,
-        }
+    pub fn new(scene: &Scene, seed: u64, casters: Asked) -> Self {
+        let objects = scene.objects.iter().map(|object| (object.name.clone(), object.spheres)).collect();
+        Self { objects, seed, casters }
     }
 }
 
@@ -53,10 +64,20 @@ impl Method for SphereShadowsMethod {
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
-        let Self { objects, seed } = self;
+        let Self { objects, seed, casters } = self;
+        let (name, value) = match casters {
+            Asked::Error(max) => ("max_error", json!(max)),
+            Asked::Spheres => ("casters", json!("spheres")),
+            Asked::Triangles(count) => ("casters", json!(format!("{count} triangles"))),
+        };
         BTreeMap::from(
-            [("revision", json!(REVISION)), ("objects", json!(objects)), ("seed", json!(seed))]
-                .map(|(k, v)| (k.to_owned(), v)),
+            [
+                ("revision", json!(REVISION)),
+                ("objects", json!(objects)),
+                ("seed", json!(seed)),
+                (name, value),
+            ]
+            .map(|(k, v)| (k.to_owned(), v)),
         )
     }
 
@@ -64,8 +85,8 @@ impl Method for SphereShadowsMethod {
         None
     }
 
-    fn predict(&self, scene: &Scene, _job: &Job) -> Result<Predicted> {
-        prediction::predict(scene)
+    fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {
+        prediction::predict(scene, self.casters, job)
     }
 
     fn memory(&self, scene: &Scene) -> MemoryNeed {
@@ -79,13 +100,22 @@ impl Method for SphereShadowsMethod {
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
         let preparing = work.job.step("preparing");
         let environments = environment_lit::environments(scene);
-        let shadows = rows::bake(scene);
+        let mut shadows = rows::bake(scene);
         let measuring = Measuring::new(scene, &environments)?;
         drop(preparing);
         let Some(truth) = measuring.traced(scene, work.job, &|stage| work.run(stage))? else {
             return Ok(None);
         };
         let Some(sets) = work.sphere_sets()? else { return Ok(None) };
+        let choices = casters::choose(scene, &environments, Some(&sets), self.casters, work.job)?;
+        let by: Vec<By> = choices.into_iter().map(|choice| choice.by).collect();
+        casters::put(&mut shadows, &by);
+        let with_spheres = scene.objects.iter().zip(&by).filter(|(object, _)| object.spheres.is_some());
+        let sets: Vec<SphereSet> = with_spheres
+            .zip(sets)
+            .filter(|((_, by), _)| matches!(by, By::Spheres(_)))
+            .map(|(_, set)| set)
+            .collect();
         let measured = measuring.errors(&shadows, &sets, &truth, work.job)?;
         let mut files = Vec::new();
         for (number, environment) in environments.iter().enumerate() {
@@ -104,6 +134,10 @@ impl Method for SphereShadowsMethod {
         }
         files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));
         let errors = environment_lit::figures(&[("", &measured.shown), ("_all_terms", &measured.all_terms)]);
-        Ok(Some(Product { files, settings: self.asked_for(), errors, measured_on: measured.on }))
+        let mut settings = self.asked_for();
+        let words =
+            scene.objects.iter().zip(&by).map(|(object, by)| (object.name.clone(), json!(by.words())));
+        settings.insert("casts".to_owned(), Value::Object(words.collect()));
+        Ok(Some(Product { files, settings, errors, measured_on: measured.on }))
     }
 }

@@ -1,7 +1,7 @@
 //! The method's line in the registry.
 
 use super::inspected::INSPECTED;
-use super::method::SphereShadowsMethod;
+use super::method::{Asked, SphereShadowsMethod};
 use crate::methods::environment_lit;
 use crate::methods::registered::{Bundled, Registered};
 use relume_formats::bundle::{Maps, expect_lit, expect_receivers};
@@ -17,8 +17,8 @@ pub const METHOD: Registered = Registered {
     card: &SPHERE_SHADOWS,
     why: "shapes vary: the only method whose shadows follow them",
     option: None,
-    new: |asked, scene| Box::new(SphereShadowsMethod::new(scene, asked.seed)),
-    remedy: |_| "give objects more spheres".to_owned(),
+    new: |asked, scene| Box::new(SphereShadowsMethod::new(scene, asked.seed, Asked::Error(asked.max_error))),
+    remedy: |_| "cut meshes finer where shadows end".to_owned(),
     verify,
     inspected: &[INSPECTED],
 };

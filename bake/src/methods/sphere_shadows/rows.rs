@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use relume_formats::basis::diffuse::{self, GRID, NODES, grid_normal};
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{Meta, NO_ROW, ORDERED, ShadowObject, order};
+use relume_formats::kinds::sphere_shadows::{Casts, Meta, NO_ROW, ORDERED, ShadowObject, order};
 use relume_scenes::{Object, Scene};
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// these are few.
 pub const MAX_EXACT: usize = 64;
 
-/// The receivers of `scene`. Objects that never turn and have few distinct normals, such as planes and boxes,
+/// The receivers of `scene`, which cast nothing yet. Objects that never turn and have few distinct normals, such as planes and boxes,
 /// get exact rows: those with the fewest first, an object wholly or not at all, so that no neighbours are
 /// shaded by different rules, and [`MAX_EXACT`] at most in all.
 pub fn bake(scene: &Scene) -> SphereShadows {
@@ -47,13 +47,24 @@ pub fn bake(scene: &Scene) -> SphereShadows {
             first_vertex,
             vertices,
             sphere_set,
+            casts: Casts::Nothing,
             deforms,
         });
         first_vertex += vertices;
     }
     let lobes: Vec<Vec<f32>> = normals.par_iter().map(|normal| diffuse::lobe((*normal).into())).collect();
     let order = lobes.par_iter().flat_map_iter(|lobe| order(lobe)).collect();
-    SphereShadows { meta, rows, normals, lobes: lobes.concat(), order }
+    let (casters, caster_offsets, caster_errors) = Default::default();
+    SphereShadows {
+        meta,
+        rows,
+        normals,
+        lobes: lobes.concat(),
+        order,
+        casters,
+        caster_offsets,
+        caster_errors,
+    }
 }
 
 /// The objects that get exact rows.

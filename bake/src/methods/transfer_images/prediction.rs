@@ -81,6 +81,7 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let measuring = per_pixel * all as f64 / f64::from(held_out::SPACING.pow(2));
     let packing = 2.0 * values / (PACKED * rayon::current_num_threads() as f64);
     Ok(Predicted {
+        tells: Vec::new(),
         rays,
         seconds: preparing + choosing + tracing + measuring + packing,
         bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,

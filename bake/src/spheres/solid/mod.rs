@@ -15,11 +15,12 @@ use super::triangle_tree::TriangleTree;
 use crate::error::{BakeError, Result};
 use clean::Doubts;
 use glam::DVec3;
+pub use orient::is_closed;
 use relume_formats::Place;
 use relume_formats::counts::counted;
 use relume_formats::kinds::sphere_set::Solid as Kind;
 use relume_scenes::Mesh;
-use weld::Welded;
+pub use weld::Welded;
 
 /// Cells of the winding number's grid along the longest side.
 const CELLS: u32 = 96;
@@ -61,8 +62,7 @@ impl Solid {
         let (welded, mut notes) = weld(mesh);
         let tree = TriangleTree::new(welded.vertices.clone(), welded.triangles.clone());
         let diagonal = tree.nodes.first().map_or(0.0, |root| (root.max - root.min).length());
-        let doubts =
-            if orient::is_closed(&welded.triangles) { clean::doubts(&tree, diagonal) } else { Doubts::Open };
+        let doubts = if is_closed(&welded.triangles) { clean::doubts(&tree, diagonal) } else { Doubts::Open };
         let solid = match doubts.note(MEETING) {
             Ok(note) => {
                 notes.extend(note);
@@ -133,11 +133,11 @@ fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
         (welded, notes)
     };
     let exact = oriented(Welded::exactly(mesh));
-    if orient::is_closed(&exact.0.triangles) {
+    if is_closed(&exact.0.triangles) {
         return exact;
     }
     let mut near = oriented(Welded::nearly(mesh));
-    if near.0.triangles.is_empty() || !orient::is_closed(&near.0.triangles) {
+    if near.0.triangles.is_empty() || !is_closed(&near.0.triangles) {
         return exact;
     }
     let welded = exact.0.vertices.len() - near.0.vertices.len();
@@ -146,6 +146,11 @@ fn weld(mesh: &Mesh) -> (Welded, Vec<String>) {
         counted(welded, "vertex", "vertices")
     ));
     near
+}
+
+/// The surface of `mesh`: its triangles by welded vertices, turned to agree and closed parts outwards.
+pub fn welded(mesh: &Mesh) -> Welded {
+    weld(mesh).0
 }
 
 /// Signed volume within a closed mesh.

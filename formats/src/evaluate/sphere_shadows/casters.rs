@@ -1,7 +1,7 @@
 //! What casts shadows: spheres that follow an object, or some triangles of its mesh.
 //!
-//! Triangles are those that a bake has left of a mesh; their corners are vertices of the scene, so they deform
-//! as these do. **Which of them block a receiver's view** follows from the height of the receiver above a
+//! Triangles are those that a bake has left of a mesh; their corners stand before vertices of the scene, along
+//! their normals, so they deform as these do. **Which of them block a receiver's view** follows from the height of the receiver above a
 //! triangle's plane, on the side of its normal:
 //!
 //! * A closed mesh blocks others by the triangles that turn away from them: outside they cover the same as those
@@ -108,6 +108,8 @@ pub struct CasterMeshes {
 pub struct CasterTriangle {
     /// Vertices of the scene.
     pub vertices: [u32; 3],
+    /// How far its corners are before these, along their normals, metres.
+    pub offsets: [f32; 3],
     /// The object that it is of.
     pub object: u32,
     /// From where it counts for receivers of its own object, and for others.
@@ -120,10 +122,10 @@ impl CasterMeshes {
         let largest = positions.as_flattened().iter().fold(0.0f32, |most, x| most.max(x.abs()));
         let contact = CONTACT * largest;
         let mut triangles = Vec::new();
-        let mut stored = shadows.casters.iter().zip(&shadows.caster_errors);
+        let mut stored = shadows.casters.iter().zip(&shadows.caster_offsets).zip(&shadows.caster_errors);
         for (number, object) in (0..).zip(&shadows.meta.objects) {
             let Casts::Mesh { triangles: count, closed } = object.casts else { continue };
-            triangles.extend(stored.by_ref().take(count as usize).map(|(vertices, error)| {
+            triangles.extend(stored.by_ref().take(count as usize).map(|((vertices, offsets), error)| {
                 let error = error.max(contact);
                 let both = |height| Sides { above: height, below: height };
                 let sides = if closed {
@@ -134,7 +136,7 @@ impl CasterMeshes {
                 } else {
                     [both(error), both(contact)]
                 };
-                CasterTriangle { vertices: *vertices, object: number, sides }
+                CasterTriangle { vertices: *vertices, offsets: *offsets, object: number, sides }
             }));
         }
         Self { triangles }
@@ -145,17 +147,21 @@ impl CasterMeshes {
         &self.triangles
     }
 
-    /// Writes where they are with the vertices of the scene at `positions` over `out`. What names vertices beyond
-    /// these is left out.
-    pub fn place(&self, positions: &[[f32; 3]], out: &mut Vec<Triangle>) {
+    /// Writes where they are with the vertices of the scene at `positions`, with unit `normals`, over `out`. What
+    /// names vertices beyond these is left out.
+    pub fn place(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], out: &mut Vec<Triangle>) {
+        let corner = |vertex: u32, offset: f32| {
+            let (position, normal) = (positions.get(vertex as usize)?, normals.get(vertex as usize)?);
+            Some(Vec3::from(*position) + offset * Vec3::from(*normal))
+        };
+        let placed = |triangle: &CasterTriangle| {
+            let CasterTriangle { vertices: [a, b, c], offsets: [d, e, f], object, sides } = *triangle;
+            let corners = [corner(a, d)?, corner(b, e)?, corner(c, f)?];
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            let normal = (normal / normal.length()).to_array();
+            Some(Triangle { corners: corners.map(|corner| corner.to_array()), normal, object, sides })
+        };
         out.clear();
-        out.extend(self.triangles.iter().filter_map(|triangle| {
-            let [a, b, c] = triangle.vertices.map(|vertex| positions.get(vertex as usize).copied());
-            let corners = [a?, b?, c?];
-            let [a, b, c] = corners.map(Vec3::from);
-            let normal = (b - a).cross(c - a);
-            let CasterTriangle { object, sides, .. } = *triangle;
-            Some(Triangle { corners, normal: (normal / normal.length()).to_array(), object, sides })
-        }));
+        out.extend(self.triangles.iter().filter_map(placed));
     }
 }

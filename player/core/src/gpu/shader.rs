@@ -1,15 +1,18 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 9] = [
+const SNIPPETS: [(&str, &str); 12] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
     ("half", include_str!("half.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
+    ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),
+    ("spans", include_str!("../methods/sphere_shadows/spans.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),
     ("texture", include_str!("../lit/texture.wgsl")),
+    ("triangle", include_str!("../methods/sphere_shadows/triangle.wgsl")),
     ("view", include_str!("../lit/view.wgsl")),
 ];
 

@@ -8,7 +8,7 @@ use relume_formats::container::Stored;
 use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry, SphereSetEntry, sphere_set_file};
 use relume_formats::kinds::scene::{StoredClip, StoredObject, StoredShape};
 use relume_formats::kinds::sphere_set::{Protrusion, Quality, Solid};
-use relume_formats::kinds::sphere_shadows::{self, NO_ROW, ShadowObject, order};
+use relume_formats::kinds::sphere_shadows::{self, Casts, NO_ROW, ShadowObject, order};
 use relume_formats::kinds::{Environment, SphereSet, SphereShadows, StoredScene, sphere_set};
 use relume_formats::shape::{
     Clip, DeformingMesh, Influences, Interpolation, Joint, MorphTarget, Node, Property, Track, Transform,
@@ -197,6 +197,7 @@ fn bake(blocks: bool) -> SphereShadows {
             first_vertex: first,
             vertices: count as u32,
             sphere_set,
+            casts: if sphere_set { Casts::Spheres } else { Casts::Nothing },
             deforms,
         }
     });
@@ -208,6 +209,27 @@ fn bake(blocks: bool) -> SphereShadows {
         normals,
         lobes,
         order,
+        casters: Vec::new(),
+        caster_offsets: Vec::new(),
+        caster_errors: Vec::new(),
+    }
+}
+
+/// Lets the floor and the worm cast by their meshes, of which the worm's counts as closed; the ball keeps its
+/// spheres.
+pub fn cast_by_meshes(bake: &mut SphereShadows) {
+    let mut end = 0;
+    for (at, (object, casting)) in scene().meta.objects.iter().zip(&mut bake.meta.objects).enumerate() {
+        let triangles = &scene().triangles[end..end + object.triangles as usize];
+        end += triangles.len();
+        if at != 1 {
+            casting.casts = Casts::Mesh { triangles: triangles.len() as u32, closed: at == 2 };
+            bake.casters.extend_from_slice(triangles);
+            // The same at a vertex for all triangles that have it.
+            let offset = |v: &u32| 0.02 * (*v % 5) as f32 - 0.04;
+            bake.caster_offsets.extend(triangles.iter().map(|t| t.each_ref().map(offset)));
+            bake.caster_errors.extend(triangles.iter().map(|t| 0.01 * (t[0] % 3) as f32));
+        }
     }
 }
 

@@ -1,17 +1,17 @@
-//! The receivers' bitmaps on the GPU: what they are computed from, and the pass that does.
+//! The receivers' bitmaps on the GPU: what they are computed from, and the passes that do.
 
-use super::CAPS;
-use super::gpu_data::{Batch, Lobes};
+use super::gpu_data::{Batch, Caster, Lobes, TRIANGLE_BYTES};
 use super::receivers::Receivers;
+use super::{CAPS, PLACE};
 use crate::error::Result;
 use crate::gpu::{Gpu, Passes};
 use relume_formats::basis::cap::ROWS;
-use relume_formats::evaluate::sphere_shadows::Spheres;
+use relume_formats::evaluate::sphere_shadows::{Own, Receiver, Spheres};
 use relume_formats::{Error as FormatError, Place};
 use std::ops::Range;
 use wgpu::BufferUsages;
 
-/// Receivers of a workgroup that computes bitmaps, as in the shader.
+/// Receivers of a workgroup that computes bitmaps, and triangles of one that places them, as in the shaders.
 const WORKGROUP: u32 = 64;
 /// Bytes of a bitmap.
 const BITMAP_BYTES: u64 = (ROWS * size_of::<u32>()) as u64;
@@ -23,8 +23,18 @@ pub(super) struct Blockers {
     /// [`Lobes`] of each receiver.
     pub(super) lobes: wgpu::Buffer,
     spheres: wgpu::Buffer,
+    /// Where triangles are now.
+    triangles: wgpu::Buffer,
+    placing: Placing,
     pipeline: wgpu::ComputePipeline,
     pub(super) batches: Vec<Bitmaps>,
+}
+
+/// What brings the triangles to where their vertices are.
+struct Placing {
+    pipeline: wgpu::ComputePipeline,
+    bindings: wgpu::BindGroup,
+    workgroups: [u32; 2],
 }
 
 /// The bitmaps of a batch.
@@ -61,12 +71,22 @@ impl Blockers {
         }
         let (owns, near) = (gpu.storage("own spheres", &owns), gpu.storage("near spheres", &near));
         let (count, usage) = (receivers.now().len() as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let spheres = receivers.sets().iter().map(|set| set.now.len()).sum::<usize>();
+        let spheres = receivers.spheres().iter().map(|set| set.now.len()).sum::<usize>();
+        // A triangle without area is seen from nowhere.
+        let nothing = || vec![bytemuck::Zeroable::zeroed()];
+        let casters: Vec<Caster> = receivers.casters().iter().map(Caster::new).collect();
+        let casters = if casters.is_empty() { nothing() } else { casters };
+        let bytes = casters.len() as u64 * TRIANGLE_BYTES;
+        let triangles = gpu.buffer("triangles", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let normals = gpu.buffer("normals", count * size_of::<[f32; 3]>() as u64, usage);
+        let placing = Placing::new(gpu, &casters, [positions, &normals], &triangles);
         let mut blockers = Self {
             positions: positions.clone(),
-            normals: gpu.buffer("normals", count * size_of::<[f32; 3]>() as u64, usage),
+            normals,
             lobes: gpu.buffer("lobes", count * size_of::<Lobes>() as u64, usage),
             spheres: gpu.buffer("spheres", (spheres.max(1) * size_of::<[f32; 4]>()) as u64, usage),
+            triangles,
+            placing,
             pipeline: gpu.compute_pipeline(CAPS, "block"),
             batches: Vec::new(),
         };
@@ -89,7 +109,8 @@ impl Blockers {
             u64::from(batch.count) * BITMAP_BYTES,
             BufferUsages::STORAGE | BufferUsages::COPY_SRC,
         );
-        let resources = [&uniform, &self.positions, &self.normals, owns, &self.spheres, near, &rows];
+        let resources =
+            [&uniform, &self.positions, &self.normals, owns, &self.spheres, near, &rows, &self.triangles];
         let bindings =
             gpu.bind(&self.pipeline.get_bind_group_layout(0), resources.map(wgpu::Buffer::as_entire_binding));
         Bitmaps {
@@ -119,12 +140,13 @@ impl Blockers {
     /// Uploads all spheres.
     pub(super) fn upload_spheres(&self, gpu: &Gpu, receivers: &Receivers) {
         let spheres: Vec<[f32; 4]> =
-            receivers.sets().iter().flat_map(|set| set.now.iter().copied()).collect();
+            receivers.spheres().iter().flat_map(|set| set.now.iter().copied()).collect();
         gpu.write(&self.spheres, 0, bytemuck::cast_slice(&spheres));
     }
 
-    /// Encodes the pass that brings the bitmaps up to date.
+    /// Encodes the passes that bring the bitmaps up to date.
     pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+        self.placing.encode(passes);
         let mut pass = passes.compute("caps");
         pass.set_pipeline(&self.pipeline);
         for Bitmaps { bindings, workgroups: [x, y], .. } in &self.batches {
@@ -139,13 +161,36 @@ impl Blockers {
     }
 }
 
-/// For each receiver its own set's first sphere, the one behind the last, and where its sphere's row begins
-/// in the table of neighbours; and that table, a row of bits for each sphere. A receiver without a set has an
-/// empty one.
+impl Placing {
+    fn new(
+        gpu: &Gpu,
+        casters: &[Caster],
+        [positions, normals]: [&wgpu::Buffer; 2],
+        triangles: &wgpu::Buffer,
+    ) -> Self {
+        let pipeline = gpu.compute_pipeline(PLACE, "place");
+        let buffers = [&gpu.storage("casters", casters), positions, normals, triangles];
+        let bindings =
+            gpu.bind(&pipeline.get_bind_group_layout(0), buffers.map(wgpu::Buffer::as_entire_binding));
+        Self { pipeline, bindings, workgroups: gpu.workgroups(casters.len() as u32, WORKGROUP) }
+    }
+
+    fn encode(&self, passes: &mut Passes<'_>) {
+        let mut pass = passes.compute("place");
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bindings, &[]);
+        let [x, y] = self.workgroups;
+        pass.dispatch_workgroups(x, y, 1);
+    }
+}
+
+/// For each receiver its own set's first sphere, the one behind the last, where its sphere's row begins in the
+/// table of neighbours, and its object; and that table, a row of bits for each sphere. A receiver without a set
+/// has an empty one.
 fn neighbourhoods(receivers: &Receivers) -> (Vec<[u32; 4]>, Vec<u32>) {
     let (mut near, mut sets) = (Vec::new(), Vec::new());
     let mut first = 0;
-    for Spheres { now, neighbours } in receivers.sets() {
+    for Spheres { now, neighbours } in receivers.spheres() {
         let (start, words) = (near.len(), now.len().div_ceil(32));
         sets.push((first, first + now.len(), start, words));
         first += now.len();
@@ -154,9 +199,13 @@ fn neighbourhoods(receivers: &Receivers) -> (Vec<[u32; 4]>, Vec<u32>) {
             others.iter().for_each(|other| row[*other as usize / 32] |= 1 << (other % 32));
         }
     }
-    let own = |own: relume_formats::evaluate::sphere_shadows::Own| {
+    let own = |own: Own| {
         let (first, end, start, words) = sets[own.set as usize];
-        [first as u32, end as u32, (start + words * own.sphere as usize) as u32, 0]
+        [first as u32, end as u32, (start + words * own.sphere as usize) as u32]
     };
-    (receivers.now().iter().map(|receiver| receiver.own.map_or([0; 4], own)).collect(), near)
+    let of = |receiver: &Receiver| {
+        let [first, end, row] = receiver.own.map_or([0; 3], own);
+        [first, end, row, receiver.object]
+    };
+    (receivers.now().iter().map(of).collect(), near)
 }

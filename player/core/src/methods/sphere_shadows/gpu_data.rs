@@ -1,6 +1,7 @@
 //! The structs of the shaders, as the CPU writes them.
 
 use bytemuck::{Pod, Zeroable};
+use relume_formats::evaluate::sphere_shadows::{CasterTriangle, Sides};
 
 /// Receivers whose bitmaps share a buffer.
 #[repr(C)]
@@ -11,6 +12,32 @@ pub(super) struct Batch {
     /// Of all sets.
     pub(super) spheres: u32,
 }
+
+/// A triangle that casts shadows, by its vertices, and the heights above and below its plane beyond which it
+/// counts for receivers of its own object, and for others.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Caster {
+    pub(super) vertices: [u32; 3],
+    pub(super) object: u32,
+    pub(super) offsets: [f32; 3],
+    pub(super) own: [f32; 2],
+    pub(super) others: [f32; 2],
+    pub(super) unused: u32,
+}
+
+impl Caster {
+    pub(super) fn new(triangle: &CasterTriangle) -> Self {
+        // What is infinite need not be so in a shader; no height is as large as this.
+        let heights = |sides: Sides| [sides.above, sides.below].map(|height| height.min(f32::MAX));
+        let [own, others] = triangle.sides.map(heights);
+        let CasterTriangle { vertices, object, offsets, .. } = *triangle;
+        Self { vertices, object, offsets, own, others, unused: 0 }
+    }
+}
+
+/// Bytes of a triangle where it is now, which the CPU never sees.
+pub(super) const TRIANGLE_BYTES: u64 = 80;
 
 /// The lobes whose blend is that of a receiver's normal.
 #[repr(C)]

@@ -1,8 +1,8 @@
-//! Method `sphere-shadows` on the GPU: every vertex of the scene receives the light that the spheres of its
-//! objects leave it, and the meshes are drawn with it.
+//! Method `sphere-shadows` on the GPU: every vertex of the scene receives the light that spheres and triangles of
+//! its objects leave it, and the meshes are drawn with it.
 //!
-//! Skinning and following are done on the CPU ([`receivers`]); then come passes over all receivers: the caps
-//! of the spheres in their bitmaps ([`blockers`]), the light's terms folded into the lobes, and the radiance
+//! Skinning and following are done on the CPU ([`receivers`]); then come passes over all receivers: what
+//! triangles and spheres block in their bitmaps ([`blockers`]), the light's terms folded into the lobes, and the radiance
 //! that both give ([`shading`]). What a frame costs depends on what has changed: a shape asks for bitmaps and
 //! radiance, the light for folding and radiance, the camera for neither. With the adapter `cpu` radiance is
 //! computed on the CPU ([`on_cpu`]).
@@ -40,6 +40,7 @@ pub const METHOD: Method = Method {
     start: |gpu, setup| Ok(Box::new(SphereShadows::new(gpu, setup)?)),
 };
 
+const PLACE: &str = include_str!("place.wgsl");
 const CAPS: &str = include_str!("caps.wgsl");
 const TERMS: &str = include_str!("terms.wgsl");
 const FOLD: &str = include_str!("fold.wgsl");

@@ -52,12 +52,12 @@ impl OnCpu {
     }
 
     /// Computes and uploads the radiance of `receivers`, before the gain, with which the picture is drawn.
-    pub(super) fn shade(&self, gpu: &Gpu, receivers: &Receivers, radiance: &wgpu::Buffer) {
+    pub(super) fn shade(&self, gpu: &Gpu, receivers: &mut Receivers, radiance: &wgpu::Buffer) {
         let Some((shading, gain)) = &self.folded else { return };
         let ordered: Vec<Receiver> =
             self.order.iter().map(|index| receivers.now()[*index as usize]).collect();
         let mut lit = vec![[0.0; 3]; ordered.len()];
-        shading.radiance(&ordered, receivers.sets(), &self.table, &mut lit);
+        shading.radiance(&ordered, receivers.placed(), &self.table, &mut lit);
         let without_gain =
             |channel: usize, value: f32| if gain[channel] > 0.0 { value / gain[channel] } else { 0.0 };
         let mut padded = vec![[0.0; 4]; ordered.len()];

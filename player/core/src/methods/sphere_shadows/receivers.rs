@@ -2,8 +2,10 @@
 
 use relume_formats::basis::diffuse::blend;
 use relume_formats::evaluate::sphere_set::Follower;
-use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, neighbours, receivers};
-use relume_formats::kinds::sphere_shadows::ShadowObject;
+use relume_formats::evaluate::sphere_shadows::{
+    CasterMeshes, CasterTriangle, Casters, Receiver, Spheres, neighbours, receivers,
+};
+use relume_formats::kinds::sphere_shadows::{Casts, ShadowObject};
 use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
 use relume_formats::shape::{DeformingMesh, ShadingNormals};
 use relume_formats::state::Posed;
@@ -19,7 +21,8 @@ pub(super) type Shapes = BTreeMap<String, DeformingMesh>;
 /// The vertices of a scene, what blocks their view, and what moves them.
 pub(super) struct Receivers {
     now: Vec<Receiver>,
-    sets: Vec<Spheres>,
+    meshes: CasterMeshes,
+    casters: Casters,
     moving: Vec<Moving>,
 }
 
@@ -29,7 +32,7 @@ struct Moving {
     vertices: Range<usize>,
     mesh: DeformingMesh,
     normals: ShadingNormals,
-    /// Number of its set, if it has one, and what its spheres follow.
+    /// Number of its set among those that cast, if it is there, and what its spheres follow.
     follower: Option<(usize, Follower)>,
     /// What it shows; `None` before the first pose.
     shown: Option<Option<Posed>>,
@@ -50,11 +53,13 @@ impl Receivers {
         mut shapes: Shapes,
         place: &Place,
     ) -> Result<Self> {
-        let mut found = Self { now: Vec::new(), sets: Vec::new(), moving: Vec::new() };
+        let meshes = CasterMeshes::new(bake, &scene.positions);
+        let mut found = Self { now: Vec::new(), meshes, casters: Casters::default(), moving: Vec::new() };
         let (mut own_sets, mut end) = (Vec::new(), 0);
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
-            let set = sets.remove(&object.name);
-            found.sets.extend(
+            // A bundle has the spheres of what casts by its mesh too.
+            let set = sets.remove(&object.name).filter(|_| object.casts == Casts::Spheres);
+            found.casters.spheres.extend(
                 set.as_ref()
                     .map(|set| Spheres { now: set.spheres.clone(), neighbours: neighbours(&set.spheres) }),
             );
@@ -97,7 +102,7 @@ impl Receivers {
             ),
             vertices,
             mesh,
-            follower: set.map(|set| (self.sets.len() - 1, Follower::new(set))),
+            follower: set.map(|set| (self.casters.spheres.len() - 1, Follower::new(set))),
             shown: None,
             now: Default::default(),
         });
@@ -118,7 +123,7 @@ impl Receivers {
             moving.mesh.positions(&moving.mesh.pose_of(shows), positions);
             moving.normals.at(positions, normals);
             if let Some((set, follower)) = &moving.follower {
-                follower.follow(positions, &mut self.sets[*set].now)?;
+                follower.follow(positions, &mut self.casters.spheres[*set].now)?;
             }
             let placed = positions.iter().zip(normals);
             for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed) {
@@ -141,9 +146,23 @@ impl Receivers {
         !self.moving.is_empty()
     }
 
-    /// The spheres of the objects that have some.
-    pub(super) fn sets(&self) -> &[Spheres] {
-        &self.sets
+    /// The spheres of the objects that cast by them.
+    pub(super) fn spheres(&self) -> &[Spheres] {
+        &self.casters.spheres
+    }
+
+    /// The triangles that cast shadows.
+    pub(super) fn casters(&self) -> &[CasterTriangle] {
+        self.meshes.triangles()
+    }
+
+    /// All that casts shadows, where it is now.
+    #[cfg(feature = "cpu")]
+    pub(super) fn placed(&mut self) -> &Casters {
+        let of = |of: fn(&Receiver) -> glam::Vec3| self.now.iter().map(|r| of(r).to_array()).collect::<Vec<_>>();
+        let (positions, normals) = (of(|receiver| receiver.position), of(|receiver| receiver.normal));
+        self.meshes.place(&positions, &normals, &mut self.casters.triangles);
+        &self.casters
     }
 }
 

@@ -112,7 +112,7 @@ impl Stage {
             on_cpu.set_light(environment);
         }
         if self.changed.terms || self.changed.shapes {
-            on_cpu.shade(gpu, &self.receivers, &self.radiance);
+            on_cpu.shade(gpu, &mut self.receivers, &self.radiance);
         }
         self.changed = Changed { light: false, terms: false, shapes: false };
     }

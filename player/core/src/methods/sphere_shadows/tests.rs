@@ -2,17 +2,19 @@
 
 use super::*;
 use crate::Error;
-use crate::support::shadows::Bundle;
+use crate::support::shadows::{Bundle, cast_by_meshes};
 use crate::testing::{arrivals, gpu, playlist, read_radiance};
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{
-    Levels, Receiver, Spheres, light, neighbours, radiance, receivers,
+    CasterMeshes, Casters, Levels, Receiver, Spheres, light, neighbours, radiance, receivers,
 };
 use relume_formats::kinds::HaarTable;
 use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::shape::ShadingNormals;
 use relume_formats::state::Posed;
+use std::ops::Range;
 use std::sync::LazyLock;
 
 static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
@@ -52,7 +54,7 @@ fn draw(gpu: &Gpu, method: &mut SphereShadows, look: &Look) -> Vec<Rgb> {
 }
 
 /// The scene as `look` has it, put together anew.
-fn placed(bundle: &Bundle, look: &Look) -> (Vec<Receiver>, Vec<Spheres>) {
+fn placed(bundle: &Bundle, look: &Look) -> (Vec<Receiver>, Casters) {
     let (mut positions, mut normals) = (bundle.scene.positions.clone(), bundle.scene.normals.clone());
     let triangles =
         bundle.scene.triangles.iter().filter(|t| t[0] >= 96).map(|t| t.map(|v| v - 96)).collect::<Vec<_>>();
@@ -60,25 +62,29 @@ fn placed(bundle: &Bundle, look: &Look) -> (Vec<Receiver>, Vec<Spheres>) {
     let (mut posed, mut turned) = (Vec::new(), Vec::new());
     bundle.shape.positions(&bundle.shape.pose_of(look.shapes.get("worm")), &mut posed);
     shading.at(&posed, &mut turned);
-    let sets = bundle.sets.iter().map(|(name, set)| {
+    let casting = bundle.bake.meta.objects.iter().filter(|object| object.casts == Casts::Spheres);
+    let sets = casting.filter_map(|object| bundle.sets.get_key_value(&object.name));
+    let spheres = sets.clone().map(|(name, set)| {
         let mut now = set.spheres.clone();
         if name == "worm" {
             Follower::new(set).follow(&posed, &mut now).unwrap();
         }
         Spheres { now, neighbours: neighbours(&set.spheres) }
     });
-    let sets = sets.collect();
+    let mut casters = Casters { spheres: spheres.collect(), triangles: Vec::new() };
+    let meshes = CasterMeshes::new(&bundle.bake, &positions);
     positions.splice(96.., posed);
     normals.splice(96.., turned);
-    let own_sets: Vec<_> = bundle.sets.values().cloned().collect();
-    (receivers(&bundle.bake, &own_sets, &positions, &normals), sets)
+    meshes.place(&positions, &normals, &mut casters.triangles);
+    let own_sets: Vec<_> = sets.map(|(_, set)| set.clone()).collect();
+    (receivers(&bundle.bake, &own_sets, &positions, &normals), casters)
 }
 
 fn look_at_noise(bundle: &Bundle) -> Look {
     look(bundle, "noise", 0.0, [1.0; 3], None)
 }
 
-/// What should come out, and what would without spheres.
+/// What should come out, and what would without casters.
 fn expected(bundle: &Bundle, look: &Look, detail: Detail) -> [Vec<Rgb>; 2] {
     let environment = look.environment.as_ref().unwrap();
     let map = &bundle.maps.iter().find(|map| map.name == environment.map).unwrap().map;
@@ -86,8 +92,9 @@ fn expected(bundle: &Bundle, look: &Look, detail: Detail) -> [Vec<Rgb>; 2] {
     let lobes: Vec<_> = (0..bundle.bake.normals.len())
         .map(|row| lobe(bundle.bake.lobe(row).to_vec(), detail.terms))
         .collect();
-    let (receivers, sets) = placed(bundle, look);
-    [&sets[..], &[]].map(|sets| radiance(&receivers, sets, &lobes, &light, detail.levels, &TABLE))
+    let (receivers, casters) = placed(bundle, look);
+    [casters, Casters::default()]
+        .map(|casters| radiance(&receivers, &casters, &lobes, &light, detail.levels, &TABLE))
 }
 
 /// Largest difference in parts of the largest radiance without spheres.
@@ -114,8 +121,15 @@ fn radiance_equals_the_meaning_at_every_setting() {
     for (terms, second_level) in
         [50, 100, 200].into_iter().flat_map(|terms| [false, true].map(|second_level| (terms, second_level)))
     {
-        let bundle =
-            Bundle::with(|bake| (bake.meta.terms, bake.meta.second_level) = (terms, second_level), true);
+        let bundle = Bundle::with(
+            |bake| {
+                (bake.meta.terms, bake.meta.second_level) = (terms, second_level);
+                if second_level {
+                    cast_by_meshes(bake);
+                }
+            },
+            true,
+        );
         let detail = Detail::of(&bundle.bake.meta);
         for gpu in &gpus {
             let mut method = load(gpu, &bundle).unwrap();
@@ -140,7 +154,8 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
     let bundle = Bundle::write(true);
     // The worm is put into the ball's spheres.
     let look = look(&bundle, "even", 0.0, [1.0; 3], Some(("Turn", 0.999)));
-    let (receivers, sets) = placed(&bundle, &look);
+    let (receivers, casters) = placed(&bundle, &look);
+    let sets = &casters.spheres;
     let holds = |r: &Receiver| {
         sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius)
     };
@@ -169,6 +184,23 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
 }
 
 #[test]
+fn meshes_cast_shadows_and_the_ground_darkens_what_is_above_it() {
+    let Some(gpus) = gpus() else { return };
+    let bundle = Bundle::with(cast_by_meshes, true);
+    let look = look(&bundle, "even", 0.0, [1.0; 3], Some(("Turn", 0.3)));
+    let expected = expected(&bundle, &look, Detail::of(&bundle.bake.meta));
+    let [theirs, open] = &expected;
+    let darker =
+        |range: Range<usize>, share: f32| range.filter(|v| theirs[*v][1] < share * open[*v][1]).count();
+    assert!(darker(0..42, 0.97) > 5, "the floor under the worm");
+    assert!(darker(42..96, 0.8) > 10, "the ball, whose underside sees the floor");
+    for gpu in &gpus {
+        let mut method = load(gpu, &bundle).unwrap();
+        expect_near(&draw(gpu, &mut method, &look), &expected, BOUND, &gpu.name);
+    }
+}
+
+#[test]
 fn without_spheres_there_is_no_shadow() {
     let Some(gpus) = gpus() else { return };
     let bundle = Bundle::write(false);
@@ -185,7 +217,7 @@ fn without_spheres_there_is_no_shadow() {
 #[test]
 fn batches_give_the_identical_sum() {
     let Some([mut gpu, _]) = gpus() else { return };
-    let bundle = Bundle::write(true);
+    let bundle = Bundle::with(cast_by_meshes, true);
     let look = look(&bundle, "noise", 20.0, [1.0; 3], Some(("Swell", 0.4)));
     let whole = draw(&gpu, &mut load(&gpu, &bundle).unwrap(), &look);
     (gpu.binding_bytes, gpu.workgroups_per_dimension) = (768 * 70, 30);

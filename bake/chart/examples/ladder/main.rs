@@ -4,12 +4,12 @@
 //!
 //! `cargo run --release --example ladder -- bunny-shadow|knot-twist`
 
-#[path = "ablation/table_caps.rs"]
 mod table_caps;
 
 use rayon::prelude::*;
 use relume_bake::error::{BakeError, Result};
 use relume_bake::job::{Job, ProgressMode};
+use relume_bake::methods::sphere_shadows::casters::{By, put};
 use relume_bake::methods::sphere_shadows::errors::{Posed, lobes, shown_in};
 use relume_bake::methods::sphere_shadows::rows;
 use relume_bake::methods::sphere_shadows::truth::centre;
@@ -128,7 +128,10 @@ fn prepare(name: &str, state: &State) -> Result<Prepared> {
     assert_eq!(vertices[1], SIDE * SIDE);
     let plane = (vertices[0]..vertices[0] + vertices[1]).collect();
     let scene = rest.with_state(state, &Place::file(name))?;
-    Ok(Prepared { shadows: rows::bake(&scene), scene, plane, object: (0..vertices[0]).collect(), sets })
+    let mut shadows = rows::bake(&scene);
+    let by = rest.objects.iter().map(|o| o.spheres.map_or(By::Nothing, By::Spheres)).collect::<Vec<By>>();
+    put(&mut shadows, &by);
+    Ok(Prepared { shadows, scene, plane, object: (0..vertices[0]).collect(), sets })
 }
 
 impl Prepared {
@@ -146,8 +149,9 @@ impl Prepared {
 
     fn print(&self, title: &str, lights: &[Lit]) -> Result<()> {
         let sets = |number: usize| std::slice::from_ref(&self.sets[number]);
-        let posed =
-            |number: usize, vertices: &[usize]| shown_in(&self.scene, vertices, &self.shadows, sets(number));
+        let posed = |number: usize, vertices: &[usize]| {
+            shown_in((&self.scene, &self.scene), vertices, &self.shadows, sets(number))
+        };
         let first = posed(0, &self.plane)?;
         let rho = self.rho(&first.receivers[0]);
         let start = Instant::now();
@@ -187,10 +191,9 @@ impl Prepared {
     /// The vertices of the object itself: with the rule of self-shadowing, with its whole own set left out,
     /// and as shown.
     fn print_object(&self, title: &str, lights: &[Lit]) -> Result<()> {
-        let posed = self
-            .sets
-            .iter()
-            .map(|set| shown_in(&self.scene, &self.object, &self.shadows, std::slice::from_ref(set)));
+        let posed = self.sets.iter().map(|set| {
+            shown_in((&self.scene, &self.scene), &self.object, &self.shadows, std::slice::from_ref(set))
+        });
         let posed = posed.collect::<Result<Vec<Posed>>>()?;
         let exact: Vec<Vec<f32>> = posed[0].receivers.iter().map(|receiver| self.rho(receiver)).collect();
         let by_mesh = blocked_by_mesh(&self.scene, &self.object, |vertex| exact[vertex].clone());
@@ -204,7 +207,7 @@ impl Prepared {
             };
             let truth = image(&|at| by_mesh[at]);
             let rule =
-                posed.iter().map(|p| percent(&image(&|at| blocked(&p.receivers[at], &p.spheres)), &truth));
+                posed.iter().map(|p| percent(&image(&|at| blocked(&p.receivers[at], &p.casters)), &truth));
             let none = posed.iter().map(|_| percent(&image(&|_| [0; ROWS]), &truth));
             let kept = Some(TERMS[0]);
             let shown = posed.iter().map(|p| {
@@ -258,11 +261,11 @@ fn ladder(
         let bitmaps: Vec<Bitmap> = posed.receivers.iter().map(of).collect();
         (bitmaps, start.elapsed().as_secs_f64() * 1e6 / posed.receivers.len() as f64)
     };
-    let (exact, exact_us) = timed(&|receiver| blocked(receiver, &posed.spheres));
-    let (rounded, rounded_us) = timed(&|receiver| blocked_by_table(receiver, &posed.spheres, table));
+    let (exact, exact_us) = timed(&|receiver| blocked(receiver, &posed.casters));
+    let (rounded, rounded_us) = timed(&|receiver| blocked_by_table(receiver, &posed.casters.spheres, table));
     println!(
         "{} spheres: exact caps {exact_us:.1} µs a receiver, table {rounded_us:.1} µs",
-        posed.spheres[0].now.len()
+        posed.casters.spheres[0].now.len()
     );
     let spheres = push("spheres, exact caps".to_owned(), truth, pixels(&exact));
     push("spheres, table".to_owned(), spheres, pixels(&rounded));
@@ -270,7 +273,7 @@ fn ladder(
     let meaning = |lit: &Lit| {
         let light = light(lit.planes.clone(), None);
         let chunk = |receivers: &[Receiver]| {
-            radiance(receivers, &posed.spheres, &whole, &light, Levels::All, &posed.table)
+            radiance(receivers, &posed.casters, &whole, &light, Levels::All, &posed.table)
         };
         posed.receivers.par_chunks(64).flat_map_iter(chunk).collect::<Vec<Rgb>>()
     };

@@ -1,0 +1,99 @@
+//! What objects cast shadows by: their spheres, some triangles of their mesh, or nothing where nobody would
+//! see it.
+//!
+//! For each object there are options ([`options`]): its mesh simplified to more and more triangles
+//! ([`surface`]), and its spheres if it has some. Of each is known what it costs a frame and by how much the
+//! light at some receivers differs from that under the whole mesh, in the poses and under the held-out lights
+//! that bakes are measured on. From these [`choose`] takes the cheapest that keep the error asked for.
+
+mod choose;
+mod options;
+pub mod surface;
+
+pub use choose::{Choice, chosen};
+pub use options::options;
+
+use super::method::Asked;
+use crate::error::Result;
+use crate::job::Job;
+use relume_formats::kinds::sphere_shadows::Casts;
+use relume_formats::kinds::{Environment, SphereSet, SphereShadows};
+use relume_scenes::Scene;
+use surface::Simplified;
+
+/// The part of the error asked for that casters may make: errors add by their squares, so three quarters of
+/// these are left for texels, lobes and terms.
+const SHARE: f64 = 0.5;
+
+/// What an object casts by.
+#[derive(Debug, Clone, PartialEq)]
+pub enum By {
+    /// Nothing.
+    Nothing,
+    /// Its sphere set, of so many.
+    Spheres(u32),
+    /// Triangles.
+    Mesh(Simplified),
+}
+
+impl By {
+    /// What a frame takes for it, in nanoseconds of one core for a receiver of a plane. Measured by `cargo bench
+    /// -p relume-formats --bench sphere_shadows` for spheres and closed meshes, both sides of whose triangles
+    /// are looked at and one is added; of open ones both are.
+    pub fn cost(&self) -> f64 {
+        match self {
+            Self::Nothing => 0.0,
+            Self::Spheres(count) => 10.0 * f64::from(*count),
+            Self::Mesh(mesh) => mesh.triangles.len() as f64 * if mesh.closed { 4.0 } else { 7.0 },
+        }
+    }
+
+    /// For the user.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Nothing => "nothing".to_owned(),
+            Self::Spheres(count) => format!("{count} spheres"),
+            Self::Mesh(mesh) => {
+                let count = mesh.triangles.len();
+                format!("{count} triangle{}", if count == 1 { "" } else { "s" })
+            }
+        }
+    }
+}
+
+/// What each object of `scene` casts by. `sets` are those of the objects that have spheres; without them none
+/// casts by spheres if it need not.
+///
+/// # Errors
+/// If a clip leads beyond all numbers, a sphere cannot follow, or the user interrupts.
+pub fn choose(
+    scene: &Scene,
+    maps: &[Environment],
+    sets: Option<&[SphereSet]>,
+    asked: Asked,
+    job: &Job,
+) -> Result<Vec<Choice>> {
+    let (asked, error) = match asked {
+        Asked::Error(max) => (Asked::Error(SHARE * max), SHARE * max),
+        other => (other, 0.0),
+    };
+    Ok(chosen(&options(scene, maps, sets, asked, job)?, error))
+}
+
+/// Puts into `shadows` what its objects cast by, one of `by` for each.
+pub fn put(shadows: &mut SphereShadows, by: &[By]) {
+    (shadows.casters, shadows.caster_offsets, shadows.caster_errors) = Default::default();
+    for (object, by) in shadows.meta.objects.iter_mut().zip(by) {
+        object.casts = match by {
+            By::Nothing => Casts::Nothing,
+            By::Spheres(_) => Casts::Spheres,
+            By::Mesh(mesh) => {
+                let first = object.first_vertex;
+                shadows.casters.extend(mesh.triangles.iter().map(|t| t.map(|vertex| first + vertex)));
+                shadows.caster_offsets.extend(&mesh.offsets);
+                shadows.caster_errors.extend(&mesh.errors);
+                Casts::Mesh { triangles: mesh.triangles.len() as u32, closed: mesh.closed }
+            }
+        };
+    }
+}

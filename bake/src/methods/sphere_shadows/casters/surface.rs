@@ -1,0 +1,270 @@
+//! The surface of an object by fewer triangles, in all poses.
+//!
+//! Edges are collapsed to one of their ends (crate `meshopt`, after Garland and Heckbert 1997), so what is left
+//! has corners that are vertices of the mesh and follows its skin, its morphs and its clips. What an edge costs
+//! counts in the poses too: where vertices are in each of some poses goes with them as attributes, whose change
+//! over the surface a collapse must keep as it must keep the surface itself.
+//!
+//! Corners on the surface leave the triangles within what is round, and their shadow thinner than it should be. So
+//! corners are moved along their normals until the surface is, on the whole, as far outside the triangles as it is
+//! inside.
+
+use crate::spheres::motion::poses;
+use crate::spheres::solid::{is_closed, welded};
+use crate::spheres::triangle_tree::TriangleTree;
+use glam::Vec3;
+use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_attributes_and_locks};
+use rayon::prelude::*;
+use relume_formats::shape::ShadingNormals;
+use relume_scenes::Object;
+
+/// Poses that go with the vertices: as many as `meshopt` has room for.
+const POSES: usize = 10;
+/// How often corners are moved.
+const ROUNDS: usize = 3;
+/// Error, in parts of the extent, that counts as none: a texel of visibility is 500 times as wide, seen from as far.
+const NONE: f32 = 1e-4;
+
+/// An object's surface.
+pub struct Surface {
+    /// By the first of the mesh's vertices at each place, consistently turned, closed parts outwards.
+    triangles: Vec<[u32; 3]>,
+    /// Where the vertices are, at rest first.
+    poses: Vec<Pose>,
+    /// The vertices that triangles have, with the area around each, at rest.
+    used: Vec<(u32, f64)>,
+}
+
+/// Vertices of the object in a pose.
+struct Pose {
+    positions: Vec<[f32; 3]>,
+    /// Of unit length.
+    normals: Vec<[f32; 3]>,
+}
+
+/// Fewer triangles of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simplified {
+    /// Vertices of the object.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether they enclose a volume, seen counter-clockwise from outside.
+    pub closed: bool,
+    /// How far the corners are before their vertices, along these' normals, metres.
+    pub offsets: Vec<[f32; 3]>,
+    /// For each the farthest that a vertex is, in any pose, from where it and those around it stand for the
+    /// surface; metres.
+    pub errors: Vec<f32>,
+}
+
+impl Surface {
+    /// Of `object`.
+    pub fn new(object: &Object) -> Self {
+        let surface = welded(&object.mesh);
+        let triangles: Vec<[u32; 3]> =
+            surface.triangles.iter().map(|t| t.map(|vertex| surface.first[vertex as usize])).collect();
+        let moved = object.shape.as_deref().map(poses).unwrap_or_default();
+        let step = moved.len().div_ceil(POSES).max(1);
+        let mesh = &object.mesh;
+        let shading = ShadingNormals::new(&mesh.positions, &mesh.normals, &mesh.triangles);
+        let posed = |positions: Vec<[f32; 3]>| {
+            let mut normals = Vec::new();
+            shading.at(&positions, &mut normals);
+            Pose { positions, normals }
+        };
+        let rest = Pose { positions: mesh.positions.clone(), normals: mesh.normals.clone() };
+        let poses = std::iter::once(rest).chain(moved.into_iter().step_by(step).map(posed)).collect();
+        Self { used: areas(&triangles, &mesh.positions), triangles, poses }
+    }
+
+    /// How many triangles it has.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// All of it.
+    pub fn whole(&self) -> Simplified {
+        let (count, triangles) = (self.triangles.len(), self.triangles.clone());
+        let closed = is_closed(&triangles);
+        Simplified { triangles, closed, offsets: vec![[0.0; 3]; count], errors: vec![0.0; count] }
+    }
+
+    /// As few triangles as leave the surface where it is.
+    pub fn flat(&self) -> Simplified {
+        self.collapsed(0, NONE)
+    }
+
+    /// About `count` triangles.
+    pub fn simplified(&self, count: usize) -> Simplified {
+        self.collapsed(count, f32::MAX)
+    }
+
+    /// About `count` triangles, or as few as leave the surface where it is, if these are not more.
+    pub fn about(&self, count: usize) -> Simplified {
+        Some(self.flat())
+            .filter(|flat| flat.triangles.len() <= count)
+            .unwrap_or_else(|| self.simplified(count))
+    }
+
+    fn collapsed(&self, count: usize, error: f32) -> Simplified {
+        let [rest, moved @ ..] = &self.poses[..] else { return self.whole() };
+        let (indices, rest) = (self.triangles.as_flattened(), &rest.positions);
+        let extent = extent(rest);
+        let attributes: Vec<f32> =
+            (0..rest.len()).flat_map(|v| moved.iter().flat_map(move |pose| pose.positions[v])).collect();
+        let weights = vec![1.0 / extent; 3 * moved.len()];
+        let stride = size_of::<[f32; 3]>();
+        let Ok(vertices) = VertexDataAdapter::new(bytemuck::cast_slice(rest), stride, 0) else {
+            return self.whole();
+        };
+        let unlocked = vec![false; rest.len()];
+        let left = simplify_with_attributes_and_locks(
+            indices,
+            &vertices,
+            &attributes,
+            &weights,
+            size_of_val(&weights[..]),
+            &unlocked,
+            3 * count,
+            error,
+            SimplifyOptions::RegularizeLight,
+            None,
+        );
+        self.fitted(left.as_chunks::<3>().0.to_vec())
+    }
+
+    /// `triangles` with their corners moved, and what is left of errors.
+    fn fitted(&self, triangles: Vec<[u32; 3]>) -> Simplified {
+        let vertices = self.poses.first().map_or(0, |pose| pose.positions.len());
+        let mut offsets = vec![0.0; vertices];
+        for _ in 0..ROUNDS {
+            let mut sums = vec![(0.0, 0.0); vertices];
+            for (distance, area, triangle) in self.distances(&triangles, &offsets) {
+                for corner in triangle {
+                    let (sum, weight) = &mut sums[corner as usize];
+                    (*sum, *weight) = (*sum + area * distance, *weight + area);
+                }
+            }
+            for (offset, (sum, weight)) in offsets.iter_mut().zip(sums) {
+                *offset += if weight > 0.0 { sum / weight } else { 0.0 };
+            }
+        }
+        let mut errors = vec![0.0; vertices];
+        for (distance, _, triangle) in self.distances(&triangles, &offsets) {
+            for corner in triangle {
+                let error: &mut f64 = &mut errors[corner as usize];
+                *error = error.max(distance.abs());
+            }
+        }
+        let of =
+            |triangle: &[u32; 3]| triangle.iter().map(|v| errors[*v as usize] as f32).fold(0.0, f32::max);
+        Simplified {
+            closed: is_closed(&triangles),
+            errors: triangles.iter().map(of).collect(),
+            offsets: triangles.iter().map(|t| t.map(|v| offsets[v as usize] as f32)).collect(),
+            triangles,
+        }
+    }
+
+    /// For each vertex in each pose how far it is before `triangles`, with the area around it and the triangle that
+    /// is nearest.
+    fn distances(&self, triangles: &[[u32; 3]], offsets: &[f64]) -> Vec<(f64, f64, [u32; 3])> {
+        let of_pose = |pose: &Pose| {
+            let place = |v: usize| Vec3::from(pose.positions[v]).as_dvec3();
+            let moved = |v: usize| place(v) + offsets[v] * Vec3::from(pose.normals[v]).as_dvec3();
+            let tree = TriangleTree::new((0..offsets.len()).map(moved).collect(), triangles.to_vec());
+            let of = |(vertex, area): &(u32, f64)| {
+                let point = place(*vertex as usize);
+                let (distance, triangle) = tree.nearest(point)?;
+                let side = (point - tree.corners(triangle)[0]).dot(tree.planes[triangle].0);
+                Some((distance.copysign(side), *area, tree.triangles[triangle]))
+            };
+            self.used.par_iter().filter_map(of).collect::<Vec<_>>()
+        };
+        self.poses.iter().flat_map(of_pose).collect()
+    }
+}
+
+/// The vertices of `triangles`, each with a third of the area of those that have it.
+fn areas(triangles: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<(u32, f64)> {
+    let mut areas = vec![0.0; positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| Vec3::from(positions[v as usize]).as_dvec3());
+        triangle.iter().for_each(|v| areas[*v as usize] += (b - a).cross(c - a).length() / 6.0);
+    }
+    (0..).zip(areas).filter(|(_, area)| *area > 0.0).collect()
+}
+
+/// The longest side of the box around `points`.
+fn extent(points: &[[f32; 3]]) -> f32 {
+    let of = |axis: usize| {
+        let along = points.iter().map(|p| p[axis]);
+        let (low, high) = along.fold((f32::MAX, f32::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        high - low
+    };
+    (0..3).map(of).fold(f32::MIN_POSITIVE, f32::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knot() -> Object {
+        relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap().objects[0].clone()
+    }
+
+    /// Signed volume in a pose.
+    fn volume(surface: &Simplified, pose: &Pose) -> f64 {
+        let of = |(t, offsets): (&[u32; 3], &[f32; 3])| {
+            let corner = |k: usize| {
+                let v = t[k] as usize;
+                (Vec3::from(pose.positions[v]) + offsets[k] * Vec3::from(pose.normals[v])).as_dvec3()
+            };
+            corner(0).dot(corner(1).cross(corner(2))) / 6.0
+        };
+        surface.triangles.iter().zip(&surface.offsets).map(of).sum()
+    }
+
+    #[test]
+    fn a_knot_stays_closed_and_near_itself_in_all_poses() {
+        let surface = Surface::new(&knot());
+        assert!(surface.poses.len() == 6 && surface.whole().closed && surface.len() == 6144);
+        let mut last = f32::MAX;
+        for count in [512, 1024, 2048] {
+            let few = surface.simplified(count);
+            assert!(few.closed && few.triangles.len().abs_diff(count) <= 8, "{}", few.triangles.len());
+            for pose in &surface.poses {
+                let [whole, left] = [&surface.triangles, &few.triangles].map(|t| volume(t, pose));
+                assert!(
+                    whole > 0.0 && left / whole > 0.6 && left / whole < 1.02,
+                    "{count}: {left} of {whole}"
+                );
+            }
+            // Every vertex is near the triangles, brute force.
+            let worst = few.errors.iter().copied().fold(0.0, f32::max);
+            assert!(worst < last, "{count} triangles are off by {worst}, fewer by {last}");
+            last = worst;
+        }
+        assert!(last < 0.03, "a tube of 0.11 m within {last}");
+    }
+
+    #[test]
+    fn poses_count() {
+        let twisted = knot();
+        let still = Object { shape: None, ..twisted.clone() };
+        let error = |surface: &Surface, few: &Simplified| {
+            surface.errors(&few.triangles).into_iter().map(f64::from).sum::<f64>()
+                / few.triangles.len() as f64
+        };
+        let surface = Surface::new(&twisted);
+        let [with, without] = [&surface, &Surface::new(&still)].map(|s| error(&surface, &s.simplified(384)));
+        assert!(with < without, "mean error over poses {with}, of what knows rest alone {without}");
+    }
+
+    #[test]
+    fn what_is_flat_needs_few() {
+        let scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
+        let flat = Surface::new(&scene.objects[1]).flat();
+        assert!(flat.triangles.len() == 2 && !flat.closed, "{}", flat.triangles.len());
+        assert!(flat.errors.iter().all(|error| *error < 1e-6));
+    }
+}

@@ -4,6 +4,7 @@
 //! that is.
 #![allow(clippy::unwrap_used, reason = "a program that only developers run")]
 #![allow(clippy::disallowed_methods, reason = "it has files and waits, which the library has not")]
+#![allow(clippy::disallowed_types, reason = "and a clock")]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -149,6 +149,23 @@ fn every_prefix_of_blocks_plays() {
     }
 }
 
+/// More columns than all lanes of a workgroup take at a time, so that each comes back for more.
+#[test]
+fn lanes_take_turns() {
+    let Some(gpu) = gpu() else { return };
+    let environment = environment("noise", 40.0, [1.0; 3]);
+    for rgb in [false, true] {
+        let mut rows = sparse::transfer(77, 16, rgb);
+        (rows.meta.blocks, rows.blocks) = (rows.meta.blocks.repeat(9), rows.blocks.repeat(9));
+        let bundle = Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, rows);
+        let mut method = load_all(&gpu, &bundle);
+        draw(&gpu, &mut method, &look(&bundle, &environment));
+        let light = evaluate::sparse_transfer::light(bundle.map("noise"), &environment, 16);
+        let expected = evaluate::sparse_transfer::radiance(&bundle.transfer, &light);
+        expect_near(&vertices(&gpu, &method), &expected, 1e-4, &format!("rgb {rgb}"));
+    }
+}
+
 #[test]
 fn small_bands_and_dispatches_give_the_identical_sum() {
     let Some(mut gpu) = gpu() else { return };

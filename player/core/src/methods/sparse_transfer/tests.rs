@@ -156,7 +156,7 @@ fn lanes_take_turns() {
     let environment = environment("noise", 40.0, [1.0; 3]);
     for rgb in [false, true] {
         let mut rows = sparse::transfer(77, 16, rgb);
-        (rows.meta.blocks, rows.blocks) = (rows.meta.blocks.repeat(9), rows.blocks.repeat(9));
+        (rows.meta.blocks, rows.blocks) = (rows.meta.blocks.repeat(9), vec![rows.blocks; 9].concat());
         let bundle = Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, rows);
         let mut method = load_all(&gpu, &bundle);
         draw(&gpu, &mut method, &look(&bundle, &environment));

@@ -1,11 +1,10 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 12] = [
+const SNIPPETS: [(&str, &str); 11] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
-    ("half", include_str!("half.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
     ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),

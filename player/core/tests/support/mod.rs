@@ -95,7 +95,7 @@ pub fn scope(scene: scene::Meta) -> Scope {
     Scope { scene, card: &TRANSFER_IMAGES, maps: Vec::new() }
 }
 
-fn scene() -> StoredScene {
+pub fn scene() -> StoredScene {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     StoredScene {
         meta: scene_meta(),
@@ -111,7 +111,7 @@ pub fn honest(mut basis: BrdfBasis) -> BrdfBasis {
     basis
 }
 
-fn basis() -> BrdfBasis {
+pub fn basis() -> BrdfBasis {
     let mut random = Random(7);
     let error = brdf_basis::BasisError { mean: 0.0, worst: 0.0, worst_at: 1.0 };
     honest(BrdfBasis {
@@ -231,7 +231,7 @@ impl Bundle {
         bundle
     }
 
-    fn of(scene: &StoredScene, images: TransferImages, basis: BrdfBasis) -> Self {
+    pub fn of(scene: &StoredScene, images: TransferImages, basis: BrdfBasis) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let entry = |name: &str, bytes: Vec<u8>| FileEntry::of(name, &bytes);
         let at = |name: &str| folder.path().join(name);

@@ -2,30 +2,32 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// One dispatch over a band of columns.
+/// One dispatch over a band of tiles.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(super) struct Dispatch {
+    /// All vertices of the bake.
     pub(super) vertices: u32,
-    /// Runs that have arrived.
-    pub(super) runs: u32,
+    pub(super) first_tile: u32,
+    pub(super) tiles: u32,
+    /// Units that have arrived.
+    pub(super) units: u32,
     pub(super) channels: u32,
-    /// 1 to add to what is there, 0 to overwrite it.
-    pub(super) accumulate: u32,
     /// What a stored 1 is worth.
     pub(super) unit: f32,
 }
 
-/// Consecutive columns of one block; offsets are in words from the start of their band.
+/// Consecutive columns of one block; offsets are in wide words from the start of their band, for its first
+/// tile.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-pub(super) struct Run {
+pub(super) struct Unit {
+    pub(super) scales: u32,
     pub(super) terms: u32,
+    /// From tile to tile.
+    pub(super) stride: u32,
     /// 1 if values are 16-bit integers, 0 for bytes.
     pub(super) wide: u32,
-    pub(super) indices: u32,
-    pub(super) values: u32,
-    pub(super) scales: u32,
 }
 
 #[cfg(test)]
@@ -38,8 +40,8 @@ mod tests {
         expect(
             super::super::ACCUMULATE,
             "Dispatch",
-            &layout_of!(Dispatch { vertices, runs, channels, accumulate, unit }),
+            &layout_of!(Dispatch { vertices, first_tile, tiles, units, channels, unit }),
         );
-        expect(super::super::ACCUMULATE, "Run", &layout_of!(Run { terms, wide, indices, values, scales }));
+        expect(super::super::ACCUMULATE, "Unit", &layout_of!(Unit { scales, terms, stride, wide }));
     }
 }

@@ -82,9 +82,9 @@ impl SparseTransfer {
 
 fn set_up(gpu: &Gpu, mut surroundings: Surroundings, meta: Meta, place: &Place) -> Result<Stage> {
     let light = surroundings.light(gpu, meta.face_size);
-    let columns = columns::Columns::new(gpu, meta, place)?;
+    let columns = columns::Columns::new(gpu, meta, light.coefficients(), place)?;
     let picture = surroundings.picture(gpu, columns.radiance(), &light, DIFFUSE);
-    Ok(Stage::new(gpu, light, columns, picture))
+    Ok(Stage::new(light, columns, picture))
 }
 
 impl Playback for SparseTransfer {

@@ -13,7 +13,6 @@ pub(super) struct Stage {
     light: Light,
     columns: Columns,
     pub(super) picture: Picture,
-    workgroups: [u32; 2],
     /// Factor on all light.
     gain: Rgb,
     light_changed: bool,
@@ -21,22 +20,13 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(gpu: &Gpu, light: Light, columns: Columns, picture: Picture) -> Self {
-        let workgroups = columns.workgroups(gpu);
-        Self {
-            light,
-            columns,
-            picture,
-            workgroups,
-            gain: [1.0; 3],
-            light_changed: false,
-            columns_changed: false,
-        }
+    pub(super) fn new(light: Light, columns: Columns, picture: Picture) -> Self {
+        Self { light, columns, picture, gain: [1.0; 3], light_changed: false, columns_changed: false }
     }
 
     /// Takes the next block of columns.
     pub(super) fn block_arrived(&mut self, gpu: &Gpu, block: &Block) {
-        self.columns.block_arrived(gpu, block, self.light.coefficients());
+        self.columns.block_arrived(gpu, block);
         self.columns_changed = true;
     }
 
@@ -61,7 +51,7 @@ impl Stage {
             self.light.encode(passes);
         }
         if self.light_changed || self.columns_changed {
-            self.columns.encode(self.workgroups, passes);
+            self.columns.encode(passes);
         }
         self.picture.encode(self.light.map(), passes);
         (self.light_changed, self.columns_changed) = (false, false);

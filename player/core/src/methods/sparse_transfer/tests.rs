@@ -141,11 +141,28 @@ fn every_prefix_of_blocks_plays() {
             expect_near(&vertices(&gpu, &method), &expected, 1e-4, &format!("rgb {rgb}, {blocks} blocks"));
         }
         assert!(method.pieces().missing.is_empty() && later.next().is_none());
-        // 77 vertices: 15 terms with an index each, 5 of them wide, 10 of bytes, in 5 blocks with a step
-        // each; rows are padded.
-        let values = 77 * if rgb { 3 } else { 1 } as u64;
-        let rows = (15 + 5) * 156 + 5 * (2 * values).next_multiple_of(4) + 10 * values.next_multiple_of(4);
-        assert_eq!(method.pieces().bytes_per_frame, rows);
+        // 77 vertices are two tiles of 64. The blocks are filled up with zeros to 4 and 4 wide terms, and 8, 4
+        // and 4 of bytes, each with an index, and there are 5 scales.
+        let row = 2 * 64;
+        let values = row * if rgb { 3 } else { 1 };
+        assert_eq!(method.pieces().bytes_per_frame, row * (5 * 2 + 24 * 2) + values * (8 * 2 + 16));
+    }
+}
+
+/// More columns than all lanes of a workgroup take at a time, so that each comes back for more.
+#[test]
+fn lanes_take_turns() {
+    let Some(gpu) = gpu() else { return };
+    let environment = environment("noise", 40.0, [1.0; 3]);
+    for rgb in [false, true] {
+        let mut rows = sparse::transfer(77, 16, rgb);
+        (rows.meta.blocks, rows.blocks) = (rows.meta.blocks.repeat(9), vec![rows.blocks; 9].concat());
+        let bundle = Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, rows);
+        let mut method = load_all(&gpu, &bundle);
+        draw(&gpu, &mut method, &look(&bundle, &environment));
+        let light = evaluate::sparse_transfer::light(bundle.map("noise"), &environment, 16);
+        let expected = evaluate::sparse_transfer::radiance(&bundle.transfer, &light);
+        expect_near(&vertices(&gpu, &method), &expected, 1e-4, &format!("rgb {rgb}"));
     }
 }
 
@@ -159,7 +176,9 @@ fn small_bands_and_dispatches_give_the_identical_sum() {
         draw(&gpu, &mut whole, &look(&bundle, &environment));
         let (whole_radiance, whole_film) = (vertices(&gpu, &whole), film(&gpu, &whole));
         let limit = gpu.binding_bytes;
-        (gpu.binding_bytes, gpu.workgroups_per_dimension) = (3000, 1);
+        // A tile a band.
+        let tile = whole.pieces().bytes_per_frame / 2;
+        (gpu.binding_bytes, gpu.workgroups_per_dimension) = (tile, 1);
         let mut method = load_all(&gpu, &bundle);
         draw(&gpu, &mut method, &look(&bundle, &environment));
         assert_eq!((vertices(&gpu, &method), film(&gpu, &method)), (whole_radiance, whole_film));
@@ -167,7 +186,9 @@ fn small_bands_and_dispatches_give_the_identical_sum() {
     }
     gpu.binding_bytes = 300;
     let bundle = Bundle::write(16, false);
-    let refused = columns::Columns::new(&gpu, bundle.transfer.meta, &Place::file("rows")).err().unwrap();
+    let light = gpu.storage("light", &[[0.0_f32; 4]]);
+    let refused =
+        columns::Columns::new(&gpu, bundle.transfer.meta, &light, &Place::file("rows")).err().unwrap();
     assert!(
         refused.to_string().contains("use a coarser mesh") && matches!(refused, Error::Format(_)),
         "{refused}"

@@ -122,26 +122,30 @@ impl Blockers {
         }
     }
 
-    /// Uploads the receivers of a range, but for their positions.
+    /// Uploads the receivers of a range, but for their positions, for what is submitted next.
     pub(super) fn upload(&self, gpu: &Gpu, receivers: &Receivers, range: Range<usize>) {
         let (first, of) = (range.start as u64, &receivers.now()[range]);
         let normals: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.normal.to_array()).collect();
         let lobes = of
             .iter()
             .map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
-        gpu.write(&self.normals, first * size_of::<[f32; 3]>() as u64, bytemuck::cast_slice(&normals));
-        gpu.write(
+        gpu.queue.write_buffer(
+            &self.normals,
+            first * size_of::<[f32; 3]>() as u64,
+            bytemuck::cast_slice(&normals),
+        );
+        gpu.queue.write_buffer(
             &self.lobes,
             first * size_of::<Lobes>() as u64,
             bytemuck::cast_slice(&lobes.collect::<Vec<Lobes>>()),
         );
     }
 
-    /// Uploads all spheres.
+    /// Uploads all spheres, for what is submitted next.
     pub(super) fn upload_spheres(&self, gpu: &Gpu, receivers: &Receivers) {
         let spheres: Vec<[f32; 4]> =
             receivers.spheres().iter().flat_map(|set| set.now.iter().copied()).collect();
-        gpu.write(&self.spheres, 0, bytemuck::cast_slice(&spheres));
+        gpu.queue.write_buffer(&self.spheres, 0, bytemuck::cast_slice(&spheres));
     }
 
     /// Encodes the passes that bring the bitmaps up to date.

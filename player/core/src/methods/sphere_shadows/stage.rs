@@ -87,11 +87,12 @@ impl Stage {
         self.environment = Some(environment.clone());
     }
 
-    /// Uploads the receivers of a range where they are drawn, and where they are computed.
+    /// Uploads the receivers of a range where they are drawn, and where they are computed, for the frame that
+    /// is submitted next.
     fn upload(&self, gpu: &Gpu, range: Range<usize>) {
         let positions: Vec<[f32; 3]> =
             self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
-        gpu.write(
+        gpu.queue.write_buffer(
             self.picture.positions(),
             (range.start * size_of::<[f32; 3]>()) as u64,
             bytemuck::cast_slice(&positions),

@@ -1,9 +1,9 @@
 //! The GPU objects of one bake: images, film, and the dispatches between them.
 
-use super::SHADER;
 use super::bands::{self, Band};
-use super::gpu_data::Dispatch;
-use super::storage::{Storage, padded};
+use super::gpu_data::{Dispatch, Slot};
+use super::storage::{self, Volume};
+use super::{MERGE, SUM};
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use relume_formats::bundle::Brdfs;
@@ -14,8 +14,8 @@ use relume_formats::kinds::transfer_images::{Head, Layout};
 use relume_formats::{Error as FormatError, Place};
 use wgpu::BufferUsages;
 
-/// Invocations of a workgroup, as in the shader.
-const WORKGROUP: u32 = 64;
+/// Invocations of a workgroup that merges.
+const MERGING: u32 = 64;
 
 /// All that is needed to play a bake. Images may still be missing.
 pub(super) struct Images {
@@ -23,97 +23,114 @@ pub(super) struct Images {
     layout: Layout,
     basis: BrdfBasis,
     place: Place,
-    storage: Storage,
     /// By slot: whether its image is there.
     present: Vec<bool>,
-    /// By chunk.
-    halves: Vec<wgpu::Buffer>,
     coefficients: wgpu::Buffer,
     film: Film,
-    pipeline: wgpu::ComputePipeline,
-    dispatches: Vec<Work>,
+    sum: wgpu::ComputePipeline,
+    merge: wgpu::ComputePipeline,
+    work: Vec<Work>,
 }
 
-/// One dispatch: a band × a chunk.
+/// The GPU's side of a band.
 struct Work {
+    band: Band,
+    slots: Vec<Slot>,
+    halves: wgpu::Buffer,
+    sum: Part,
+    /// If there are pixels of several fragments.
+    merge: Option<Part>,
+}
+
+/// One dispatch.
+struct Part {
     bindings: wgpu::BindGroup,
     workgroups: [u32; 2],
+}
+
+impl Part {
+    fn encode(&self, pass: &mut wgpu::ComputePass<'_>) {
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.dispatch_workgroups(self.workgroups[0], self.workgroups[1], 1);
+    }
 }
 
 impl Images {
     /// Makes room for the images that `head` announces.
     pub(super) fn new(gpu: &Gpu, head: Head, basis: BrdfBasis, place: Place) -> Result<Self> {
         let layout = head.layout();
-        let storage = Storage::arrange(&head, &layout, gpu.binding_bytes).map_err(|bytes| {
+        let bands = bands::cut(&head, &Volume::new(&layout), gpu.binding_bytes).map_err(|bytes| {
             let reason = format!(
-                "an image of {bytes} bytes, GPU {} binds at most {}; bake a smaller size",
+                "a pixel of {bytes} bytes in one piece, GPU {} binds at most {}; bake fewer materials that vary",
                 gpu.name, gpu.binding_bytes
             );
             FormatError::unsupported(&place, reason)
         })?;
-        let bands = bands::cut(&head, gpu.binding_bytes);
         let table_bytes = ((layout.materials + 1) * layout.slots.len() * size_of::<[f32; 4]>()) as u64;
         let storage_usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let mut images = Self {
             present: vec![false; layout.slots.len()],
-            halves: storage
-                .chunks
-                .iter()
-                .map(|chunk| gpu.buffer("images", chunk.bytes, storage_usage))
-                .collect(),
             coefficients: gpu.buffer("coefficients", table_bytes, storage_usage),
             film: Film::new(gpu, head.meta.size, bands.iter().map(|band| band.pixels.len())),
-            pipeline: gpu.compute_pipeline(SHADER, "sum_slots"),
-            dispatches: Vec::new(),
+            sum: gpu.compute_pipeline(SUM, "sum_slots"),
+            merge: gpu.compute_pipeline(MERGE, "merge"),
+            work: Vec::new(),
             head,
             layout,
             basis,
             place,
-            storage,
         };
-        images.dispatches = images.work(gpu, &bands);
+        images.work =
+            bands.into_iter().zip(&images.film.bands).map(|(b, f)| images.work(gpu, b, f)).collect();
         Ok(images)
     }
 
-    /// The dispatches of a frame: band by band, every chunk in order, for later chunks add to what earlier
-    /// ones left.
-    fn work(&self, gpu: &Gpu, bands: &[Band]) -> Vec<Work> {
-        let slots = gpu.storage("slots", &self.storage.slots);
-        let layout = self.pipeline.get_bind_group_layout(0);
-        let mut all = Vec::new();
-        for (band, film) in bands.iter().zip(&self.film.bands) {
-            let starts = gpu.storage("fragment starts", &band.starts);
-            let fragments = gpu.storage("fragments", &band.fragments);
-            for (index, (chunk, halves)) in self.storage.chunks.iter().zip(&self.halves).enumerate() {
-                let dispatch = Dispatch {
-                    pixels: band.pixels.len() as u32,
-                    first_slot: chunk.slots.start as u32,
-                    end_slot: chunk.slots.end as u32,
-                    slots: self.layout.slots.len() as u32,
-                    accumulate: u32::from(index > 0),
-                };
-                let uniform = gpu.buffer(
-                    "dispatch",
-                    size_of::<Dispatch>() as u64,
-                    BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                );
-                gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
-                let buffers = [&uniform, &slots, &self.coefficients, halves, &starts, &fragments, film];
-                let bindings = gpu.bind(&layout, buffers.map(wgpu::Buffer::as_entire_binding));
-                all.push(Work { bindings, workgroups: gpu.workgroups(dispatch.pixels, WORKGROUP) });
-            }
-        }
-        all
+    /// Makes room for a band, which goes onto `film`.
+    fn work(&self, gpu: &Gpu, band: Band, film: &wgpu::Buffer) -> Work {
+        let tiles = band.classes.len() as u32;
+        let dispatch = Dispatch {
+            tiles,
+            fixed_class: self.layout.materials as u32,
+            fixed_slots: self.layout.slots.iter().filter(|slot| slot.fixed.is_some()).count() as u32,
+            slots: self.layout.slots.len() as u32,
+        };
+        let uniform = gpu.buffer(
+            "dispatch",
+            size_of::<Dispatch>() as u64,
+            BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+        );
+        gpu.write(&uniform, 0, bytemuck::bytes_of(&dispatch));
+        let bytes = Volume::new(&self.layout).bytes(band.editable_tiles.into(), tiles.into());
+        // Of a band without any fragment nothing is read, but bindings hold one wide word at least.
+        let halves = gpu.buffer("images", bytes.max(16), BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let places = storage::slots(&self.layout, &band);
+        let slots = gpu.storage("slots", &places);
+        let classes = gpu.storage("classes", &band.classes);
+        let targets = gpu.storage("targets", &band.targets);
+        let sums = band.shared.last().map_or(0, |pixel| u64::from(pixel.end)).max(1);
+        let sums = gpu.buffer("shared sums", sums * Film::PIXEL_BYTES, BufferUsages::STORAGE);
+        let buffers = [&uniform, &slots, &self.coefficients, &halves, &classes, &targets, film, &sums];
+        let part = |pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer], workgroups| {
+            let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
+            Part { bindings: gpu.bind(&pipeline.get_bind_group_layout(0), resources), workgroups }
+        };
+        let sum = part(&self.sum, &buffers, gpu.workgroups(tiles, 1));
+        let merge = (!band.shared.is_empty()).then(|| {
+            let pixels = gpu.storage("shared pixels", &band.shared);
+            let workgroups = gpu.workgroups(band.shared.len() as u32, MERGING);
+            part(&self.merge, &[&pixels, &sums, film], workgroups)
+        });
+        Work { band, slots: places, halves, sum, merge }
     }
 
     /// Writes the image in `section` into its place.
     pub(super) fn image_arrived(&mut self, gpu: &Gpu, section: &Section) -> Result<()> {
         let image = self.head.decode_image(&self.layout, section)?;
-        let slot = &self.storage.slots[image.slot];
-        let chunk = self.storage.chunks.iter().position(|chunk| chunk.slots.contains(&image.slot));
-        if let Some(halves) = chunk.and_then(|chunk| self.halves.get(chunk)) {
-            let planes = padded(&image.values, slot.fragments as usize);
-            gpu.write(halves, 2 * u64::from(slot.offset), bytemuck::cast_slice(&planes));
+        let meaning = &self.layout.slots[image.slot];
+        let fragments = self.head.fragments_of(meaning);
+        for Work { band, slots, halves, .. } in &self.work {
+            let planes = storage::arranged(&image.values, fragments, band, meaning.fixed.is_some());
+            gpu.write(halves, storage::offset_bytes(&slots[image.slot]), bytemuck::cast_slice(&planes));
         }
         self.present[image.slot] = true;
         Ok(())
@@ -143,14 +160,14 @@ impl Images {
         Ok(())
     }
 
-    /// Encodes the pass that fills the film.
+    /// Encodes the pass that fills the film: the sum of every fragment, and then of every pixel that has
+    /// several.
     pub(super) fn encode(&self, passes: &mut Passes<'_>) {
         let mut pass = passes.compute("sum slots");
-        pass.set_pipeline(&self.pipeline);
-        for work in &self.dispatches {
-            pass.set_bind_group(0, &work.bindings, &[]);
-            pass.dispatch_workgroups(work.workgroups[0], work.workgroups[1], 1);
-        }
+        pass.set_pipeline(&self.sum);
+        self.work.iter().for_each(|work| work.sum.encode(&mut pass));
+        pass.set_pipeline(&self.merge);
+        self.work.iter().filter_map(|work| work.merge.as_ref()).for_each(|merge| merge.encode(&mut pass));
     }
 
     /// What each pixel shows, and everything else but the images.
@@ -175,6 +192,6 @@ impl Images {
 
     /// Bytes of images that a pass reads.
     pub(super) fn bytes_per_frame(&self) -> u64 {
-        self.layout.slots.iter().map(|slot| 2 * (slot.channels() * self.head.fragments_of(slot)) as u64).sum()
+        self.work.iter().map(|work| work.halves.size()).sum()
     }
 }

@@ -32,7 +32,8 @@ pub const METHOD: Method = Method {
     start: |_, setup| Ok(Box::new(TransferImages::new(setup)?)),
 };
 
-const SHADER: &str = include_str!("sum.wgsl");
+const SUM: &str = include_str!("sum.wgsl");
+const MERGE: &str = include_str!("merge.wgsl");
 
 /// What has arrived of a bake, on its way to and on the GPU.
 struct TransferImages {

@@ -1,128 +1,112 @@
-//! Where the stored halves of every slot lie on the GPU.
-//!
-//! Slots stand in their order, packed into as few chunks as bindings allow; a slot never straddles two. Each
-//! channel's plane is padded to an even number of halves, so that planes start on whole words and can be
-//! written one by one.
+//! Where the stored halves of every slot lie in the buffer of a band: slot by slot, plane by plane, tile by
+//! tile. Planes of slots that have no values of fixed fragments end with the editable tiles.
 
+use super::bands::Band;
 use super::gpu_data::Slot;
 use half::f16;
-use relume_formats::kinds::transfer_images::{Head, Layout};
-use std::ops::Range;
+use relume_formats::kinds::transfer_images::Layout;
 
-/// Slots that share a storage buffer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Chunk {
-    /// The slots.
-    pub(super) slots: Range<usize>,
-    /// Size of the buffer.
-    pub(super) bytes: u64,
+/// Fragments of a tile, as in the shader.
+pub(super) const TILE: u32 = 64;
+/// Halves of a wide word.
+const WORD_HALVES: u32 = 8;
+/// Wide words of a tile in a plane.
+const TILE_WORDS: u32 = TILE / WORD_HALVES;
+/// Bytes of a tile in a plane.
+const TILE_BYTES: u64 = TILE as u64 * size_of::<f16>() as u64;
+
+/// How many planes there are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Volume {
+    /// That have values of editable fragments: all.
+    planes: u64,
+    /// That have values of fixed fragments too.
+    fixed_planes: u64,
 }
 
-/// The place of every slot.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Storage {
-    /// The buffers.
-    pub(super) chunks: Vec<Chunk>,
-    /// By slot: where it lies in its chunk.
-    pub(super) slots: Vec<Slot>,
-}
-
-impl Storage {
-    /// Places all slots in chunks of at most `limit` bytes, or tells how many bytes the slot needs that fits
-    /// in none.
-    pub(super) fn arrange(head: &Head, layout: &Layout, limit: u64) -> Result<Self, u64> {
-        let mut storage = Self { chunks: Vec::new(), slots: Vec::with_capacity(layout.slots.len()) };
-        for (index, slot) in layout.slots.iter().enumerate() {
-            let fragments = head.fragments_of(slot) as u32;
-            let stride = fragments.next_multiple_of(2);
-            let bytes = 2 * u64::from(stride) * slot.channels() as u64;
-            if bytes > limit {
-                return Err(bytes);
-            }
-            let offset = (storage.place(index, bytes, limit) / 2) as u32;
-            storage.slots.push(Slot { offset, stride, fragments, rgb: u32::from(slot.rgb) });
-        }
-        Ok(storage)
+impl Volume {
+    /// Of all slots.
+    pub(super) fn new(layout: &Layout) -> Self {
+        let fixed = layout.slots.iter().filter(|slot| slot.fixed.is_some());
+        let fixed_planes = fixed.map(|slot| slot.channels()).sum::<usize>() as u64;
+        Self { planes: layout.channels() as u64, fixed_planes }
     }
 
-    /// Makes room for `bytes` of slot `index`, in a new chunk if the last is full. Returns the offset in
-    /// bytes.
-    fn place(&mut self, index: usize, bytes: u64, limit: u64) -> u64 {
-        match self.chunks.last_mut() {
-            Some(chunk) if chunk.bytes + bytes <= limit => {
-                chunk.slots.end = index + 1;
-                chunk.bytes += bytes;
-                chunk.bytes - bytes
-            }
-            _ => {
-                self.chunks.push(Chunk { slots: index..index + 1, bytes });
-                0
-            }
-        }
+    /// Bytes of the images of a band of `tiles` tiles, the first `editable` ones of editable fragments.
+    pub(super) fn bytes(&self, editable: u64, tiles: u64) -> u64 {
+        TILE_BYTES * (editable * self.planes + (tiles - editable) * self.fixed_planes)
     }
 }
 
-/// Planes of `fragments` halves, each padded to an even number of them.
-pub(super) fn padded(values: &[f16], fragments: usize) -> Vec<f16> {
-    let pad = [f16::ZERO];
-    let pad = pad.get(..fragments % 2).unwrap_or_default();
-    values.chunks_exact(fragments.max(1)).flat_map(|plane| plane.iter().chain(pad)).copied().collect()
+/// Where each slot lies in a band.
+pub(super) fn slots(layout: &Layout, band: &Band) -> Vec<Slot> {
+    let mut end = 0;
+    let place = |slot: &relume_formats::kinds::transfer_images::Slot| {
+        let tiles = if slot.fixed.is_some() { band.classes.len() as u32 } else { band.editable_tiles };
+        let (first, plane) = (end, TILE_WORDS * tiles);
+        end += plane * slot.channels() as u32;
+        Slot { first, stride: if slot.rgb { plane } else { 0 } }
+    };
+    layout.slots.iter().map(place).collect()
+}
+
+/// Where in the buffer of a band a slot begins, in bytes.
+pub(super) fn offset_bytes(slot: &Slot) -> u64 {
+    u64::from(slot.first) * u64::from(WORD_HALVES) * size_of::<f16>() as u64
+}
+
+/// The planes of an image as they lie in a band, of `fragments` halves each in the file; `is_fixed` if it has
+/// values of fixed fragments too.
+pub(super) fn arranged(values: &[f16], fragments: usize, band: &Band, is_fixed: bool) -> Vec<f16> {
+    let tiles = if is_fixed { band.classes.len() } else { band.editable_tiles as usize };
+    let places = band.fragments.get(..tiles * TILE as usize).unwrap_or_default();
+    // Beyond the end is nothing, as behind the end of a class.
+    let of_plane = |plane: &[f16]| {
+        places.iter().map(|at| plane.get(*at as usize).copied().unwrap_or_default()).collect::<Vec<_>>()
+    };
+    values.chunks_exact(fragments.max(1)).flat_map(of_plane).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::methods::transfer_images::bands::{NOTHING, cut};
     use crate::support;
 
     #[test]
-    fn chunks_are_few_and_never_too_large() {
-        let images = support::images(true);
-        let layout = images.head.layout();
-        let whole = Storage::arrange(&images.head, &layout, 1 << 27).unwrap();
-        assert_eq!(whole.chunks.len(), 1);
-        let largest = whole.slots.iter().map(|s| u64::from(s.stride) * 6).max().unwrap();
-        for limit in [largest, largest + 2, 3 * largest, whole.chunks[0].bytes - 1] {
-            let storage = Storage::arrange(&images.head, &layout, limit).unwrap();
-            assert!(storage.chunks.iter().all(|c| c.bytes <= limit));
-            assert_eq!(
-                storage.chunks.iter().flat_map(|c| c.slots.clone()).collect::<Vec<_>>(),
-                (0..layout.slots.len()).collect::<Vec<_>>()
-            );
-            let bytes = |slot: usize| {
-                2 * u64::from(storage.slots[slot].stride) * layout.slots[slot].channels() as u64
-            };
-            let full = |w: &[Chunk]| w[0].bytes + bytes(w[1].slots.start) > limit;
-            assert!(storage.chunks.windows(2).all(full), "a chunk ends only when the next slot does not fit");
-        }
-        assert_eq!(Storage::arrange(&images.head, &layout, largest - 1), Err(largest));
-    }
-
-    #[test]
-    fn slots_do_not_overlap() {
-        let images = support::images(false);
-        let layout = images.head.layout();
-        let storage = Storage::arrange(&images.head, &layout, 20_000).unwrap();
-        for chunk in &storage.chunks {
-            let mut end = 0;
-            for (slot, meaning) in
-                storage.slots[chunk.slots.clone()].iter().zip(&layout.slots[chunk.slots.clone()])
-            {
-                assert_eq!(
-                    (slot.offset, slot.stride % 2, slot.fragments as usize),
-                    (end, 0, images.head.fragments_of(meaning))
-                );
-                end += slot.stride * meaning.channels() as u32;
+    fn every_half_is_where_the_shader_looks_for_it() {
+        for one_colour in [true, false] {
+            let images = support::images(one_colour);
+            let (head, layout) = (&images.head, images.head.layout());
+            let volume = Volume::new(&layout);
+            for band in cut(head, &volume, 2 * volume.bytes(2, 3)).unwrap() {
+                let bytes = volume.bytes(band.editable_tiles.into(), band.classes.len() as u64);
+                let slots = slots(&layout, &band);
+                let mut buffer = vec![f16::NAN; bytes as usize / 2];
+                for image in &images.images {
+                    let (slot, meaning) = (&slots[image.slot], &layout.slots[image.slot]);
+                    let fragments = head.fragments_of(meaning);
+                    let halves = arranged(&image.values, fragments, &band, meaning.fixed.is_some());
+                    let at = offset_bytes(slot) as usize / 2;
+                    assert!(buffer[at..][..halves.len()].iter().all(|h| h.is_nan()), "no two overlap");
+                    buffer[at..][..halves.len()].copy_from_slice(&halves);
+                }
+                assert!(buffer.iter().all(|h| !h.is_nan()), "nor is there a gap");
+                for image in &images.images {
+                    let (slot, meaning) = (&slots[image.slot], &layout.slots[image.slot]);
+                    let count = head.fragments_of(meaning);
+                    for (place, fragment) in band.fragments.iter().enumerate() {
+                        if *fragment == NOTHING || *fragment as usize >= count {
+                            continue;
+                        }
+                        for channel in 0..meaning.channels() {
+                            let at = 8 * (slot.first + channel as u32 * slot.stride) as usize + place;
+                            let expected = image.values[channel * count + *fragment as usize];
+                            assert_eq!(buffer[at], expected);
+                        }
+                    }
+                }
             }
-            assert_eq!(u64::from(end) * 2, chunk.bytes);
         }
-    }
-
-    #[test]
-    fn odd_planes_are_padded() {
-        let h = f16::from_f32;
-        let values: Vec<f16> = (1..=6).map(|i| h(i as f32)).collect();
-        assert_eq!(padded(&values, 3), [1.0, 2.0, 3.0, 0.0, 4.0, 5.0, 6.0, 0.0].map(h));
-        assert_eq!(padded(&values, 2), values);
-        assert_eq!(padded(&[], 0), []);
     }
 }

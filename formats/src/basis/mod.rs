@@ -13,6 +13,7 @@ mod hex;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
+pub mod suns;
 mod texture;
 pub mod triple;
 pub mod two_level;

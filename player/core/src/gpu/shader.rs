@@ -1,7 +1,7 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 9] = [
+const SNIPPETS: [(&str, &str); 11] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
@@ -9,6 +9,8 @@ const SNIPPETS: [(&str, &str); 9] = [
     ("invocation", include_str!("invocation.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),
+    ("sun", include_str!("../lit/sun.wgsl")),
+    ("sunlight", include_str!("../lit/sunlight.wgsl")),
     ("texture", include_str!("../lit/texture.wgsl")),
     ("view", include_str!("../lit/view.wgsl")),
 ];

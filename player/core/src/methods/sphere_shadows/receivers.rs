@@ -1,5 +1,6 @@
 //! Receivers and spheres as they stand now: what a pose does to them, on the CPU.
 
+use crate::lit::Bounds;
 use relume_formats::basis::diffuse::blend;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{Receiver, Spheres, neighbours, receivers};
@@ -134,6 +135,11 @@ impl Receivers {
     /// All of them, in the order of the scene's vertices.
     pub(super) fn now(&self) -> &[Receiver] {
         &self.now
+    }
+
+    /// The box around them.
+    pub(super) fn bounds(&self) -> Bounds {
+        Bounds::of(self.now.iter().map(|receiver| receiver.position))
     }
 
     /// Whether there are objects that deform.

@@ -25,7 +25,7 @@ const RECEIVERS: usize = 128;
 /// # Errors
 /// If a clip leads beyond all numbers.
 pub fn predict(scene: &Scene) -> Result<Predicted> {
-    let lights = HeldOutLights::new(&environment_lit::environments(scene), SIDE);
+    let lights = HeldOutLights::new(&environment_lit::environments(scene), SIDE, false);
     let poses = poses(scene)?;
     let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
     let looked_at = receivers_looked_at(vertices);

@@ -7,7 +7,7 @@ use relume_bake::methods::sparse_transfer;
 use relume_bake::methods::transfer_images::{Bases, TransferImagesMethod, held_out};
 use relume_bake::unfinished::Leftover;
 use relume_formats::container::Stored;
-use relume_formats::evaluate::sparse_transfer::{light, radiance};
+use relume_formats::evaluate::sparse_transfer::{lights, radiance};
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, TransferImages};
@@ -89,7 +89,7 @@ fn relit_vertices_equal_evaluate() {
                 .unwrap()
                 .map;
             let look = EnvironmentLook { map: String::new(), gain, rotation_deg };
-            let cpu = radiance(&transfer, &light(&map, &look, transfer.meta.face_size as usize));
+            let cpu = radiance(&transfer, &lights(&map, &look, &transfer.meta));
             for channel in 0..3 {
                 let largest = cpu.iter().fold(0.0f32, |m, v| m.max(v[channel].abs()));
                 let difference =

@@ -35,7 +35,7 @@ impl Table {
         let maps: Vec<Environment> = environments(scene);
         let state =
             |state: usize| (&maps[state % maps.len()].map, TURNS_DEG[state / maps.len() % TURNS_DEG.len()]);
-        let lights = HeldOutLights::of(std::array::from_fn(state), FACE_SIZE);
+        let lights = HeldOutLights::of(std::array::from_fn(state), FACE_SIZE, false);
         let (world, texels) = (World::new(scene), Texels::new(rays_per_side));
         let piece = |receivers: &[Receiver]| {
             let mut rows = Rows::new(MAX_TERMS, 1);
@@ -115,7 +115,7 @@ impl Table {
 fn weightings() -> [(&'static str, Vec<f32>); 3] {
     let all = 0..FACES * FACE_SIZE * FACE_SIZE;
     [
-        ("ours", importance::weights(FACE_SIZE)),
+        ("ours", importance::weights(FACE_SIZE, 1)),
         ("area", all.clone().map(|i| haar::support(i, FACE_SIZE) as f32).collect()),
         ("plain", all.map(|_| 1.0).collect()),
     ]
@@ -143,7 +143,7 @@ fn print() -> relume_formats::Result<()> {
     for name in ["spheres-24", "bunny-plane", "armadillo-plane"] {
         let scene = load(name)?;
         let some: Vec<Receiver> = receivers(&scene).into_iter().step_by(8).collect();
-        Table::new(&scene, &some, &importance::weights(FACE_SIZE), 4)
+        Table::new(&scene, &some, &importance::weights(FACE_SIZE, 1), 4)
             .print(&format!("{name}, every eighth vertex, 16 rays a texel at edges"));
     }
     Ok(())

@@ -140,7 +140,7 @@ fn broken_normals_and_lobes_are_refused() {
 #[test]
 fn broken_casters_are_refused() {
     type Case = (fn(&mut SphereShadows), &'static str);
-    let cases: [Case; 14] = [
+    let cases: [Case; 12] = [
         (|s| s.meta.objects[0].sphere_set = false, "object `päper 0` casts shadows by spheres and has none"),
         (
             |s| s.meta.objects[2].casts = Casts::Mesh { triangles: 0, closed: true },

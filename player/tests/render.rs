@@ -94,13 +94,13 @@ fn sparse_rows_are_rendered_as_the_cpu_does() {
     if !gpu_there() {
         return;
     }
-    use relume_formats::evaluate::sparse_transfer::{light, radiance};
+    use relume_formats::evaluate::sparse_transfer::{lights, radiance};
     use relume_formats::kinds::scene::EnvironmentLook;
     let bundle = support::sparse::Bundle::write(16, true);
     let text = "environment = { map = \"sun\", rotation_deg = 33.0, gain = [1.0, 0.5, 2.0] }\ncamera = { fov_deg = 20.0, exposure_ev = 3.0 }";
     let state: State = parse_toml(text, &Place::file("test")).unwrap();
     let look = EnvironmentLook { map: "sun".to_owned(), rotation_deg: 33.0, gain: [1.0, 0.5, 2.0] };
-    let expected = radiance(&bundle.transfer, &light(bundle.map("sun"), &look, 16));
+    let expected = radiance(&bundle.transfer, &lights(bundle.map("sun"), &look, &bundle.transfer.meta));
     let ours = relume_player::render_vertices(bundle.folder(), "sparse-transfer", &state, None).unwrap();
     let difference = support::largest_difference(&ours, &expected);
     assert!(difference <= 1e-4, "{difference}");

@@ -130,7 +130,7 @@ impl Sound {
 
     fn shadows() -> Self {
         let method = |scene: &Scene| -> Box<dyn Method> {
-            Box::new(sphere_shadows::SphereShadowsMethod::new(scene, 0))
+            Box::new(sphere_shadows::SphereShadowsMethod::new(scene, 0, sphere_shadows::Asked::Spheres))
         };
         Self::bake("light = true\nview = true\nshape = true", KNOT, TURN, method)
     }
@@ -282,7 +282,7 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
     let spheres: Vec<Spheres> = sets.iter().map(Spheres::at_rest).collect();
     radiance(
         &receivers,
-        &spheres,
+        &Casters { spheres, triangles: Vec::new() },
         &lobes,
         &light(rows::light(map, &look, 32), detail.terms),
         detail.levels,

@@ -73,15 +73,18 @@ pub fn bake(scene: &Scene, wanted: SparseTransferMethod) -> Baked {
 }
 
 impl Baked {
-    /// Radiance of white vertices under a map that is turned.
+    /// Radiance of white vertices under a map that is turned, its suns not set apart.
     pub fn under(&self, map: &EquirectMap, rotation_deg: f32) -> Vec<[f32; 3]> {
         let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
-        radiance(&self.transfer, &light(map, &look, self.transfer.meta.face_size as usize))
+        let (n, count) = (self.transfer.meta.face_size as usize, self.transfer.meta.coefficients());
+        let repeated = |plane: Vec<f32>| plane.into_iter().cycle().take(count).collect();
+        radiance(&self.transfer, &light(map, &look, n).map(repeated))
     }
 
     /// Under a light given by its texels.
     pub fn under_texels(&self, texels: &[f32]) -> Vec<f32> {
-        let mut plane = texels.to_vec();
+        let mut plane: Vec<f32> =
+            texels.iter().copied().cycle().take(self.transfer.meta.coefficients()).collect();
         haar::forward_cube(&mut plane, self.transfer.meta.face_size as usize);
         radiance(&self.transfer, &[plane.clone(), plane.clone(), plane]).iter().map(|r| r[0]).collect()
     }

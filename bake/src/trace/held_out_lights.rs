@@ -2,6 +2,7 @@
 //! errors under.
 
 use rayon::prelude::*;
+use relume_formats::basis::suns::split;
 use relume_formats::basis::{EquirectMap, haar};
 use relume_formats::evaluate::sparse_transfer::light;
 use relume_formats::kinds::environment::Environment;
@@ -15,35 +16,58 @@ pub const RADIANCES: usize = 3 * STATES;
 /// are spread evenly.
 const TURN_DEG: f32 = 222.492_24;
 
-/// The lights as rows to multiply with.
+/// The lights as rows to multiply with. What shines directly has no suns, whose light a player draws with shadows of
+/// its own.
 pub struct HeldOutLights {
-    /// Haar coefficients, row-major [coefficients, [`RADIANCES`]].
+    /// Haar coefficients, row-major [coefficients, [`RADIANCES`]]: of the maps without suns, and behind them, if
+    /// that is asked for, of the whole maps.
     pub coefficients: Vec<f32>,
-    /// Texels, row-major [texels, [`RADIANCES`]].
+    /// Texels of the same, row-major [texels, [`RADIANCES`]].
     pub texels: Vec<f32>,
+    /// Texels of the whole maps alone.
+    pub whole: Vec<f32>,
+}
+
+/// Radiance of a receiver under all lights, from a row of all texels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exact {
+    /// Without the suns' direct light: what a method is to give.
+    pub given: [f32; RADIANCES],
+    /// With it: what is to be seen, and errors are relative to.
+    pub seen: [f32; RADIANCES],
 }
 
 impl HeldOutLights {
-    /// The maps by turns, each next one turned further. The first is the scene's own, unturned.
-    pub fn new(maps: &[Environment], face_size: usize) -> Self {
+    /// The maps by turns, each next one turned further. The first is the scene's own, unturned. `with_whole` asks
+    /// for the whole maps behind those without suns.
+    pub fn new(maps: &[Environment], face_size: usize, with_whole: bool) -> Self {
         Self::of(
             std::array::from_fn(|state| (&maps[state % maps.len()].map, (state as f32 * TURN_DEG) % 360.0)),
             face_size,
+            with_whole,
         )
     }
 
     /// Each map at its rotation in degrees.
-    pub fn of(states: [(&EquirectMap, f32); STATES], face_size: usize) -> Self {
+    pub fn of(states: [(&EquirectMap, f32); STATES], face_size: usize, with_whole: bool) -> Self {
         let of_state = |(map, rotation_deg)| {
-            light(map, &EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg }, face_size)
+            let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
+            let [rest, whole] = [&*split(map).rest, map].map(|map| light(map, &look, face_size));
+            std::iter::zip(rest, whole)
         };
-        let planes: Vec<Vec<f32>> = states.into_par_iter().flat_map_iter(of_state).collect();
-        let texels = planes.par_iter().map(|plane| {
-            let mut texels = plane.clone();
-            haar::inverse_cube(&mut texels, face_size);
-            texels
-        });
-        Self { texels: transposed(&texels.collect::<Vec<_>>()), coefficients: transposed(&planes) }
+        let (mut planes, whole): (Vec<_>, Vec<_>) = states.into_par_iter().flat_map_iter(of_state).unzip();
+        if with_whole {
+            planes.iter_mut().zip(&whole).for_each(|(plane, whole)| plane.extend(whole));
+        }
+        let texels_of = |planes: &[Vec<f32>]| {
+            let texels = planes.par_iter().map(|plane| {
+                let mut texels = plane.clone();
+                haar::inverse_cube(&mut texels, face_size);
+                texels
+            });
+            transposed(&texels.collect::<Vec<_>>())
+        };
+        Self { texels: texels_of(&planes), whole: texels_of(&whole), coefficients: transposed(&planes) }
     }
 }
 
@@ -66,16 +90,19 @@ pub fn add(radiances: &mut [f32; RADIANCES], value: &[f32], light: &[f32]) {
     }
 }
 
-/// Radiance under every held-out light of a row given by texels, one plane per channel.
-pub fn exact_radiances(planes: &[Vec<f32>], lights: &HeldOutLights) -> [f32; RADIANCES] {
-    let mut sums = [0.0; RADIANCES];
+/// Radiance under every held-out light of a row given by texels, one plane per channel, as many texels as the
+/// lights have.
+pub fn exact_radiances(planes: &[Vec<f32>], lights: &HeldOutLights) -> Exact {
+    let (mut given, mut seen) = ([0.0; RADIANCES], [0.0; RADIANCES]);
     let mut value = [0.0; 3];
-    for (texel, light) in lights.texels.chunks_exact(RADIANCES).enumerate() {
+    let whole = lights.whole.chunks_exact(RADIANCES).cycle();
+    for (texel, (light, whole)) in lights.texels.chunks_exact(RADIANCES).zip(whole).enumerate() {
         planes.iter().zip(&mut value).for_each(|(plane, v)| *v = plane[texel]);
         let value = &value[..planes.len()];
         if value.iter().any(|v| *v != 0.0) {
-            add(&mut sums, value, light);
+            add(&mut given, value, light);
+            add(&mut seen, value, whole);
         }
     }
-    sums
+    Exact { given, seen }
 }

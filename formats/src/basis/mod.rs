@@ -14,6 +14,7 @@ pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
 pub mod span;
+pub mod suns;
 mod texture;
 pub mod triple;
 pub mod two_level;

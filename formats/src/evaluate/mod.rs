@@ -4,4 +4,5 @@
 pub mod sparse_transfer;
 pub mod sphere_set;
 pub mod sphere_shadows;
+pub mod suns;
 pub mod transfer_images;

@@ -1,9 +1,11 @@
 //! Method `sparse-transfer`: the radiance of a vertex is the sum over its terms of value × coefficient of the
-//! light.
+//! light; the direct light of [suns](super::suns) comes on top of it.
 
+use crate::basis::suns::split;
 use crate::basis::{EquirectMap, cubemap, haar};
 use crate::kinds::SparseTransfer;
 use crate::kinds::scene::EnvironmentLook;
+use crate::kinds::sparse_transfer::Meta;
 use crate::state::Rgb;
 
 /// Haar coefficients of the light that `map` sends, as a cube of `face_size`² texels a face: gain and
@@ -17,7 +19,19 @@ pub fn light(map: &EquirectMap, look: &EnvironmentLook, face_size: usize) -> [Ve
     })
 }
 
-/// Linear radiance that a white diffuse surface would show at every vertex, W/(sr·m²).
+/// What rows of `meta` are multiplied with, one plane per channel: the [`light`] of `map` without its suns, and,
+/// where light bounces, of the whole map behind it.
+pub fn lights(map: &EquirectMap, look: &EnvironmentLook, meta: &Meta) -> [Vec<f32>; 3] {
+    let n = meta.face_size as usize;
+    let mut planes = light(&split(map).rest, look, n);
+    if meta.bounces > 0 {
+        planes.iter_mut().zip(light(map, look, n)).for_each(|(plane, mut whole)| plane.append(&mut whole));
+    }
+    planes
+}
+
+/// Linear radiance that a white diffuse surface would show at every vertex, W/(sr·m²), of the light of
+/// [`lights`].
 pub fn radiance(bundle: &SparseTransfer, light: &[Vec<f32>; 3]) -> Vec<Rgb> {
     let vertices = bundle.meta.vertices as usize;
     let mut sums = vec![[0.0; 3]; vertices];

@@ -12,8 +12,10 @@
 //! [`MAX_VALUE`]: unit × scale × 32767, or 127 where steps are bytes.
 //!
 //! The light is a cube map of [`Meta::face_size`]² texels a face, each the mean radiance over its solid angle, Haar-transformed face by face
-//! ([`crate::basis::haar`]). The sum of value × coefficient is the radiance that a white diffuse surface reflects at the vertex, W/(sr·m²); the player
-//! multiplies it by the albedo. With [`Meta::bounces`] above 0 it includes light that other surfaces reflect, in their colours.
+//! ([`crate::basis::haar`]). What shines directly is the map without its suns ([`crate::basis::suns`]), which a player draws with shadows of its own.
+//! With [`Meta::bounces`] above 0 light that other surfaces reflect, in their colours, is added; that is lit by all there is, and so the coefficients
+//! of a second cube, of the whole map, stand behind those of the first: bounced light has terms of its own. The sum of value × coefficient is the
+//! radiance that a white diffuse surface reflects at the vertex, W/(sr·m²), without the suns' direct light; the player multiplies it by the albedo.
 
 use crate::basis::cubemap::FACES;
 use crate::container::{Kind, Section, Sections, Stored, Writer};
@@ -96,9 +98,11 @@ impl Meta {
         if self.rgb { 3 } else { 1 }
     }
 
-    /// Number of coefficients of the light.
+    /// Number of coefficients of the light: those of the map without its suns, and of the whole map where light
+    /// bounces.
     pub fn coefficients(&self) -> usize {
-        FACES * (self.face_size * self.face_size) as usize
+        let cubes = if self.bounces > 0 { 2 } else { 1 };
+        cubes * FACES * (self.face_size * self.face_size) as usize
     }
 
     /// Number of columns.

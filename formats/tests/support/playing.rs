@@ -1,5 +1,6 @@
 //! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
 
+use relume_formats::basis::suns::{MAX_SUNS, split};
 use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
@@ -62,6 +63,11 @@ pub fn play_environment(environment: &Environment) {
     let look = EnvironmentLook { map: environment.name.clone(), gain: [1.0; 3], rotation_deg: 77.0 };
     let light = sparse_transfer::light(&environment.map, &look, 2);
     assert!(light.iter().flatten().all(|c| c.is_finite()));
+    let parts = split(&environment.map);
+    assert!(
+        parts.suns.len() <= MAX_SUNS && parts.suns.iter().flat_map(|sun| sun.irradiance).all(f32::is_finite)
+    );
+    assert!(parts.rest.texels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0));
 }
 
 pub fn play_textures(textures: &Textures) {

@@ -13,13 +13,13 @@ use relume_bake::methods::sparse_transfer::rows::{MAX_TERMS, Rows};
 use relume_bake::methods::sparse_transfer::texels::{FACE_SIZE, Texels};
 use relume_bake::methods::sparse_transfer::visibility::transfer_row;
 use relume_bake::methods::sparse_transfer::{METHOD, NAME, importance};
-use relume_bake::trace::held_out_lights::{HeldOutLights, RADIANCES, add};
+use relume_bake::trace::held_out_lights::{Exact, HeldOutLights, RADIANCES, add};
 use relume_bake::trace::receivers::receivers;
 use relume_bake::trace::world::World;
 use relume_bake::unfinished::Leftover;
 use relume_formats::Place;
 use relume_formats::container::Stored;
-use relume_formats::evaluate::sparse_transfer::{light, radiance};
+use relume_formats::evaluate::sparse_transfer::{lights, radiance};
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{Environment, SparseTransfer};
 use relume_formats::state::Rgb;
@@ -31,7 +31,7 @@ const TERMS: [usize; 4] = [MAX_TERMS, 256, 128, 64];
 /// Rows of all vertices, with what they reflect exactly under `lights`.
 fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows {
     let (world, texels, weights) =
-        (World::new(scene), Texels::new(rays_per_side), importance::weights(FACE_SIZE));
+        (World::new(scene), Texels::new(rays_per_side), importance::weights(FACE_SIZE, 1));
     let pieces = receivers(scene);
     let pieces = pieces.par_chunks(16).map(|piece| {
         let mut rows = Rows::new(MAX_TERMS, 1);
@@ -47,20 +47,25 @@ fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows
     all
 }
 
-/// Radiance at all vertices in a state, from the first terms of their rows.
+/// Direct light of suns at a vertex, with the visibility that its row has.
+fn of_suns(exact: &Exact, state: usize) -> Rgb {
+    std::array::from_fn(|c| exact.seen[3 * state + c] - exact.given[3 * state + c])
+}
+
+/// Radiance at all vertices in a state, from the first terms of their rows and of suns.
 fn of_terms(rows: &Rows, lights: &HeldOutLights, terms: usize, state: usize) -> Vec<Rgb> {
     let of = |row: usize| {
         let mut sums = [0.0; RADIANCES];
         for at in row * rows.terms..row * rows.terms + terms {
             add(&mut sums, &rows.values[at..=at], light_of(lights, rows.indices[at]));
         }
-        std::array::from_fn(|c| sums[3 * state + c])
+        std::array::from_fn(|c| sums[3 * state + c] + of_suns(&rows.exact[row], state)[c])
     };
     (0..rows.count()).into_par_iter().map(of).collect()
 }
 
 fn whole_rows(rows: &Rows, state: usize) -> Vec<Rgb> {
-    rows.exact.chunks_exact(RADIANCES).map(|exact| std::array::from_fn(|c| exact[3 * state + c])).collect()
+    rows.exact.iter().map(|exact| std::array::from_fn(|c| exact.seen[3 * state + c])).collect()
 }
 
 /// Bakes the library's scene `name`, or goes on with what is there, and prints its table.
@@ -83,10 +88,10 @@ pub fn ablation(name: &str) -> Result<()> {
     let of_state = |state: usize| (&maps[state % maps.len()].0.map, maps[state % maps.len()].1);
     let rows = gathered(
         &scene,
-        &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE),
+        &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE, false),
         stored.meta.rays_per_texel.isqrt() as usize,
     );
-    let lights = HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE);
+    let lights = HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE, false);
 
     let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(state, 0)).collect();
     let drawn = |radiance: &dyn Fn(usize) -> Vec<Rgb>| {
@@ -115,9 +120,16 @@ pub fn ablation(name: &str) -> Result<()> {
         drawn(&|at| of_terms(&rows, &lights, kept, at)),
     );
     let look = |at: usize| EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: maps[at].1 };
-    let rounded = drawn(&|at| radiance(&stored, &light(&maps[at].0.map, &look(at), FACE_SIZE)));
+    let rounded = drawn(&|at| {
+        let shown = radiance(&stored, &lights(&maps[at].0.map, &look(at), &stored.meta)).into_iter();
+        let add = |(shown, exact): (Rgb, &Exact)| {
+            let of_suns = of_suns(exact, at);
+            std::array::from_fn(|c| shown[c] + of_suns[c])
+        };
+        shown.zip(&rows.exact).map(add).collect()
+    });
     let rounded = steps.push("rounded to bytes", unrounded, rounded);
-    steps.push("the player", rounded, played(&scene, NAME, &folder)?);
+    steps.push("the player, suns by shadow maps", rounded, played(&scene, NAME, &folder)?);
     let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();
     steps.print(&format!("sparse-transfer, {name}"), &masks);
     Ok(())

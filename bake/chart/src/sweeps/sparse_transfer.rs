@@ -7,8 +7,7 @@ use relume_bake::error::Result;
 use relume_bake::methods::sparse_transfer::quantise::{blocks, shapes};
 use relume_bake::methods::sparse_transfer::rows::{MAX_TERMS, Rows};
 use relume_bake::methods::sparse_transfer::{METHOD, NAME, Settings, SparseTransferMethod, Terms};
-use relume_bake::trace::held_out_lights::RADIANCES;
-use relume_formats::basis::cubemap::FACES;
+use relume_bake::trace::held_out_lights::{Exact, RADIANCES};
 use relume_formats::kinds::SparseTransfer;
 use relume_formats::kinds::sparse_transfer::{BlockShape, Meta};
 use relume_scenes::Scene;
@@ -129,7 +128,7 @@ fn coarser(transfer: &SparseTransfer, times: usize, terms: usize) -> Rows {
     let meta = &transfer.meta;
     let face = (meta.face_size * meta.face_size) as usize;
     let coarse = face / (times * times);
-    let terms = terms.min(FACES * coarse);
+    let terms = terms.min(meta.coefficients() / face * coarse);
     let mut rows = Rows::new(terms, meta.channels());
     for vertex in 0..meta.vertices as usize {
         let mut kept = Vec::with_capacity(terms);
@@ -150,7 +149,7 @@ fn coarser(transfer: &SparseTransfer, times: usize, terms: usize) -> Rows {
             rows.values.extend(&value[..meta.channels()]);
         }
         // As many as there are rows; packing does not look at them.
-        rows.exact.extend([0.0; RADIANCES]);
+        rows.exact.push(Exact { given: [0.0; RADIANCES], seen: [0.0; RADIANCES] });
     }
     rows
 }

@@ -3,7 +3,7 @@
 use super::errors::{self, Errors};
 use super::gather::{Gather, Logs, Run};
 use super::rows::{MAX_TERMS, Rows};
-use super::settings::{Settings, Terms, bounces, channels, face_size, vertices};
+use super::settings::{Settings, Terms, bounces, channels, cubes, face_size, vertices};
 use super::{importance, quantise};
 use crate::compress::quantise::unit_for;
 use crate::error::Result;
@@ -37,7 +37,7 @@ pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Resu
     let Some(logs) = gather.trace(bounces(scene), run)? else { return Ok(None) };
     let preparing = job.step("preparing");
     let environments = environments(scene);
-    let lights = HeldOutLights::new(&environments, face_size(scene));
+    let lights = HeldOutLights::new(&environments, face_size(scene), bounces(scene) > 0);
     drop(preparing);
     let rows = project(scene, &gather, &logs, &lights, job)?;
     let meta = Meta {
@@ -62,7 +62,7 @@ fn project(
     job: &Job,
 ) -> Result<Rows> {
     let (size, channels) = (face_size(scene), channels(scene));
-    let weights = importance::weights(size);
+    let weights = importance::weights(size, cubes(scene));
     let progress = job.progress("projecting", gather.pieces() as u64);
     let of_piece = |piece: usize| {
         progress.check()?;

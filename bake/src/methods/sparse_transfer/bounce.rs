@@ -40,6 +40,13 @@ pub fn add(row: &mut [f32], share: Vec3A, source: &[f32], channels: usize) {
     }
 }
 
+/// A row as one plane of texels for each channel: `direct` light, which has no colour, and behind it what all
+/// bounces bring, texels × RGB.
+pub fn planes(direct: &[f32], bounced: &[f32]) -> Vec<Vec<f32>> {
+    let plane = |c: usize| direct.iter().chain(bounced.iter().skip(c).step_by(3)).copied().collect();
+    (0..3).map(plane).collect()
+}
+
 /// Finds what a vertex receives from other vertices.
 pub struct Bouncer<'a> {
     world: &'a World,

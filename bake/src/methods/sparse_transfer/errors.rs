@@ -1,5 +1,6 @@
 //! Errors at the vertices under the held-out lights: what is left out and what is rounded, against the whole
-//! rows.
+//! rows. Direct light of suns is in what is seen, with the visibility that the rows have, and in what errors are
+//! relative to, but has none itself: a player draws it with shadow maps.
 
 use super::rows::Rows;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
@@ -9,12 +10,14 @@ use relume_formats::kinds::SparseTransfer;
 /// Rows that one thread takes at a time; sums run over them in order.
 const CHUNK: usize = 256;
 
-/// Relative L2 errors over all vertices, one per held-out light; NaN where that shows nothing.
+/// Errors over all vertices, relative L2 of all that is seen, one per held-out light; NaN where that is nothing.
 pub type Errors = [f64; STATES];
 
 /// What [`of_stored`] compares.
 pub fn measured_on() -> String {
-    format!("{STATES} held-out lights, the scene's maps turned, at every vertex, against the whole rows")
+    format!(
+        "{STATES} held-out lights, the scene's maps turned, at every vertex, against the whole rows; shadow maps of suns are taken to be exact"
+    )
 }
 
 /// Errors of the first 1, 2, … terms of `rows`, before they are rounded.
@@ -30,7 +33,7 @@ pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
                     &rows.values[at * rows.channels..(at + 1) * rows.channels],
                     light_of(lights, rows.indices[at]),
                 );
-                add_squares(square, &sums, exact(rows, row));
+                add_squares(square, &sums, &rows.exact[row].given);
             }
         }
         squares
@@ -53,7 +56,7 @@ pub fn of_stored(stored: &SparseTransfer, rows: &Rows, lights: &HeldOutLights) -
                     add(&mut sums, &block.value(meta, term, row)[..meta.channels()], light_of(lights, index));
                 }
             }
-            add_squares(&mut squares, &sums, exact(rows, row));
+            add_squares(&mut squares, &sums, &rows.exact[row].given);
         }
         squares
     };
@@ -66,12 +69,8 @@ pub fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
     &lights.coefficients[usize::from(index) * RADIANCES..][..RADIANCES]
 }
 
-fn exact(rows: &Rows, row: usize) -> &[f32] {
-    &rows.exact[row * RADIANCES..][..RADIANCES]
-}
-
 /// Adds squared differences, channels together.
-fn add_squares(squares: &mut [f64; STATES], sums: &[f32; RADIANCES], exact: &[f32]) {
+fn add_squares(squares: &mut [f64; STATES], sums: &[f32; RADIANCES], exact: &[f32; RADIANCES]) {
     for ((square, sums), exact) in
         squares.iter_mut().zip(sums.as_chunks::<3>().0).zip(exact.as_chunks::<3>().0)
     {
@@ -79,10 +78,10 @@ fn add_squares(squares: &mut [f64; STATES], sums: &[f32; RADIANCES], exact: &[f3
     }
 }
 
-/// Squared norms of the exact radiances.
+/// Squared norms of what is seen.
 fn norms(rows: &Rows) -> [f64; STATES] {
     let mut norms = [0.0; STATES];
-    (0..rows.count()).for_each(|row| add_squares(&mut norms, &[0.0; RADIANCES], exact(rows, row)));
+    rows.exact.iter().for_each(|exact| add_squares(&mut norms, &[0.0; RADIANCES], &exact.seen));
     norms
 }
 

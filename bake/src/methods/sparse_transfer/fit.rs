@@ -1,7 +1,7 @@
 //! Whether the method can show a scene, and what that takes.
 
 use super::rows::MAX_TERMS;
-use super::settings::{NAME, bounces, channels, face_size, vertices};
+use super::settings::{NAME, bounces, channels, cubes, face_size, vertices};
 use crate::error::{BakeError, Result};
 use crate::methods::environment_lit;
 use crate::trace::held_out_lights::RADIANCES;
@@ -49,13 +49,13 @@ pub(super) fn predicted_bytes(scene: &Scene) -> u64 {
         (vertices(scene) as u64, channels(scene) as u64, face_size(scene) as u64);
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let coefficients = FACES as u64 * size * size;
-    let selected = vertices * (MAX_TERMS as u64 * (2 + 4 * channels) + 4 * RADIANCES as u64);
+    let selected = vertices * (MAX_TERMS as u64 * (2 + 4 * channels) + 2 * 4 * RADIANCES as u64);
     // Direct light has no colour yet.
     let arriving = match bounces(scene) {
         0 => 0,
         1 => vertices * coefficients * 4,
         _ => vertices * coefficients * 4 * 3,
     };
-    let lights = coefficients * RADIANCES as u64 * 4 * 5;
+    let lights = (coefficients * (1 + cubes(scene) as u64)) * RADIANCES as u64 * 4 * 5;
     (2 * selected).max(arriving) + triangles * 600 + lights + (64 << 20)
 }

@@ -185,7 +185,7 @@ impl<'a> Gather<'a> {
     }
 
     /// Gives the rows of a piece one after the other, each as a plane of texels for every channel: what was
-    /// seen alone, or, where light bounces, everything that arrives.
+    /// seen, and behind it, where light bounces, what all bounces bring.
     ///
     /// # Errors
     /// If a log cannot be read, or holds something else.
@@ -193,13 +193,13 @@ impl<'a> Gather<'a> {
         if logs.bounces.is_empty() {
             return self.direct(&logs.direct, piece, |row| give(vec![row.to_vec()]));
         }
-        let mut rows: Vec<f32> =
-            self.coarse(&logs.direct, piece)?.into_iter().flat_map(|value| [value; 3]).collect();
+        let direct = self.coarse(&logs.direct, piece)?;
+        let mut bounced = vec![0.0; 3 * direct.len()];
         for log in &logs.bounces {
-            rows.iter_mut().zip(self.bounced(log, piece)?).for_each(|(sum, value)| *sum += value);
+            bounced.iter_mut().zip(self.bounced(log, piece)?).for_each(|(sum, value)| *sum += value);
         }
-        for row in rows.chunks_exact(BOUNCED) {
-            give((0..3).map(|c| row.iter().skip(c).step_by(3).copied().collect()).collect());
+        for (direct, bounced) in direct.chunks_exact(TEXELS).zip(bounced.chunks_exact(BOUNCED)) {
+            give(bounce::planes(direct, bounced));
         }
         Ok(())
     }
@@ -232,11 +232,11 @@ mod tests {
         let stored = gather.dense(BOUNCED, |piece| gather.bounced(&logs.bounces[0], piece)).unwrap();
         let bouncer = Bouncer::new(&scene, &gather.world);
         let rows: Vec<f32> = gather.receivers.iter().flat_map(|r| bouncer.row(r, &direct, 1)).collect();
-        let lights = HeldOutLights::new(&environments(&scene), BOUNCED_FACE_SIZE);
+        let lights = HeldOutLights::new(&environments(&scene), BOUNCED_FACE_SIZE, false);
         let radiances = |rows: &[f32]| -> Vec<[f32; RADIANCES]> {
             let planes =
                 |row: &[f32]| [0, 1, 2].map(|c| row.iter().skip(c).step_by(3).copied().collect()).to_vec();
-            rows.chunks_exact(BOUNCED).map(|row| exact_radiances(&planes(row), &lights)).collect()
+            rows.chunks_exact(BOUNCED).map(|row| exact_radiances(&planes(row), &lights).seen).collect()
         };
         let (stored, exact) = (radiances(&stored), radiances(&rows));
         for state in 0..STATES {

@@ -8,6 +8,7 @@
 //! rotations. Tables with a number for every level, type, face and elevation did no better on maps that they
 //! were not fitted to.
 
+use relume_formats::basis::cubemap::FACES;
 use relume_formats::basis::haar::{self, Wavelet};
 
 /// σ falls with the area of the support to this power.
@@ -24,12 +25,11 @@ const DOWN: usize = 3;
 const SIDES: [usize; 4] = [0, 1, 4, 5];
 const TOP_MINUS_BOTTOM: usize = 2;
 
-/// The weights of all coefficients of a cube of `face_size`² texels a face.
-pub fn weights(face_size: usize) -> Vec<f32> {
+/// The weights of all coefficients of `cubes` cubes of `face_size`² texels a face.
+pub fn weights(face_size: usize, cubes: usize) -> Vec<f32> {
     let texels = face_size * face_size;
-    (0..relume_formats::basis::cubemap::FACES * texels)
-        .map(|index| weight(index / texels, index % texels, face_size))
-        .collect()
+    let of_cube = |_| (0..FACES * texels).map(|index| weight(index / texels, index % texels, face_size));
+    (0..cubes).flat_map(of_cube).collect()
 }
 
 fn weight(face: usize, index: usize, face_size: usize) -> f32 {
@@ -51,7 +51,9 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_rule() {
         let n = 8;
-        let weights = weights(n);
+        let both = weights(n, 2);
+        let (weights, again) = both.split_at(6 * n * n);
+        assert_eq!(weights, again);
         let at = |face: usize, level, m| weights[face * n * n + haar::index(level, m, 0, 0)];
         assert_eq!(weights.len(), 6 * n * n);
         assert!([0, 3].iter().all(|face| weights[face * n * n] == 1e6));

@@ -3,7 +3,7 @@
 use super::bounce::{self, Bouncer, add, coarse};
 use super::fit::predicted_bytes;
 use super::rows::{MAX_TERMS, Rows};
-use super::settings::{Settings, bounces, channels, face_size};
+use super::settings::{Settings, bounces, channels, cubes, face_size};
 use super::texels::Texels;
 use super::visibility::transfer_row;
 use super::{errors, importance, quantise};
@@ -39,29 +39,29 @@ const PACKED: f64 = 2e7;
 /// If the job is interrupted.
 pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicted> {
     let (world, receivers) = (World::new(scene), receivers(scene));
-    let lights = HeldOutLights::new(&environments(scene), face_size(scene));
+    let lights = HeldOutLights::new(&environments(scene), face_size(scene), bounces(scene) > 0);
     let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
     let some: Vec<Receiver> = spread(VERTICES, receivers.len())
         .into_iter()
         .filter_map(|vertex| receivers.get(vertex).copied())
         .collect();
-    let weights = importance::weights(face_size(scene));
     let progress = job.progress("predicting", some.len() as u64);
     reset_ray_counts();
     let start = Instant::now();
     let traced = some.par_iter().map(|receiver| {
         progress.check()?;
-        let rows = rows_of(receiver, scene, &world, &texels, &weights, &lights);
+        let mut row = vec![0.0; texels.weights.len()];
+        transfer_row(receiver, &world, &texels, &mut row);
         progress.advance(1);
-        Ok((rows, take_ray_count()))
+        Ok((row, take_ray_count()))
     });
-    let traced = traced.collect::<Result<Vec<(Rows, u64)>>>()?;
+    let traced = traced.collect::<Result<Vec<(Vec<f32>, u64)>>>()?;
     let bouncing = bounced(scene, &world, &some);
     let scale = receivers.len() as f64 / some.len().max(1) as f64;
     let seconds = start.elapsed().as_secs_f64() * scale;
     let rays = traced.iter().map(|(_, rays)| rays).sum::<u64>() + bouncing;
-    let mut rows = Rows::new(MAX_TERMS, channels(scene));
-    traced.into_iter().for_each(|(row, _)| rows.append(row));
+    let direct: Vec<Vec<f32>> = traced.into_iter().map(|(row, _)| row).collect();
+    let rows = selected(scene, &world, &receivers, &some, direct, &lights);
     let terms = settings.terms.of(&errors::by_terms(&rows, &lights));
     let own = stored_bytes(&rows, terms, scene) * scale;
     Ok(Predicted {
@@ -74,24 +74,38 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     })
 }
 
-/// The row of direct light at a vertex, as the bake selects it; in colour where light bounces, of which
-/// direct light is the larger part.
-fn rows_of(
-    receiver: &Receiver,
+/// The terms of `some` vertices with these rows of direct light, as the bake selects them. Where light bounces, what
+/// other vertices send on is not known: it is taken to be what would reach these if nothing stood in the way.
+fn selected(
     scene: &Scene,
     world: &World,
-    texels: &Texels,
-    weights: &[f32],
+    receivers: &[Receiver],
+    some: &[Receiver],
+    direct: Vec<Vec<f32>>,
     lights: &HeldOutLights,
 ) -> Rows {
-    let mut row = vec![0.0; texels.weights.len()];
-    transfer_row(receiver, world, texels, &mut row);
-    if bounces(scene) > 0 {
-        row = coarse(&row);
-    }
-    let mut rows = Rows::new(MAX_TERMS, channels(scene));
-    rows.push_texels(vec![row; channels(scene)], weights, lights, face_size(scene));
-    rows
+    let weights = importance::weights(face_size(scene), cubes(scene));
+    let bouncer = (bounces(scene) > 0).then(|| Bouncer::new(scene, world));
+    let texels = Texels::new(1);
+    let of = |(receiver, direct): (&Receiver, Vec<f32>)| {
+        let planes = bouncer.as_ref().map(|bouncer| {
+            let mut bounced = vec![0.0; 3 * bounce::TEXELS];
+            for (vertex, share) in bouncer.shares(receiver) {
+                let normal = receivers[vertex as usize].normal;
+                let open = texels.centres.directions().iter().zip(&texels.weights);
+                let open: Vec<f32> = open.map(|(d, weight)| normal.dot(*d).max(0.0) * weight).collect();
+                add(&mut bounced, share, &coarse(&open), 1);
+            }
+            bounce::planes(&coarse(&direct), &bounced)
+        });
+        let mut rows = Rows::new(MAX_TERMS, channels(scene));
+        rows.push_texels(planes.unwrap_or_else(|| vec![direct]), &weights, lights, face_size(scene));
+        rows
+    };
+    let pieces: Vec<Rows> = some.par_iter().zip(direct).map(of).collect();
+    let mut all = Rows::new(MAX_TERMS, channels(scene));
+    pieces.into_iter().for_each(|rows| all.append(rows));
+    all
 }
 
 /// Gathers what bounces to some vertices and throws it away; returns the rays. Rows of other vertices, not

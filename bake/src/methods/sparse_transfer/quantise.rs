@@ -70,7 +70,7 @@ fn block(rows: &Rows, shape: BlockShape, first: usize, unit: f32) -> Block {
 mod tests {
     use super::*;
     use crate::compress::quantise::unit_for;
-    use crate::trace::held_out_lights::RADIANCES;
+    use crate::trace::held_out_lights::{Exact, RADIANCES};
     use relume_formats::kinds::sparse_transfer::Meta;
 
     #[test]
@@ -98,7 +98,7 @@ mod tests {
                         .collect()
                 })
                 .collect();
-            rows.push(&planes, &vec![1.0; terms], &[0.0; RADIANCES]);
+            rows.push(&planes, &vec![1.0; terms], Exact { given: [0.0; RADIANCES], seen: [0.0; RADIANCES] });
         }
         let (shapes, unit) = (shapes(terms), unit_for(&rows.values));
         let meta = Meta {

@@ -1,6 +1,6 @@
 //! Selected rows of the transfer matrix on their way from gather to packing.
 
-use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, exact_radiances};
+use crate::trace::held_out_lights::{Exact, HeldOutLights, exact_radiances};
 use relume_formats::basis::{approximate, haar};
 
 /// Most terms that a row keeps until it is known how many are needed.
@@ -17,8 +17,8 @@ pub struct Rows {
     pub indices: Vec<u16>,
     /// Row-major [rows, terms, channels].
     pub values: Vec<f32>,
-    /// Radiance from the whole rows, [rows, [`RADIANCES`]].
-    pub exact: Vec<f32>,
+    /// Radiance from the whole rows.
+    pub exact: Vec<Exact>,
 }
 
 impl Rows {
@@ -29,13 +29,13 @@ impl Rows {
 
     /// Number of rows.
     pub fn count(&self) -> usize {
-        self.exact.len() / RADIANCES
+        self.exact.len()
     }
 
     /// Adds the most important terms of a row, given as one plane of Haar coefficients per channel, and its
     /// exact radiances. `weights` is what sizes of coefficients are multiplied by to tell how important they
     /// are.
-    pub fn push(&mut self, planes: &[Vec<f32>], weights: &[f32], exact: &[f32]) {
+    pub fn push(&mut self, planes: &[Vec<f32>], weights: &[f32], exact: Exact) {
         let size = |i: usize| planes.iter().map(|plane| plane[i] * plane[i]).sum::<f32>().sqrt();
         let sizes: Vec<f32> = (0..weights.len()).map(size).collect();
         let kept = approximate::largest(&sizes, self.terms, |index| weights[index]);
@@ -44,7 +44,7 @@ impl Rows {
             self.indices.push(index.unwrap_or(0) as u16);
             self.values.extend(planes.iter().map(|plane| index.map_or(0.0, |i| plane[i])));
         }
-        self.exact.extend_from_slice(exact);
+        self.exact.push(exact);
     }
 
     /// Adds a row given by texels of a light of faces `face_size` wide, one plane per channel; see
@@ -58,7 +58,7 @@ impl Rows {
     ) {
         let exact = exact_radiances(&planes, lights);
         planes.iter_mut().for_each(|plane| haar::forward_cube(plane, face_size));
-        self.push(&planes, weights, &exact);
+        self.push(&planes, weights, exact);
     }
 
     /// Adds the rows of `other`, which have as many terms and channels.
@@ -76,16 +76,17 @@ mod tests {
     #[test]
     fn rows_keep_what_weighs_most() {
         let planes = vec![vec![1.0, -4.0, 0.0, 2.0], vec![0.0, 0.0, 0.0, 2.0]];
-        let exact: Vec<f32> = (0..RADIANCES).map(|i| i as f32).collect();
+        let given = std::array::from_fn(|i| i as f32);
+        let exact = Exact { given, seen: given.map(|radiance| radiance + 1.0) };
         let mut rows = Rows::new(2, 2);
-        rows.push(&planes, &[1.0; 4], &exact);
-        rows.push(&planes, &[9.0, 1.0, 1.0, 1.0], &exact);
+        rows.push(&planes, &[1.0; 4], exact);
+        rows.push(&planes, &[9.0, 1.0, 1.0, 1.0], exact);
         assert_eq!(
             (&rows.indices[..], &rows.values[..]),
             (&[1, 3, 0, 1][..], &[-4.0, 0.0, 2.0, 2.0, 1.0, 0.0, -4.0, 0.0][..])
         );
         let mut many = Rows::new(4, 2);
-        many.push(&planes, &[1.0; 4], &exact);
+        many.push(&planes, &[1.0; 4], exact);
         assert_eq!(
             (many.indices[3], &many.values[6..]),
             (0, &[0.0, 0.0][..]),
@@ -93,9 +94,6 @@ mod tests {
         );
         let mut both = rows.clone();
         both.append(rows.clone());
-        assert_eq!(
-            (both.count(), &both.exact[..RADIANCES], &both.indices[4..]),
-            (4, &exact[..], &rows.indices[..])
-        );
+        assert_eq!((both.count(), both.exact[0], &both.indices[4..]), (4, exact, &rows.indices[..]));
     }
 }

@@ -8,7 +8,7 @@ use relume_scenes::Scene;
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
 /// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 /// Texels along a side of the light's faces where light bounces.
 pub(super) const BOUNCED_FACE_SIZE: usize = 16;
 /// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for
@@ -58,6 +58,11 @@ pub(super) fn face_size(scene: &Scene) -> usize {
 /// Values of a coefficient.
 pub(super) fn channels(scene: &Scene) -> usize {
     if bounces(scene) > 0 { 3 } else { 1 }
+}
+
+/// Cubes of the light: without suns, and, where light bounces, the whole.
+pub(super) fn cubes(scene: &Scene) -> usize {
+    if bounces(scene) > 0 { 2 } else { 1 }
 }
 
 /// Of all meshes.

@@ -6,7 +6,7 @@ use super::truth::{self, TEXELS, Truth};
 use crate::error::Result;
 use crate::job::Job;
 use crate::stage::Stage;
-use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES};
+use crate::trace::held_out_lights::{Exact, HeldOutLights, RADIANCES, STATES};
 use crate::work_log::WorkLog;
 use relume_formats::Place;
 use relume_formats::basis::diffuse::NODES;
@@ -53,7 +53,7 @@ impl Measuring {
     pub fn new(scene: &Scene, maps: &[Environment]) -> Result<Self> {
         let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
         Ok(Self {
-            lights: HeldOutLights::new(maps, SIDE),
+            lights: HeldOutLights::new(maps, SIDE, false),
             poses: poses(scene)?,
             some: receivers_looked_at(vertices),
         })
@@ -105,7 +105,7 @@ impl Measuring {
         let detail = Detail::of(&shadows.meta);
         let (shown, all_terms) = (errors(detail.terms, detail.levels)?, errors(None, Levels::All)?);
         let on = format!(
-            "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes",
+            "{STATES} held-out lights, the scene's maps turned, in {} poses, at {} vertices, against rays to the meshes; shadow maps of suns are taken to be exact",
             poses.len(),
             some.len()
         );
@@ -235,13 +235,14 @@ fn planes(lights: &HeldOutLights, state: usize) -> [Vec<f32>; 3] {
     })
 }
 
-/// Relative L2 error under a light, NaN if it shows nothing.
-fn error(ours: &[Rgb], truth: &[[f32; RADIANCES]], state: usize) -> f64 {
+/// Error under a light, relative L2 of all that is seen, NaN if that is nothing.
+fn error(ours: &[Rgb], truth: &[Exact], state: usize) -> f64 {
     let (mut off, mut norm) = (0.0, 0.0);
     for (ours, truth) in ours.iter().zip(truth) {
-        for (ours, truth) in ours.iter().zip(&truth[3 * state..]) {
-            off += (f64::from(*ours) - f64::from(*truth)).powi(2);
-            norm += f64::from(*truth).powi(2);
+        let truth = truth.given[3 * state..].iter().zip(&truth.seen[3 * state..]);
+        for (ours, (given, seen)) in ours.iter().zip(truth) {
+            off += (f64::from(*ours) - f64::from(*given)).powi(2);
+            norm += f64::from(*seen).powi(2);
         }
     }
     if norm > 0.0 { (off / norm).sqrt() } else { f64::NAN }

@@ -29,7 +29,7 @@ const RECEIVERS: usize = 128;
 /// If a clip leads beyond all numbers.
 pub fn predict(scene: &Scene, casters: Asked, job: &Job) -> Result<Predicted> {
     let maps = environment_lit::environments(scene);
-    let lights = HeldOutLights::new(&maps, SIDE);
+    let lights = HeldOutLights::new(&maps, SIDE, false);
     let poses = poses(scene)?;
     let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
     let looked_at = receivers_looked_at(vertices);

@@ -7,7 +7,7 @@ use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
-use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, exact_radiances};
+use crate::trace::held_out_lights::{Exact, HeldOutLights, exact_radiances};
 use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::spans::{Eye, TexelRays, TexelSet};
 use crate::trace::world::World;
@@ -26,8 +26,8 @@ pub(super) const TEXELS: usize = FACES * SIDE * SIDE;
 /// Receivers that one thread takes at a time.
 const CHUNK: usize = 16;
 
-/// Radiance of a white surface at the receivers under all lights, [receivers, [`RADIANCES`]], of each pose.
-pub type Truth = Vec<Vec<[f32; RADIANCES]>>;
+/// Radiance of a white surface at the receivers under all lights, of each pose.
+pub type Truth = Vec<Vec<Exact>>;
 
 /// What rays to the meshes of `scene` see from `some` vertices in all `poses`, a stage for each, under
 /// `lights`; `None` if others make pieces of one.
@@ -111,7 +111,7 @@ impl Tracing<'_> {
     }
 
     /// Radiances of all receivers, in their order.
-    fn read(&self, log: &WorkLog, lights: &HeldOutLights, job: &Job) -> Result<Vec<[f32; RADIANCES]>> {
+    fn read(&self, log: &WorkLog, lights: &HeldOutLights, job: &Job) -> Result<Vec<Exact>> {
         let progress = job.progress("projecting", self.pieces().into());
         let of_piece = |piece: u32| {
             progress.check()?;
@@ -159,12 +159,7 @@ impl Eyes {
     }
 
     /// Radiance of a white surface at `vertex`, which sees the texels of `seen`, under all lights.
-    pub(super) fn radiances(
-        &self,
-        vertex: usize,
-        seen: &TexelSet,
-        lights: &HeldOutLights,
-    ) -> [f32; RADIANCES] {
+    pub(super) fn radiances(&self, vertex: usize, seen: &TexelSet, lights: &HeldOutLights) -> Exact {
         let mut row = row(self.receivers[vertex].normal);
         for (texel, value) in row.iter_mut().enumerate() {
             if !seen.has(texel / SIDE, texel % SIDE) {
@@ -198,7 +193,7 @@ mod tests {
     #[test]
     fn radiances_of_a_log_are_those_that_rays_give_bit_for_bit() {
         let scene = relume_scenes::load(&relume_scenes::resolve("knot-twist").unwrap()).unwrap();
-        let lights = HeldOutLights::new(&environments(&scene), SIDE);
+        let lights = HeldOutLights::new(&environments(&scene), SIDE, false);
         let (eyes, job) = (Eyes::new(&scene), Job::new(ProgressMode::None));
         // One piece and a half, on the knot and on the plane.
         let some: Vec<usize> = (0..eyes.receivers.len()).step_by(eyes.receivers.len() / 23).collect();
@@ -219,7 +214,7 @@ mod tests {
         let stage = Tracing { number: 0, eyes: Eyes::new(&scene), some: &some, key: 0 };
         fill(&stage, &log, Share::WHOLE, &job).unwrap();
         let found = stage.read(&log, &lights, &job).unwrap();
-        assert!(found == expected && expected.iter().any(|radiances| radiances[0] > 0.0));
+        assert!(found == expected && expected.iter().any(|radiances| radiances.given[0] > 0.0));
         let fewer = Tracing { some: &some[1..], ..stage };
         assert!(fewer.read(&log, &lights, &job).unwrap_err().to_string().contains("other receivers"));
     }

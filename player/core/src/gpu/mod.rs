@@ -143,6 +143,36 @@ impl Gpu {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
+    /// A texture of `count` layers of `side`² texels to draw on and then to read: all of it, and by layer.
+    pub(crate) fn layers(
+        &self,
+        label: &str,
+        side: u32,
+        count: u32,
+        format: wgpu::TextureFormat,
+    ) -> (wgpu::TextureView, Vec<wgpu::TextureView>) {
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: count },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let view = |dimension, layers: std::ops::Range<u32>| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(dimension),
+                base_array_layer: layers.start,
+                array_layer_count: Some(layers.end - layers.start),
+                ..Default::default()
+            })
+        };
+        let by_layer = (0..count).map(|layer| view(wgpu::TextureViewDimension::D2, layer..layer + 1));
+        (view(wgpu::TextureViewDimension::D2Array, 0..count), by_layer.collect())
+    }
+
     /// The compute pipeline of `entry_point` in the shader `source`; its bindings follow from what it uses.
     pub(crate) fn compute_pipeline(&self, source: &str, entry_point: &'static str) -> wgpu::ComputePipeline {
         self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

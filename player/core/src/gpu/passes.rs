@@ -36,14 +36,7 @@ impl<'a> Passes<'a> {
         colour: &TextureView,
         depth: &TextureView,
     ) -> RenderPass<'_> {
-        let timestamp_writes =
-            self.slot.as_deref_mut().and_then(|slot| Some((slot.next(label)?, &slot.queries)));
-        let timestamp_writes =
-            timestamp_writes.map(|([begin, end], query_set)| wgpu::RenderPassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(begin),
-                end_of_pass_write_index: Some(end),
-            });
+        let timestamp_writes = render_timestamps(&mut self.slot, label);
         self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -55,14 +48,18 @@ impl<'a> Passes<'a> {
                     store: wgpu::StoreOp::Store,
                 },
             })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Discard,
-                }),
-                stencil_ops: None,
-            }),
+            depth_stencil_attachment: Some(cleared(depth, wgpu::StoreOp::Discard)),
+            timestamp_writes,
+            ..Default::default()
+        })
+    }
+
+    /// Begins a pass that draws on `depth` alone, cleared to 0, which is kept.
+    pub(crate) fn draw_depth(&mut self, label: &'static str, depth: &TextureView) -> RenderPass<'_> {
+        let timestamp_writes = render_timestamps(&mut self.slot, label);
+        self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(label),
+            depth_stencil_attachment: Some(cleared(depth, wgpu::StoreOp::Store)),
             timestamp_writes,
             ..Default::default()
         })
@@ -73,5 +70,27 @@ impl<'a> Passes<'a> {
         if let Some(slot) = self.slot {
             slot.finish(self.encoder);
         }
+    }
+}
+
+fn render_timestamps<'a>(
+    slot: &'a mut Option<&mut Slot>,
+    label: &'static str,
+) -> Option<wgpu::RenderPassTimestampWrites<'a>> {
+    let slot = slot.as_deref_mut()?;
+    let ([begin, end], query_set) = (slot.next(label)?, &slot.queries);
+    Some(wgpu::RenderPassTimestampWrites {
+        query_set,
+        beginning_of_pass_write_index: Some(begin),
+        end_of_pass_write_index: Some(end),
+    })
+}
+
+/// Depth that begins at 0.
+fn cleared(depth: &TextureView, store: wgpu::StoreOp) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view: depth,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
+        stencil_ops: None,
     }
 }

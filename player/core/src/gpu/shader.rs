@@ -1,7 +1,7 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 11] = [
+const SNIPPETS: [(&str, &str); 13] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
@@ -10,6 +10,8 @@ const SNIPPETS: [(&str, &str); 11] = [
     ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),
     ("spans", include_str!("../methods/sphere_shadows/spans.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),
+    ("sun", include_str!("../lit/sun.wgsl")),
+    ("sunlight", include_str!("../lit/sunlight.wgsl")),
     ("texture", include_str!("../lit/texture.wgsl")),
     ("triangle", include_str!("../methods/sphere_shadows/triangle.wgsl")),
     ("view", include_str!("../lit/view.wgsl")),

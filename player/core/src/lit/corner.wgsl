@@ -11,6 +11,9 @@ struct Corner {
     @location(0) radiance: vec3<f32>,
     @location(1) uv: vec2<f32>,
     @location(2) @interpolate(flat) material: u32,
+    // Where it is, metres, and its shading normal, in world space.
+    @location(3) point: vec3<f32>,
+    @location(4) normal: vec3<f32>,
 }
 
 @vertex
@@ -18,6 +21,7 @@ fn corner(
     @location(0) position: vec3<f32>,
     @location(1) radiance: vec4<f32>,
     @location(2) uv: vec2<f32>,
+    @location(3) normal: vec3<f32>,
     @builtin(instance_index) material: u32,
 ) -> Corner {
     let way = position - view.eye_in_world;
@@ -26,5 +30,5 @@ fn corner(
     let v = dot(way, view.up) / dot(view.up, view.up);
     // Depth is near/depth: 1 at the closest, 0 infinitely far away, and evenly precise in between.
     let clip = vec4<f32>(u, (v - view.band_middle * depth) / view.band_reach, view.near, depth);
-    return Corner(clip, radiance.rgb, uv, material);
+    return Corner(clip, radiance.rgb, uv, material, position, normal);
 }

@@ -16,11 +16,13 @@ struct Environment {
 #import view
 
 @group(0) @binding(0) var<uniform> environment: Environment;
-// Radiance, W/(sr·m²), on 6 faces row by row; the fourth component is unused.
+// Radiance, W/(sr·m²), row by row on 6 faces of the map without suns, and perhaps on 6 of the whole; the fourth component is unused.
 @group(0) @binding(1) var<storage, read_write> cube: array<vec4<f32>>;
 @group(0) @binding(2) var<uniform> view: View;
 // Linear radiance in `unit` W/(sr·m²); rows from +Y down.
 @group(1) @binding(0) var map: texture_2d<f32>;
+// The same without its suns.
+@group(1) @binding(1) var rest: texture_2d<f32>;
 
 const PI = 3.14159265358979;
 
@@ -53,25 +55,29 @@ fn angle_of(y: f32, x: f32) -> f32 {
     return select(angle, -angle, y < 0.0);
 }
 
-fn texel(column: i32, row: i32, size: vec2<i32>) -> vec3<f32> {
+fn texel(column: i32, row: i32, size: vec2<i32>, whole: bool) -> vec3<f32> {
     let wrapped = ((column % size.x) + size.x) % size.x;
-    return textureLoad(map, vec2<i32>(wrapped, clamp(row, 0, size.y - 1)), 0).rgb;
+    let at = vec2<i32>(wrapped, clamp(row, 0, size.y - 1));
+    if whole {
+        return textureLoad(map, at, 0).rgb;
+    }
+    return textureLoad(rest, at, 0).rgb;
 }
 
-// Radiance from a direction of any length, interpolated linearly between texel centres.
-fn radiance(direction: vec3<f32>) -> vec3<f32> {
+// Radiance from a direction of any length, interpolated linearly between texel centres, of the whole map or without its suns.
+fn radiance(direction: vec3<f32>, whole: bool) -> vec3<f32> {
     let x = environment.cos_rotation * direction.x - environment.sin_rotation * direction.z;
     let z = environment.cos_rotation * direction.z + environment.sin_rotation * direction.x;
     let u = 0.5 + angle_of(x, -z) / (2.0 * PI);
     let v = angle_of(sqrt(x * x + z * z), direction.y) / PI;
-    let size = textureDimensions(map);
+    let size = vec2<i32>(textureDimensions(map));
     let at = vec2<f32>(u, v) * vec2<f32>(size) - 0.5;
     let first = floor(at);
     let share = at - first;
     let column = i32(first.x);
     let row = i32(first.y);
-    let top = mix(texel(column, row, vec2<i32>(size)), texel(column + 1, row, vec2<i32>(size)), share.x);
-    let bottom = mix(texel(column, row + 1, vec2<i32>(size)), texel(column + 1, row + 1, vec2<i32>(size)), share.x);
+    let top = mix(texel(column, row, size, whole), texel(column + 1, row, size, whole), share.x);
+    let bottom = mix(texel(column, row + 1, size, whole), texel(column + 1, row + 1, size, whole), share.x);
     return mix(top, bottom, share.y) * environment.unit;
 }
 
@@ -106,16 +112,17 @@ fn resample(
     let index = invocation(group, groups, 64u, lane) / TEAM;
     let member = lane % TEAM;
     let face = index / (n * n);
+    let is_there = index < arrayLength(&cube);
     let x = index % n;
     let y = index / n % n;
     var sum = vec4<f32>(0.0);
-    if face < 6u {
+    if is_there {
         for (var k = member; k < environment.points * environment.points; k += TEAM) {
             let s = place(x, k % environment.points);
             let t = place(y, k / environment.points);
             let q = 1.0 + s * s + t * t;
             let weight = 1.0 / (q * sqrt(q));
-            sum += weight * vec4<f32>(radiance(on_face(face, s, t)), 1.0);
+            sum += weight * vec4<f32>(radiance(on_face(face % 6u, s, t), face >= 6u), 1.0);
         }
     }
     sums[lane] = sum;
@@ -125,7 +132,7 @@ fn resample(
             sums[lane] += sums[lane + half];
         }
     }
-    if face < 6u && member == 0u {
+    if is_there && member == 0u {
         cube[index] = vec4<f32>(sums[lane].rgb / sums[lane].a, 0.0);
     }
 }
@@ -135,5 +142,5 @@ fn background(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     // Two samples for each pixel, both ways.
     let u = at.x / view.width - 1.0;
     let v = 1.0 - (2.0 * view.first_row + at.y) / view.height;
-    return vec4<f32>(view.gain * radiance(view.forward + u * view.right + v * view.up), 1.0);
+    return vec4<f32>(view.gain * radiance(view.forward + u * view.right + v * view.up, true), 1.0);
 }

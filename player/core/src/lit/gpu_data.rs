@@ -1,6 +1,7 @@
 //! The structs of the shaders, as the CPU writes them.
 
 use bytemuck::{Pod, Zeroable};
+use relume_formats::basis::suns::MAX_SUNS;
 
 /// How the environment stands.
 #[repr(C)]
@@ -34,6 +35,31 @@ pub(crate) struct View {
     pub(crate) unused: [f32; 3],
 }
 
+/// A sun, and the box around the scene that its shadow map fills.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct Sun {
+    pub(crate) centre: [f32; 3],
+    pub(crate) tangent: f32,
+    pub(crate) right: [f32; 3],
+    pub(crate) half_width: f32,
+    pub(crate) up: [f32; 3],
+    pub(crate) half_height: f32,
+    pub(crate) towards: [f32; 3],
+    pub(crate) half_depth: f32,
+    pub(crate) irradiance: [f32; 3],
+    pub(crate) unused: f32,
+}
+
+/// The suns that shine.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(crate) struct Suns {
+    pub(crate) suns: [Sun; MAX_SUNS],
+    pub(crate) count: u32,
+    pub(crate) unused: [u32; 3],
+}
+
 /// What a mesh is drawn with.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -60,6 +86,11 @@ mod tests {
         }
         let environment = layout_of!(Environment { sin_rotation, cos_rotation, unit, face_size, points });
         expect(super::super::ENVIRONMENT, "Environment", &environment);
+        for shader in [super::super::CAST, super::super::DIFFUSE] {
+            let sun = layout_of!(Sun { centre, tangent, right, half_width, up, half_height, towards, half_depth, irradiance } unused);
+            expect(shader, "Sun", &sun);
+            expect(shader, "Suns", &layout_of!(Suns { suns, count } unused));
+        }
         expect(
             super::super::DIFFUSE,
             "Material",

@@ -5,8 +5,10 @@ use super::{ENVIRONMENT, HAAR};
 use crate::gpu::{Gpu, Passes};
 use half::f16;
 use relume_formats::basis::cubemap::{FACES, subsamples};
+use relume_formats::basis::suns::{Split, Sun, split};
 use relume_formats::kinds::Environment;
 use relume_formats::kinds::scene::EnvironmentLook;
+use std::borrow::Cow;
 use wgpu::BufferUsages;
 
 /// Invocations that resample one texel of the cube, and those of a workgroup, as in the shader.
@@ -19,6 +21,9 @@ pub(crate) struct Map {
     pub(crate) name: String,
     /// Its texels.
     pub(crate) texels: wgpu::TextureView,
+    /// The same without its suns.
+    rest: wgpu::TextureView,
+    suns: Vec<Sun>,
     width: u32,
     /// What a stored 1 is worth.
     unit: f32,
@@ -28,6 +33,8 @@ pub(crate) struct Map {
 pub(crate) struct Light {
     maps: Vec<Map>,
     face_size: u32,
+    /// Of one cube, or of two.
+    faces_of_all: u32,
     /// Index of the map and rotation that the coefficients are of.
     shines: Option<(usize, f32)>,
     uniform: wgpu::Buffer,
@@ -45,13 +52,28 @@ impl Map {
     /// Uploads a map.
     pub(crate) fn new(gpu: &Gpu, environment: &Environment) -> Self {
         let (unit, halves) = environment.halves();
-        let texels: Vec<[f16; 4]> =
-            halves.as_chunks().0.iter().map(|[r, g, b]| [*r, *g, *b, f16::ZERO]).collect();
         let size = [environment.map.width, environment.map.height];
-        let texture =
-            gpu.texture("environment", size, wgpu::TextureFormat::Rgba16Float, bytemuck::cast_slice(&texels));
-        Self { name: environment.name.clone(), texels: texture, width: size[0], unit }
+        let upload = |label, halves: &mut dyn Iterator<Item = [f16; 3]>| {
+            let texels: Vec<[f16; 4]> = halves.map(|[r, g, b]| [r, g, b, f16::ZERO]).collect();
+            gpu.texture(label, size, wgpu::TextureFormat::Rgba16Float, bytemuck::cast_slice(&texels))
+        };
+        let texels = upload("environment", &mut halves.as_chunks().0.iter().copied());
+        let Split { rest, suns } = split(&environment.map);
+        let rest = match rest {
+            Cow::Borrowed(_) => texels.clone(),
+            // What is left of a sun is the radiance of some other texel, so it is as exact.
+            Cow::Owned(rest) => {
+                let halves = |texel: &[f32; 3]| texel.map(|value| f16::from_f32(value / unit));
+                upload("environment without suns", &mut rest.texels.iter().map(halves))
+            }
+        };
+        Self { name: environment.name.clone(), texels, rest, suns, width: size[0], unit }
     }
+}
+
+/// What a pass over a map reads of it.
+pub(super) fn halves_of(gpu: &Gpu, layout: &wgpu::BindGroupLayout, map: &Map) -> wgpu::BindGroup {
+    gpu.bind(layout, [&map.texels, &map.rest].map(wgpu::BindingResource::TextureView))
 }
 
 /// Sets element `index` of a list, or the one after its last.
@@ -63,9 +85,11 @@ pub(super) fn put<T>(list: &mut Vec<T>, index: usize, value: T) {
 }
 
 impl Light {
-    /// The light of `maps` on faces of `face_size` texels a side. It must be set before it shines.
-    pub(crate) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32) -> Self {
-        let texels = FACES as u32 * face_size * face_size;
+    /// The light of `maps` on faces of `face_size` texels a side: what they are without suns, and behind it, if
+    /// `with_whole`, the whole maps. It must be set before it shines.
+    pub(crate) fn new(gpu: &Gpu, maps: Vec<Map>, face_size: u32, with_whole: bool) -> Self {
+        let faces_of_all = FACES as u32 * if with_whole { 2 } else { 1 };
+        let texels = faces_of_all * face_size * face_size;
         let bytes = u64::from(texels) * size_of::<[f32; 4]>() as u64;
         let uniform_usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniform = gpu.buffer("environment", size_of::<gpu_data::Environment>() as u64, uniform_usage);
@@ -77,10 +101,7 @@ impl Light {
         let transform = gpu.compute_pipeline(HAAR, "transform");
         let map_layout = resample.get_bind_group_layout(1);
         Self {
-            texels: maps
-                .iter()
-                .map(|map| gpu.bind(&map_layout, [wgpu::BindingResource::TextureView(&map.texels)]))
-                .collect(),
+            texels: maps.iter().map(|map| halves_of(gpu, &map_layout, map)).collect(),
             cube: gpu.bind(
                 &resample.get_bind_group_layout(0),
                 [uniform.as_entire_binding(), cube.as_entire_binding()],
@@ -93,6 +114,7 @@ impl Light {
             shines: None,
             maps,
             face_size,
+            faces_of_all,
             uniform,
             coefficients,
             resample,
@@ -102,8 +124,7 @@ impl Light {
 
     /// Adds a map, or puts it in the place of the one that has its name. Returns its index.
     pub(crate) fn add(&mut self, gpu: &Gpu, map: Map) -> usize {
-        let texels = gpu
-            .bind(&self.resample.get_bind_group_layout(1), [wgpu::BindingResource::TextureView(&map.texels)]);
+        let texels = halves_of(gpu, &self.resample.get_bind_group_layout(1), &map);
         let index = self.maps.iter().position(|known| known.name == map.name).unwrap_or(self.maps.len());
         self.shines = self.shines.filter(|(shining, _)| *shining != index);
         put(&mut self.maps, index, map);
@@ -143,7 +164,7 @@ impl Light {
         pass.dispatch_workgroups(self.workgroups[0], self.workgroups[1], 1);
         pass.set_pipeline(&self.transform);
         pass.set_bind_group(0, &self.faces, &[]);
-        pass.dispatch_workgroups(FACES as u32, 1, 1);
+        pass.dispatch_workgroups(self.faces_of_all, 1, 1);
     }
 
     /// All maps.
@@ -156,12 +177,21 @@ impl Light {
         self.shines.map_or(0, |(index, _)| index)
     }
 
+    /// The suns of the map that shines, each with the map's rotation, degrees.
+    pub(crate) fn suns(&self) -> impl Iterator<Item = (Sun, f32)> {
+        let shines = self.shines.and_then(|(index, rotation)| Some((self.maps.get(index)?, rotation)));
+        shines
+            .into_iter()
+            .flat_map(|(map, rotation_deg)| map.suns.iter().map(move |sun| (*sun, rotation_deg)))
+    }
+
     /// The struct `Environment` of the shaders.
     pub(crate) fn uniform(&self) -> &wgpu::Buffer {
         &self.uniform
     }
 
-    /// Haar coefficients before the gain, [6·n·n], four floats each of which the last is unused.
+    /// Haar coefficients before the gain, [6·n·n] without suns, and of the whole if that is there, four floats
+    /// each of which the last is unused.
     pub(crate) fn coefficients(&self) -> &wgpu::Buffer {
         &self.coefficients
     }

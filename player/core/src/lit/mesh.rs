@@ -15,12 +15,16 @@ pub(crate) struct Mesh {
     pub(crate) positions: wgpu::Buffer,
     /// [vertices] two floats.
     pub(crate) uvs: wgpu::Buffer,
+    /// [vertices] three floats: unit shading normals, world space.
+    pub(crate) normals: wgpu::Buffer,
     /// [triangles] three u32.
     pub(crate) triangles: wgpu::Buffer,
     /// By material.
     pub(crate) materials: wgpu::Buffer,
     /// By material its [sheet](Sheet); a single white texel where there is none.
     pub(crate) textures: Vec<wgpu::TextureView>,
+    /// By material: whether its texture cuts holes.
+    pub(crate) cuts: Vec<bool>,
     /// The objects, in the order of their triangles.
     pub(crate) objects: Vec<Object>,
     /// Nothing closer to the eye than this is drawn, metres.
@@ -56,9 +60,11 @@ impl Mesh {
                 &scene.positions,
             ),
             uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
+            normals: upload(gpu, "normals", BufferUsages::VERTEX, &scene.normals),
             triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
             materials: gpu.storage("materials", &materials),
             textures: (0..materials.len()).map(|index| texture(gpu, texture_of(index))).collect(),
+            cuts: materials.iter().map(|material| material.alpha_cutoff > 0.0).collect(),
             objects: objects(scene),
             near: NEAR * extent(&scene.positions).max(f32::MIN_POSITIVE / NEAR),
         }

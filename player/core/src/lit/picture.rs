@@ -3,22 +3,22 @@
 //! The film is drawn in bands of whole rows, one after the other on the same targets, so that memory does not
 //! grow with it.
 
-use super::light::{Light, put};
+use super::light::{Light, halves_of, put};
 use super::mesh::{Mesh, Object};
-use super::targets::{Band, COLOUR, DEPTH, Pipelines, SAMPLES, Targets, expect_drawable};
-use super::{AVERAGE, ENVIRONMENT};
+use super::suns::{Bounds, Suns};
+use super::targets::{Band, COLOUR, Pipelines, SAMPLES, Targets, expect_drawable};
+use super::{AVERAGE, ENVIRONMENT, pipeline};
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use relume_formats::state::{Camera, Rgb};
-use wgpu::{
-    BindingResource, CompareFunction, RenderPipeline, VertexBufferLayout, VertexFormat, VertexStepMode,
-};
+use wgpu::{BindingResource, CompareFunction, RenderPipeline, VertexFormat};
 
 /// Everything between radiance at vertices and a picture.
 pub(crate) struct Picture {
     targets: Targets,
     pipelines: Pipelines,
     mesh: Mesh,
+    suns: Suns,
     radiance: wgpu::Buffer,
     /// By material.
     textures: Vec<wgpu::BindGroup>,
@@ -34,6 +34,7 @@ impl Picture {
         gpu: &Gpu,
         size: [u32; 2],
         mesh: Mesh,
+        bounds: Bounds,
         radiance: &wgpu::Buffer,
         light: &Light,
         surface: &'static str,
@@ -45,13 +46,14 @@ impl Picture {
             materials: mesh.materials.clone(),
             environment: light.uniform().clone(),
         };
-        let one = |pipeline: &RenderPipeline, view| {
-            gpu.bind(&pipeline.get_bind_group_layout(1), [BindingResource::TextureView(view)])
-        };
+        let background = pipelines.background.get_bind_group_layout(1);
+        let textures = pipelines.surface.get_bind_group_layout(1);
+        let texture = |view| gpu.bind(&textures, [BindingResource::TextureView(view)]);
         Self {
-            textures: mesh.textures.iter().map(|texture| one(&pipelines.surface, texture)).collect(),
-            maps: light.maps().iter().map(|map| one(&pipelines.background, &map.texels)).collect(),
+            textures: mesh.textures.iter().map(texture).collect(),
+            maps: light.maps().iter().map(|map| halves_of(gpu, &background, map)).collect(),
             targets: Targets::new(gpu, size, &pipelines),
+            suns: Suns::new(gpu, &mesh, bounds, &pipelines.surface),
             pipelines,
             mesh,
             radiance: radiance.clone(),
@@ -75,7 +77,7 @@ impl Picture {
     pub(crate) fn set_map(&mut self, gpu: &Gpu, index: usize, light: &Light) {
         if let Some(map) = light.maps().get(index) {
             let layout = self.pipelines.background.get_bind_group_layout(1);
-            put(&mut self.maps, index, gpu.bind(&layout, [BindingResource::TextureView(&map.texels)]));
+            put(&mut self.maps, index, halves_of(gpu, &layout, map));
         }
     }
 
@@ -84,8 +86,19 @@ impl Picture {
         self.targets.set(gpu, camera, gain, self.mesh.near);
     }
 
+    /// Takes the suns of `light` as it stands now.
+    pub(crate) fn set_suns(&mut self, gpu: &Gpu, light: &Light) {
+        self.suns.set_light(gpu, light);
+    }
+
+    /// The box around the vertices, some of which have moved, is now `bounds`.
+    pub(crate) fn set_bounds(&mut self, gpu: &Gpu, bounds: Bounds) {
+        self.suns.set_bounds(gpu, bounds);
+    }
+
     /// Encodes the passes that fill the film, with environment map number `map` behind everything.
-    pub(crate) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
+    pub(crate) fn encode(&mut self, map: usize, passes: &mut Passes<'_>) {
+        self.suns.encode(&self.mesh, passes);
         for band in &self.targets.bands {
             self.draw(band, map, passes);
             let mut pass = passes.compute("average");
@@ -101,7 +114,9 @@ impl Picture {
         pass.set_viewport(0.0, 0.0, width, height, 0.0, 1.0);
         pass.set_pipeline(&self.pipelines.surface);
         pass.set_bind_group(0, &band.surface, &[]);
-        for (slot, buffer) in (0..).zip([&self.mesh.positions, &self.radiance, &self.mesh.uvs]) {
+        pass.set_bind_group(2, &self.suns.bindings, &[]);
+        let Mesh { positions, uvs, normals, .. } = &self.mesh;
+        for (slot, buffer) in (0..).zip([positions, &self.radiance, uvs, normals]) {
             pass.set_vertex_buffer(slot, buffer.slice(..));
         }
         pass.set_index_buffer(self.mesh.triangles.slice(..), wgpu::IndexFormat::Uint32);
@@ -125,6 +140,11 @@ impl Picture {
         &self.mesh.positions
     }
 
+    /// [vertices] three floats: unit shading normals, world space.
+    pub(crate) fn normals(&self) -> &wgpu::Buffer {
+        &self.mesh.normals
+    }
+
     /// The film.
     pub(crate) fn film(&self) -> &Film {
         &self.targets.film
@@ -133,57 +153,17 @@ impl Picture {
 
 /// Both sides are drawn: a surface hides what is behind it, wherever it is seen from.
 fn surface_pipeline(gpu: &Gpu, shader: &str) -> RenderPipeline {
-    let attribute = |format, shader_location| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
-    let [position, radiance, uv] = [
-        attribute(VertexFormat::Float32x3, 0),
-        attribute(VertexFormat::Float32x4, 1),
-        attribute(VertexFormat::Float32x2, 2),
-    ];
-    let buffers = [&position, &radiance, &uv].map(|attributes| {
-        let array_stride = attributes.iter().map(|attribute| attribute.format.size()).sum();
-        Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes })
-    });
-    pipeline(gpu, shader, ["corner", "surface"], &buffers, CompareFunction::Greater)
+    let formats =
+        [VertexFormat::Float32x3, VertexFormat::Float32x4, VertexFormat::Float32x2, VertexFormat::Float32x3];
+    let mut location = 0..;
+    let attributes = formats.map(|format| pipeline::vertices(location.next().unwrap_or(0), format));
+    let buffers = attributes.each_ref().map(pipeline::buffer);
+    let targets = [Some(COLOUR.into())];
+    pipeline::new(gpu, shader, ("corner", Some("surface")), &buffers, &targets, CompareFunction::Greater)
 }
 
 /// Drawn last, where nothing is.
 fn background_pipeline(gpu: &Gpu) -> RenderPipeline {
-    pipeline(gpu, ENVIRONMENT, ["everywhere", "background"], &[], CompareFunction::GreaterEqual)
-}
-
-fn pipeline(
-    gpu: &Gpu,
-    shader: &str,
-    [vertex, fragment]: [&'static str; 2],
-    buffers: &[Option<VertexBufferLayout<'_>>],
-    compare: CompareFunction,
-) -> RenderPipeline {
-    let module = gpu.shader(fragment, shader);
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(vertex),
-            compilation_options: Default::default(),
-            buffers,
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(compare),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOUR.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let (points, targets) = (("everywhere", Some("background")), [Some(COLOUR.into())]);
+    pipeline::new(gpu, ENVIRONMENT, points, &[], &targets, CompareFunction::GreaterEqual)
 }

@@ -1,11 +1,12 @@
 //! What arrives before the main file of a method: the scene, its maps and its textures.
 
 use super::targets::expect_drawable;
-use super::{Light, Map, Mesh, Picture};
+use super::{Bounds, Light, Map, Mesh, Picture};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::methods::Setup;
 use crate::stream::{Arrival, decode_all};
+use glam::Vec3;
 use relume_formats::Place;
 use relume_formats::bundle::{Maps, Settings, expect_lit, expect_textures};
 use relume_formats::container::{Kind, Section};
@@ -104,9 +105,9 @@ impl Surroundings {
         std::mem::take(&mut self.environments)
     }
 
-    /// The light of the maps on faces of `face_size` texels a side, which takes them away.
-    pub(crate) fn light(&mut self, gpu: &Gpu, face_size: u32) -> Light {
-        Light::new(gpu, std::mem::take(&mut self.maps), face_size)
+    /// The light of the maps on faces of `face_size` texels a side, which takes them away; see [`Light::new`].
+    pub(crate) fn light(&mut self, gpu: &Gpu, face_size: u32, with_whole: bool) -> Light {
+        Light::new(gpu, std::mem::take(&mut self.maps), face_size, with_whole)
     }
 
     /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the
@@ -122,6 +123,7 @@ impl Surroundings {
             gpu,
             self.size,
             Mesh::new(gpu, &self.scene, self.textures.as_ref()),
+            Bounds::of(self.scene.positions.iter().map(|position| Vec3::from(*position))),
             radiance,
             light,
             surface,

@@ -92,7 +92,12 @@ impl Looking {
             (direction, (solid_angles[i % (SIDE * SIDE)] / std::f64::consts::PI) as f32)
         };
         let texels = (0..FACES * SIDE * SIDE).map(texel).collect();
-        Ok(Self { receivers: receivers.collect(), poses, lights: HeldOutLights::new(maps, SIDE), texels })
+        Ok(Self {
+            receivers: receivers.collect(),
+            poses,
+            lights: HeldOutLights::new(maps, SIDE, false),
+            texels,
+        })
     }
 
     /// What of the view of each receiver of `pose` is blocked if object `number` casts `by` that, and no other
@@ -119,7 +124,7 @@ impl Looking {
         bitmaps(&self.receivers[pose], &Casters { spheres: spheres.into_iter().collect(), triangles })
     }
 
-    /// Squared norm of the light at the receivers in each pose, under each held-out light, with the whole meshes of
+    /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light, with the whole meshes of
     /// all objects.
     fn norms(&self, shadows: &SphereShadows, wholes: &[Surface]) -> Vec<f64> {
         let of_pose = |pose: usize| {
@@ -131,14 +136,14 @@ impl Looking {
                 }
             }
             let seen: Vec<Bitmap> = blocked.into_iter().map(|bitmap| bitmap.map(|row| !row)).collect();
-            self.squares(pose, &seen, &vec![[0; FACES * SIDE]; seen.len()])
+            self.squares(pose, &seen, &vec![[0; FACES * SIDE]; seen.len()], &self.lights.whole)
         };
         (0..self.poses.len()).flat_map(of_pose).collect()
     }
 
     /// Squared norm, over the receivers of a pose, of the light from the texels that are in one of the bitmaps and
-    /// not in the other, under each held-out light.
-    fn squares(&self, pose: usize, some: &[Bitmap], others: &[Bitmap]) -> Vec<f64> {
+    /// not in the other, under each of `lights`.
+    fn squares(&self, pose: usize, some: &[Bitmap], others: &[Bitmap], lights: &[f32]) -> Vec<f64> {
         let of = |((receiver, one), other): ((&Receiver, &Bitmap), &Bitmap)| {
             let mut light = [0.0; RADIANCES];
             for (row, (one, other)) in one.iter().zip(other).enumerate() {
@@ -150,7 +155,7 @@ impl Looking {
                     let (direction, weight) = self.texels[texel];
                     let sign = if one >> x & 1 == 1 { weight } else { -weight };
                     let value = sign * receiver.normal.dot(direction).max(0.0);
-                    add(&mut light, &[value], &self.lights.texels[texel * RADIANCES..][..RADIANCES]);
+                    add(&mut light, &[value], &lights[texel * RADIANCES..][..RADIANCES]);
                 }
             }
             light
@@ -180,11 +185,8 @@ impl Looking {
             for (pose, truth) in truth.iter().enumerate() {
                 let mesh = &self.poses[pose].objects[number].mesh;
                 let spheres = set.map(|set| spheres_in(set, &mesh.positions)).transpose()?;
-                squares.extend(self.squares(
-                    pose,
-                    &self.blocked(pose, shadows, (number, &by), spheres),
-                    truth,
-                ));
+                let ours = self.blocked(pose, shadows, (number, &by), spheres);
+                squares.extend(self.squares(pose, &ours, truth, &self.lights.texels));
             }
             // Where nothing shines there is no error.
             let relative = |(square, norm): (f64, &f64)| if *norm > 0.0 { square / norm } else { 0.0 };

@@ -39,7 +39,10 @@ impl Stage {
     /// Sets how things look.
     pub(super) fn update(&mut self, gpu: &Gpu, look: &Look) {
         if let Some(environment) = &look.environment {
-            self.light_changed |= self.light.set(gpu, environment);
+            if self.light.set(gpu, environment) {
+                self.picture.set_suns(gpu, &self.light);
+                self.light_changed = true;
+            }
             self.gain = environment.gain;
         }
         self.picture.set(gpu, &look.camera, self.gain);

@@ -98,7 +98,8 @@ fn light_and_radiance_equal_the_cpus_in_any_light() {
             {
                 let environment = environment(map, rotation_deg, gain);
                 draw(&gpu, &mut method, &look(&bundle, &environment));
-                let expected = evaluate::sparse_transfer::light(bundle.map(map), &environment, n as usize);
+                let expected =
+                    evaluate::sparse_transfer::lights(bundle.map(map), &environment, &bundle.transfer.meta);
                 let what = format!("{n} texels a side, rgb {rgb}, {environment:?}");
                 expect_near(&light(&gpu, &method, gain), &transposed(&expected), 1e-5, &what);
                 let expected = evaluate::sparse_transfer::radiance(&bundle.transfer, &expected);
@@ -117,7 +118,8 @@ fn faces_of_any_size_are_transformed() {
         let mut method = load_all(&gpu, &bundle);
         let environment = environment("noise", 12.0, [1.0; 3]);
         draw(&gpu, &mut method, &look(&bundle, &environment));
-        let expected = evaluate::sparse_transfer::light(bundle.map("noise"), &environment, n as usize);
+        let expected =
+            evaluate::sparse_transfer::lights(bundle.map("noise"), &environment, &bundle.transfer.meta);
         expect_near(&light(&gpu, &method, [1.0; 3]), &transposed(&expected), 1e-5, &format!("{n}"));
     }
 }
@@ -128,7 +130,8 @@ fn every_prefix_of_blocks_plays() {
     let environment = environment("sun", 70.0, [1.0; 3]);
     for rgb in [false, true] {
         let bundle = Bundle::write(16, rgb);
-        let coefficients = evaluate::sparse_transfer::light(bundle.map("sun"), &environment, 16);
+        let coefficients =
+            evaluate::sparse_transfer::lights(bundle.map("sun"), &environment, &bundle.transfer.meta);
         let (mut method, later) = load(&gpu, &bundle, 1);
         let mut later = later.into_iter();
         for blocks in 1..=bundle.transfer.blocks.len() {

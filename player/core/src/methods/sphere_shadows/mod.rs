@@ -127,7 +127,7 @@ impl Waiting {
         let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
         let lobes: Vec<_> =
             (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
-        let light = self.surroundings.light(gpu, SIDE as u32);
+        let light = self.surroundings.light(gpu, SIDE as u32, false);
         let usage =
             BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);

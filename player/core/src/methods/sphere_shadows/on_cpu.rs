@@ -3,6 +3,7 @@
 use super::receivers::Receivers;
 use crate::gpu::Gpu;
 use glam::Vec3;
+use relume_formats::basis::suns::split;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_shadows::{Detail, Function, Receiver, light};
@@ -13,6 +14,7 @@ use relume_formats::state::Rgb;
 
 /// Light and lobes on the CPU.
 pub(super) struct OnCpu {
+    /// Without their suns, which are drawn.
     maps: Vec<Environment>,
     lobes: Vec<Function>,
     detail: Detail,
@@ -21,6 +23,11 @@ pub(super) struct OnCpu {
     order: Vec<u32>,
     /// As soon as there is light, with its gain.
     folded: Option<(Shading, Rgb)>,
+}
+
+fn without_suns(map: Environment) -> Environment {
+    let rest = split(&map.map).rest.into_owned();
+    Environment { map: rest, ..map }
 }
 
 impl OnCpu {
@@ -33,11 +40,13 @@ impl OnCpu {
         receivers: &Receivers,
     ) -> Self {
         let positions: Vec<Vec3> = receivers.now().iter().map(|receiver| receiver.position).collect();
+        let maps = maps.into_iter().map(without_suns).collect();
         Self { maps, lobes, detail, table: HaarTable::bake(), order: order(&positions), folded: None }
     }
 
     /// Adds an environment map, or puts it in the place of the one that has its name.
     pub(super) fn add_map(&mut self, map: Environment) {
+        let map = without_suns(map);
         match self.maps.iter_mut().find(|known| known.name == map.name) {
             Some(known) => *known = map,
             None => self.maps.push(map),

@@ -1,5 +1,6 @@
 //! Receivers and spheres as they stand now: what a pose does to them, on the CPU.
 
+use crate::lit::Bounds;
 use relume_formats::basis::diffuse::blend;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{
@@ -141,6 +142,11 @@ impl Receivers {
         &self.now
     }
 
+    /// The box around them.
+    pub(super) fn bounds(&self) -> Bounds {
+        Bounds::of(self.now.iter().map(|receiver| receiver.position))
+    }
+
     /// Whether there are objects that deform.
     pub(super) fn any_moves(&self) -> bool {
         !self.moving.is_empty()
@@ -159,7 +165,8 @@ impl Receivers {
     /// All that casts shadows, where it is now.
     #[cfg(feature = "cpu")]
     pub(super) fn placed(&mut self) -> &Casters {
-        let of = |of: fn(&Receiver) -> glam::Vec3| self.now.iter().map(|r| of(r).to_array()).collect::<Vec<_>>();
+        let of =
+            |of: fn(&Receiver) -> glam::Vec3| self.now.iter().map(|r| of(r).to_array()).collect::<Vec<_>>();
         let (positions, normals) = (of(|receiver| receiver.position), of(|receiver| receiver.normal));
         self.meshes.place(&positions, &normals, &mut self.casters.triangles);
         &self.casters

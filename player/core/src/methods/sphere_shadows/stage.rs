@@ -54,6 +54,9 @@ impl Stage {
         if let (Some((blockers, _)), false) = (&self.on_gpu, moved.is_empty()) {
             blockers.upload_spheres(gpu, &self.receivers);
         }
+        if !moved.is_empty() {
+            self.picture.set_bounds(gpu, self.receivers.bounds());
+        }
         moved.into_iter().for_each(|range| self.upload(gpu, range));
         self.picture.set(gpu, &look.camera, self.gain());
         #[cfg(feature = "cpu")]
@@ -79,7 +82,10 @@ impl Stage {
         else {
             return;
         };
-        self.changed.light |= self.light.set(gpu, environment);
+        if self.light.set(gpu, environment) {
+            self.picture.set_suns(gpu, &self.light);
+            self.changed.light = true;
+        }
         self.changed.terms = true;
         if let Some((_, shading)) = &self.on_gpu {
             shading.set_gain(gpu, environment.gain);
@@ -92,11 +98,14 @@ impl Stage {
     fn upload(&self, gpu: &Gpu, range: Range<usize>) {
         let positions: Vec<[f32; 3]> =
             self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
-        gpu.queue.write_buffer(
-            self.picture.positions(),
-            (range.start * size_of::<[f32; 3]>()) as u64,
-            bytemuck::cast_slice(&positions),
-        );
+        let normals: Vec<[f32; 3]> =
+            self.receivers.now()[range.clone()].iter().map(|receiver| receiver.normal.to_array()).collect();
+        let begin = (range.start * size_of::<[f32; 3]>()) as u64;
+        let write = |buffer, values: &[[f32; 3]]| {
+            gpu.queue.write_buffer(buffer, begin, bytemuck::cast_slice(values));
+        };
+        write(self.picture.positions(), &positions);
+        write(self.picture.normals(), &normals);
         if let Some((blockers, _)) = &self.on_gpu {
             blockers.upload(gpu, &self.receivers, range);
         }

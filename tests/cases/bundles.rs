@@ -14,7 +14,7 @@ use relume_bake::unfinished::Leftover;
 use relume_formats::Place;
 use relume_formats::bundle::Look;
 use relume_formats::container::Stored;
-use relume_formats::evaluate::sphere_shadows::{Detail, Spheres, light, lobe, radiance, receivers};
+use relume_formats::evaluate::sphere_shadows::{Casters, Detail, Spheres, light, lobe, radiance, receivers};
 use relume_formats::evaluate::{sparse_transfer as rows, transfer_images as images};
 use relume_formats::kinds::manifest::FileEntry;
 use relume_formats::kinds::{

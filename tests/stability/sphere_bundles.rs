@@ -128,10 +128,10 @@ fn spheres_of_a_mesh_of_any_size() {
     }
 }
 
-/// Open meshes without an inside, bounces, lamps and scenes without spheres: an error, one line that names
-/// what and where.
+/// Open meshes without an inside that ask for spheres, bounces and lamps: an error, one line that names what and
+/// where.
 #[test]
-fn what_has_no_spheres_or_other_light_is_refused_by_name() {
+fn what_has_no_inside_or_other_light_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let lamp = "\n[[light]]\n name = 'bulb'\n kind = 'point'\n intensity = [1.0, 1.0, 1.0]\n";
     let cases = [
@@ -142,10 +142,6 @@ fn what_has_no_spheres_or_other_light_is_refused_by_name() {
         (BALL.replace("spheres = 1\n", "spheres = 0\n"), "spheres 0 is outside 1..4096"),
         (format!("{BALL} {lamp}"), "light `bulb`: sphere-shadows lights by the environment alone"),
         (BALL.replace("reflections = 1", "reflections = 2"), "models direct light only; set it to 1"),
-        (
-            BALL.replace("spheres = 1\n", "\n"),
-            "no object has spheres, which cast the shadows of sphere-shadows; add spheres = 64 to one",
-        ),
     ];
     for (text, expected) in cases {
         let path = write_scene(folder.path(), &text);
@@ -160,25 +156,46 @@ fn what_has_no_spheres_or_other_light_is_refused_by_name() {
     }
 }
 
-/// Objects without spheres cast no shadow: under a roof that would take most of the light the plane has what
-/// the ball leaves it. A bake says so and goes on.
+/// Objects without spheres cast by their meshes, standing ones too: under a roof the middle of the plane has what is
+/// left beside it, and the underside of the roof what comes up past the plane.
 #[test]
-fn objects_without_spheres_cast_no_shadow() {
+fn objects_without_spheres_cast_by_their_meshes() {
     let roof = "[[object]]\n name = 'roof'\n shape = 'quad'\n material = 'white'\n transform = { translation = [0.0, 3.0, 0.0], scale = 6.0 }\n";
     let bundle = Bundle::bake(&BALL.replace("[environment]", &format!("{roof}[environment]")));
-    assert!(
-        bundle.stderr.contains("without spheres, `plane`, `roof` receives shadows and casts none"),
-        "{}",
-        bundle.stderr
-    );
-    for (position, shown) in bundle.stored.positions.iter().zip(bundle.radiance(0.0, None)).take(SIDE * SIDE)
-    {
-        let squared = position[0].powi(2) + position[2].powi(2) + 1.0;
-        // The ball's form factor; texels at its rim err by a fifth of the rim at most (shadows.rs).
-        let open = 1.0 - 0.16 / (squared * squared.sqrt());
-        assert!(
-            (shown[0] - open).abs() < 0.2 * 0.8 / squared.sqrt() / 16.0 + 5e-3,
-            "{position:?}: {shown:?} for {open}"
+    let shown = bundle.shown(0.0, None);
+    // The form factor of a square whose sides are twice as long as it is high, seen from below its middle, which
+    // hides the ball.
+    let a = 1.0 / 2.0f64.sqrt();
+    let open = 1.0 - 4.0 / std::f64::consts::PI * a * a.atan();
+    let middle = f64::from(shown[6 * SIDE + 6][0]);
+    // A texel along the rim is blocked whole or not at all: 3.7 units of the cube's own measure, 1/32 wide at most.
+    assert!((middle - open).abs() < 3.7 / 32.0 / std::f64::consts::PI, "{middle} for {open}");
+}
+
+/// Contact: a box that stands on the plane, one that hovers a millimetre above it and one that sinks into it leave
+/// it dark where they stand, and as bright beside them as rays say: no blot, no gap.
+#[test]
+fn boxes_on_above_and_in_the_plane_leave_no_blots() {
+    for height in [0.25, 0.251, 0.15] {
+        let text = with_blocker(
+            "shape = 'box'",
+            4,
+            &format!("transform = {{ translation = [0.0, {height}, 0.0], scale = [1.2, 0.5, 1.2] }}"),
         );
+        let (bundle, scene) = (Bundle::bake(&text), scene(&text));
+        let shown = bundle.shown(0.0, None);
+        for vertex in (0..SIDE * SIDE).step_by(3) {
+            let [x, _, z] = bundle.stored.positions[vertex];
+            if x.abs().max(z.abs()) < 0.59 {
+                assert!(shown[vertex][0] < 0.02, "{height}: under the box {:?}", shown[vertex]);
+                continue;
+            }
+            let truth = true_radiance(&scene, vertex).0;
+            assert!(
+                (f64::from(shown[vertex][0]) - truth).abs() < 0.03,
+                "{height}, {x} {z}: {:?} for {truth}",
+                shown[vertex]
+            );
+        }
     }
 }

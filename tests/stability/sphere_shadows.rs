@@ -7,7 +7,7 @@ use glam::Vec3;
 use relume_formats::basis::diffuse::{self, NODES, blend, grid_normal};
 use relume_formats::basis::{EquirectMap, cubemap, haar};
 use relume_formats::evaluate::sphere_shadows::{
-    Function, Levels, Own, Receiver, Spheres, light, lobe, neighbours, radiance,
+    Casters, Function, Levels, Own, Receiver, Spheres, light, lobe, neighbours, radiance,
 };
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::HaarTable;
@@ -40,18 +40,18 @@ fn white() -> [Function; 3] {
 }
 
 fn receiver(position: Vec3, normal: Vec3) -> Receiver {
-    Receiver { position, normal, lobes: blend(normal), own: None }
+    Receiver { position, normal, lobes: blend(normal), object: 0, own: None }
 }
 
-fn spheres(now: Vec<[f32; 4]>) -> Spheres {
-    Spheres { neighbours: neighbours(&now), now }
+fn spheres(now: Vec<[f32; 4]>) -> Casters {
+    Casters { spheres: vec![Spheres { neighbours: neighbours(&now), now }], triangles: Vec::new() }
 }
 
 /// Radiance with everything kept, in parts of what there is without spheres.
 fn open_share(receiver: Receiver, now: Vec<[f32; 4]>) -> f32 {
     let lobes = lobes(&[receiver], None);
-    let at = |sets: &[Spheres]| radiance(&[receiver], sets, &lobes, &white(), Levels::All, &TABLE)[0][0];
-    at(&[spheres(now)]) / at(&[])
+    let at = |casters: &Casters| radiance(&[receiver], casters, &lobes, &white(), Levels::All, &TABLE)[0][0];
+    at(&spheres(now)) / at(&Casters::default())
 }
 
 /// A reproducible stream of vectors in −1..1.
@@ -142,7 +142,7 @@ fn a_thousand_spheres() {
     let mut random = Random(4);
     let now: Vec<[f32; 4]> =
         (0..1000).map(|_| (random.vector() * 3.0).extend(0.05 + 0.05 * random.next()).to_array()).collect();
-    let sets = [spheres(now)];
+    let sets = spheres(now);
     let receivers: Vec<Receiver> = (0..48)
         .map(|k| {
             let own = (k % 2 == 0).then_some(Own { set: 0, sphere: 13 * k });
@@ -166,12 +166,12 @@ fn a_light_of_one_texel_turns_without_flicker() {
     let (width, height) = (256, 128);
     let mut map = EquirectMap { width, height, texels: vec![[0.0; 3]; (width * height) as usize] };
     map.texels[(45 * width + 100) as usize] = [1e4; 3];
-    let sets = [spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35], [0.1, 1.3, 1.1, 0.5]])];
+    let sets = spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35], [0.1, 1.3, 1.1, 0.5]]);
     let receivers: Vec<Receiver> = [Vec3::ZERO, Vec3::new(0.3, 0.0, 0.4), Vec3::new(-0.5, 0.0, 0.2)]
         .map(|at| receiver(at, Vec3::new(0.1, 1.0, -0.05).normalize()))
         .into();
     let lobes = lobes(&receivers, Some(200));
-    let frame = |number: usize, sets: &[Spheres]| {
+    let frame = |number: usize, sets: &Casters| {
         let texels = cubemap::from_equirect(&map, number as f32 * 0.25, 32);
         let mut planes: [Vec<f32>; 3] = std::array::from_fn(|c| texels.iter().map(|t| t[c]).collect());
         planes.iter_mut().for_each(|plane| haar::forward_cube(plane, 32));
@@ -181,7 +181,7 @@ fn a_light_of_one_texel_turns_without_flicker() {
         out.into_iter().map(|r| r[0]).collect::<Vec<f32>>()
     };
     let frames: Vec<Vec<f32>> = (0..1440).map(|k| frame(k, &sets)).collect();
-    let brightest = (0..1440).step_by(30).map(|k| frame(k, &[])[0]).fold(0.0, f32::max);
+    let brightest = (0..1440).step_by(30).map(|k| frame(k, &Casters::default())[0]).fold(0.0, f32::max);
     let (mut worst, mut shadowed, mut lit) = (0.0f32, 0, 0);
     for at in 0..receivers.len() {
         for k in 0..frames.len() {
@@ -210,7 +210,7 @@ fn a_thousand_times_larger_or_smaller() {
     let (lobes, white) = (lobes(&receivers, Some(200)), white());
     let shading = Shading::new(&lobes, &white, Levels::Two);
     let image = |scale: f32| {
-        let sets = [spheres(now.iter().map(|s| s.map(|x| x * scale)).collect())];
+        let sets = spheres(now.iter().map(|s| s.map(|x| x * scale)).collect());
         let receivers: Vec<Receiver> =
             receivers.iter().map(|r| Receiver { position: r.position * scale, ..*r }).collect();
         let mut out = vec![[0.0; 3]; receivers.len()];
@@ -232,7 +232,7 @@ fn a_sun_is_as_bright_as_it_is() {
     let receivers: Vec<Receiver> =
         directions().into_iter().map(|normal| receiver(0.1 * normal, normal)).collect();
     let lobes = lobes(&receivers, Some(200));
-    let sets = [spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35]])];
+    let sets = spheres(vec![[0.9, 1.1, 0.2, 0.4], [-0.7, 0.9, -0.8, 0.35]]);
     let under = |brightness: f32| {
         let mut plane = vec![0.2 * brightness; TEXELS];
         plane[cubemap::texel_of(Vec3::new(0.3, 0.9, 0.2), 32)] = 1e5 * brightness;
@@ -263,7 +263,7 @@ fn few_terms_tint_a_light_of_one_texel() {
     let receivers =
         [Vec3::ZERO, Vec3::new(3.0, 0.0, 1.0), Vec3::new(-2.0, 5.0, 8.0)].map(|at| receiver(at, normal));
     // A ball that hides another part of the sky from all of them.
-    let sets = [spheres(vec![[-90.0, 40.0, 0.0, 20.0]])];
+    let sets = spheres(vec![[-90.0, 40.0, 0.0, 20.0]]);
     for terms in [Some(50), Some(100), Some(200), None] {
         let lobes = lobes(&receivers, terms);
         let light = light([plane.clone(), plane.clone(), plane.clone()], terms);

@@ -37,6 +37,10 @@ pub enum Form {
     Hash,
     /// Names of objects, each with a number of spheres or null.
     Objects,
+    /// A text.
+    Text,
+    /// Names of objects, each with a text that says what it casts shadows by.
+    Casters,
 }
 
 /// How often a kind occurs among the files of a method.

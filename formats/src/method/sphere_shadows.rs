@@ -3,7 +3,7 @@
 use super::card::{Card, Count, Form, Variation};
 use crate::container::Kind;
 
-/// The environment, the view and shapes vary: spheres cast the shadows.
+/// The environment, the view and shapes vary: spheres and triangles of the meshes cast the shadows.
 pub const SPHERE_SHADOWS: Card = Card {
     name: "sphere-shadows",
     lets_vary: Variation { light: true, view: true, shape: true, ..Variation::NONE },
@@ -15,7 +15,14 @@ pub const SPHERE_SHADOWS: Card = Card {
     ],
     // The order of terms, without which no lobe can be cut.
     first_piece: 4,
-    settings: &[("revision", Form::Count), ("objects", Form::Objects), ("seed", Form::Count)],
+    settings: &[
+        ("revision", Form::Count),
+        ("objects", Form::Objects),
+        ("seed", Form::Count),
+        ("max_error", Form::Positive),
+        ("casters", Form::Text),
+        ("casts", Form::Casters),
+    ],
     sphere_sets: true,
     lies_over: false,
 };

@@ -7,7 +7,7 @@ use relume_formats::Result;
 use relume_formats::basis::diffuse::NODES;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, NO_ROW, ORDERED, ShadowObject};
+use relume_formats::kinds::sphere_shadows::{COEFFICIENTS, Casts, NO_ROW, ORDERED, ShadowObject};
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
@@ -57,13 +57,20 @@ fn facts(details: &Details) -> Facts {
 }
 
 fn object(object: &ShadowObject) -> String {
-    let casts = if object.sphere_set { " casts shadows" } else { " only receives" };
+    let casts = match object.casts {
+        Casts::Nothing => " only receives".to_owned(),
+        Casts::Spheres => " casts by its spheres".to_owned(),
+        Casts::Mesh { triangles, closed } => {
+            let surface = if closed { "closed" } else { "open" };
+            format!(" casts by {} of its {surface} mesh", many(triangles as usize, "triangle", "triangles"))
+        }
+    };
     let moves = if object.deforms { " and deforms" } else { "" };
     format!("{} ({},{casts}{moves})", object.name, many(object.vertices as usize, "vertex", "vertices"))
 }
 
 /// `normals.npy` [rows, 3], `lobes.npy` [rows, 6144], `order.npy` [rows, 200], `rows.npy` [vertices],
-/// `meta.json`.
+/// `casters.npy` and `caster_offsets.npy` [triangles, 3], `caster_errors.npy` [triangles], `meta.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let shadows = SphereShadows::read_file(path)?;
     let rows = shadows.normals.len();
@@ -71,6 +78,10 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
     out.npy("lobes.npy", &[rows, COEFFICIENTS], shadows.lobes.iter().copied())?;
     out.npy("order.npy", &[rows, ORDERED], shadows.order.iter().copied())?;
     out.npy("rows.npy", &[shadows.rows.len()], shadows.rows.iter().copied())?;
+    let triangles = shadows.casters.len();
+    out.npy("casters.npy", &[triangles, 3], shadows.casters.as_flattened().iter().copied())?;
+    out.npy("caster_offsets.npy", &[triangles, 3], shadows.caster_offsets.as_flattened().iter().copied())?;
+    out.npy("caster_errors.npy", &[triangles], shadows.caster_errors.iter().copied())?;
     out.json(
         "meta.json",
         &json!({
@@ -79,6 +90,8 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
                       square Haar transform, index face*n*n + 4^l*m + j*2^l + i for level l (0 coarsest), type m (1: left minus right, 2: top minus bottom, 3: both), \
                       square (i, j); face*n*n is the scaling function",
             "order": "order.npy [rows, 200]: the coefficients of a row that matter most: the 6 scaling functions, then by size",
+            "casters": "casters.npy [triangles, 3]: corners of the triangles that cast shadows, vertices of the scene; caster_offsets.npy [triangles, 3]: how far \
+                        corners are before these along their normals, metres; caster_errors.npy [triangles]: how far vertices are from the surface there, metres",
             "rows": "rows.npy [vertices]: the row of each vertex; no_row where the grid's are blended",
             "no_row": NO_ROW,
             "grid_rows": NODES,

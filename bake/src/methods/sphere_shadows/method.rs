@@ -135,9 +135,8 @@ impl Method for SphereShadowsMethod {
         files.push((NAME.to_owned(), work.write(&shadows, "sphere-shadows.relume")?));
         let errors = environment_lit::figures(&[("", &measured.shown), ("_all_terms", &measured.all_terms)]);
         let mut settings = self.asked_for();
-        let words =
-            scene.objects.iter().zip(&by).map(|(object, by)| (object.name.clone(), json!(by.words())));
-        settings.insert("casts".to_owned(), Value::Object(words.collect()));
+        let casts = scene.objects.iter().zip(&by).map(|(object, by)| json!([object.name, by.words()]));
+        settings.insert("casts".to_owned(), casts.collect());
         Ok(Some(Product { files, settings, errors, measured_on: measured.on }))
     }
 }

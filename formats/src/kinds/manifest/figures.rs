@@ -110,6 +110,9 @@ impl Form {
             Some([Value::String(_), spheres]) => spheres.is_null() || spheres.is_u64(),
             _ => false,
         };
+        let is_casting = |value: &Value| {
+            value.as_array().is_some_and(|pair| pair.len() == 2 && pair.iter().all(Value::is_string))
+        };
         let (fits, expected) = match self {
             Self::Count => (value.is_u64(), "a whole number of at least 0"),
             Self::Positive => (value.as_f64().is_some_and(|x| x > 0.0), "a number above 0"),
@@ -121,6 +124,11 @@ impl Form {
             Self::Objects => (
                 value.as_array().is_some_and(|list| list.iter().all(is_object)),
                 "objects with their numbers of spheres",
+            ),
+            Self::Text => (value.is_string(), "a text"),
+            Self::Casters => (
+                value.as_array().is_some_and(|list| list.iter().all(is_casting)),
+                "objects with what they cast shadows by",
             ),
         };
         (!fits).then_some(expected)

@@ -4,7 +4,7 @@ use super::super::super::{info, verify};
 use super::*;
 use relume_formats::basis::diffuse::{NODES, grid_normal, lobe};
 use relume_formats::kinds::SphereShadows;
-use relume_formats::kinds::sphere_shadows::{Meta, NO_ROW, ShadowObject, order};
+use relume_formats::kinds::sphere_shadows::{Casts, Meta, NO_ROW, ShadowObject, order};
 
 /// A plane of four vertices, which has a row of its own, and a fox of three.
 fn shadows() -> SphereShadows {
@@ -13,6 +13,7 @@ fn shadows() -> SphereShadows {
         first_vertex,
         vertices,
         sphere_set: fox,
+        casts: if fox { Casts::Spheres } else { Casts::Mesh { triangles: 2, closed: false } },
         deforms: fox,
     };
     let normals: Vec<[f32; 3]> =
@@ -30,6 +31,9 @@ fn shadows() -> SphereShadows {
         order: lobes.chunks_exact(6144).flat_map(order).collect(),
         normals,
         lobes,
+        casters: vec![[0, 1, 2], [0, 2, 3]],
+        caster_offsets: vec![[0.0, 0.5, 0.25]; 2],
+        caster_errors: vec![0.0, 0.125],
     }
 }
 
@@ -40,7 +44,7 @@ fn shadows_come_out_whole() {
     let shadows = shadows();
     shadows.write_file(&path).unwrap();
     assert!(
-        verify(&path).unwrap().ends_with("sphere-shadows, 5 sections, every checksum and value checked\n")
+        verify(&path).unwrap().ends_with("sphere-shadows, 8 sections, every checksum and value checked\n")
     );
     let text = info(&path, false).unwrap();
     for part in [

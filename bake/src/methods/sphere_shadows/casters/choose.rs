@@ -75,8 +75,12 @@ mod tests {
     use super::*;
 
     fn mesh(triangles: usize, squares: &[f64]) -> CasterOption {
-        let mesh =
-            Simplified { triangles: vec![[0, 1, 2]; triangles], closed: true, errors: vec![0.0; triangles] };
+        let mesh = Simplified {
+            triangles: vec![[0, 1, 2]; triangles],
+            closed: true,
+            offsets: vec![[0.0; 3]; triangles],
+            errors: vec![0.0; triangles],
+        };
         CasterOption { by: By::Mesh(mesh), squares: squares.to_vec() }
     }
 

@@ -12,6 +12,7 @@
 // A layer for each sun.
 @group(2) @binding(1) var shadows: texture_depth_2d_array;
 
+const PI = 3.14159265358979;
 const FRAC_1_PI = 0.318309886183791;
 // The angle between neighbours of a spiral that fills a disc evenly.
 const GOLDEN_ANGLE = 2.39996322972865;
@@ -73,7 +74,7 @@ fn on_spiral(index: u32, distance: f32) -> vec2<f32> {
     return distance * vec2<f32>(cos(angle), sin(angle));
 }
 
-// The mean height of what stands before the sun's disc, metres; 0 if nothing does.
+// The mean height of what stands before the sun's disc, by how much of it each thing hides, metres; 0 if nothing does.
 fn blocker_height(lit: Lit, sample: u32) -> f32 {
     let reach = lit.tangent * (lit.half_depth - lit.height);
     var sum = vec2<f32>(0.0);
@@ -81,22 +82,25 @@ fn blocker_height(lit: Lit, sample: u32) -> f32 {
         // More looks near the middle: what is near casts a small shadow.
         let index = SAMPLES * k + sample;
         let share = (f32(index) + 0.5) / f32(SAMPLES * SEARCHES);
-        let texel = vec2<i32>(floor(lit.at + on_spiral(index, reach * share) / lit.texel));
+        let distance = reach * share * sqrt(share);
+        let texel = vec2<i32>(floor(lit.at + on_spiral(index, distance) / lit.texel));
         let risen = rise(lit, texel);
         let aside = length((vec2<f32>(texel) + 0.5 - lit.at) * lit.texel);
         // To stand before the disc it must be as steeply above as the disc's edge.
         if risen.y > 0.0 && aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
-            sum += vec2<f32>(risen.x, 1.0);
+            // The part of the disc's plane that a look stands for: its share of the spiral, but a texel at least.
+            let area = max(3.0 * PI / f32(SEARCHES) * (reach * share) * (reach * share), lit.texel.x * lit.texel.y);
+            sum += area / (risen.x * risen.x) * vec2<f32>(risen.x, 1.0);
         }
     }
-    return sum.x / max(sum.y, 1.0);
+    return select(0.0, sum.x / sum.y, sum.y > 0.0);
 }
 
 // The share of the sun's disc that is not shadowed.
 fn unshadowed(lit: Lit, sample: u32) -> f32 {
     let height = blocker_height(lit, sample);
     if height <= 0.0 {
-        return 1.0;
+        return 1.0 - shadow(lit, lit.at);
     }
     let radius = height * lit.tangent / lit.texel;
     let looks = u32(clamp(2.0 * max(radius.x, radius.y) * max(radius.x, radius.y), 1.0, MOST_LOOKS));

@@ -50,18 +50,28 @@ fn shadows_come_out_whole() {
     for part in [
         "7, 4 of them with a lobe of their own normal",
         "385, 384 of them on the grid of normals",
-        "plane (4 vertices, only receives), fox (3 vertices, casts shadows and deforms)",
+        "plane (4 vertices, casts by 2 triangles of its open mesh), fox (3 vertices, casts by its spheres and deforms)",
     ] {
         assert!(text.contains(part), "`{part}` is not in `{text}`");
     }
     let details = &serde_json::from_str::<Value>(&info(&path, true).unwrap()).unwrap()["details"];
     assert_eq!(
         details["objects"][1],
-        serde_json::json!({"name": "fox", "first_vertex": 4, "vertices": 3, "sphere_set": true, "deforms": true})
+        serde_json::json!({"name": "fox", "first_vertex": 4, "vertices": 3, "sphere_set": true, "casts": "Spheres", "deforms": true})
     );
 
     let files = export_file(&path, &out).unwrap();
-    assert_eq!(names(&files, &out), ["normals.npy", "lobes.npy", "order.npy", "rows.npy", "meta.json"]);
+    assert_eq!(names(&files, &out), [
+            "normals.npy",
+            "lobes.npy",
+            "order.npy",
+            "rows.npy",
+            "casters.npy",
+            "caster_offsets.npy",
+            "caster_errors.npy",
+            "meta.json"
+        ]
+    );
     assert_eq!(Npy::f32s(&files[0]), (vec![385, 3], shadows.normals.as_flattened().to_vec()));
     let (shape, lobes) = Npy::f32s(&files[1]);
     assert_eq!((shape, lobes == shadows.lobes), (vec![385, 6144], true));
@@ -79,7 +89,9 @@ fn shadows_come_out_whole() {
         rows.payload.as_chunks().0.iter().map(|v| u32::from_le_bytes(*v)).collect::<Vec<_>>(),
         shadows.rows
     );
-    let meta = json(&files[4]);
+    assert_eq!(Npy::f32s(&files[5]), (vec![2, 3], shadows.caster_offsets.as_flattened().to_vec()));
+    assert_eq!(Npy::f32s(&files[6]), (vec![2], shadows.caster_errors.clone()));
+    let meta = json(&files[7]);
     assert_eq!(
         (&meta["objects"][0]["name"], &meta["no_row"], &meta["grid_rows"]),
         (&"plane".into(), &NO_ROW.into(), &384.into())

@@ -2,6 +2,7 @@
 
 mod ground;
 mod pictures;
+mod suns;
 
 use super::*;
 use crate::Error;

@@ -121,7 +121,7 @@ impl Surface {
             &unlocked,
             3 * count,
             error,
-            SimplifyOptions::RegularizeLight,
+            SimplifyOptions::None,
             None,
         );
         self.fitted(left.as_chunks::<3>().0.to_vec())

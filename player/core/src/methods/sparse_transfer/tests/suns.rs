@@ -117,7 +117,7 @@ fn shadows_of_suns_are_those_of_rays() {
         (&[one], 0.0, 0.001),
         (&[Vec3::new(1.0, 0.3, 1.0)], 0.0, 1.0),
         (&[Vec3::new(1.0, 0.0, 0.06)], 0.0, 1.0),
-        (&[Vec3::new(0.3, 0.2, -1.0)], 0.0, 1.0),
+        (&[Vec3::new(0.3, 1.2, -1.0)], 0.0, 1.0),
         (&[one, other], 0.0, 1.0),
         (&[one], 25.0, 1.0),
     ];
@@ -149,7 +149,7 @@ fn shadows_of_suns_are_those_of_rays() {
         println!("{discs:?} {rotation_deg} {scale}: {wrong} wrong, {off} off in {penumbra}");
         // Samples at the very edge of the square or the wall may fall to either side.
         assert!(wrong <= 12, "{discs:?} {rotation_deg} {scale}: {wrong} are wrong");
-        assert!(off < 0.04, "{discs:?} {rotation_deg} {scale}: {off}");
+        assert!(off < 0.03, "{discs:?} {rotation_deg} {scale}: {off}");
         assert!((full > 0.0) == (discs[0].z > 0.0));
     }
 }

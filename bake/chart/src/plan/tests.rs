@@ -70,7 +70,13 @@ fn what_no_method_does_is_said() {
         fits,
         [("transfer-images", true, false), ("sparse-transfer", true, false), ("sphere-shadows", true, false)]
     );
-    assert_eq!(methods[2]["predicted"]["tells"], json!(["X"]),);
+    let tells: Vec<&str> =
+        methods[2]["predicted"]["tells"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert!(
+        tells[0].starts_with("`plane` casts by 2 triangles, 0.00 % off")
+            && tells[1].starts_with("`ball` casts by "),
+        "{tells:?}"
+    );
 }
 
 #[test]

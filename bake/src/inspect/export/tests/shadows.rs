@@ -61,7 +61,9 @@ fn shadows_come_out_whole() {
     );
 
     let files = export_file(&path, &out).unwrap();
-    assert_eq!(names(&files, &out), [
+    assert_eq!(
+        names(&files, &out),
+        [
             "normals.npy",
             "lobes.npy",
             "order.npy",

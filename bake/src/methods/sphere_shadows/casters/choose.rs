@@ -111,10 +111,11 @@ mod tests {
         assert_eq!(words(&[near()], 0.02), ["256 triangles"]);
         assert_eq!(words(&[near()], 1e-9), ["256 triangles"], "the most exact where nothing does");
         assert_eq!(
-            words(&[near(), far()], 0.036),
+            words(&[near(), far()], 0.038),
             ["64 triangles", "nothing"],
-            "0.001 and 0.0004 are above 0.0013, so"
+            "0.001 and 0.0004 do together"
         );
+        assert_eq!(words(&[near(), far()], 0.036), ["64 triangles", "2 spheres"], "and here they do not");
         assert_eq!(
             words(&[near(), far()], 0.011),
             ["256 triangles", "2 spheres"],

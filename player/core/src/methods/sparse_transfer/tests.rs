@@ -164,7 +164,8 @@ fn lanes_take_turns() {
         let bundle = Bundle::of(sparse::scene([11, 7]), sparse::maps(), None, rows);
         let mut method = load_all(&gpu, &bundle);
         draw(&gpu, &mut method, &look(&bundle, &environment));
-        let light = evaluate::sparse_transfer::light(bundle.map("noise"), &environment, 16);
+        let meta = &bundle.transfer.meta;
+        let light = evaluate::sparse_transfer::lights(bundle.map("noise"), &environment, meta);
         let expected = evaluate::sparse_transfer::radiance(&bundle.transfer, &light);
         expect_near(&vertices(&gpu, &method), &expected, 1e-4, &format!("rgb {rgb}"));
     }

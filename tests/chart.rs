@@ -36,7 +36,8 @@ fn what_cannot_be_charted_is_refused() {
         chart(&outdoors(), &["--method", "transfer-images"])
             .contains("[vary] names more than transfer-images lets vary")
     );
-    assert!(chart(&outdoors(), &["--method", "sphere-shadows"]).contains("no object has spheres"));
+    let bounced = outdoors().replace("reflections = 1", "reflections = 2");
+    assert!(chart(&bounced, &["--method", "sphere-shadows"]).contains("models direct light only"));
     let both = outdoors().replace("view = true", "view = true\n    materials = ['ball']");
     assert!(chart(&both, &[]).contains("no method shows everything that varies"));
 }

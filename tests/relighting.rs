@@ -97,7 +97,7 @@ fn terms_are_chosen_by_error_and_errors_are_true() {
     // The stored error, measured afresh under the two maps unturned: the first held-out lights.
     let whole = bake(&scene, wanted(4, 1024));
     for map in &baked.maps {
-        let difference = relative_l2(&baked.under(&map.map, 0.0), &whole.under(&map.map, 0.0));
+        let difference = baked.error_under(&whole, &map.map);
         assert!(difference < 1.2 * found, "{}: {difference} where {found} is claimed", map.name);
     }
 }

@@ -1,9 +1,10 @@
 //! Bakes of sparse-transfer and what they show under any light.
 
-use super::job;
+use super::{job, relative_l2};
 use relume_bake::bundle;
 use relume_bake::methods::sparse_transfer::{Settings, SparseTransferMethod, Terms};
 use relume_bake::unfinished::Leftover;
+use relume_formats::basis::suns::split;
 use relume_formats::basis::{EquirectMap, haar};
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::{light, radiance};
@@ -79,6 +80,17 @@ impl Baked {
         let (n, count) = (self.transfer.meta.face_size as usize, self.transfer.meta.coefficients());
         let repeated = |plane: Vec<f32>| plane.into_iter().cycle().take(count).collect();
         radiance(&self.transfer, &light(map, &look, n).map(repeated))
+    }
+
+    /// How far the rows are from those of `exact` where `map` gives them what its suns leave, relative L2 of all that is
+    /// seen with these.
+    pub fn error_under(&self, exact: &Self, map: &EquirectMap) -> f64 {
+        let rest = split(map).rest;
+        let [ours, theirs] = [self, exact].map(|rows| rows.under(&rest, 0.0));
+        let seen = exact.under(map, 0.0);
+        let both = ours.iter().zip(&theirs).zip(&seen);
+        let shown = both.map(|((ours, theirs), seen)| std::array::from_fn(|c| seen[c] + ours[c] - theirs[c]));
+        relative_l2(&shown.collect::<Vec<[f32; 3]>>(), &seen)
     }
 
     /// Under a light given by its texels.

@@ -82,7 +82,7 @@ impl Method for SphereShadowsMethod {
     }
 
     fn chosen(&self) -> Option<&'static str> {
-        None
+        Some("casts")
     }
 
     fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {

@@ -206,10 +206,10 @@ mod tests {
             let at = |x: f64, y: f64| (2.0 * direction(face, 1, x, y)).as_vec3();
             let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
             let halves = [covered([a, b, c]), covered([a, c, d])];
-            for row in 0..ROWS {
+            for (row, (one, other)) in halves[0].iter().zip(&halves[1]).enumerate() {
                 let expected = if row / SIDE == face { u32::MAX } else { 0 };
-                assert_eq!(halves[0][row] | halves[1][row], expected, "face {face}, row {row}");
-                assert_eq!(halves[0][row] & halves[1][row], 0, "no texel twice: face {face}, row {row}");
+                assert_eq!(one | other, expected, "face {face}, row {row}");
+                assert_eq!(one & other, 0, "no texel twice: face {face}, row {row}");
             }
         }
     }

@@ -163,7 +163,7 @@ mod tests {
         let triangle = |k: u32| {
             let corner: [f32; 3] = std::array::from_fn(|_| 1.5 * random());
             // Large and small ones, and some that are only a line.
-            let size = if k % 9 == 0 { 1.0 } else { 0.2 };
+            let size = if k.is_multiple_of(9) { 1.0 } else { 0.2 };
             let corners = [0, 1, 2]
                 .map(|c| corner.map(|x| x + if k % 13 == 5 { 0.1 * c as f32 } else { size * random() }));
             let [a, b, c] = corners.map(Vec3::from);

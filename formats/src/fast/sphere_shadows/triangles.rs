@@ -5,6 +5,8 @@
 //! around the group, for sixteen triangles at once ([`Block`]). What is left of a triangle is then added to the
 //! rows of all receivers at once, exactly.
 
+#![allow(clippy::needless_range_loop, reason = "loops over lanes and axes of many arrays become vector code")]
+
 use super::caps::{Group, Rows, all_if};
 use super::{LANES, Lanes};
 use crate::basis::cubemap::{FACES, FRAMES};

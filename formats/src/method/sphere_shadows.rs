@@ -13,8 +13,8 @@ pub const SPHERE_SHADOWS: Card = Card {
         (Kind::Shape, Count::Any),
         (Kind::SphereShadows, Count::One),
     ],
-    // The order of terms, without which no lobe can be cut.
-    first_piece: 4,
+    // The last: all of it is needed.
+    first_piece: 7,
     settings: &[
         ("revision", Form::Count),
         ("objects", Form::Objects),

@@ -2,7 +2,7 @@
 
 use super::surface::{Simplified, Surface};
 use super::{By, put};
-use crate::error::Result;
+use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::methods::sphere_shadows::errors::{all, poses, receivers_of, spheres_in};
 use crate::methods::sphere_shadows::method::Asked;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use relume_formats::basis::cap::Bitmap;
 use relume_formats::basis::cubemap::{self, FACES};
 use relume_formats::basis::two_level::SIDE;
-use relume_formats::evaluate::sphere_shadows::{CasterMeshes, Casters, Receiver, Spheres};
+use relume_formats::evaluate::sphere_shadows::{CasterMeshes, Casters, Own, Receiver, Spheres};
 use relume_formats::fast::sphere_shadows::{bitmaps, order};
 use relume_formats::kinds::{Environment, SphereSet, SphereShadows};
 use relume_scenes::{Object, Scene};
@@ -51,12 +51,12 @@ pub fn options(
     let looking = Looking::new(scene, maps)?;
     let wholes: Vec<Surface> = scene.objects.iter().map(Surface::new).collect();
     let shadows = rows::bake(scene);
-    let norms = looking.norms(&shadows, &wholes);
+    let norms = looking.norms(&shadows, &wholes)?;
     let mut next_set = sets.unwrap_or_default().iter();
     let of_object = |(number, (object, surface)): (usize, (&Object, &Surface))| {
-        progress.check()?;
         let set = if object.spheres.is_some() { next_set.next() } else { None };
-        let options = looking.options_of(&shadows, (number, surface), set, &norms, asked)?;
+        let options =
+            looking.options_of(&shadows, (number, surface), set, &norms, asked, &|| Ok(progress.check()?))?;
         progress.advance(1);
         Ok(options)
     };
@@ -66,8 +66,8 @@ pub fn options(
 /// What options are looked at with.
 struct Looking {
     poses: Vec<Scene>,
-    /// Of each pose.
-    receivers: Vec<Vec<Receiver>>,
+    /// Of each pose, which vertices they are, and how they stand there.
+    receivers: Vec<Vec<(usize, Receiver)>>,
     lights: HeldOutLights,
     /// Directions of texels, with their solid angles over π.
     texels: Vec<(Vec3, f32)>,
@@ -81,9 +81,8 @@ impl Looking {
         let some: Vec<usize> = (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect();
         let receivers = poses.iter().map(|pose| {
             let all = receivers_of(pose, &shadows, &[]);
-            let some: Vec<Receiver> = some.iter().map(|vertex| all[*vertex]).collect();
-            let places: Vec<Vec3> = some.iter().map(|receiver| receiver.position).collect();
-            order(&places).into_iter().map(|k| some[k as usize]).collect()
+            let places: Vec<Vec3> = some.iter().map(|vertex| all[*vertex].position).collect();
+            order(&places).into_iter().map(|k| (some[k as usize], all[some[k as usize]])).collect()
         });
         let solid_angles = cubemap::solid_angles(SIDE);
         let texel = |i: usize| {
@@ -100,15 +99,18 @@ impl Looking {
         })
     }
 
-    /// What of the view of each receiver of `pose` is blocked if object `number` casts `by` that, and no other
-    /// does.
+    /// What of the view of each receiver of `pose` is blocked if object `number` casts `by` that, or by the spheres of
+    /// `set`, and no other does.
+    ///
+    /// # Errors
+    /// If a sphere cannot follow.
     fn blocked(
         &self,
         pose: usize,
         shadows: &SphereShadows,
         (number, by): (usize, &By),
-        spheres: Option<Spheres>,
-    ) -> Vec<Bitmap> {
+        set: Option<&SphereSet>,
+    ) -> Result<Vec<Bitmap>> {
         let mut alone =
             SphereShadows { lobes: Vec::new(), order: Vec::new(), rows: Vec::new(), ..shadows.clone() };
         let mut casts = vec![By::Nothing; alone.meta.objects.len()];
@@ -121,30 +123,42 @@ impl Looking {
             &all(pose_now, |mesh| &mesh.normals),
             &mut triangles,
         );
-        bitmaps(&self.receivers[pose], &Casters { spheres: spheres.into_iter().collect(), triangles })
+        let mesh = &pose_now.objects[number].mesh;
+        let spheres = set.map(|set| spheres_in(set, &mesh.positions)).transpose()?;
+        let first = shadows.meta.objects[number].first_vertex as usize;
+        let placed = |(vertex, receiver): &(usize, Receiver)| {
+            let is_own = receiver.object as usize == number;
+            let cluster = set.filter(|_| is_own).and_then(|set| set.clusters.get(vertex - first));
+            Receiver { own: cluster.map(|sphere| Own { set: 0, sphere: *sphere }), ..*receiver }
+        };
+        let receivers: Vec<Receiver> = self.receivers[pose].iter().map(placed).collect();
+        Ok(bitmaps(
+            &receivers,
+            &Casters { spheres: spheres.into_iter().collect::<Vec<Spheres>>(), triangles },
+        ))
     }
 
-    /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light, with the whole meshes of
-    /// all objects.
-    fn norms(&self, shadows: &SphereShadows, wholes: &[Surface]) -> Vec<f64> {
+    /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light, with
+    /// the whole meshes of all objects.
+    fn norms(&self, shadows: &SphereShadows, wholes: &[Surface]) -> Result<Vec<f64>> {
         let of_pose = |pose: usize| {
             let mut blocked: Vec<Bitmap> = vec![[0; FACES * SIDE]; self.receivers[pose].len()];
             for (number, whole) in wholes.iter().enumerate() {
                 let by = By::Mesh(whole.whole());
-                for (all, one) in blocked.iter_mut().zip(self.blocked(pose, shadows, (number, &by), None)) {
+                for (all, one) in blocked.iter_mut().zip(self.blocked(pose, shadows, (number, &by), None)?) {
                     all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
                 }
             }
             let seen: Vec<Bitmap> = blocked.into_iter().map(|bitmap| bitmap.map(|row| !row)).collect();
-            self.squares(pose, &seen, &vec![[0; FACES * SIDE]; seen.len()], &self.lights.whole)
+            Ok(self.squares(pose, &seen, &vec![[0; FACES * SIDE]; seen.len()], &self.lights.whole))
         };
-        (0..self.poses.len()).flat_map(of_pose).collect()
+        Ok((0..self.poses.len()).map(of_pose).collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Squared norm, over the receivers of a pose, of the light from the texels that are in one of the bitmaps and
     /// not in the other, under each of `lights`.
     fn squares(&self, pose: usize, some: &[Bitmap], others: &[Bitmap], lights: &[f32]) -> Vec<f64> {
-        let of = |((receiver, one), other): ((&Receiver, &Bitmap), &Bitmap)| {
+        let of = |(((_, receiver), one), other): ((&(usize, Receiver), &Bitmap), &Bitmap)| {
             let mut light = [0.0; RADIANCES];
             for (row, (one, other)) in one.iter().zip(other).enumerate() {
                 let mut left = one ^ other;
@@ -176,21 +190,21 @@ impl Looking {
         set: Option<&SphereSet>,
         norms: &[f64],
         asked: Asked,
+        check: &dyn Fn() -> Result<()>,
     ) -> Result<Vec<CasterOption>> {
         let whole = By::Mesh(surface.whole());
-        let truth: Vec<Vec<Bitmap>> =
-            (0..self.poses.len()).map(|pose| self.blocked(pose, shadows, (number, &whole), None)).collect();
+        let truth = (0..self.poses.len()).map(|pose| self.blocked(pose, shadows, (number, &whole), None));
+        let truth = truth.collect::<Result<Vec<Vec<Bitmap>>>>()?;
         let squares = |by: By, set: Option<&SphereSet>| {
             let mut squares = Vec::with_capacity(norms.len());
             for (pose, truth) in truth.iter().enumerate() {
-                let mesh = &self.poses[pose].objects[number].mesh;
-                let spheres = set.map(|set| spheres_in(set, &mesh.positions)).transpose()?;
-                let ours = self.blocked(pose, shadows, (number, &by), spheres);
+                check()?;
+                let ours = self.blocked(pose, shadows, (number, &by), set)?;
                 squares.extend(self.squares(pose, &ours, truth, &self.lights.texels));
             }
             // Where nothing shines there is no error.
             let relative = |(square, norm): (f64, &f64)| if *norm > 0.0 { square / norm } else { 0.0 };
-            Ok::<_, crate::error::BakeError>(CasterOption {
+            Ok::<_, BakeError>(CasterOption {
                 by,
                 squares: squares.into_iter().zip(norms).map(relative).collect(),
             })
@@ -229,4 +243,46 @@ fn simplifications(surface: &Surface) -> impl Iterator<Item = Simplified> {
         .take_while(move |n| *n < all.min(MOST_TRIANGLES));
     let few = counts.map(|count| surface.simplified(count));
     few.chain((all <= MOST_TRIANGLES).then_some(flat))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::ProgressMode;
+    use crate::methods::environment_lit::environments;
+    use crate::spheres::fit::{Settings, fit};
+    use relume_formats::Place;
+
+    /// A ball of one sphere over a plane, under an even sky.
+    const BALL: &str = "[vary]\nlight = true\n[render]\nsize = [32, 24]\nreflections = 1\n\
+        [camera]\nposition = [0.0, 2.0, 5.0]\ntarget = [0.0, 0.5, 0.0]\nfov_deg = 40.0\n\
+        [materials.white]\nbrdf = 'blinn-phong'\nkd = [0.8, 0.8, 0.8]\n\
+        [[object]]\nname = 'plane'\nshape = 'quad'\nsegments = 8\nmaterial = 'white'\ntransform = { scale = 4.0 }\n\
+        [[object]]\nname = 'ball'\nshape = 'sphere'\nsubdivisions = 3\nmaterial = 'white'\nspheres = 1\n\
+        transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }\n[environment]\n";
+
+    #[test]
+    fn options_are_as_wrong_as_they_look() {
+        let (folder, job) = (tempfile::tempdir().unwrap(), Job::new(ProgressMode::None));
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, BALL).unwrap();
+        let scene = relume_scenes::load(&path).unwrap();
+        let settings = Settings { spheres: 1, seed: 0, iterations: 8, tight: 0.0 };
+        let set =
+            fit(&scene.objects[1].mesh, &[], "ball", &Place::file("test"), &settings, &job).unwrap().set;
+        let maps = environments(&scene);
+        let options = options(&scene, &maps, Some(&[set]), Asked::Error(1e-9), &job).unwrap();
+        let error = |option: &CasterOption| option.squares.iter().copied().fold(0.0, f64::max).sqrt();
+        let [plane, ball] = &options[..] else { panic!("two objects") };
+        // The plane takes the sky's lower half from the ball, and so do two triangles of it.
+        assert!(error(&plane[0]) > 0.05 && plane.iter().skip(1).all(|option| error(option) < 1e-3));
+        let nothing = error(&ball[0]);
+        let spheres = ball.iter().find(|option| matches!(option.by, By::Spheres(_))).unwrap();
+        // The sphere is the ball to 1 %; what is on it does not lie in the dark.
+        assert!(error(spheres) < 0.1 * nothing, "{} of {nothing}", error(spheres));
+        let meshes: Vec<f64> =
+            ball.iter().filter(|option| matches!(option.by, By::Mesh(_))).map(error).collect();
+        // Few triangles are off by a part of the ball's own shading, and all of them by nothing.
+        assert!(meshes[0] > 0.01 && meshes[7] < 1e-3 && meshes.last() == Some(&0.0), "{meshes:?}");
+    }
 }

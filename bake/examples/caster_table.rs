@@ -8,12 +8,13 @@ use relume_bake::job::{Job, ProgressMode};
 use relume_bake::methods::environment_lit::environments;
 use relume_bake::methods::sphere_shadows::Asked;
 use relume_bake::methods::sphere_shadows::casters::options;
+use relume_bake::methods::sphere_shadows::rows;
 
 fn main() -> Result<()> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "knot-twist".to_owned());
     let scene = relume_scenes::load(&relume_scenes::resolve(&name)?)?;
     let job = Job::new(ProgressMode::None);
-    let options = options(&scene, &environments(&scene), None, Asked::Error(0.0), &job)?;
+    let options = options(&scene, &rows::bake(&scene), &environments(&scene), None, Asked::Error(0.0), &job)?;
     for (object, options) in scene.objects.iter().zip(options) {
         println!(
             "\n`{}`, {} triangles\n\n| casts by | ns | median % | worst % |\n|---|---|---|---|",

@@ -7,6 +7,7 @@ use relume_formats::basis::{EquirectMap, haar};
 use relume_formats::evaluate::sparse_transfer::light;
 use relume_formats::kinds::environment::Environment;
 use relume_formats::kinds::scene::EnvironmentLook;
+use std::borrow::Cow;
 
 /// Lights that errors are measured under.
 pub const STATES: usize = 16;
@@ -50,9 +51,18 @@ impl HeldOutLights {
 
     /// Each map at its rotation in degrees.
     pub fn of(states: [(&EquirectMap, f32); STATES], face_size: usize, with_whole: bool) -> Self {
-        let of_state = |(map, rotation_deg)| {
+        // States share a few maps.
+        let mut rests: Vec<(&EquirectMap, Cow<'_, EquirectMap>)> = Vec::new();
+        for (map, _) in states {
+            if !rests.iter().any(|(known, _)| std::ptr::eq(*known, map)) {
+                rests.push((map, split(map).rest));
+            }
+        }
+        let of_state = |(map, rotation_deg): (&EquirectMap, f32)| {
             let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };
-            let [rest, whole] = [&*split(map).rest, map].map(|map| light(map, &look, face_size));
+            let rest =
+                rests.iter().find(|(known, _)| std::ptr::eq(*known, map)).map_or(map, |(_, rest)| rest);
+            let [rest, whole] = [rest, map].map(|map| light(map, &look, face_size));
             std::iter::zip(rest, whole)
         };
         let (mut planes, whole): (Vec<_>, Vec<_>) = states.into_par_iter().flat_map_iter(of_state).unzip();

@@ -204,22 +204,9 @@ pub(crate) fn from(first: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::basis::cubemap::direction;
+    use crate::basis::test_bitmaps::{bit, centres};
     use glam::DVec3;
     use proptest::prelude::*;
-
-    /// Unit directions of all texel centres, in the order of bits.
-    fn centres() -> Vec<DVec3> {
-        (0..ROWS * SIDE)
-            .map(|i| {
-                direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5)
-            })
-            .collect()
-    }
-
-    fn bit(bitmap: &Bitmap, texel: usize) -> bool {
-        (bitmap[texel / SIDE] >> (texel % SIDE)) & 1 == 1
-    }
 
     /// Compares with the test of every texel in f64; rounding may decide those within `tolerance` of the
     /// limit.

@@ -15,6 +15,8 @@ pub mod microfacet;
 pub mod psum;
 pub mod span;
 pub mod suns;
+#[cfg(test)]
+mod test_bitmaps;
 mod texture;
 pub mod triple;
 pub mod two_level;

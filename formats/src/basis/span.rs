@@ -158,21 +158,8 @@ mod tests {
     use super::*;
     use crate::basis::cap::ROWS;
     use crate::basis::cubemap::direction;
-    use glam::DVec3;
+    use crate::basis::test_bitmaps::{bit, centres};
     use proptest::prelude::*;
-
-    /// Unit directions of all texel centres, in the order of bits.
-    fn centres() -> Vec<DVec3> {
-        (0..ROWS * SIDE)
-            .map(|i| {
-                direction(i / (SIDE * SIDE), SIDE, (i % SIDE) as f64 + 0.5, (i / SIDE % SIDE) as f64 + 0.5)
-            })
-            .collect()
-    }
-
-    fn bit(bitmap: &Bitmap, texel: usize) -> bool {
-        (bitmap[texel / SIDE] >> (texel % SIDE)) & 1 == 1
-    }
 
     fn towards(corners: [Vec3; 3]) -> f32 {
         let [a, b, c] = corners.map(|v| v.as_dvec3());

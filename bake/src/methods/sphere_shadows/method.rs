@@ -6,7 +6,7 @@ use super::fit::{expect_fit, leaves_out};
 use super::settings::{NAME, REVISION};
 use super::{prediction, rows};
 use crate::error::Result;
-use crate::job::Job;
+use crate::job::{Job, detail};
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
 use crate::methods::environment_lit;
@@ -107,7 +107,8 @@ impl Method for SphereShadowsMethod {
             return Ok(None);
         };
         let Some(sets) = work.sphere_sets()? else { return Ok(None) };
-        let choices = casters::choose(scene, &environments, Some(&sets), self.casters, work.job)?;
+        let choices = casters::choose(scene, &shadows, &environments, Some(&sets), self.casters, work.job)?;
+        casters::sentences(scene, &choices).iter().for_each(|sentence| detail(sentence));
         let by: Vec<By> = choices.into_iter().map(|choice| choice.by).collect();
         casters::put(&mut shadows, &by);
         let with_spheres = scene.objects.iter().zip(&by).filter(|(object, _)| object.spheres.is_some());

@@ -1,7 +1,7 @@
 //! What a bake will take: nothing but measuring traces rays, and files are small enough to be made on the
 //! spot.
 
-use super::casters::{self, By, Choice};
+use super::casters;
 use super::errors::{poses, predicted_bytes, receivers_looked_at};
 use super::method::Asked;
 use super::rows;
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::basis::two_level::SIDE;
 use relume_formats::container::Stored;
-use relume_scenes::{Object, Scene};
+use relume_scenes::Scene;
 use std::time::Instant;
 
 /// Receivers that are measured.
@@ -44,33 +44,20 @@ pub fn predict(scene: &Scene, casters: Asked, job: &Job) -> Result<Predicted> {
     };
     let rays: u64 = some.par_iter().map(rays_from).sum();
     let scale = poses.len() as f64 * looked_at.len() as f64 / some.len().max(1) as f64;
+    let tracing = start.elapsed().as_secs_f64() * scale;
     let place = || Place::file(&scene.file);
     let shapes = scene.objects.iter().filter_map(|object| object.shape.as_deref());
     let shapes = shapes.map(|shape| Ok(shape.to_bytes(place())?.len())).sum::<Result<usize>>()?;
-    let lobes = rows::bake(scene).to_bytes(place())?.len();
-    let casts = casts(scene, &casters::choose(scene, &maps, None, casters, job)?);
+    let shadows = rows::bake(scene);
+    let lobes = shadows.to_bytes(place())?.len();
+    let choosing = Instant::now();
+    let choices = casters::choose(scene, &shadows, &maps, None, casters, job)?;
     Ok(Predicted {
-        tells: casts,
+        tells: casters::sentences(scene, &choices),
         rays: rays as f64 * scale,
-        seconds: start.elapsed().as_secs_f64() * scale,
+        seconds: tracing + choosing.elapsed().as_secs_f64(),
         bytes: (environment_lit::stored_bytes(scene)? + shapes + lobes) as f64,
         memory: predicted_bytes(scene),
         chosen: None,
     })
-}
-
-/// What objects will cast by, and why, a sentence each.
-fn casts(scene: &Scene, choices: &[Choice]) -> Vec<String> {
-    let sentence = |(object, Choice { by, error, .. }): (&Object, &Choice)| {
-        let (name, error) = (&object.name, 100.0 * error);
-        let is = match by {
-            By::Nothing => format!("`{name}` casts nothing: its shadow is {error:.2} % of the light"),
-            by => format!("`{name}` casts by {}, {error:.2} % off", by.words()),
-        };
-        match object.spheres.filter(|count| By::Spheres(*count).cost() < by.cost()) {
-            Some(count) => format!("{is}; by its {count} spheres if these, once fitted, are as good"),
-            None => is,
-        }
-    };
-    scene.objects.iter().zip(choices).map(sentence).collect()
 }

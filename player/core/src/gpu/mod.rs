@@ -129,18 +129,26 @@ impl Gpu {
         size: [u32; 2],
         format: wgpu::TextureFormat,
     ) -> wgpu::TextureView {
-        let [width, height] = size;
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        self.drawable(label, size, 1, format).create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    fn drawable(
+        &self,
+        label: &str,
+        [width, height]: [u32; 2],
+        layers: u32,
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
+        self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
-        });
-        texture.create_view(&wgpu::TextureViewDescriptor::default())
+        })
     }
 
     /// A texture of `count` layers of `side`² texels to draw on and then to read: all of it, and by layer.
@@ -151,16 +159,7 @@ impl Gpu {
         count: u32,
         format: wgpu::TextureFormat,
     ) -> (wgpu::TextureView, Vec<wgpu::TextureView>) {
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: count },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
+        let texture = self.drawable(label, [side; 2], count, format);
         let view = |dimension, layers: std::ops::Range<u32>| {
             texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(dimension),

@@ -62,11 +62,10 @@ fn worst(options: &[Vec<CasterOption>], at: &[usize]) -> Option<(usize, f64)> {
 }
 
 fn choice(options: &[CasterOption], at: usize) -> Choice {
-    let error = |option: &CasterOption| option.squares.iter().copied().fold(0.0, f64::max).sqrt();
     let by = options[at].by.clone();
     let spheres = options.iter().find(|option| matches!(option.by, By::Spheres(_)));
-    let spheres = spheres.map(|option| (error(option), option.by.cost() / by.cost().max(1.0)));
-    Choice { error: error(&options[at]), by, spheres }
+    let spheres = spheres.map(|option| (option.error(), option.by.cost() / by.cost().max(1.0)));
+    Choice { error: options[at].error(), by, spheres }
 }
 
 #[cfg(test)]

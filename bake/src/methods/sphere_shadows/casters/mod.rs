@@ -11,19 +11,22 @@ mod options;
 pub mod surface;
 
 pub use choose::{Choice, chosen};
-pub use options::options;
+pub use options::{CasterOption, options};
 
 use super::method::Asked;
 use crate::error::Result;
 use crate::job::Job;
 use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::kinds::{Environment, SphereSet, SphereShadows};
-use relume_scenes::Scene;
+use relume_scenes::{Object, Scene};
 use surface::Simplified;
 
 /// The part of the error asked for that casters may make: errors add by their squares, so three quarters of
 /// these are left for texels, lobes and terms.
 const SHARE: f64 = 0.5;
+
+/// The part of what casters may make that an object may make by casting nothing.
+const UNSEEN: f64 = 0.25;
 
 /// What an object casts by.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,13 +64,14 @@ impl By {
     }
 }
 
-/// What each object of `scene` casts by. `sets` are those of the objects that have spheres; without them none
+/// What each object of `scene`, whose receivers are those of `shadows`, casts by. `sets` are those of the objects that have spheres; without them none
 /// casts by spheres if it need not.
 ///
 /// # Errors
 /// If a clip leads beyond all numbers, a sphere cannot follow, or the user interrupts.
 pub fn choose(
     scene: &Scene,
+    shadows: &SphereShadows,
     maps: &[Environment],
     sets: Option<&[SphereSet]>,
     asked: Asked,
@@ -77,7 +81,34 @@ pub fn choose(
         Asked::Error(max) => (Asked::Error(SHARE * max), SHARE * max),
         other => (other, 0.0),
     };
-    Ok(chosen(&options(scene, maps, sets, asked, job)?, error))
+    let mut options = options(scene, shadows, maps, sets, asked, job)?;
+    // An eye misses the shadow of a ground before all others add up to that much.
+    let is_missed = |option: &CasterOption| option.by == By::Nothing && option.error() > UNSEEN * error;
+    options.iter_mut().for_each(|options| options.retain(|option| !is_missed(option)));
+    Ok(chosen(&options, error))
+}
+
+/// What objects of `scene` cast by, and why, a sentence each.
+pub fn sentences(scene: &Scene, choices: &[Choice]) -> Vec<String> {
+    let sentence = |(object, Choice { by, error, spheres }): (&Object, &Choice)| {
+        let (name, error) = (&object.name, 100.0 * error);
+        let is = match by {
+            By::Nothing => format!("`{name}` casts nothing: its shadow is {error:.2} % of the light"),
+            by => format!("`{name}` casts by {}, {error:.2} % off", by.words()),
+        };
+        let asked = object.spheres.filter(|count| *by != By::Spheres(*count));
+        match (asked, spheres) {
+            (Some(count), Some((off, cost))) => {
+                let off = 100.0 * off;
+                format!("{is}; its {count} spheres would be {off:.2} % off, in {cost:.2} times the time")
+            }
+            (Some(count), None) if By::Spheres(count).cost() < by.cost() => {
+                format!("{is}; by its {count} spheres if these, once fitted, are as good")
+            }
+            _ => is,
+        }
+    };
+    scene.objects.iter().zip(choices).map(sentence).collect()
 }
 
 /// Puts into `shadows` what its objects cast by, one of `by` for each.

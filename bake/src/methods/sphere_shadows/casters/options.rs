@@ -6,7 +6,6 @@ use crate::error::{BakeError, Result};
 use crate::job::Job;
 use crate::methods::sphere_shadows::errors::{all, poses, receivers_of, spheres_in};
 use crate::methods::sphere_shadows::method::Asked;
-use crate::methods::sphere_shadows::rows;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -34,7 +33,14 @@ pub struct CasterOption {
     pub squares: Vec<f64>,
 }
 
-/// Options of every object as they are `asked` for, the cheapest first, those by spheres of `sets` among them where
+impl CasterOption {
+    /// Its error in the pose and under the light where that is largest.
+    pub fn error(&self) -> f64 {
+        self.squares.iter().copied().fold(0.0, f64::max).sqrt()
+    }
+}
+
+/// Options of every object of `scene`, whose receivers are those of `shadows`, as they are `asked` for, the cheapest first, those by spheres of `sets` among them where
 /// given: of the objects that have some, in their order. No mesh is tried with more triangles than it takes to be
 /// wrong by a quarter of the error asked for.
 ///
@@ -42,21 +48,20 @@ pub struct CasterOption {
 /// If a clip leads beyond all numbers, a sphere cannot follow, or the user interrupts.
 pub fn options(
     scene: &Scene,
+    shadows: &SphereShadows,
     maps: &[Environment],
     sets: Option<&[SphereSet]>,
     asked: Asked,
     job: &Job,
 ) -> Result<Vec<Vec<CasterOption>>> {
     let progress = job.progress("choosing casters", scene.objects.len() as u64);
-    let looking = Looking::new(scene, maps)?;
+    let looking = Looking::new(scene, shadows, maps)?;
     let wholes: Vec<Surface> = scene.objects.iter().map(Surface::new).collect();
-    let shadows = rows::bake(scene);
-    let norms = looking.norms(&shadows, &wholes)?;
+    let norms = looking.norms(&wholes)?;
     let mut next_set = sets.unwrap_or_default().iter();
     let of_object = |(number, (object, surface)): (usize, (&Object, &Surface))| {
         let set = if object.spheres.is_some() { next_set.next() } else { None };
-        let options =
-            looking.options_of(&shadows, (number, surface), set, &norms, asked, &|| Ok(progress.check()?))?;
+        let options = looking.options_of((number, surface), set, &norms, asked, &|| Ok(progress.check()?))?;
         progress.advance(1);
         Ok(options)
     };
@@ -69,18 +74,19 @@ struct Looking {
     /// Of each pose, which vertices they are, and how they stand there.
     receivers: Vec<Vec<(usize, Receiver)>>,
     lights: HeldOutLights,
+    /// The objects, without rows, which say nothing of what is blocked; nothing casts.
+    objects: SphereShadows,
     /// Directions of texels, with their solid angles over π.
     texels: Vec<(Vec3, f32)>,
 }
 
 impl Looking {
-    fn new(scene: &Scene, maps: &[Environment]) -> Result<Self> {
+    fn new(scene: &Scene, shadows: &SphereShadows, maps: &[Environment]) -> Result<Self> {
         let poses = poses(scene)?;
-        let shadows = rows::bake(scene);
         let vertices = shadows.meta.vertices() as usize;
         let some: Vec<usize> = (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect();
         let receivers = poses.iter().map(|pose| {
-            let all = receivers_of(pose, &shadows, &[]);
+            let all = receivers_of(pose, shadows, &[]);
             let places: Vec<Vec3> = some.iter().map(|vertex| all[*vertex].position).collect();
             order(&places).into_iter().map(|k| (some[k as usize], all[some[k as usize]])).collect()
         });
@@ -95,6 +101,16 @@ impl Looking {
             receivers: receivers.collect(),
             poses,
             lights: HeldOutLights::new(maps, SIDE, false),
+            objects: SphereShadows {
+                meta: shadows.meta.clone(),
+                rows: Vec::new(),
+                normals: Vec::new(),
+                lobes: Vec::new(),
+                order: Vec::new(),
+                casters: Vec::new(),
+                caster_offsets: Vec::new(),
+                caster_errors: Vec::new(),
+            },
             texels,
         })
     }
@@ -107,12 +123,10 @@ impl Looking {
     fn blocked(
         &self,
         pose: usize,
-        shadows: &SphereShadows,
         (number, by): (usize, &By),
         set: Option<&SphereSet>,
     ) -> Result<Vec<Bitmap>> {
-        let mut alone =
-            SphereShadows { lobes: Vec::new(), order: Vec::new(), rows: Vec::new(), ..shadows.clone() };
+        let mut alone = self.objects.clone();
         let mut casts = vec![By::Nothing; alone.meta.objects.len()];
         casts[number] = by.clone();
         put(&mut alone, &casts);
@@ -125,7 +139,7 @@ impl Looking {
         );
         let mesh = &pose_now.objects[number].mesh;
         let spheres = set.map(|set| spheres_in(set, &mesh.positions)).transpose()?;
-        let first = shadows.meta.objects[number].first_vertex as usize;
+        let first = alone.meta.objects[number].first_vertex as usize;
         let placed = |(vertex, receiver): &(usize, Receiver)| {
             let is_own = receiver.object as usize == number;
             let cluster = set.filter(|_| is_own).and_then(|set| set.clusters.get(vertex - first));
@@ -140,12 +154,12 @@ impl Looking {
 
     /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light, with
     /// the whole meshes of all objects.
-    fn norms(&self, shadows: &SphereShadows, wholes: &[Surface]) -> Result<Vec<f64>> {
+    fn norms(&self, wholes: &[Surface]) -> Result<Vec<f64>> {
         let of_pose = |pose: usize| {
             let mut blocked: Vec<Bitmap> = vec![[0; FACES * SIDE]; self.receivers[pose].len()];
             for (number, whole) in wholes.iter().enumerate() {
                 let by = By::Mesh(whole.whole());
-                for (all, one) in blocked.iter_mut().zip(self.blocked(pose, shadows, (number, &by), None)?) {
+                for (all, one) in blocked.iter_mut().zip(self.blocked(pose, (number, &by), None)?) {
                     all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
                 }
             }
@@ -185,7 +199,6 @@ impl Looking {
 
     fn options_of(
         &self,
-        shadows: &SphereShadows,
         (number, surface): (usize, &Surface),
         set: Option<&SphereSet>,
         norms: &[f64],
@@ -193,13 +206,13 @@ impl Looking {
         check: &dyn Fn() -> Result<()>,
     ) -> Result<Vec<CasterOption>> {
         let whole = By::Mesh(surface.whole());
-        let truth = (0..self.poses.len()).map(|pose| self.blocked(pose, shadows, (number, &whole), None));
+        let truth = (0..self.poses.len()).map(|pose| self.blocked(pose, (number, &whole), None));
         let truth = truth.collect::<Result<Vec<Vec<Bitmap>>>>()?;
         let squares = |by: By, set: Option<&SphereSet>| {
             let mut squares = Vec::with_capacity(norms.len());
             for (pose, truth) in truth.iter().enumerate() {
                 check()?;
-                let ours = self.blocked(pose, shadows, (number, &by), set)?;
+                let ours = self.blocked(pose, (number, &by), set)?;
                 squares.extend(self.squares(pose, &ours, truth, &self.lights.texels));
             }
             // Where nothing shines there is no error.
@@ -220,7 +233,7 @@ impl Looking {
         };
         for simplified in simplifications(surface) {
             let option = squares(By::Mesh(simplified), None)?;
-            let worst = option.squares.iter().copied().fold(0.0, f64::max).sqrt();
+            let worst = option.error();
             options.push(option);
             if matches!(asked, Asked::Error(error) if worst < error / 4.0) {
                 break;
@@ -247,6 +260,7 @@ fn simplifications(surface: &Surface) -> impl Iterator<Item = Simplified> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::rows;
     use super::*;
     use crate::job::ProgressMode;
     use crate::methods::environment_lit::environments;
@@ -271,8 +285,9 @@ mod tests {
         let set =
             fit(&scene.objects[1].mesh, &[], "ball", &Place::file("test"), &settings, &job).unwrap().set;
         let maps = environments(&scene);
-        let options = options(&scene, &maps, Some(&[set]), Asked::Error(1e-9), &job).unwrap();
-        let error = |option: &CasterOption| option.squares.iter().copied().fold(0.0, f64::max).sqrt();
+        let shadows = rows::bake(&scene);
+        let options = options(&scene, &shadows, &maps, Some(&[set]), Asked::Error(1e-9), &job).unwrap();
+        let error = CasterOption::error;
         let [plane, ball] = &options[..] else { panic!("two objects") };
         // The plane takes the sky's lower half from the ball, and so do two triangles of it.
         assert!(error(&plane[0]) > 0.05 && plane.iter().skip(1).all(|option| error(option) < 1e-3));

@@ -35,8 +35,15 @@ pub enum By {
     Nothing,
     /// Its sphere set, of so many.
     Spheres(u32),
-    /// Triangles.
+    /// Triangles, at least one.
     Mesh(Simplified),
+}
+
+impl From<Simplified> for By {
+    /// Casting by no triangles, all that may be left of a small or thin object, is casting nothing.
+    fn from(mesh: Simplified) -> Self {
+        if mesh.triangles.is_empty() { Self::Nothing } else { Self::Mesh(mesh) }
+    }
 }
 
 impl By {
@@ -64,8 +71,8 @@ impl By {
     }
 }
 
-/// What each object of `scene`, whose receivers are those of `shadows`, casts by. `sets` are those of the objects that have spheres; without them none
-/// casts by spheres if it need not.
+/// What each object of `scene`, whose receivers are those of `shadows`, casts by. `sets` are those of the objects
+/// that have spheres; without them none casts by spheres if it need not.
 ///
 /// # Errors
 /// If a clip leads beyond all numbers, a sphere cannot follow, or the user interrupts.
@@ -126,5 +133,16 @@ pub fn put(shadows: &mut SphereShadows, by: &[By]) {
                 Casts::Mesh { triangles: mesh.triangles.len() as u32, closed: mesh.closed }
             }
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_triangles_are_nothing() {
+        let none = Simplified { triangles: vec![], closed: true, offsets: vec![], errors: vec![] };
+        assert_eq!(By::from(none), By::Nothing);
     }
 }

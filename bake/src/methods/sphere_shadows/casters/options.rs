@@ -40,9 +40,9 @@ impl CasterOption {
     }
 }
 
-/// Options of every object of `scene`, whose receivers are those of `shadows`, as they are `asked` for, the cheapest first, those by spheres of `sets` among them where
-/// given: of the objects that have some, in their order. No mesh is tried with more triangles than it takes to be
-/// wrong by a quarter of the error asked for.
+/// Options of every object of `scene`, whose receivers are those of `shadows`, as they are `asked` for, the
+/// cheapest first, those by spheres of `sets` among them where given: of the objects that have some, in their
+/// order. No mesh is tried with more triangles than it takes to be wrong by a quarter of the error asked for.
 ///
 /// # Errors
 /// If a clip leads beyond all numbers, a sphere cannot follow, or the user interrupts.
@@ -158,7 +158,7 @@ impl Looking {
         let of_pose = |pose: usize| {
             let mut blocked: Vec<Bitmap> = vec![[0; FACES * SIDE]; self.receivers[pose].len()];
             for (number, whole) in wholes.iter().enumerate() {
-                let by = By::Mesh(whole.whole());
+                let by = By::from(whole.whole());
                 for (all, one) in blocked.iter_mut().zip(self.blocked(pose, (number, &by), None)?) {
                     all.iter_mut().zip(one).for_each(|(all, one)| *all |= one);
                 }
@@ -205,7 +205,7 @@ impl Looking {
         asked: Asked,
         check: &dyn Fn() -> Result<()>,
     ) -> Result<Vec<CasterOption>> {
-        let whole = By::Mesh(surface.whole());
+        let whole = By::from(surface.whole());
         let truth = (0..self.poses.len()).map(|pose| self.blocked(pose, (number, &whole), None));
         let truth = truth.collect::<Result<Vec<Vec<Bitmap>>>>()?;
         let squares = |by: By, set: Option<&SphereSet>| {
@@ -225,14 +225,14 @@ impl Looking {
         let by_spheres = |set: &SphereSet| squares(By::Spheres(set.spheres.len() as u32), Some(set));
         let mut options = match (asked, set) {
             (Asked::Error(_), _) => vec![squares(By::Nothing, None)?],
-            (Asked::Triangles(count), _) => return Ok(vec![squares(By::Mesh(surface.about(count)), None)?]),
+            (Asked::Triangles(count), _) => return Ok(vec![squares(surface.about(count).into(), None)?]),
             (Asked::Spheres, Some(set)) => return Ok(vec![by_spheres(set)?]),
             (Asked::Spheres, None) => {
-                return Ok(vec![squares(By::Mesh(surface.about(MOST_TRIANGLES)), None)?]);
+                return Ok(vec![squares(surface.about(MOST_TRIANGLES).into(), None)?]);
             }
         };
         for simplified in simplifications(surface) {
-            let option = squares(By::Mesh(simplified), None)?;
+            let option = squares(simplified.into(), None)?;
             let worst = option.error();
             options.push(option);
             if matches!(asked, Asked::Error(error) if worst < error / 4.0) {
@@ -275,18 +275,36 @@ mod tests {
         [[object]]\nname = 'ball'\nshape = 'sphere'\nsubdivisions = 3\nmaterial = 'white'\nspheres = 1\n\
         transform = { translation = [0.0, 1.0, 0.0], scale = 0.4 }\n[environment]\n";
 
-    #[test]
-    fn options_are_as_wrong_as_they_look() {
+    /// Options of the objects of a scene, the second of which has spheres.
+    fn options_in(text: &str, asked: Asked) -> Vec<Vec<CasterOption>> {
         let (folder, job) = (tempfile::tempdir().unwrap(), Job::new(ProgressMode::None));
         let path = folder.path().join("scene.toml");
-        std::fs::write(&path, BALL).unwrap();
+        std::fs::write(&path, text).unwrap();
         let scene = relume_scenes::load(&path).unwrap();
         let settings = Settings { spheres: 1, seed: 0, iterations: 8, tight: 0.0 };
         let set =
             fit(&scene.objects[1].mesh, &[], "ball", &Place::file("test"), &settings, &job).unwrap().set;
         let maps = environments(&scene);
-        let shadows = rows::bake(&scene);
-        let options = options(&scene, &shadows, &maps, Some(&[set]), Asked::Error(1e-9), &job).unwrap();
+        options(&scene, &rows::bake(&scene), &maps, Some(&[set]), asked, &job).unwrap()
+    }
+
+    #[test]
+    fn what_has_no_thickness_is_not_lost() {
+        let disc = "[[object]]\nname = 'disc'\nshape = 'ring'\nheight = 1e-12\nmaterial = 'white'\n";
+        let text = BALL.replace("[environment]", &format!("{disc}[environment]"));
+        let best = |asked: Asked| {
+            let option = options_in(&text, asked).pop().unwrap().pop().unwrap();
+            (option.error(), option.by)
+        };
+        let (error, by) = best(Asked::Error(0.01));
+        assert!(matches!(by, By::Mesh(_)) && error < 0.01 / 4.0, "{error}");
+        let (error, by) = best(Asked::Triangles(1024));
+        assert!(matches!(by, By::Mesh(_)) && error == 0.0, "{error}");
+    }
+
+    #[test]
+    fn options_are_as_wrong_as_they_look() {
+        let options = options_in(BALL, Asked::Error(1e-9));
         let error = CasterOption::error;
         let [plane, ball] = &options[..] else { panic!("two objects") };
         // The plane takes the sky's lower half from the ball, and so do two triangles of it.

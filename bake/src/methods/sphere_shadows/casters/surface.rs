@@ -83,12 +83,14 @@ impl Surface {
         Simplified { triangles, closed, offsets: vec![[0.0; 3]; count], errors: vec![0.0; count] }
     }
 
-    /// As few triangles as leave the surface where it is.
+    /// As few triangles as leave the surface where it is: all, if it is so thin that none would be left.
     pub fn flat(&self) -> Simplified {
-        self.collapsed(0, NONE)
+        Some(self.collapsed(0, NONE))
+            .filter(|flat| !flat.triangles.is_empty())
+            .unwrap_or_else(|| self.whole())
     }
 
-    /// About `count` triangles.
+    /// About `count` triangles; none, if there are fewer than it takes for anything to be left.
     pub fn simplified(&self, count: usize) -> Simplified {
         self.collapsed(count, f32::MAX)
     }

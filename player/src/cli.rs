@@ -51,7 +51,7 @@ pub struct Cli {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// GPU adapter to use: any part of its name, in any case; `cpu` does without, for methods that can
-    /// [default: the fastest kind there is]
+    /// [default: the fastest kind there is; `cpu` where that is faster than a software adapter]
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// List the GPU adapters of this machine and stop

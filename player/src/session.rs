@@ -12,7 +12,7 @@ use crate::stream::{Edition, Files, Limits};
 use costs::Costs;
 use relume_formats::display::{Display, auto_exposure_ev};
 use relume_formats::state::Rgb;
-use relume_playback::methods::{METHODS, Method};
+
 use relume_playback::{Look, Options, PlacedAnimation, PlacedState, Player, Playlist, Progress};
 use std::path::Path;
 use std::time::Instant;
@@ -87,15 +87,15 @@ impl Session {
         let bytes_expected = playlist.items.iter().map(|item| item.bytes).sum();
         let resizes = free && playlist.method.resizes;
         let files = Files::start(playlist.clone(), edition.clone(), request.limits)?;
-        let gpu = open_gpu()?;
-        expect_adapter(&playlist.method, &gpu)?;
+        let mut gpu = open_gpu()?;
+        let radiance_on_cpu = gpu.leaves_sums_of(&playlist.method)?;
         let options = Options {
             state: request.state,
             animation: own,
             environment,
             find_map: Some(environment::beside),
             size: request.size,
-            radiance_on_cpu: gpu.radiance_on_cpu,
+            radiance_on_cpu,
         };
         let player = Player::new(&gpu.device, &gpu.queue, &playlist, options)?;
         let costs = Costs::new(player.is_timed(), gpu.is_software());
@@ -265,18 +265,6 @@ impl Session {
     pub fn bytes_streamed(&self) -> u64 {
         self.files.bytes()
     }
-}
-
-/// Fails if `gpu` is to leave the sums to the CPU and the method cannot.
-fn expect_adapter(method: &Method, gpu: &Gpu) -> Result<()> {
-    if method.on_cpu || !gpu.radiance_on_cpu {
-        return Ok(());
-    }
-    let able: Vec<_> = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
-    let (name, able) = (method.card.name, able.join(", "));
-    Err(Error::Usage(format!(
-        "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
-    )))
 }
 
 fn nothing_there() -> Error {

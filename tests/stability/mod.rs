@@ -4,6 +4,7 @@
 //!
 //! * [`rays`]: what all methods stand on;
 //! * [`transfer_images`], [`sparse_transfer`], [`sphere_shadows`] and [`sphere_bundles`];
+//! * [`turning`]: maps that turn slowly;
 //! * [`pictures`]: makes the pictures of the page.
 
 mod pictures;
@@ -12,3 +13,4 @@ mod sparse_transfer;
 mod sphere_bundles;
 mod sphere_shadows;
 mod transfer_images;
+mod turning;

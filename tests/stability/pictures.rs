@@ -55,6 +55,7 @@ fn thing(name: &str, keys: &str, transform: &str) -> String {
 }
 
 const SUN: &str = "[environment]\nfile = 'sun.exr'";
+const LAMP: &str = "[environment]\nfile = 'lamp.exr'";
 const SKY: &str = "[environment]\nfile = 'clear-sky'";
 const LAMPS: &str = "[environment]\nfile = 'lamps'";
 const WHITE: &str = "[environment]";
@@ -74,14 +75,19 @@ fn ball() -> String {
     thing("ball", "shape = 'sphere'\nsubdivisions = 3", "translation = [0, 0.8, 0], scale = 0.4")
 }
 
-/// Writes what scenes refer to: a grey sky with a sun of 10⁵ W/(sr·m²) in one texel of half a degree, and a
-/// bowl that is open above.
+/// Writes what scenes refer to: a grey sky with a sun of 10⁵ W/(sr·m²) in one texel of half a degree, the same with
+/// a lamp of 10°, as strong in all, around it, and a bowl that is open above.
 fn write_files(folder: &Path) {
     let (width, height) = (720, 360);
-    let mut texels = vec![0.1f32; width * height];
-    texels[76 * width + 250] = 1e5;
-    let channels = ["R", "G", "B"].map(|name| (name, texels.as_slice()));
-    write_exr(&folder.join("sun.exr"), width, height, &channels).unwrap();
+    for (name, reach) in [("sun.exr", 0.0), ("lamp.exr", 10.0)] {
+        let mut texels = vec![0.1f32; width * height];
+        // Rows are 38° above the horizon there, and columns that much nearer to each other.
+        let near = |x: usize, y: usize| ((x as f32 - 250.0) * 0.788).hypot(y as f32 - 76.0) <= reach;
+        let lit: Vec<usize> = (0..width * height).filter(|i| near(i % width, i / width)).collect();
+        lit.iter().for_each(|i| texels[*i] = 1e5 / lit.len() as f32);
+        let channels = ["R", "G", "B"].map(|name| (name, texels.as_slice()));
+        write_exr(&folder.join(name), width, height, &channels).unwrap();
+    }
     let (around, up) = (24, 6);
     let mut bowl = "v 0 -1 0\n".to_owned();
     for (ring, k) in (1..=up).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
@@ -256,17 +262,6 @@ fn of_sparse_transfer() {
 #[ignore = "makes pictures of docs/STABILITY.md"]
 fn of_sphere_shadows() {
     let one = |environment, object: String| Row::direct(shadowed(environment, &object), &[]);
-    let plate = |spheres| {
-        one(
-            WHITE,
-            thing(
-                "plate",
-                &format!("shape = 'box'\nspheres = {spheres}"),
-                "translation = [0, 0.8, 0], scale = [1.0, 0.02, 1.0]",
-            ),
-        )
-    };
-    picture("shadows-thin-plate", -0.5, &[plate(16), plate(128)]);
     let cube = |height: f32| {
         one(
             SKY,
@@ -278,32 +273,22 @@ fn of_sphere_shadows() {
         )
     };
     picture("shadows-contact", -0.5, &[cube(0.35), cube(0.45)]);
-    let within =
-        thing(
-            "torus",
-            "shape = 'torus'\nmajor_radius = 0.5\nminor_radius = 0.15\nspheres = 6",
-            "translation = [0, 0.6, 0], rotation_deg = [20, 0, 0]",
-        ) + &thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.6, 0], scale = 0.2");
-    picture(
-        "shadows-inside-a-blocker",
-        -0.5,
-        &[one(WHITE, within.clone()), one(WHITE, within.replace("spheres = 6", "spheres = 64"))],
-    );
     let knot = thing(
         "knot",
-        "shape = 'torus-knot'\nradius = 0.5\ntube = 0.14\nspheres = 64",
+        "shape = 'torus-knot'\nradius = 0.5\ntube = 0.14",
         "translation = [0, 0.75, 0], rotation_deg = [70, 0, 0]",
     );
-    picture("shadows-on-itself", -0.5, &[one(WHITE, knot)]);
-    let floating = thing("ball", "shape = 'sphere'\nspheres = 1", "translation = [0, 0.5, 0], scale = 0.4");
-    picture("shadows-of-the-plane", -0.5, &[one(WHITE, floating.clone())]);
-    picture("shadows-sun", -1.0, &[one(SUN, floating)]);
+    let within = |max_error| Row::direct(shadowed(WHITE, &knot), max_error);
+    picture("shadows-error-asked-for", -0.5, &[within(&["--max-error", "0.3"]), within(&[])]);
+    let ball = thing("ball", "shape = 'sphere'\nsubdivisions = 4", "translation = [0, 0.5, 0], scale = 0.4");
+    picture("shadows-wide-lamp", -1.0, &[one(LAMP, ball.clone()), one(SUN, ball.clone())]);
+    let far = ball
+        + "[[object]]\nname = 'far'\nshape = 'box'\nmaterial = 'plane'\n\
+        transform = { translation = [0, -51, -400], scale = 100 }\n";
+    picture("shadows-wide-scene", -1.0, &[one(SUN, far)]);
     picture(
         "shadows-open-bowl",
         -0.5,
-        &[one(
-            WHITE,
-            thing("bowl", "file = 'bowl.obj'\nspheres = 8", "translation = [0, 0.9, 0], scale = 0.6"),
-        )],
+        &[one(WHITE, thing("bowl", "file = 'bowl.obj'", "translation = [0, 0.9, 0], scale = 0.6"))],
     );
 }

@@ -2,7 +2,9 @@
 //! sizes, and what is refused.
 
 use crate::shadows::{BALL, Bundle, SIDE, knot, true_radiance};
-use crate::support::{expect_exit, job, scene, write_scene};
+use crate::support::{expect_exit, job, relative_l2, scene, write_scene};
+use relume_bake::method::Method;
+use relume_bake::methods::sphere_shadows::{Asked, SphereShadowsMethod};
 use relume_bake::spheres::fit::{Settings, fit};
 use relume_formats::Place;
 
@@ -198,4 +200,72 @@ fn boxes_on_above_and_in_the_plane_leave_no_blots() {
             );
         }
     }
+}
+
+/// A wall that stands on the plane, without thickness: its foot is dark on neither side, and what is lit past its
+/// edges is as bright as rays say, whichever way the wall's triangles face.
+#[test]
+fn a_sheet_that_stands_on_the_plane_darkens_both_its_sides() {
+    for turn in [90, -90] {
+        let wall = format!(
+            "[[object]]\n name = 'wall'\n shape = 'quad'\n material = 'white'\n \
+             transform = {{ translation = [0.9, 0.5, 0.0], rotation_deg = [0, 0, {turn}] }}\n"
+        );
+        let text = BALL.replace("[environment]", &format!("{wall}[environment]"));
+        let (bundle, scene) = (Bundle::bake(&text), scene(&text));
+        let shown = bundle.shown(0.0, None);
+        for vertex in (0..SIDE * SIDE).step_by(3) {
+            let truth = true_radiance(&scene, vertex).0;
+            assert!(
+                (f64::from(shown[vertex][0]) - truth).abs() < 0.03,
+                "{turn}, {:?}: {:?} for {truth}",
+                bundle.stored.positions[vertex],
+                shown[vertex]
+            );
+        }
+    }
+}
+
+/// A scene a thousand times larger or smaller casts by as many triangles, and throws the same shadows.
+#[test]
+fn shadows_a_thousand_times_larger_or_smaller() {
+    let shown = |scale: f32| {
+        let of = |lengths: [f32; 3]| format!("{:?}", lengths.map(|x| x * scale));
+        let mut text = knot();
+        for (key, lengths) in
+            [("position", [0.0, 2.0, 5.0]), ("target", [0.0, 0.5, 0.0]), ("translation", [0.0, 1.0, 0.0])]
+        {
+            let before = format!("{key} = {lengths:?}");
+            assert!(text.contains(&before));
+            text = text.replace(&before, &format!("{key} = {}", of(lengths)));
+        }
+        for size in [0.4, 4.0] {
+            let before = format!("scale = {size:?} ");
+            assert!(text.contains(&before));
+            text = text.replace(&before, &format!("scale = {:?} ", size * scale));
+        }
+        let bundle = Bundle::bake(&text);
+        (bundle.shadows.casters.len(), bundle.shown(0.0, None))
+    };
+    let (triangles, metre) = shown(1.0);
+    for scale in [1e-3, 1e3] {
+        let (count, shown) = shown(scale);
+        // Coordinates round differently: a texel here and there is decided the other way.
+        let error = relative_l2(&shown, &metre);
+        println!("scale {scale}: {count} triangles beside {triangles}, {error:.2e}");
+        assert!(count == triangles && error < 2e-3, "scale {scale}: {count} of {triangles}, {error}");
+    }
+}
+
+/// What a texture cuts away casts all the same: a sentence for each such object.
+#[test]
+fn holes_that_cast_are_told_of() {
+    let mut scene = scene(BALL);
+    let method = SphereShadowsMethod::new(&scene, 0, Asked::Spheres);
+    assert!(method.leaves_out(&scene).is_empty());
+    scene.materials[0].alpha_cutoff = Some(0.5);
+    let expected =
+        "sphere-shadows cuts the holes of its texture into the shadows of suns alone; cut them into its mesh";
+    let said = method.leaves_out(&scene);
+    assert_eq!(said, ["plane", "blocker"].map(|name| format!("object `{name}`: {expected}")));
 }

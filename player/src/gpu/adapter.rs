@@ -54,17 +54,20 @@ fn describe(info: &AdapterInfo) -> String {
     format!("{} [{kind}, {}]", info.name, info.backend)
 }
 
+/// The methods that can do their sums on the CPU.
+pub(super) fn able_on_cpu() -> String {
+    let able = METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name);
+    able.collect::<Vec<_>>().join(", ")
+}
+
 /// One line per adapter, in order of preference, and one for the CPU's own work, if there is a software
 /// adapter to draw.
 pub fn list() -> Result<Vec<String>> {
     let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
     let infos: Vec<AdapterInfo> = all(&instance, None)?.iter().map(Adapter::get_info).collect();
     let software = infos.iter().find(|info| info.device_type == DeviceType::Cpu);
-    let cpu = software.map(|info| {
-        let able: Vec<_> =
-            METHODS.iter().filter(|method| method.on_cpu).map(|method| method.card.name).collect();
-        format!("{CPU} [radiance of {} on all cores, {} draws]", able.join(", "), info.name)
-    });
+    let cpu = software
+        .map(|info| format!("{CPU} [radiance of {} on all cores, {} draws]", able_on_cpu(), info.name));
     Ok(infos.iter().map(describe).chain(cpu).collect())
 }
 

@@ -10,7 +10,30 @@ pub use priority::give_way;
 pub use readback::{PictureReadback, Readback};
 
 use crate::error::{Error, Result};
+use relume_playback::methods::Method;
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where methods are to do their sums.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sums {
+    /// On the device, which was asked for by its name.
+    OnDevice,
+    /// On the CPU, as was asked for.
+    OnCpu,
+    /// Where they take less time.
+    WhereFaster,
+}
+
+impl Sums {
+    /// What is asked for by the name of an adapter, if any.
+    fn asked(adapter: Option<&str>) -> Self {
+        match adapter {
+            None => Self::WhereFaster,
+            name if adapter::is_cpu(name) => Self::OnCpu,
+            Some(_) => Self::OnDevice,
+        }
+    }
+}
 
 /// An open device.
 pub struct Gpu {
@@ -22,21 +45,21 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     /// The adapter that the device was opened on.
     pub adapter: wgpu::Adapter,
-    /// Whether methods are to do their sums on the CPU, and the device only draws.
-    pub radiance_on_cpu: bool,
+    sums: Sums,
     failure: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
     /// Opens the adapter whose name contains `adapter` in any case, or the one that promises most speed.
-    /// `cpu` is the software adapter, which then draws what methods compute on the CPU.
+    /// `cpu` is the software adapter, which then draws what methods compute on the CPU; it does so, too, if nothing
+    /// is asked for and no other adapter is there.
     ///
     /// # Errors
     /// [`Error::Usage`] if several adapters match or none; [`Error::Failed`] if there is no adapter or it
     /// cannot be opened.
     pub fn open(adapter: Option<&str>) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        Self::open_adapter(adapter::choose(&instance, None, adapter)?, adapter::is_cpu(adapter))
+        Self::open_adapter(adapter::choose(&instance, None, adapter)?, Sums::asked(adapter))
     }
 
     /// Like [`Gpu::open`], among the adapters that can show on `surface`.
@@ -45,7 +68,7 @@ impl Gpu {
         surface: &wgpu::Surface<'_>,
         adapter: Option<&str>,
     ) -> Result<Self> {
-        Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, adapter::is_cpu(adapter))
+        Self::open_adapter(adapter::choose(instance, Some(surface), adapter)?, Sums::asked(adapter))
     }
 
     /// Another device on the same adapter: what is done on one waits for nothing on the other. It has an
@@ -68,14 +91,11 @@ impl Gpu {
     fn open_again(&self) -> Result<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let same = adapter::same_as(&instance, &self.adapter.get_info());
-        Self::open_adapter(same.unwrap_or_else(|| self.adapter.clone()), self.radiance_on_cpu)
+        Self::open_adapter(same.unwrap_or_else(|| self.adapter.clone()), self.sums)
     }
 
-    fn open_adapter(adapter: wgpu::Adapter, radiance_on_cpu: bool) -> Result<Self> {
-        let mut info = adapter.get_info();
-        if radiance_on_cpu {
-            info.name = format!("{} ({} draws)", adapter::CPU, info.name);
-        }
+    fn open_adapter(adapter: wgpu::Adapter, sums: Sums) -> Result<Self> {
+        let info = adapter.get_info();
         // A film or a window may be larger than the textures that every device has.
         let max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
         let limits = wgpu::Limits { max_texture_dimension_2d, ..Default::default() };
@@ -97,7 +117,31 @@ impl Gpu {
             // What follows the first error is mostly its consequence.
             first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error.to_string());
         }));
-        Ok(Self { device, queue, info, adapter, radiance_on_cpu, failure })
+        Ok(Self { device, queue, info, adapter, sums, failure })
+    }
+
+    /// Whether `method` does its sums on the CPU, so that the device only draws, as its name tells from then on.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if that is asked for and the method cannot.
+    pub fn leaves_sums_of(&mut self, method: &Method) -> Result<bool> {
+        if self.sums == Sums::OnCpu && !method.on_cpu {
+            let able = adapter::able_on_cpu();
+            let name = method.card.name;
+            return Err(Error::Usage(format!(
+                "--adapter cpu is for the method {able}, not {name}; choose another adapter, --list-adapters tells which"
+            )));
+        }
+        // Cores do the work of a software adapter, too, but in shaders that were made for others.
+        let leaves = match self.sums {
+            Sums::OnDevice => false,
+            Sums::OnCpu => true,
+            Sums::WhereFaster => self.is_software() && method.on_cpu,
+        };
+        if leaves {
+            self.info.name = format!("{} ({} draws)", adapter::CPU, self.adapter.get_info().name);
+        }
+        Ok(leaves)
     }
 
     /// Fails if anything went wrong on the device since it was opened.

@@ -5,7 +5,7 @@ use crate::error::{BakeError, Result};
 use crate::methods::environment_lit;
 use relume_formats::Place;
 use relume_formats::bundle::MAX_SPHERE_PAIRS;
-use relume_scenes::Scene;
+use relume_scenes::{Object, Scene};
 
 /// Fails, naming what stands in the way, unless the method can show `scene`.
 pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
@@ -33,5 +33,13 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
 
 /// What of `scene` is not shown, a sentence each.
 pub(super) fn leaves_out(scene: &Scene) -> Vec<String> {
-    environment_lit::leaves_out(scene, NAME)
+    let is_cut =
+        |object: &&Object| scene.materials.get(object.material).is_some_and(|m| m.alpha_cutoff.is_some());
+    let cut = scene.objects.iter().filter(is_cut).map(|object| {
+        format!(
+            "object `{}`: {NAME} cuts the holes of its texture into the shadows of suns alone; cut them into its mesh",
+            object.name
+        )
+    });
+    environment_lit::leaves_out(scene, NAME).into_iter().chain(cut).collect()
 }

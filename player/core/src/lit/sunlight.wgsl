@@ -87,10 +87,12 @@ fn blocker_height(lit: Lit, sample: u32) -> f32 {
         let risen = rise(lit, texel);
         let aside = length((vec2<f32>(texel) + 0.5 - lit.at) * lit.texel);
         // To stand before the disc it must be as steeply above as the disc's edge.
-        if risen.y > 0.0 && aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
+        if min(risen.x, risen.y) > 0.0 && aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
             // The part of the disc's plane that a look stands for: its share of the spiral, but a texel at least.
             let area = max(3.0 * PI / f32(SEARCHES) * (reach * share) * (reach * share), lit.texel.x * lit.texel.y);
-            sum += area / (risen.x * risen.x) * vec2<f32>(risen.x, 1.0);
+            // As large as the disc seems there, of which no look hides more than all.
+            let radius = risen.x * lit.tangent;
+            sum += area / max(radius * radius, area * FRAC_1_PI) * vec2<f32>(risen.x, 1.0);
         }
     }
     return select(0.0, sum.x / sum.y, sum.y > 0.0);

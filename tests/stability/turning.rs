@@ -1,0 +1,118 @@
+//! A map that turns by quarter degrees through a full circle: what pictures change by from one to the next, beside
+//! the path tracer's.
+
+use crate::support::{expect_exit, render, write_scene};
+use relume_bake::exr_file::read_exr;
+use relume_bake::trace::reference::Paths;
+use relume_chart::play::Playing;
+use relume_chart::states::write_animation;
+use relume_formats::Place;
+use relume_formats::state::{EnvironmentState, State};
+use relume_scenes::Scene;
+use std::path::Path;
+
+/// Width and height of the pictures, pixels.
+const SIDE: u32 = 64;
+/// Steps of a circle.
+const STEPS: u32 = 1440;
+/// Steps after which the reference is looked at.
+const EVERY: usize = 24;
+/// Its paths a pixel, twice.
+const SAMPLES: u32 = 128;
+
+fn text(vary: &str, map: &str) -> String {
+    format!(
+        "[vary]\n{vary}\n[render]\nsize = [{SIDE}, {SIDE}]\nreflections = 1\n\
+         [camera]\nposition = [0, 2.4, 4.4]\ntarget = [0, 0.35, 0]\nfov_deg = 30\n\
+         [materials.white]\nbrdf = 'blinn-phong'\nkd = [0.7, 0.7, 0.7]\n[environment]\nfile = '{map}'\n\
+         [[object]]\nname = 'plane'\nshape = 'quad'\nsegments = 96\nmaterial = 'white'\ntransform = {{ scale = 4 }}\n\
+         [[object]]\nname = 'knot'\nshape = 'torus-knot'\nradius = 0.4\ntube = 0.12\nmaterial = 'white'\n\
+         transform = {{ translation = [0, 0.75, 0], rotation_deg = [70, 0, 0] }}\n"
+    )
+}
+
+fn turned(step: u32) -> State {
+    let rotation_deg = Some(360.0 * step as f32 / STEPS as f32);
+    State {
+        environment: Some(EnvironmentState { rotation_deg, ..EnvironmentState::default() }),
+        ..State::default()
+    }
+}
+
+/// Mean over the channels of the squares of what changed between two pictures, counted by two estimates of it whose
+/// noise is independent, or by one that has none.
+fn change(first: [&[[f32; 3]]; 2], second: [&[[f32; 3]]; 2]) -> f64 {
+    let [a, b] = [0, 1].map(|k| {
+        let of = |(x, y): (&f32, &f32)| f64::from(*y) - f64::from(*x);
+        first[k].as_flattened().iter().zip(second[k].as_flattened()).map(of)
+    });
+    a.zip(b).map(|(a, b)| a * b).sum::<f64>() / f64::from(3 * SIDE * SIDE)
+}
+
+/// Of every step around the circle, what the player's picture changes by.
+fn played(scene: &Path, folder: &Path) -> (String, Vec<f64>) {
+    let (bundle, animation) = (folder.join("bundle"), folder.join("turn.toml"));
+    let arguments = [scene.to_str().unwrap(), "-o", bundle.to_str().unwrap(), "--progress", "none"];
+    expect_exit("bake", &[&["run"], &arguments[..]].concat(), 0);
+    let states: Vec<State> = (0..=STEPS).map(turned).collect();
+    write_animation(&states, &animation).unwrap();
+    let manifest = relume_formats::kinds::Manifest::read(&bundle).unwrap();
+    let method = manifest.methods[0].name.clone();
+    let pattern = folder.join("%04d.exr");
+    let playing = Playing {
+        folder: &bundle,
+        method: &method,
+        animation: &animation,
+        frames: STEPS + 1,
+        size: [SIDE; 2],
+        exr: pattern.to_str(),
+    };
+    playing.play().unwrap();
+    let picture = |step: u32| -> Vec<[f32; 3]> {
+        let image = read_exr(&folder.join(format!("{step:04}.exr"))).unwrap();
+        let [r, g, b] = ["R", "G", "B"].map(|c| image.channel(c).unwrap());
+        r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
+    };
+    let changes = (0..STEPS).map(|step| {
+        let [now, then] = [picture(step), picture(step + 1)];
+        change([&now, &now], [&then, &then])
+    });
+    (method, changes.collect())
+}
+
+/// Of some steps around the circle, what the path tracer's picture changes by.
+fn traced(scene: &Scene) -> Vec<f64> {
+    let halves = |step: u32| {
+        let scene = scene.with_state(&turned(step), &Place::file("test")).unwrap();
+        [1, 2].map(|seed| render(&scene, [SIDE; 2], SAMPLES, 1, Paths::Best, seed).radiance)
+    };
+    let change_at = |step: u32| {
+        let ([now, also_now], [then, also_then]) = (halves(step), halves(step + 1));
+        change([&now, &also_now], [&then, &also_then])
+    };
+    (0..STEPS).step_by(EVERY).map(change_at).collect()
+}
+
+#[test]
+#[ignore = "plays and traces thousands of pictures"]
+fn a_map_that_turns_by_quarter_degrees_does_not_flicker() {
+    for map in ["studio", "clear-sky"] {
+        for vary in ["light = true\nview = true", "light = true\nview = true\nshape = true"] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = write_scene(folder.path(), &text(vary, map));
+            let truth = traced(&relume_scenes::load(&path).unwrap());
+            let (method, ours) = played(&path, folder.path());
+            let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).max(0.0).sqrt();
+            let most = |squares: &[f64]| squares.iter().copied().fold(0.0, f64::max).sqrt();
+            println!(
+                "{map}, {method}: {:.3e} ({:.3e} at most), the path tracer {:.3e} ({:.3e})",
+                rms(&ours),
+                most(&ours),
+                rms(&truth),
+                most(&truth)
+            );
+            assert!(rms(&ours) <= 1.5 * rms(&truth), "{map}, {method}: more than the reference changes");
+            assert!(most(&ours) <= 1.5 * most(&truth), "{map}, {method}: a step that shows");
+        }
+    }
+}

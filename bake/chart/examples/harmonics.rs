@@ -84,8 +84,8 @@ fn errors(
     let error = |state: usize| {
         let (mut off, mut norm) = (0.0, 0.0);
         for (row, exact) in gathered.harmonics.iter().zip(&gathered.rows.exact) {
-            for at in 3 * state..3 * state + 3 {
-                let sum: f32 = row.iter().zip(&lights[at]).map(|(t, l)| t * l).sum();
+            for (at, light) in lights.iter().enumerate().skip(3 * state).take(3) {
+                let sum: f32 = row.iter().zip(light).map(|(t, l)| t * l).sum();
                 off += f64::from(sum - of(exact)[at]).powi(2);
                 norm += f64::from(exact.seen[at]).powi(2);
             }

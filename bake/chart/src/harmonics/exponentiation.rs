@@ -93,8 +93,9 @@ fn rotate(matrix: &mut [[f64; BANDS]; BANDS], vectors: &mut [[f64; BANDS]; BANDS
     for row in matrix.iter_mut().chain(vectors) {
         [row[p], row[q]] = turn(row[p], row[q]);
     }
-    for column in 0..BANDS {
-        [matrix[p][column], matrix[q][column]] = turn(matrix[p][column], matrix[q][column]);
+    let (above, below) = matrix.split_at_mut(q);
+    for (a, b) in above[p].iter_mut().zip(&mut below[0]) {
+        [*a, *b] = turn(*a, *b);
     }
 }
 

@@ -56,12 +56,12 @@ pub fn basis_of<const LANES: usize>([xs, ys, zs]: [[f32; LANES]; 3]) -> [[f32; L
         put(16, 2.503_342_9 * sin2 * cos2);
         put(17, 1.770_130_8 * z * sin3);
         put(18, 0.946_174_7 * sin2 * turned);
-        put(19, 0.669_046_54 * y * z * (turned - 2.0));
+        put(19, 0.669_046_5 * y * z * (turned - 2.0));
         put(20, 0.105_785_55 * (35.0 * zz * zz - 30.0 * zz + 3.0));
-        put(21, 0.669_046_54 * x * z * (turned - 2.0));
+        put(21, 0.669_046_5 * x * z * (turned - 2.0));
         put(22, 0.473_087_35 * cos2 * turned);
         put(23, 1.770_130_8 * z * cos3);
-        put(24, 0.625_835_74 * (xx * xx - 6.0 * xx * yy + yy * yy));
+        put(24, 0.625_835_7 * (xx * xx - 6.0 * xx * yy + yy * yy));
     }
     values
 }

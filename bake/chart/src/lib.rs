@@ -10,7 +10,8 @@
 //! * [`gallery`]: charts and pictures of many scenes on one page;
 //! * [`plan`]: what a scene needs, what baking it will take, and what earlier bakes and charts measured;
 //! * [`play`]: runs the player;
-//! * [`frame_cost`]: what a frame of a new bundle costs.
+//! * [`frame_cost`]: what a frame of a new bundle costs;
+//! * [`harmonics`]: spherical harmonics, for rivals.
 //!
 //! Each method's error by causes is an example: `cargo run --release --example ablation`.
 
@@ -23,6 +24,7 @@ mod figures_tests;
 pub mod files;
 pub mod frame_cost;
 pub mod gallery;
+pub mod harmonics;
 pub mod metrics;
 mod pareto;
 pub mod picture;

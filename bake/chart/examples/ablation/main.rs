@@ -1,13 +1,14 @@
 //! Which approximation of a method is to blame for what, and what takes the error away that no more terms,
-//! spheres or bases buy off: the tables of docs/CHART.md. A scene takes minutes; fox-walk needs the assets
-//! (`make assets`):
+//! triangles or bases buy off: the tables of docs/CHART.md. A scene takes minutes; bunny-plane and fox-walk need
+//! the assets (`make assets`):
 //!
 //! `cargo build --release --workspace && cargo run --release --example ablation --
-//! cornell-knot|knot-outdoors|knot-twist|fox-walk`
+//! cornell-knot|knot-outdoors|bunny-plane|knot-twist|fox-walk`
 
 mod sparse_transfer;
 mod sphere_shadows;
 mod steps;
+mod suns;
 mod transfer_images;
 
 use relume_bake::error::BakeError;
@@ -17,11 +18,11 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let printed = match std::env::args().nth(1).as_deref() {
         Some(scene @ "cornell-knot") => transfer_images::ablation(scene),
-        Some(scene @ "knot-outdoors") => sparse_transfer::ablation(scene),
+        Some(scene @ ("knot-outdoors" | "bunny-plane")) => sparse_transfer::ablation(scene),
         Some(scene @ ("knot-twist" | "fox-walk")) => sphere_shadows::ablation(scene),
         _ => Err(BakeError::invalid(
             &Place::file("SCENE"),
-            "give cornell-knot, knot-outdoors, knot-twist or fox-walk",
+            "give cornell-knot, knot-outdoors, bunny-plane, knot-twist or fox-walk",
         )),
     };
     let Err(error) = printed else { return ExitCode::SUCCESS };

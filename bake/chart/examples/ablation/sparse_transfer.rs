@@ -1,32 +1,28 @@
-//! sparse-transfer: texels, terms, rounding.
+//! sparse-transfer: suns, texels, terms, rounding.
 
-use crate::steps::{
-    Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference,
-};
+use crate::steps::{Drawing, Film, Steps, at_states, bundle_folder, exact, library, played, quiet};
+use crate::suns::{Parted, sum};
 use rayon::prelude::*;
 use relume_bake::bundle;
-use relume_bake::error::{BakeError, Result};
+use relume_bake::error::Result;
 use relume_bake::methods::asked::Asked;
-use relume_bake::methods::environment_lit::environments;
 use relume_bake::methods::sparse_transfer::errors::light_of;
 use relume_bake::methods::sparse_transfer::rows::{MAX_TERMS, Rows};
 use relume_bake::methods::sparse_transfer::texels::{FACE_SIZE, Texels};
 use relume_bake::methods::sparse_transfer::visibility::transfer_row;
 use relume_bake::methods::sparse_transfer::{METHOD, NAME, importance};
-use relume_bake::trace::held_out_lights::{Exact, HeldOutLights, RADIANCES, add};
+use relume_bake::trace::held_out_lights::{HeldOutLights, RADIANCES, add};
 use relume_bake::trace::receivers::receivers;
 use relume_bake::trace::world::World;
 use relume_bake::unfinished::Leftover;
-use relume_formats::Place;
 use relume_formats::container::Stored;
 use relume_formats::evaluate::sparse_transfer::{lights as lights_of, radiance};
-use relume_formats::kinds::scene::EnvironmentLook;
-use relume_formats::kinds::{Environment, SparseTransfer};
+use relume_formats::kinds::SparseTransfer;
 use relume_formats::state::Rgb;
 use relume_scenes::Scene;
 
 /// Numbers of terms, besides that of the bundle.
-const TERMS: [usize; 4] = [MAX_TERMS, 256, 128, 64];
+const TERMS: [usize; 3] = [MAX_TERMS, 256, 64];
 
 /// Rows of all vertices, with what they reflect exactly under `lights`.
 fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows {
@@ -47,25 +43,20 @@ fn gathered(scene: &Scene, lights: &HeldOutLights, rays_per_side: usize) -> Rows
     all
 }
 
-/// Direct light of suns at a vertex, with the visibility that its row has.
-fn of_suns(exact: &Exact, state: usize) -> Rgb {
-    std::array::from_fn(|c| exact.seen[3 * state + c] - exact.given[3 * state + c])
-}
-
-/// Radiance at all vertices in a state, from the first terms of their rows and of suns.
+/// Radiance at all vertices in a state, from the first terms of their rows, suns left out.
 fn of_terms(rows: &Rows, lights: &HeldOutLights, terms: usize, state: usize) -> Vec<Rgb> {
     let of = |row: usize| {
         let mut sums = [0.0; RADIANCES];
         for at in row * rows.terms..row * rows.terms + terms {
             add(&mut sums, &rows.values[at..=at], light_of(lights, rows.indices[at]));
         }
-        std::array::from_fn(|c| sums[3 * state + c] + of_suns(&rows.exact[row], state)[c])
+        std::array::from_fn(|c| sums[3 * state + c])
     };
     (0..rows.count()).into_par_iter().map(of).collect()
 }
 
 fn whole_rows(rows: &Rows, state: usize) -> Vec<Rgb> {
-    rows.exact.iter().map(|exact| std::array::from_fn(|c| exact.seen[3 * state + c])).collect()
+    rows.exact.iter().map(|exact| std::array::from_fn(|c| exact.given[3 * state + c])).collect()
 }
 
 /// Bakes the library's scene `name`, or goes on with what is there, and prints its table.
@@ -78,36 +69,31 @@ pub fn ablation(name: &str) -> Result<()> {
     let kept = stored.meta.terms();
 
     let states = at_states(&scene)?;
-    let lit = |scene: &Scene| -> Result<(Environment, f32)> {
-        let environment = scene.environment.as_ref();
-        let environment = environment
-            .ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
-        Ok((environments(scene).swap_remove(0), environment.rotation_deg))
+    let parted = states.iter().map(Parted::new).collect::<Result<Vec<_>>>()?;
+    let of_state = |state: usize| {
+        let light = &parted[state % parted.len()];
+        (&light.whole, light.look.rotation_deg)
     };
-    let maps = states.iter().map(lit).collect::<Result<Vec<_>>>()?;
-    let of_state = |state: usize| (&maps[state % maps.len()].0.map, maps[state % maps.len()].1);
-    let rows = gathered(
-        &scene,
-        &HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE, false),
-        stored.meta.rays_per_texel.isqrt() as usize,
-    );
     let lights = HeldOutLights::of(std::array::from_fn(of_state), FACE_SIZE, false);
+    let rows = gathered(&scene, &lights, stored.meta.rays_per_texel.isqrt() as usize);
 
-    let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(state, 0)).collect();
+    let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(state, Film::Reference)).collect();
+    let suns: Vec<Vec<Rgb>> =
+        parted.iter().zip(&states).map(|(light, state)| light.of_suns(state, Film::Reference)).collect();
     let drawn = |radiance: &dyn Fn(usize) -> Vec<Rgb>| {
-        (0..states.len()).map(|at| drawings[at].draw(&radiance(at))).collect::<Vec<_>>()
+        (0..states.len()).map(|at| sum(&drawings[at].draw(&radiance(at)), &suns[at])).collect::<Vec<_>>()
     };
-    let mut steps = Steps::default();
-    let traced = |seed: u64, reflections: u32| {
-        states.iter().map(|s| reference(s, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>()
-    };
-    let truth = steps.push("path tracer", 0, traced(0, 1)?);
-    steps.push("(the path tracer with other seeds)", truth, traced(1, 1)?);
-    steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX)?);
-    let vertices =
-        steps.push("exact radiance at vertices, drawn by the mesh", truth, drawn(&|at| exact(&states[at])));
+    let mut steps = Steps::new(&states)?;
+    let at_vertices =
+        drawings.iter().zip(&states).map(|(drawing, state)| drawing.draw(&exact(state))).collect();
+    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", None, at_vertices);
+    let apart = steps.push(
+        "suns at every sample, only the rest at vertices",
+        vertices,
+        drawn(&|at| exact(&parted[at].without_suns(&states[at]))),
+    );
     let texels =
-        steps.push("light of 6 × 64 × 64 texels, whole rows", vertices, drawn(&|at| whole_rows(&rows, at)));
+        steps.push("light of 6 × 64 × 64 texels, whole rows", apart, drawn(&|at| whole_rows(&rows, at)));
     let mut most = texels;
     for terms in TERMS {
         let number =
@@ -119,17 +105,17 @@ pub fn ablation(name: &str) -> Result<()> {
         most,
         drawn(&|at| of_terms(&rows, &lights, kept, at)),
     );
-    let look = |at: usize| EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg: maps[at].1 };
-    let rounded = drawn(&|at| {
-        let shown = radiance(&stored, &lights_of(&maps[at].0.map, &look(at), &stored.meta)).into_iter();
-        let add = |(shown, exact): (Rgb, &Exact)| {
-            let of_suns = of_suns(exact, at);
-            std::array::from_fn(|c| shown[c] + of_suns[c])
-        };
-        shown.zip(&rows.exact).map(add).collect()
-    });
-    let rounded = steps.push("rounded to bytes", unrounded, rounded);
-    steps.push("the player, suns by shadow maps", rounded, played(&scene, NAME, &folder)?);
+    let stored_radiance = |at: usize| {
+        let Parted { whole, look, .. } = &parted[at];
+        radiance(&stored, &lights_of(whole, look, &stored.meta))
+    };
+    let rounded = steps.push("rounded to bytes", unrounded, drawn(&stored_radiance));
+    let by_quarters = |at: usize| {
+        let rest = Drawing::new(&states[at], Film::Quarters).draw(&stored_radiance(at));
+        sum(&rest, &parted[at].of_suns(&states[at], Film::Quarters))
+    };
+    let quarters = steps.push("four samples a pixel", rounded, (0..states.len()).map(by_quarters).collect());
+    steps.push("the player, suns by shadow maps", quarters, played(&scene, NAME, &folder)?);
     let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();
     steps.print(&format!("sparse-transfer, {name}"), &masks);
     Ok(())

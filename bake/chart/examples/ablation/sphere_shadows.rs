@@ -1,21 +1,18 @@
-//! sphere-shadows: texels, lobes, casters, terms, levels.
+//! sphere-shadows: suns, texels, lobes, casters, terms, levels.
 
-use crate::steps::{
-    Drawing, SAMPLES, Steps, at_states, bundle_folder, exact, library, played, quiet, reference,
-};
+use crate::steps::{Drawing, Film, Steps, at_states, bundle_folder, exact, library, played, quiet};
+use crate::suns::{Parted, sum};
 use rayon::prelude::*;
 use relume_bake::bundle;
-use relume_bake::error::{BakeError, Result};
+use relume_bake::error::Result;
 use relume_bake::methods::asked::Asked;
-use relume_bake::methods::environment_lit::environments;
 use relume_bake::methods::sphere_shadows::errors::{Posed, lobes, shown_in};
-use relume_bake::methods::sphere_shadows::truth::centre;
 use relume_bake::methods::sphere_shadows::{METHOD, NAME};
 use relume_bake::trace::receivers;
+use relume_bake::trace::spans::{Eye, TexelRays, TexelSet};
 use relume_bake::trace::world::World;
 use relume_bake::unfinished::Leftover;
-use relume_formats::Place;
-use relume_formats::basis::cap::{Bitmap, ROWS};
+use relume_formats::basis::cap::Bitmap;
 use relume_formats::basis::diffuse;
 use relume_formats::basis::haar::inverse_cube;
 use relume_formats::basis::two_level::SIDE;
@@ -24,7 +21,6 @@ use relume_formats::evaluate::sparse_transfer::light as coefficients_of;
 use relume_formats::evaluate::sphere_shadows::{Detail, Levels, Receiver, light};
 use relume_formats::fast::sphere_shadows::{Shading, bitmaps};
 use relume_formats::kinds::manifest::sphere_set_file;
-use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::{Casts, ShadowObject};
 use relume_formats::kinds::{SphereSet, SphereShadows};
 use relume_formats::state::Rgb;
@@ -34,7 +30,8 @@ use relume_scenes::Scene;
 struct InState {
     scene: Scene,
     posed: Posed,
-    /// Of the light.
+    light: Parted,
+    /// Of the light without suns.
     planes: [Vec<f32>; 3],
     texels: [Vec<f32>; 3],
     /// By vertex, the texels that the meshes block.
@@ -55,29 +52,22 @@ impl InState {
     fn new(rest: &Scene, scene: Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Result<Self> {
         let all: Vec<usize> = (0..shadows.rows.len()).collect();
         let posed = shown_in((rest, &scene), &all, shadows, sets)?;
-        let environment = scene.environment.as_ref();
-        let environment = environment
-            .ok_or_else(|| BakeError::invalid(&Place::file(&scene.file), "has no [environment]"))?;
-        let look = EnvironmentLook {
-            map: String::new(),
-            gain: environment.gain,
-            rotation_deg: environment.rotation_deg,
-        };
-        let planes = coefficients_of(&environments(&scene)[0].map, &look, SIDE);
+        let light = Parted::new(&scene)?;
+        let planes = coefficients_of(&light.rest, &light.look, SIDE);
         let mut texels = planes.clone();
         texels.iter_mut().for_each(|plane| inverse_cube(plane, SIDE));
         let (world, tracing) = (World::new(&scene), receivers::receivers(&scene));
+        let centres = TexelRays::centres(SIDE);
         let of = |(receiver, tracing): (&Receiver, &receivers::Receiver)| {
             let lobes = [Lobe::Exact, Lobe::Blended].map(|lobe| lobe.of(receiver, shadows));
-            let mut bitmap = [0; ROWS];
-            for texel in (0..lobes[0].len()).filter(|texel| lobes.iter().any(|lobe| lobe[*texel] != 0.0)) {
-                bitmap[texel / 32] |=
-                    u32::from(world.occluded(tracing.origin, centre(texel), f32::INFINITY)) << (texel % 32);
-            }
-            bitmap
+            let mut seen = TexelSet::of(SIDE, |texel| lobes.iter().any(|lobe| lobe[texel] != 0.0));
+            let eye = Eye { origin: tracing.origin, horizon: None, rays: &centres, within: None };
+            world.see(eye, &mut seen);
+            let blocked = |row: usize, x: usize| u32::from(!seen.has(row, x)) << x;
+            std::array::from_fn(|row| (0..SIDE).fold(0, |bits, x| bits | blocked(row, x)))
         };
         let by_mesh = posed.receivers.par_iter().zip(&tracing).map(of).collect();
-        Ok(Self { posed, planes, texels, by_mesh, scene })
+        Ok(Self { posed, light, planes, texels, by_mesh, scene })
     }
 
     /// Σ L·ρ̃ over the texels that are not blocked.
@@ -133,29 +123,28 @@ pub fn ablation(name: &str) -> Result<()> {
         .into_iter()
         .map(|state| InState::new(&scene, state, &shadows, &sets))
         .collect::<Result<Vec<_>>>()?;
-    let drawings: Vec<Drawing> = states.iter().map(|state| Drawing::new(&state.scene, 0)).collect();
+    let drawings: Vec<Drawing> =
+        states.iter().map(|state| Drawing::new(&state.scene, Film::Reference)).collect();
+    let suns: Vec<Vec<Rgb>> =
+        states.iter().map(|state| state.light.of_suns(&state.scene, Film::Reference)).collect();
     let drawn = |radiance: &dyn Fn(&InState) -> Vec<Rgb>| {
-        drawings
-            .iter()
-            .zip(&states)
-            .map(|(drawing, state)| drawing.draw(&radiance(state)))
-            .collect::<Vec<_>>()
+        let of = |(drawing, state): (&Drawing, &InState)| drawing.draw(&radiance(state));
+        let rest = drawings.iter().zip(&states).map(of);
+        rest.zip(&suns).map(|(rest, suns)| sum(&rest, suns)).collect::<Vec<_>>()
     };
-    let mut steps = Steps::default();
-    let traced = |seed: u64, reflections: u32| {
-        states.iter().map(|s| reference(&s.scene, SAMPLES, seed, reflections)).collect::<Result<Vec<_>>>()
-    };
-    let truth = steps.push("path tracer", 0, traced(0, 1)?);
-    steps.push("(the path tracer with other seeds)", truth, traced(1, 1)?);
-    steps.push("(reflections without limit, which the scene does not ask for)", truth, traced(0, u32::MAX)?);
-    let vertices = steps.push(
-        "exact radiance at vertices, drawn by the mesh",
-        truth,
-        drawn(&|state| exact(&state.scene)),
+    let scenes: Vec<Scene> = states.iter().map(|state| state.scene.clone()).collect();
+    let mut steps = Steps::new(&scenes)?;
+    let at_vertices =
+        drawings.iter().zip(&scenes).map(|(drawing, scene)| drawing.draw(&exact(scene))).collect();
+    let vertices = steps.push("exact radiance at vertices, drawn by the mesh", None, at_vertices);
+    let apart = steps.push(
+        "suns at every sample, only the rest at vertices",
+        vertices,
+        drawn(&|state| exact(&state.light.without_suns(&state.scene))),
     );
     let texels = steps.push(
         "light and visibility of 6 × 32 × 32 texels",
-        vertices,
+        apart,
         drawn(&|state| state.sum(Lobe::Exact, &shadows, &state.by_mesh)),
     );
     let grid = steps.push(
@@ -166,7 +155,7 @@ pub fn ablation(name: &str) -> Result<()> {
     let by_casters = |state: &InState| {
         state.sum(Lobe::Blended, &shadows, &bitmaps(&state.posed.receivers, &state.posed.casters))
     };
-    let casters = steps.push("what objects cast by instead of meshes", grid, drawn(&by_casters));
+    let casters = steps.push("what the bake casts by instead of whole meshes", grid, drawn(&by_casters));
     let whole = lobes(&shadows, None);
     let all_terms = |state: &InState| {
         state.posed.under(&Shading::new(&whole, &light(state.planes.clone(), None), Levels::All))
@@ -174,10 +163,23 @@ pub fn ablation(name: &str) -> Result<()> {
     let wavelets = steps.push("wavelets, all terms", casters, drawn(&all_terms));
     let Detail { terms, levels } = Detail::of(&shadows.meta);
     let kept = lobes(&shadows, terms);
-    let shown =
-        drawn(&|state| state.posed.under(&Shading::new(&kept, &light(state.planes.clone(), terms), levels)));
-    let shown = steps.push(&format!("{terms:?} terms, {levels:?}"), wavelets, shown);
-    steps.push("the player", shown, played(&scene, NAME, &folder)?);
+    let shown = |state: &InState| {
+        state.posed.under(&Shading::new(&kept, &light(state.planes.clone(), terms), levels))
+    };
+    let as_baked =
+        steps.push(&format!("{} terms, level {levels:?}", shadows.meta.terms), wavelets, drawn(&shown));
+    let by_quarters = |state: &InState| {
+        let rest = Drawing::new(&state.scene, Film::Quarters).draw(&shown(state));
+        sum(&rest, &state.light.of_suns(&state.scene, Film::Quarters))
+    };
+    let quarters = steps.push("four samples a pixel", as_baked, states.iter().map(by_quarters).collect());
+    steps.push("the player, suns by shadow maps", quarters, played(&scene, NAME, &folder)?);
+    print(&steps, name, &scene, &drawings);
+    Ok(())
+}
+
+/// Prints the table of all surfaces and that of each object.
+fn print(steps: &Steps, name: &str, scene: &Scene, drawings: &[Drawing]) {
     let masks: Vec<&[bool]> = drawings.iter().map(|drawing| &drawing.shows_surface[..]).collect();
     steps.print(&format!("sphere-shadows, {name}, all surfaces"), &masks);
     let mut first = 0;
@@ -190,5 +192,4 @@ pub fn ablation(name: &str) -> Result<()> {
             &masks.iter().map(|mask| &mask[..]).collect::<Vec<_>>(),
         );
     }
-    Ok(())
 }

@@ -26,7 +26,7 @@ pub const SAMPLES: u32 = 256;
 /// States that errors are measured on.
 pub const STATES: u32 = 4;
 /// Light samples at a vertex for its exact radiance.
-const LIGHT_SAMPLES: u32 = 4096;
+const LIGHT_SAMPLES: u32 = 1024;
 
 /// A quiet job.
 pub fn quiet() -> Job {
@@ -53,10 +53,37 @@ pub fn at_states(scene: &Scene) -> Result<Vec<Scene>> {
     (0..STATES).map(|number| at_state(scene, number)).collect()
 }
 
-/// The path tracer's image.
-pub fn reference(scene: &Scene, samples: u32, seed: u64, reflections: u32) -> Result<Vec<Rgb>> {
-    let settings = Settings { size: SIZE, samples, seed, reflections, paths: Paths::Best };
+/// The path tracer's image of direct light.
+fn reference(scene: &Scene, seed: u64) -> Result<Vec<Rgb>> {
+    let settings = Settings { size: SIZE, samples: SAMPLES, seed, reflections: 1, paths: Paths::Best };
     Ok(reference::render(scene, std::slice::from_ref(scene), &settings, &quiet())?.swap_remove(0).radiance)
+}
+
+/// Where the pixels of a film are sampled.
+#[derive(Clone, Copy)]
+pub enum Film {
+    /// Where a reference with seed 0 samples them.
+    Reference,
+    /// In the middles of their quarters, as the player does.
+    Quarters,
+}
+
+impl Film {
+    /// Samples of a pixel.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Reference => SAMPLES,
+            Self::Quarters => 4,
+        }
+    }
+
+    /// Where on `pixel` a sample is.
+    pub fn place(self, pixel: u32, index: u32) -> [f32; 2] {
+        match self {
+            Self::Reference => PixelSampler::new(0, pixel).sample(index).pair(0),
+            Self::Quarters => [index % 2, index / 2].map(|quarter| 0.25 + 0.5 * quarter as f32),
+        }
+    }
 }
 
 /// A state's film as a linear map from radiances at vertices.
@@ -70,8 +97,8 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Of `scene`, with the film samples that [`reference`] has under `seed`.
-    pub fn new(scene: &Scene, seed: u64) -> Self {
+    /// Of `scene`.
+    pub fn new(scene: &Scene, places: Film) -> Self {
         let world = World::new(scene);
         let lights = Lights::new(scene, &world);
         let film = scene.camera.film(SIZE[0], SIZE[1]);
@@ -82,10 +109,10 @@ impl Drawing {
             first += object.mesh.positions.len() as u32;
         }
         let pixel = |pixel: u32| {
-            let sampler = PixelSampler::new(seed, pixel);
             let (mut background, mut shares) = (Vec3A::ZERO, BTreeMap::new());
-            for index in 0..SAMPLES {
-                let [dx, dy] = sampler.sample(index).pair(0);
+            let count = places.samples() as f32;
+            for index in 0..places.samples() {
+                let [dx, dy] = places.place(pixel, index);
                 let direction = film.direction((pixel % SIZE[0]) as f32 + dx, (pixel / SIZE[0]) as f32 + dy);
                 let Some(hit) = world.meet(film.eye_in_world, direction) else {
                     background += lights.background(direction);
@@ -96,10 +123,10 @@ impl Drawing {
                     Vec3A::from(scene.materials[material as usize].brdf.diffuse_albedo()) * hit.albedo;
                 let [v, w] = hit.barycentric;
                 for (vertex, share) in corners[hit.triangle as usize].into_iter().zip([1.0 - v - w, v, w]) {
-                    *shares.entry(vertex).or_insert(Vec3A::ZERO) += albedo * (share / SAMPLES as f32);
+                    *shares.entry(vertex).or_insert(Vec3A::ZERO) += albedo * (share / count);
                 }
             }
-            (background / SAMPLES as f32, shares.into_iter().collect::<Vec<_>>())
+            (background / count, shares.into_iter().collect::<Vec<_>>())
         };
         let (background, shares): (Vec<_>, Vec<Vec<_>>) =
             (0..SIZE[0] * SIZE[1]).into_par_iter().map(pixel).unzip();
@@ -176,35 +203,70 @@ pub fn percent(image: &[Rgb], truth: &[Rgb], mask: &[bool]) -> f64 {
     100.0 * (off / norm).sqrt()
 }
 
+/// Relative L2 in per cent over the pixels of `mask` to what two references with noises of their own estimate, without
+/// that noise: the mean of the product of the differences from both has none of it.
+fn percent_without_noise(image: &[Rgb], truths: [&[Rgb]; 2], mask: &[bool]) -> f64 {
+    let (mut off, mut norm) = (0.0, 0.0);
+    for (pixel, _) in mask.iter().enumerate().filter(|(_, shown)| **shown) {
+        for c in 0..3 {
+            let [ours, a, b] = [image, truths[0], truths[1]].map(|image| f64::from(image[pixel][c]));
+            off += (ours - a) * (ours - b);
+            norm += a * b;
+        }
+    }
+    if off < 0.0 { 0.0 } else { 100.0 * (off / norm).sqrt() }
+}
+
 /// Images of all states, step by step.
-#[derive(Default)]
 pub struct Steps {
-    /// Name, the step that it builds on, images.
-    steps: Vec<(String, usize, Vec<Vec<Rgb>>)>,
+    /// The path tracer's with two seeds.
+    truths: [Vec<Vec<Rgb>>; 2],
+    /// Name, the step that it builds on if that is not the truth, images.
+    steps: Vec<(String, Option<usize>, Vec<Vec<Rgb>>)>,
 }
 
 impl Steps {
-    /// Adds a step that builds on step `before`; returns its number. The first one is the truth.
-    pub fn push(&mut self, name: &str, before: usize, images: Vec<Vec<Rgb>>) -> usize {
+    /// No steps yet; the truth is `scenes`, as the path tracer sees direct light in them.
+    ///
+    /// # Errors
+    /// If the user interrupts.
+    pub fn new(scenes: &[Scene]) -> Result<Self> {
+        let traced =
+            |seed: u64| scenes.iter().map(|scene| reference(scene, seed)).collect::<Result<Vec<_>>>();
+        Ok(Self { truths: [traced(0)?, traced(1)?], steps: Vec::new() })
+    }
+
+    /// Adds a step that builds on step `before`, or on the truth; returns its number.
+    pub fn push(&mut self, name: &str, before: Option<usize>, images: Vec<Vec<Rgb>>) -> Option<usize> {
         self.steps.push((name.to_owned(), before, images));
-        self.steps.len() - 1
+        Some(self.steps.len() - 1)
     }
 
     /// Prints each step's error against the truth and against the step that it builds on, state by state and
-    /// their median.
+    /// their median; before them what two truths differ by.
     pub fn print(&self, title: &str, masks: &[&[bool]]) {
-        println!("\n**{title}**: relative L2 to the path tracer, % (to the step before)\n");
+        println!("\n**{title}**: relative L2 to the path tracer without its noise, % (to the step before)\n");
         let states: Vec<String> = (0..masks.len()).map(|state| format!(" state {state} |")).collect();
         println!("| step |{} median |\n|---|{}", states.concat(), "---|".repeat(masks.len() + 1));
-        let truth = &self.steps[0].2;
-        for (name, before, images) in self.steps.iter().skip(1) {
-            let errors = |from: &[Vec<Rgb>]| -> Vec<f64> {
-                (0..masks.len()).map(|at| percent(&images[at], &from[at], masks[at])).collect()
+        let all = |of: &dyn Fn(usize) -> f64| (0..masks.len()).map(of).collect::<Vec<f64>>();
+        let [truth, other] = &self.truths;
+        let noise = all(&|at| percent(&other[at], &truth[at], masks[at]));
+        let cells: String = noise.iter().map(|n| format!(" {n:.2} |")).collect();
+        println!(
+            "| *two path tracers with other seeds, their noise included* |{cells} {:.2} |",
+            median(&noise)
+        );
+        for (name, before, images) in &self.steps {
+            let errors = all(&|at| percent_without_noise(&images[at], [&truth[at], &other[at]], masks[at]));
+            let steps = before
+                .and_then(|before| self.steps.get(before))
+                .map(|(_, _, before)| all(&|at| percent(&images[at], &before[at], masks[at])));
+            let cell = |error: f64, step: Option<f64>| {
+                step.map_or_else(|| format!(" {error:.2} |"), |step| format!(" {error:.2} ({step:.2}) |"))
             };
-            let (to_truth, to_before) = (errors(truth), errors(&self.steps[*before].2));
-            let cells: String =
-                to_truth.iter().zip(&to_before).map(|(a, b)| format!(" {a:.2} ({b:.2}) |")).collect();
-            println!("| {name} |{cells} {:.2} ({:.2}) |", median(&to_truth), median(&to_before));
+            let of_state = |at: usize| cell(errors[at], steps.as_ref().map(|steps| steps[at]));
+            let cells: String = (0..masks.len()).map(of_state).collect();
+            println!("| {name} |{cells}{}", cell(median(&errors), steps.as_deref().map(median)));
         }
     }
 }

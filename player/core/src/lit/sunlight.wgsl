@@ -86,7 +86,7 @@ fn blocker_height(lit: Lit, sample: u32) -> f32 {
         let texel = vec2<i32>(floor(lit.at + on_spiral(index, distance) / lit.texel));
         let risen = rise(lit, texel);
         let aside = length((vec2<f32>(texel) + 0.5 - lit.at) * lit.texel);
-        // To stand before the disc it must be as steeply above as the disc's edge.
+        // To stand before the disc it must be nearer to it, and as steeply above as the disc's edge.
         if min(risen.x, risen.y) > 0.0 && aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
             // The part of the disc's plane that a look stands for: its share of the spiral, but a texel at least.
             let area = max(3.0 * PI / f32(SEARCHES) * (reach * share) * (reach * share), lit.texel.x * lit.texel.y);

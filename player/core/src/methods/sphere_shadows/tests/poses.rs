@@ -49,7 +49,7 @@ fn tube(place: DVec3) -> (DeformingMesh, Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let sum: f32 = joints.iter().map(|joint| share(*joint)).sum();
         // The copies of the seam name them the other way around.
         let turn = |mut list: [_; 4]| {
-            if k % SPOKES == 0 {
+            if k.is_multiple_of(SPOKES) {
                 list
             } else {
                 list.reverse();

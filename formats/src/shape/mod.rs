@@ -15,7 +15,7 @@ mod validate;
 
 pub use clip::{Clip, Interpolation, Property, Track};
 pub use node::{Node, Transform};
-pub use normals::ShadingNormals;
+pub use normals::{ShadingNormals, Surrounded};
 pub use pose::Pose;
 pub use skin::{Influences, Joint, MorphTarget, morphed};
 

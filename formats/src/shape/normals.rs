@@ -8,6 +8,7 @@
 
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// What turns the normals of a mesh, prepared once.
 #[derive(Debug, Clone)]
@@ -19,6 +20,17 @@ pub struct ShadingNormals {
     place_of: Vec<u32>,
     /// For each place the mean normal at rest.
     rest_means: Vec<DVec3>,
+}
+
+/// What the normal of a vertex is turned by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surrounded {
+    /// Unit normal at rest.
+    pub normal: [f32; 3],
+    /// Mean normal of its triangles at rest, of unit length; 0 if these have no area.
+    pub mean: [f32; 3],
+    /// Its triangles in a list of those at all places.
+    pub triangles: Range<u32>,
 }
 
 impl ShadingNormals {
@@ -48,6 +60,26 @@ impl ShadingNormals {
             let mean = |means: &[DVec3]| means.get(*place as usize).copied().unwrap_or_default();
             turned(*normal, mean(&self.rest_means), mean(&means)).as_vec3().to_array()
         }));
+    }
+
+    /// What those need who sum by vertex: what turns each, and the triangles that meet at places, by their
+    /// vertices, place after place and in the order in which [`ShadingNormals::at`] adds them.
+    pub fn by_vertex(&self) -> (Vec<Surrounded>, Vec<[u32; 3]>) {
+        let place_of = |vertex: u32| self.place_of.get(vertex as usize).copied();
+        let mut meeting: Vec<(u32, [u32; 3])> = Vec::with_capacity(3 * self.triangles.len());
+        for triangle in &self.triangles {
+            meeting.extend(triangle.iter().filter_map(|vertex| Some((place_of(*vertex)?, *triangle))));
+        }
+        meeting.sort_by_key(|(place, _)| *place);
+        let before = |place: u32| meeting.partition_point(|(other, _)| *other < place) as u32;
+        let single = |v: DVec3| v.as_vec3().to_array();
+        let surrounded = self.rest.iter().zip(&self.place_of).map(|(normal, place)| Surrounded {
+            normal: single(*normal),
+            mean: single(self.rest_means.get(*place as usize).copied().unwrap_or_default()),
+            triangles: before(*place)..before(*place + 1),
+        });
+        let surrounded = surrounded.collect();
+        (surrounded, meeting.into_iter().map(|(_, triangle)| triangle).collect())
     }
 
     /// For each place the unit vector along the sum of the area vectors of its triangles; zero where there is

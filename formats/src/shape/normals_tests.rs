@@ -98,6 +98,35 @@ fn seams_stay_closed_and_creases_open() {
 }
 
 #[test]
+fn sums_by_vertex_are_the_means() {
+    let (rest, mut triangles) = grid(5, |u, v| DVec3::new(u, v, 0.2 * u * v));
+    // A seam along a row of vertices that are there twice, one that nothing touches, and a triangle that meets
+    // the place of two of its corners.
+    let (mut rest, count) = (rest, 36);
+    rest.extend_from_within(12..18);
+    rest.push([5.0, 5.0, 5.0]);
+    let doubled = |v: u32| if (12..18).contains(&v) { v - 12 + count } else { v };
+    triangles.iter_mut().skip(20).for_each(|t| *t = t.map(doubled));
+    triangles.push([13, 37, 20]);
+    let normals = vec![[0.0, 0.0, 1.0]; rest.len()];
+    let shading = ShadingNormals::new(&rest, &normals, &triangles);
+    let (surrounded, meeting) = shading.by_vertex();
+    assert_eq!((surrounded.len(), meeting.len()), (rest.len(), 3 * triangles.len()));
+    assert_eq!(surrounded[12], surrounded[36], "one place");
+    assert!(surrounded[42].triangles.is_empty());
+    let at = |v: u32| Vec3::from(rest[v as usize]).as_dvec3();
+    for vertex in &surrounded {
+        let own = &meeting[vertex.triangles.start as usize..vertex.triangles.end as usize];
+        let areas = own.iter().map(|[a, b, c]| (at(*b) - at(*a)).cross(at(*c) - at(*a)));
+        let mean = areas.fold(DVec3::ZERO, |sum, area| sum + area).normalize_or_zero();
+        assert_eq!((vertex.mean, vertex.normal), (mean.as_vec3().to_array(), [0.0, 0.0, 1.0]), "bit by bit");
+    }
+    let places = |triangle: &[u32; 3]| triangle.map(|v| surrounded[v as usize].triangles.clone());
+    let twice = meeting.iter().filter(|t| **t == [13, 37, 20]).count();
+    assert!(twice == 3 && places(&[13, 37, 20])[0] == places(&[13, 37, 20])[1]);
+}
+
+#[test]
 fn collapsed_and_strange_meshes_keep_the_rest() {
     let (rest, mut triangles) = grid(2, |u, v| DVec3::new(u, v, 0.0));
     triangles.push([0, 1, 99]);

@@ -35,16 +35,18 @@ fn read(gpu: &Gpu, host: &wgpu::Buffer) -> Vec<u8> {
     host.get_mapped_range(..).unwrap().to_vec()
 }
 
+/// Waits for a buffer that can be copied from; what it holds.
+pub(crate) fn read_values<T: bytemuck::AnyBitPattern>(gpu: &Gpu, source: &wgpu::Buffer) -> Vec<T> {
+    let host = gpu.buffer("read-back", source.size(), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(source, 0, &host, 0, source.size());
+    gpu.queue.submit([encoder.finish()]);
+    read(gpu, &host).chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+}
+
 /// Waits for buffers of four floats for each colour; the first three floats of each, buffer by buffer.
 pub(crate) fn read_radiance<'a>(gpu: &Gpu, sources: impl IntoIterator<Item = &'a wgpu::Buffer>) -> Vec<Rgb> {
-    let of = |source: &wgpu::Buffer| {
-        let host = gpu.buffer("read-back", source.size(), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(source, 0, &host, 0, source.size());
-        gpu.queue.submit([encoder.finish()]);
-        let floats: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&read(gpu, &host));
-        floats.into_iter().map(|[r, g, b, _]| [r, g, b])
-    };
+    let of = |source| read_values(gpu, source).into_iter().map(|[r, g, b, _]: [f32; 4]| [r, g, b]);
     sources.into_iter().flat_map(of).collect()
 }
 

@@ -196,13 +196,20 @@ impl Gpu {
         layout: &wgpu::BindGroupLayout,
         resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
     ) -> wgpu::BindGroup {
+        self.bind_at(layout, (0..).zip(resources))
+    }
+
+    /// Binds resources at the numbers of their bindings, for entry points that leave some out.
+    pub(crate) fn bind_at<'a>(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+    ) -> wgpu::BindGroup {
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout,
-            entries: &(0..)
-                .zip(resources)
-                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-                .collect::<Vec<_>>(),
+            entries: &resources.into_iter().map(entry).collect::<Vec<_>>(),
         })
     }
 

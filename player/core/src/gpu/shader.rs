@@ -1,11 +1,12 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 13] = [
+const SNIPPETS: [(&str, &str); 14] = [
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
+    ("lobes", include_str!("../methods/sphere_shadows/lobes.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
     ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),
     ("spans", include_str!("../methods/sphere_shadows/spans.wgsl")),

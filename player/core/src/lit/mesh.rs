@@ -52,15 +52,12 @@ impl Mesh {
         let materials = scene.meta.materials.iter().enumerate();
         let materials: Vec<Material> =
             materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
+        // What moves shapes, and what shadows are computed from.
+        let placed = BufferUsages::VERTEX | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         Self {
-            positions: upload(
-                gpu,
-                "positions",
-                BufferUsages::VERTEX | BufferUsages::STORAGE,
-                &scene.positions,
-            ),
+            positions: upload(gpu, "positions", placed, &scene.positions),
             uvs: upload(gpu, "uvs", BufferUsages::VERTEX, &uvs),
-            normals: upload(gpu, "normals", BufferUsages::VERTEX, &scene.normals),
+            normals: upload(gpu, "normals", placed, &scene.normals),
             triangles: upload(gpu, "triangles", BufferUsages::INDEX, &scene.triangles),
             materials: gpu.storage("materials", &materials),
             textures: (0..materials.len()).map(|index| texture(gpu, texture_of(index))).collect(),

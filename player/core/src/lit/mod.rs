@@ -15,7 +15,6 @@ mod targets;
 pub(crate) use light::{Light, Map};
 pub(crate) use mesh::Mesh;
 pub(crate) use picture::Picture;
-pub(crate) use suns::Bounds;
 pub(crate) use surroundings::{Surroundings, belongs};
 pub(crate) use targets::drawable;
 #[cfg(test)]
@@ -24,6 +23,7 @@ pub(crate) use targets::expect_drawable;
 const ENVIRONMENT: &str = include_str!("environment.wgsl");
 const HAAR: &str = include_str!("haar.wgsl");
 const CAST: &str = include_str!("cast.wgsl");
+const EXTENT: &str = include_str!("extent.wgsl");
 /// Surfaces that reflect the radiance of their vertices alike in all directions.
 pub(crate) const DIFFUSE: &str = include_str!("diffuse.wgsl");
 const AVERAGE: &str = include_str!("average.wgsl");

@@ -5,7 +5,7 @@
 
 use super::light::{Light, halves_of, put};
 use super::mesh::{Mesh, Object};
-use super::suns::{Bounds, Suns};
+use super::suns::Suns;
 use super::targets::{Band, COLOUR, Pipelines, SAMPLES, Targets, expect_drawable};
 use super::{AVERAGE, ENVIRONMENT, pipeline};
 use crate::error::Result;
@@ -34,7 +34,6 @@ impl Picture {
         gpu: &Gpu,
         size: [u32; 2],
         mesh: Mesh,
-        bounds: Bounds,
         radiance: &wgpu::Buffer,
         light: &Light,
         surface: &'static str,
@@ -53,7 +52,7 @@ impl Picture {
             textures: mesh.textures.iter().map(texture).collect(),
             maps: light.maps().iter().map(|map| halves_of(gpu, &background, map)).collect(),
             targets: Targets::new(gpu, size, &pipelines),
-            suns: Suns::new(gpu, &mesh, bounds, &pipelines.surface),
+            suns: Suns::new(gpu, &mesh, &pipelines.surface),
             pipelines,
             mesh,
             radiance: radiance.clone(),
@@ -91,9 +90,9 @@ impl Picture {
         self.suns.set_light(gpu, light);
     }
 
-    /// The box around the vertices, some of which have moved, is now `bounds`.
-    pub(crate) fn set_bounds(&mut self, gpu: &Gpu, bounds: Bounds) {
-        self.suns.set_bounds(gpu, bounds);
+    /// Vertices move in the next frame.
+    pub(crate) fn vertices_move(&mut self) {
+        self.suns.vertices_move();
     }
 
     /// Encodes the passes that fill the film, with environment map number `map` behind everything.

@@ -1,12 +1,11 @@
 //! What arrives before the main file of a method: the scene, its maps and its textures.
 
 use super::targets::expect_drawable;
-use super::{Bounds, Light, Map, Mesh, Picture};
+use super::{Light, Map, Mesh, Picture};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::methods::Setup;
 use crate::stream::{Arrival, decode_all};
-use glam::Vec3;
 use relume_formats::Place;
 use relume_formats::bundle::{Maps, Settings, expect_lit, expect_textures};
 use relume_formats::container::{Kind, Section};
@@ -123,7 +122,6 @@ impl Surroundings {
             gpu,
             self.size,
             Mesh::new(gpu, &self.scene, self.textures.as_ref()),
-            Bounds::of(self.scene.positions.iter().map(|position| Vec3::from(*position))),
             radiance,
             light,
             surface,

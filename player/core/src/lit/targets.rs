@@ -161,11 +161,7 @@ impl Band {
 
 /// The bindings of the background, which are not consecutive: binding 1 is of the resampling.
 fn background_bindings(gpu: &Gpu, pipelines: &Pipelines, view: &wgpu::Buffer) -> wgpu::BindGroup {
-    let entries = [(0, &pipelines.environment), (2, view)]
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("background"),
-        layout: &pipelines.background.get_bind_group_layout(0),
-        entries: &entries,
-    })
+    let bound = [(0, &pipelines.environment), (2, view)];
+    let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+    gpu.bind_at(&pipelines.background.get_bind_group_layout(0), bound)
 }

@@ -1,14 +1,15 @@
 //! The receivers' bitmaps on the GPU: what they are computed from, and the passes that do.
 
 use super::gpu_data::{Batch, Caster, Lobes, TRIANGLE_BYTES};
+use super::poses::Poses;
 use super::receivers::Receivers;
 use super::{CAPS, PLACE};
 use crate::error::Result;
 use crate::gpu::{Gpu, Passes};
 use relume_formats::basis::cap::ROWS;
 use relume_formats::evaluate::sphere_shadows::{Own, Receiver, Spheres};
+use relume_formats::shape::Pose;
 use relume_formats::{Error as FormatError, Place};
-use std::ops::Range;
 use wgpu::BufferUsages;
 
 /// Receivers of a workgroup that computes bitmaps, and triangles of one that places them, as in the shaders.
@@ -18,6 +19,8 @@ const BITMAP_BYTES: u64 = (ROWS * size_of::<u32>()) as u64;
 
 /// Receivers, spheres and bitmaps.
 pub(super) struct Blockers {
+    /// If there are shapes that deform.
+    poses: Option<Poses>,
     positions: wgpu::Buffer,
     normals: wgpu::Buffer,
     /// [`Lobes`] of each receiver.
@@ -50,14 +53,15 @@ pub(super) struct Bitmaps {
 }
 
 impl Blockers {
-    /// Uploads `receivers` as they stand; `positions` is what their meshes are drawn from.
+    /// Uploads `receivers` at rest; their meshes are drawn from these positions and normals.
     ///
     /// # Errors
-    /// If an object has more spheres than the GPU can bind a table of neighbours for.
+    /// If an object has more spheres than the GPU can bind a table of neighbours for, or shapes are larger than it
+    /// can bind.
     pub(super) fn new(
         gpu: &Gpu,
         receivers: &Receivers,
-        positions: &wgpu::Buffer,
+        [positions, normals]: [&wgpu::Buffer; 2],
         place: &Place,
     ) -> Result<Self> {
         let (owns, near) = neighbourhoods(receivers);
@@ -70,7 +74,9 @@ impl Blockers {
             return Err(FormatError::unsupported(place, reason).into());
         }
         let (owns, near) = (gpu.storage("own spheres", &owns), gpu.storage("near spheres", &near));
-        let (count, usage) = (receivers.now().len() as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let (count, usage) = (receivers.now().len(), BufferUsages::STORAGE | BufferUsages::COPY_DST);
+        let lobes: Vec<Lobes> = receivers.now().iter().map(Lobes::new).collect();
+        let lobes = gpu.storage("lobes", &lobes);
         let spheres = receivers.spheres().iter().map(|set| set.now.len()).sum::<usize>();
         // A triangle without area is seen from nowhere.
         let nothing = || vec![bytemuck::Zeroable::zeroed()];
@@ -78,12 +84,12 @@ impl Blockers {
         let casters = if casters.is_empty() { nothing() } else { casters };
         let bytes = casters.len() as u64 * TRIANGLE_BYTES;
         let triangles = gpu.buffer("triangles", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        let normals = gpu.buffer("normals", count * size_of::<[f32; 3]>() as u64, usage);
-        let placing = Placing::new(gpu, &casters, [positions, &normals], &triangles);
+        let placing = Placing::new(gpu, &casters, [positions, normals], &triangles);
         let mut blockers = Self {
+            poses: Poses::new(gpu, receivers.moving(), [positions, normals, &lobes], place)?,
             positions: positions.clone(),
-            normals,
-            lobes: gpu.buffer("lobes", count * size_of::<Lobes>() as u64, usage),
+            normals: normals.clone(),
+            lobes,
             spheres: gpu.buffer("spheres", (spheres.max(1) * size_of::<[f32; 4]>()) as u64, usage),
             triangles,
             placing,
@@ -95,7 +101,6 @@ impl Blockers {
             |first: u32| Batch { first, count: most.min(count as u32 - first), spheres: spheres as u32 };
         let batches = (0..count as u32).step_by(most as usize).map(batch);
         blockers.batches = batches.map(|batch| blockers.batch(gpu, &batch, &owns, &near)).collect();
-        blockers.upload(gpu, receivers, 0..receivers.now().len());
         blockers.upload_spheres(gpu, receivers);
         Ok(blockers)
     }
@@ -122,25 +127,6 @@ impl Blockers {
         }
     }
 
-    /// Uploads the receivers of a range, but for their positions, for what is submitted next.
-    pub(super) fn upload(&self, gpu: &Gpu, receivers: &Receivers, range: Range<usize>) {
-        let (first, of) = (range.start as u64, &receivers.now()[range]);
-        let normals: Vec<[f32; 3]> = of.iter().map(|receiver| receiver.normal.to_array()).collect();
-        let lobes = of
-            .iter()
-            .map(|r| Lobes { rows: r.lobes.map(|(row, _)| row), weights: r.lobes.map(|(_, weight)| weight) });
-        gpu.queue.write_buffer(
-            &self.normals,
-            first * size_of::<[f32; 3]>() as u64,
-            bytemuck::cast_slice(&normals),
-        );
-        gpu.queue.write_buffer(
-            &self.lobes,
-            first * size_of::<Lobes>() as u64,
-            bytemuck::cast_slice(&lobes.collect::<Vec<Lobes>>()),
-        );
-    }
-
     /// Uploads all spheres, for what is submitted next.
     pub(super) fn upload_spheres(&self, gpu: &Gpu, receivers: &Receivers) {
         let spheres: Vec<[f32; 4]> =
@@ -148,8 +134,18 @@ impl Blockers {
         gpu.queue.write_buffer(&self.spheres, 0, bytemuck::cast_slice(&spheres));
     }
 
-    /// Encodes the passes that bring the bitmaps up to date.
+    /// Brings the shape of this number to `pose`, for what is submitted next.
+    pub(super) fn set_pose(&self, gpu: &Gpu, shape: usize, pose: &Pose) {
+        if let Some(poses) = &self.poses {
+            poses.set(gpu, shape, pose);
+        }
+    }
+
+    /// Encodes the passes that bring shapes and bitmaps up to date.
     pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+        if let Some(poses) = &self.poses {
+            poses.encode(passes);
+        }
         self.placing.encode(passes);
         let mut pass = passes.compute("caps");
         pass.set_pipeline(&self.pipeline);

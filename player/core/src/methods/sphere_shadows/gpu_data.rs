@@ -1,7 +1,7 @@
 //! The structs of the shaders, as the CPU writes them.
 
 use bytemuck::{Pod, Zeroable};
-use relume_formats::evaluate::sphere_shadows::{CasterTriangle, Sides};
+use relume_formats::evaluate::sphere_shadows::{CasterTriangle, Receiver, Sides};
 
 /// Receivers whose bitmaps share a buffer.
 #[repr(C)]
@@ -39,12 +39,51 @@ impl Caster {
 /// Bytes of a triangle where it is now, which the CPU never sees.
 pub(super) const TRIANGLE_BYTES: u64 = 80;
 
+/// A vertex of a shape that deforms, and what moves it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Vertex {
+    pub(super) position: [f32; 3],
+    pub(super) index: u32,
+    pub(super) joints: [u32; 4],
+    pub(super) weights: [f32; 4],
+    pub(super) first_delta: u32,
+    pub(super) end_delta: u32,
+    pub(super) unused: [u32; 2],
+}
+
+/// What a morph target adds to a vertex.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Delta {
+    pub(super) offset: [f32; 3],
+    pub(super) morph: u32,
+}
+
+/// A vertex of a shape that deforms, and what turns its normal.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Surrounded {
+    pub(super) normal: [f32; 3],
+    pub(super) index: u32,
+    pub(super) mean: [f32; 3],
+    pub(super) first: u32,
+    pub(super) end: u32,
+    pub(super) unused: [u32; 3],
+}
+
 /// The lobes whose blend is that of a receiver's normal.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(super) struct Lobes {
     pub(super) rows: [u32; 4],
     pub(super) weights: [f32; 4],
+}
+
+impl Lobes {
+    pub(super) fn new(receiver: &Receiver) -> Self {
+        Self { rows: receiver.lobes.map(|(row, _)| row), weights: receiver.lobes.map(|(_, weight)| weight) }
+    }
 }
 
 /// What of the light is kept.
@@ -68,7 +107,14 @@ mod tests {
         for shader in [super::super::CAPS, super::super::SHADE] {
             expect(shader, "Batch", &layout_of!(Batch { first, count, spheres }));
         }
-        expect(super::super::SHADE, "Lobes", &layout_of!(Lobes { rows, weights }));
+        for shader in [super::super::TURN, super::super::SHADE] {
+            expect(shader, "Lobes", &layout_of!(Lobes { rows, weights }));
+        }
+        let vertex = layout_of!(Vertex { position, index, joints, weights, first_delta, end_delta } unused);
+        expect(super::super::POSE, "Vertex", &vertex);
+        expect(super::super::POSE, "Delta", &layout_of!(Delta { offset, morph }));
+        let surrounded = layout_of!(Surrounded { normal, index, mean, first, end } unused);
+        expect(super::super::TURN, "Surrounded", &surrounded);
         expect(super::super::TERMS, "Keep", &layout_of!(Keep { gain, terms, fine } unused));
     }
 }

@@ -1,16 +1,18 @@
 //! Method `sphere-shadows` on the GPU: every vertex of the scene receives the light that spheres and triangles of
 //! its objects leave it, and the meshes are drawn with it.
 //!
-//! Skinning and following are done on the CPU ([`receivers`]); then come passes over all receivers: what
-//! triangles and spheres block in their bitmaps ([`blockers`]), the light's terms folded into the lobes, and the radiance
-//! that both give ([`shading`]). What a frame costs depends on what has changed: a shape asks for bitmaps and
-//! radiance, the light for folding and radiance, the camera for neither. With the adapter `cpu` radiance is
-//! computed on the CPU ([`on_cpu`]).
+//! The CPU tells where joints are, and lets spheres follow ([`receivers`]). Then come passes: vertices and normals
+//! of shapes brought to their pose ([`poses`]), what triangles and spheres block in the bitmaps of all receivers
+//! ([`blockers`]), the light's terms folded into the lobes, and the radiance that both give ([`shading`]). What a
+//! frame costs depends on what has changed: a shape asks for poses, bitmaps and radiance, the light for folding and
+//! radiance, the camera for neither. With the adapter `cpu` poses and radiance are computed on the CPU
+//! ([`on_cpu`]).
 
 mod blockers;
 mod gpu_data;
 #[cfg(feature = "cpu")]
 mod on_cpu;
+mod poses;
 mod receivers;
 mod shading;
 mod stage;
@@ -40,6 +42,8 @@ pub const METHOD: Method = Method {
     start: |gpu, setup| Ok(Box::new(SphereShadows::new(gpu, setup)?)),
 };
 
+const POSE: &str = include_str!("pose.wgsl");
+const TURN: &str = include_str!("turn.wgsl");
 const PLACE: &str = include_str!("place.wgsl");
 const CAPS: &str = include_str!("caps.wgsl");
 const TERMS: &str = include_str!("terms.wgsl");
@@ -124,7 +128,8 @@ impl SphereShadows {
 impl Waiting {
     fn set_up(mut self, gpu: &Gpu, bake: &Bake, place: &Place) -> Result<Stage> {
         let detail = Detail::of(&bake.meta);
-        let receivers = Receivers::new(&self.surroundings.scene, bake, self.sets, self.shapes, place)?;
+        let (scene, on_cpu) = (&self.surroundings.scene, gpu.radiance_on_cpu);
+        let receivers = Receivers::new(scene, bake, self.sets, self.shapes, on_cpu, place)?;
         let lobes: Vec<_> =
             (0..bake.normals.len()).map(|row| lobe(bake.lobe(row).to_vec(), detail.terms)).collect();
         let light = self.surroundings.light(gpu, SIDE as u32, false);
@@ -133,7 +138,8 @@ impl Waiting {
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
         let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE);
         let on_gpu = || -> Result<_> {
-            let blockers = blockers::Blockers::new(gpu, &receivers, picture.positions(), place)?;
+            let placed = [picture.positions(), picture.normals()];
+            let blockers = blockers::Blockers::new(gpu, &receivers, placed, place)?;
             let shading =
                 shading::Shading::new(gpu, detail, &lobes, light.coefficients(), &blockers, &radiance);
             Ok((blockers, Box::new(shading)))
@@ -205,9 +211,7 @@ impl Playback for SphereShadows {
     }
 
     fn moving_vertices(&self) -> Option<Vec<[f32; 3]>> {
-        let receivers =
-            self.stage.as_ref().map(|stage| &stage.receivers).filter(|receivers| receivers.any_moves())?;
-        Some(receivers.now().iter().map(|receiver| receiver.position.to_array()).collect())
+        self.stage.as_ref()?.receivers.moving_positions()
     }
 
     fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {

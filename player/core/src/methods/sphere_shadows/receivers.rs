@@ -1,6 +1,6 @@
-//! Receivers and spheres as they stand now: what a pose does to them, on the CPU.
+//! Receivers, spheres and shapes: what of a pose is computed on the CPU. That is where joints are and spheres that
+//! follow; vertices and normals only if it computes the radiance, too.
 
-use crate::lit::Bounds;
 use relume_formats::basis::diffuse::blend;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::sphere_shadows::{
@@ -8,7 +8,7 @@ use relume_formats::evaluate::sphere_shadows::{
 };
 use relume_formats::kinds::sphere_shadows::{Casts, ShadowObject};
 use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
-use relume_formats::shape::{DeformingMesh, ShadingNormals};
+use relume_formats::shape::{DeformingMesh, Pose, ShadingNormals};
 use relume_formats::state::Posed;
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
@@ -22,28 +22,43 @@ pub(super) type Shapes = BTreeMap<String, DeformingMesh>;
 /// The vertices of a scene, what blocks their view, and what moves them.
 pub(super) struct Receivers {
     now: Vec<Receiver>,
+    /// Whether `now` is to follow the poses.
+    on_cpu: bool,
     meshes: CasterMeshes,
     casters: Casters,
     moving: Vec<Moving>,
 }
 
 /// An object that deforms.
-struct Moving {
+pub(super) struct Moving {
     name: String,
-    vertices: Range<usize>,
-    mesh: DeformingMesh,
-    normals: ShadingNormals,
+    /// Its vertices among those of the scene.
+    pub(super) vertices: Range<usize>,
+    pub(super) mesh: DeformingMesh,
+    pub(super) normals: ShadingNormals,
     /// Number of its set among those that cast, if it is there, and what its spheres follow.
     follower: Option<(usize, Follower)>,
     /// What it shows; `None` before the first pose.
     shown: Option<Option<Posed>>,
-    /// Positions and normals now, kept for their memory.
-    now: [Vec<[f32; 3]>; 2],
+    /// Positions and normals, kept for their memory.
+    scratch: [Vec<[f32; 3]>; 2],
+}
+
+impl Moving {
+    /// One that no spheres follow, before its first pose.
+    pub(super) fn new(
+        name: String,
+        vertices: Range<usize>,
+        mesh: DeformingMesh,
+        normals: ShadingNormals,
+    ) -> Self {
+        Self { name, vertices, mesh, normals, follower: None, shown: None, scratch: Default::default() }
+    }
 }
 
 impl Receivers {
     /// Those of `scene` as the main file `bake` at `place` has them, at rest; all that is there is known to
-    /// fit the scene.
+    /// fit the scene. `on_cpu` says whether the CPU brings vertices and normals to their pose.
     ///
     /// # Errors
     /// If a shape is missing.
@@ -52,10 +67,12 @@ impl Receivers {
         bake: &SphereShadows,
         mut sets: Sets,
         mut shapes: Shapes,
+        on_cpu: bool,
         place: &Place,
     ) -> Result<Self> {
         let meshes = CasterMeshes::new(bake, &scene.positions);
-        let mut found = Self { now: Vec::new(), meshes, casters: Casters::default(), moving: Vec::new() };
+        let mut found =
+            Self { now: Vec::new(), on_cpu, meshes, casters: Casters::default(), moving: Vec::new() };
         let (mut own_sets, mut end) = (Vec::new(), 0);
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
             // A bundle has the spheres of what casts by its mesh too.
@@ -94,62 +111,69 @@ impl Receivers {
         // What is not of the object wraps around to what no object has.
         let local = |triangle: &[u32; 3]| triangle.map(|vertex| vertex.wrapping_sub(object.first_vertex));
         let triangles: Vec<[u32; 3]> = scene.triangles[triangles].iter().map(local).collect();
-        self.moving.push(Moving {
-            name: object.name.clone(),
-            normals: ShadingNormals::new(
-                &scene.positions[vertices.clone()],
-                &scene.normals[vertices.clone()],
-                &triangles,
-            ),
-            vertices,
-            mesh,
-            follower: set.map(|set| (self.casters.spheres.len() - 1, Follower::new(set))),
-            shown: None,
-            now: Default::default(),
-        });
+        let (positions, normals) = (&scene.positions[vertices.clone()], &scene.normals[vertices.clone()]);
+        let normals = ShadingNormals::new(positions, normals, &triangles);
+        let follower = set.map(|set| (self.casters.spheres.len() - 1, Follower::new(set)));
+        self.moving.push(Moving { follower, ..Moving::new(object.name.clone(), vertices, mesh, normals) });
     }
 
-    /// Brings everything to what `shapes` show. Returns the ranges of receivers that moved.
+    /// Brings everything to what `shapes` show. Returns which shapes moved, by number, and their poses.
     ///
     /// # Errors
     /// If a mesh would reach beyond what numbers hold.
-    pub(super) fn pose(&mut self, shapes: &BTreeMap<String, Posed>) -> Result<Vec<Range<usize>>> {
+    pub(super) fn pose(&mut self, shapes: &BTreeMap<String, Posed>) -> Result<Vec<(usize, Pose)>> {
         let mut moved = Vec::new();
-        for moving in &mut self.moving {
+        for (number, moving) in self.moving.iter_mut().enumerate() {
             let shows = shapes.get(&moving.name);
             if moving.shown.as_ref().is_some_and(|shown| shown.as_ref() == shows) {
                 continue;
             }
-            let [positions, normals] = &mut moving.now;
-            moving.mesh.positions(&moving.mesh.pose_of(shows), positions);
-            moving.normals.at(positions, normals);
+            let pose = moving.mesh.pose_of(shows);
+            let [positions, normals] = &mut moving.scratch;
+            if self.on_cpu || moving.follower.is_some() {
+                moving.mesh.positions(&pose, positions);
+            }
             if let Some((set, follower)) = &moving.follower {
                 follower.follow(positions, &mut self.casters.spheres[*set].now)?;
             }
-            let placed = positions.iter().zip(normals);
-            for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed) {
-                (receiver.position, receiver.normal, receiver.lobes) =
-                    ((*position).into(), (*normal).into(), blend((*normal).into()));
+            if self.on_cpu {
+                moving.normals.at(positions, normals);
+                let placed = positions.iter().zip(normals);
+                for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed)
+                {
+                    (receiver.position, receiver.normal, receiver.lobes) =
+                        ((*position).into(), (*normal).into(), blend((*normal).into()));
+                }
             }
             moving.shown = Some(shows.cloned());
-            moved.push(moving.vertices.clone());
+            moved.push((number, pose));
         }
         Ok(moved)
     }
 
-    /// All of them, in the order of the scene's vertices.
+    /// All of them, in the order of the scene's vertices: where they are now if the CPU brings them there, else
+    /// at rest.
     pub(super) fn now(&self) -> &[Receiver] {
         &self.now
     }
 
-    /// The box around them.
-    pub(super) fn bounds(&self) -> Bounds {
-        Bounds::of(self.now.iter().map(|receiver| receiver.position))
+    /// The objects that deform.
+    pub(super) fn moving(&self) -> &[Moving] {
+        &self.moving
     }
 
-    /// Whether there are objects that deform.
-    pub(super) fn any_moves(&self) -> bool {
-        !self.moving.is_empty()
+    /// Where all vertices are now, metres in world space, if there are objects that deform.
+    pub(super) fn moving_positions(&self) -> Option<Vec<[f32; 3]>> {
+        if self.moving.is_empty() {
+            return None;
+        }
+        let mut all: Vec<[f32; 3]> = self.now.iter().map(|receiver| receiver.position.to_array()).collect();
+        let mut posed = Vec::new();
+        for Moving { vertices, mesh, shown, .. } in &self.moving {
+            mesh.positions(&mesh.pose_of(shown.as_ref().and_then(Option::as_ref)), &mut posed);
+            all.iter_mut().skip(vertices.start).zip(&posed).for_each(|(position, now)| *position = *now);
+        }
+        Some(all)
     }
 
     /// The spheres of the objects that cast by them.

@@ -3,13 +3,7 @@
 
 #import batch
 #import invocation
-
-struct Lobes {
-    // Rows whose blend is the lobe of the receiver's normal.
-    rows: vec4<u32>,
-    // Their weights, 0 for those not needed.
-    weights: vec4<f32>,
-}
+#import lobes
 
 @group(0) @binding(0) var<uniform> batch: Batch;
 // [192, count]: blocked texels.

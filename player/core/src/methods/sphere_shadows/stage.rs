@@ -9,10 +9,12 @@ use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use crate::lit::{Light, Map, Picture};
+use glam::Vec3;
+use relume_formats::evaluate::sphere_shadows::Receiver;
 use relume_formats::kinds::Environment;
 use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::shape::Pose;
 use relume_formats::state::Rgb;
-use std::ops::Range;
 
 /// Everything that it takes to draw a frame.
 pub(super) struct Stage {
@@ -50,14 +52,11 @@ impl Stage {
     pub(super) fn update(&mut self, gpu: &Gpu, look: &Look) -> Result<()> {
         self.set_light(gpu, look.environment.as_ref());
         let moved = self.receivers.pose(&look.shapes)?;
-        self.changed.shapes |= !moved.is_empty();
-        if let (Some((blockers, _)), false) = (&self.on_gpu, moved.is_empty()) {
-            blockers.upload_spheres(gpu, &self.receivers);
-        }
         if !moved.is_empty() {
-            self.picture.set_bounds(gpu, self.receivers.bounds());
+            self.changed.shapes = true;
+            self.picture.vertices_move();
+            self.upload(gpu, &moved);
         }
-        moved.into_iter().for_each(|range| self.upload(gpu, range));
         self.picture.set(gpu, &look.camera, self.gain());
         #[cfg(feature = "cpu")]
         self.compute_on_cpu(gpu);
@@ -93,22 +92,29 @@ impl Stage {
         self.environment = Some(environment.clone());
     }
 
-    /// Uploads the receivers of a range where they are drawn, and where they are computed, for the frame that
-    /// is submitted next.
-    fn upload(&self, gpu: &Gpu, range: Range<usize>) {
-        let positions: Vec<[f32; 3]> =
-            self.receivers.now()[range.clone()].iter().map(|receiver| receiver.position.to_array()).collect();
-        let normals: Vec<[f32; 3]> =
-            self.receivers.now()[range.clone()].iter().map(|receiver| receiver.normal.to_array()).collect();
-        let begin = (range.start * size_of::<[f32; 3]>()) as u64;
-        let write = |buffer, values: &[[f32; 3]]| {
-            gpu.queue.write_buffer(buffer, begin, bytemuck::cast_slice(values));
-        };
-        write(self.picture.positions(), &positions);
-        write(self.picture.normals(), &normals);
+    /// Uploads what the next frame needs of shapes that `moved`.
+    fn upload(&self, gpu: &Gpu, moved: &[(usize, Pose)]) {
         if let Some((blockers, _)) = &self.on_gpu {
-            blockers.upload(gpu, &self.receivers, range);
+            blockers.upload_spheres(gpu, &self.receivers);
+            moved.iter().for_each(|(shape, pose)| blockers.set_pose(gpu, *shape, pose));
+        } else {
+            moved.iter().for_each(|(shape, _)| self.upload_vertices(gpu, *shape));
         }
+    }
+
+    /// Uploads vertices that the CPU has brought to their pose where they are drawn.
+    fn upload_vertices(&self, gpu: &Gpu, shape: usize) {
+        let Some(range) = self.receivers.moving().get(shape).map(|moving| moving.vertices.clone()) else {
+            return;
+        };
+        let begin = (range.start * size_of::<[f32; 3]>()) as u64;
+        let write = |buffer, of: fn(&Receiver) -> Vec3| {
+            let now = &self.receivers.now()[range.clone()];
+            let values: Vec<[f32; 3]> = now.iter().map(|receiver| of(receiver).to_array()).collect();
+            gpu.queue.write_buffer(buffer, begin, bytemuck::cast_slice(&values));
+        };
+        write(self.picture.positions(), |receiver| receiver.position);
+        write(self.picture.normals(), |receiver| receiver.normal);
     }
 
     fn gain(&self) -> Rgb {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::Error;
 use crate::support::shadows::{Bundle, cast_by_meshes};
-use crate::testing::{arrivals, gpu, playlist, read_radiance};
+use crate::testing::{arrivals, gpu, playlist, read_radiance, read_values};
 use relume_formats::basis::suns::split;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
@@ -17,6 +17,8 @@ use relume_formats::shape::ShadingNormals;
 use relume_formats::state::Posed;
 use std::ops::Range;
 use std::sync::LazyLock;
+
+mod poses;
 
 static TABLE: LazyLock<HaarTable> = LazyLock::new(HaarTable::bake);
 
@@ -54,31 +56,45 @@ fn draw(gpu: &Gpu, method: &mut SphereShadows, look: &Look) -> Vec<Rgb> {
     read_radiance(gpu, [buffer]).into_iter().map(|rgb| std::array::from_fn(|k| rgb[k] * gain[k])).collect()
 }
 
-/// The scene as `look` has it, put together anew.
-fn placed(bundle: &Bundle, look: &Look) -> (Vec<Receiver>, Casters) {
-    let (mut positions, mut normals) = (bundle.scene.positions.clone(), bundle.scene.normals.clone());
+/// Positions and normals of all vertices.
+type Vertices = [Vec<[f32; 3]>; 2];
+
+/// Where `look` has the vertices.
+fn posed(bundle: &Bundle, look: &Look) -> Vertices {
+    let [mut positions, mut normals] = [&bundle.scene.positions, &bundle.scene.normals].map(Vec::clone);
     let triangles =
         bundle.scene.triangles.iter().filter(|t| t[0] >= 96).map(|t| t.map(|v| v - 96)).collect::<Vec<_>>();
     let shading = ShadingNormals::new(&positions[96..], &normals[96..], &triangles);
     let (mut posed, mut turned) = (Vec::new(), Vec::new());
     bundle.shape.positions(&bundle.shape.pose_of(look.shapes.get("worm")), &mut posed);
     shading.at(&posed, &mut turned);
+    positions.splice(96.., posed);
+    normals.splice(96.., turned);
+    [positions, normals]
+}
+
+/// Where they are drawn.
+fn drawn(gpu: &Gpu, method: &SphereShadows) -> Vertices {
+    let picture = &method.stage.as_ref().unwrap().picture;
+    [picture.positions(), picture.normals()].map(|buffer| read_values(gpu, buffer))
+}
+
+/// The scene as `look` has it, put together anew with its vertices where they are drawn.
+fn placed(bundle: &Bundle, look: &Look, [positions, normals]: &Vertices) -> (Vec<Receiver>, Casters) {
     let casting = bundle.bake.meta.objects.iter().filter(|object| object.casts == Casts::Spheres);
     let sets = casting.filter_map(|object| bundle.sets.get_key_value(&object.name));
     let spheres = sets.clone().map(|(name, set)| {
         let mut now = set.spheres.clone();
         if name == "worm" {
-            Follower::new(set).follow(&posed, &mut now).unwrap();
+            Follower::new(set).follow(&posed(bundle, look)[0][96..], &mut now).unwrap();
         }
         Spheres { now, neighbours: neighbours(&set.spheres) }
     });
     let mut casters = Casters { spheres: spheres.collect(), triangles: Vec::new() };
-    let meshes = CasterMeshes::new(&bundle.bake, &positions);
-    positions.splice(96.., posed);
-    normals.splice(96.., turned);
-    meshes.place(&positions, &normals, &mut casters.triangles);
+    let meshes = CasterMeshes::new(&bundle.bake, &bundle.scene.positions);
+    meshes.place(positions, normals, &mut casters.triangles);
     let own_sets: Vec<_> = sets.map(|(_, set)| set.clone()).collect();
-    (receivers(&bundle.bake, &own_sets, &positions, &normals), casters)
+    (receivers(&bundle.bake, &own_sets, positions, normals), casters)
 }
 
 fn look_at_noise(bundle: &Bundle) -> Look {
@@ -86,14 +102,14 @@ fn look_at_noise(bundle: &Bundle) -> Look {
 }
 
 /// What should come out, and what would without casters.
-fn expected(bundle: &Bundle, look: &Look, detail: Detail) -> [Vec<Rgb>; 2] {
+fn expected(bundle: &Bundle, look: &Look, vertices: &Vertices, detail: Detail) -> [Vec<Rgb>; 2] {
     let environment = look.environment.as_ref().unwrap();
     let map = &bundle.maps.iter().find(|map| map.name == environment.map).unwrap().map;
     let light = light(sparse_transfer::light(&split(map).rest, environment, SIDE), detail.terms);
     let lobes: Vec<_> = (0..bundle.bake.normals.len())
         .map(|row| lobe(bundle.bake.lobe(row).to_vec(), detail.terms))
         .collect();
-    let (receivers, casters) = placed(bundle, look);
+    let (receivers, casters) = placed(bundle, look, vertices);
     [casters, Casters::default()]
         .map(|casters| radiance(&receivers, &casters, &lobes, &light, detail.levels, &TABLE))
 }
@@ -143,7 +159,9 @@ fn radiance_equals_the_meaning_at_every_setting() {
                 let look = look(&bundle, map, rotation_deg, gain, pose);
                 let ours = draw(gpu, &mut method, &look);
                 let what = format!("{} {detail:?} {map} {pose:?}", gpu.name);
-                expect_near(&ours, &expected(&bundle, &look, detail), BOUND, &what);
+                let vertices = drawn(gpu, &method);
+                assert!(!gpu.radiance_on_cpu || vertices == posed(&bundle, &look));
+                expect_near(&ours, &expected(&bundle, &look, &vertices, detail), BOUND, &what);
             }
         }
     }
@@ -155,16 +173,17 @@ fn spheres_cast_shadows_and_others_hold_receivers() {
     let bundle = Bundle::write(true);
     // The worm is put into the ball's spheres.
     let look = look(&bundle, "even", 0.0, [1.0; 3], Some(("Turn", 0.999)));
-    let (receivers, casters) = placed(&bundle, &look);
+    let (receivers, casters) = placed(&bundle, &look, &posed(&bundle, &look));
     let sets = &casters.spheres;
     let holds = |r: &Receiver| {
         sets[0].now.iter().any(|[x, y, z, radius]| r.position.distance([*x, *y, *z].into()) < *radius)
     };
     let held: Vec<usize> = (96..150).filter(|v| holds(&receivers[*v])).collect();
     let fine = Detail::of(&bundle.bake.meta);
-    let [theirs, open] = expected(&bundle, &look, fine);
-    let coarse = expected(&bundle, &look_at_noise(&bundle), Detail { levels: Levels::One, ..fine });
-    let fine = expected(&bundle, &look_at_noise(&bundle), fine);
+    let of = |look: &Look, detail| expected(&bundle, look, &posed(&bundle, look), detail);
+    let [theirs, open] = of(&look, fine);
+    let coarse = of(&look_at_noise(&bundle), Detail { levels: Levels::One, ..fine });
+    let fine = of(&look_at_noise(&bundle), fine);
     let differs = coarse[0].iter().zip(&fine[0]).any(|(a, b)| (a[0] - b[0]).abs() > 1e-3 * b[0]);
     assert!(differs, "the second level counts somewhere");
     let shaded = theirs.iter().zip(&open).take(42).filter(|(a, b)| a[1] < 0.95 * b[1]).count();
@@ -189,15 +208,16 @@ fn meshes_cast_shadows_and_the_ground_darkens_what_is_above_it() {
     let Some(gpus) = gpus() else { return };
     let bundle = Bundle::with(cast_by_meshes, true);
     let look = look(&bundle, "even", 0.0, [1.0; 3], Some(("Turn", 0.3)));
-    let expected = expected(&bundle, &look, Detail::of(&bundle.bake.meta));
-    let [theirs, open] = &expected;
+    let detail = Detail::of(&bundle.bake.meta);
+    let [theirs, open] = expected(&bundle, &look, &posed(&bundle, &look), detail);
     let darker =
         |range: Range<usize>, share: f32| range.filter(|v| theirs[*v][1] < share * open[*v][1]).count();
     assert!(darker(0..42, 0.97) > 5, "the floor under the worm");
     assert!(darker(42..96, 0.8) > 10, "the ball, whose underside sees the floor");
     for gpu in &gpus {
         let mut method = load(gpu, &bundle).unwrap();
-        expect_near(&draw(gpu, &mut method, &look), &expected, BOUND, &gpu.name);
+        let ours = draw(gpu, &mut method, &look);
+        expect_near(&ours, &expected(&bundle, &look, &drawn(gpu, &method), detail), BOUND, &gpu.name);
     }
 }
 
@@ -209,7 +229,7 @@ fn without_spheres_there_is_no_shadow() {
         let mut method = load(gpu, &bundle).unwrap();
         let look = look(&bundle, "sun", 40.0, [1.0; 3], Some(("Turn", 0.5)));
         let ours = draw(gpu, &mut method, &look);
-        let expected = expected(&bundle, &look, Detail::of(&bundle.bake.meta));
+        let expected = expected(&bundle, &look, &drawn(gpu, &method), Detail::of(&bundle.bake.meta));
         assert_eq!(expected[0], expected[1]);
         expect_near(&ours, &expected, BOUND, &gpu.name);
     }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Plays a bundle that `bake run` wrote: light transport computed beforehand, and what the scene lets vary
 /// free to change.
 ///
-/// Opens a window in which materials, light and view are changed and animations played, as far as they vary;
+/// Opens a window in which materials, light, view and shapes are changed and animations played, as far as they vary;
 /// its panel and its bottom line tell how. With --headless it writes frames to files instead.
 ///
 /// A state names what differs from the scene's defaults; an animation is applied on top of it. Frame i shows

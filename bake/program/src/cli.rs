@@ -13,7 +13,7 @@ use relume_bake::stage::Share;
 use relume_bake::trace::reference::Paths;
 use std::path::PathBuf;
 
-/// Bakes how light moves through a scene, once, so that `player` can show it while materials change.
+/// Bakes how light moves through a scene, once, so that `player` can show it while materials, or light, view and shapes change.
 #[derive(Debug, Parser)]
 #[command(
     name = "bake",
@@ -122,7 +122,7 @@ pub struct RunArgs {
     #[arg(long, default_value = "preview", value_parser = one_of(&QUALITIES))]
     pub quality: Quality,
     /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases
-    /// or terms by trying them on the scene, sphere-shadows warns only [default: the scene's, or 0.01]
+    /// or terms, or what objects cast shadows by, by trying them on the scene [default: the scene's, or 0.01]
     #[arg(long, value_name = "E")]
     pub max_error: Option<f64>,
     /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger

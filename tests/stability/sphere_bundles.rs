@@ -230,6 +230,41 @@ fn a_sheet_that_stands_on_the_plane_darkens_both_its_sides() {
     }
 }
 
+/// Closed parts of one object that touch, as exporters merge them: the top of a leg under a slab is dark, though it sees
+/// the slab's other side from within alone.
+#[test]
+fn what_stands_under_another_part_of_its_object_is_dark() {
+    let mut table = String::new();
+    for (first, low, high) in
+        [(0, [-0.1, 0.0, -0.1], [0.1, 0.5, 0.1]), (8, [-0.6, 0.5, -0.6], [0.6, 0.6, 0.6])]
+    {
+        for k in 0..8 {
+            let corner = [0, 1, 2].map(|axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] });
+            table += &format!("v {} {} {}\n", corner[0], corner[1], corner[2]);
+        }
+        for quad in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+            let [a, b, c, d] = quad.map(|corner: u32| first + corner + 1);
+            table += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("table.obj");
+    std::fs::write(&file, table).unwrap();
+    let object = format!(
+        "[[object]]\n name = 'table'\n file = '{}'\n material = 'white'\n transform = {{ translation = [1.2, 0, 0] }}\n",
+        file.display()
+    );
+    let bundle = Bundle::bake(&BALL.replace("[environment]", &format!("{object}[environment]")));
+    let shown = bundle.shown(0.0, None);
+    let is_top = |(position, normal): (&[f32; 3], &[f32; 3])| {
+        (position[1] - 0.5).abs() < 1e-4 && (position[0] - 1.2).abs() < 0.2 && normal[1] > 0.9
+    };
+    let places = bundle.stored.positions.iter().zip(&bundle.stored.normals);
+    let tops: Vec<f32> =
+        places.zip(&shown).filter(|(place, _)| is_top(*place)).map(|(_, rgb)| rgb[0]).collect();
+    assert!(tops.len() == 4 && tops.iter().all(|top| *top < 0.05), "{tops:?}");
+}
+
 /// A scene a thousand times larger or smaller casts by about as many triangles, and throws the same shadows.
 #[test]
 fn shadows_a_thousand_times_larger_or_smaller() {

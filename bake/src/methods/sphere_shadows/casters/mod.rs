@@ -8,6 +8,7 @@
 
 mod choose;
 mod options;
+mod solids;
 pub mod surface;
 
 pub use choose::{Choice, chosen};

@@ -316,6 +316,6 @@ mod tests {
         let meshes: Vec<f64> =
             ball.iter().filter(|option| matches!(option.by, By::Mesh(_))).map(error).collect();
         // Few triangles are off by a part of the ball's own shading, and all of them by nothing.
-        assert!(meshes[0] > 0.01 && meshes[7] < 1e-3 && meshes.last() == Some(&0.0), "{meshes:?}");
+        assert!(meshes[0] > 0.002 && meshes[7] < 1e-3 && meshes.last() == Some(&0.0), "{meshes:?}");
     }
 }

@@ -9,6 +9,7 @@
 //! corners are moved along their normals until the surface is, on the whole, as far outside the triangles as it is
 //! inside.
 
+use super::solids::are_solids;
 use crate::spheres::motion::poses;
 use crate::spheres::solid::{is_closed, welded};
 use crate::spheres::triangle_tree::TriangleTree;
@@ -33,6 +34,8 @@ pub struct Surface {
     poses: Vec<Pose>,
     /// The vertices that triangles have, with the area around each, at rest.
     used: Vec<(u32, f64)>,
+    /// Whether it is the skin of solids that stand apart.
+    solid: bool,
 }
 
 /// Vertices of the object in a pose.
@@ -47,7 +50,7 @@ struct Pose {
 pub struct Simplified {
     /// Vertices of the object.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether they enclose a volume, seen counter-clockwise from outside.
+    /// Whether they are the skin of solids that stand apart, seen counter-clockwise from outside.
     pub closed: bool,
     /// How far the corners are before their vertices, along these' normals, metres.
     pub offsets: Vec<[f32; 3]>,
@@ -72,15 +75,17 @@ impl Surface {
             Pose { positions, normals }
         };
         let rest = Pose { positions: mesh.positions.clone(), normals: mesh.normals.clone() };
-        let poses = std::iter::once(rest).chain(moved.into_iter().step_by(step).map(posed)).collect();
-        Self { used: areas(&triangles, &mesh.positions), triangles, poses }
+        let poses: Vec<Pose> =
+            std::iter::once(rest).chain(moved.into_iter().step_by(step).map(posed)).collect();
+        let places: Vec<&[[f32; 3]]> = poses.iter().map(|pose| &pose.positions[..]).collect();
+        let solid = are_solids(&triangles, &mesh.normals, &places);
+        Self { used: areas(&triangles, &mesh.positions), triangles, poses, solid }
     }
 
     /// All of it.
     pub fn whole(&self) -> Simplified {
         let (count, triangles) = (self.triangles.len(), self.triangles.clone());
-        let closed = is_closed(&triangles);
-        Simplified { triangles, closed, offsets: vec![[0.0; 3]; count], errors: vec![0.0; count] }
+        Simplified { triangles, closed: self.solid, offsets: vec![[0.0; 3]; count], errors: vec![0.0; count] }
     }
 
     /// As few triangles as leave the surface where it is: all, if it is so thin that none would be left.
@@ -104,18 +109,24 @@ impl Surface {
 
     fn collapsed(&self, count: usize, error: f32) -> Simplified {
         let [rest, moved @ ..] = &self.poses[..] else { return self.whole() };
-        let (indices, rest) = (self.triangles.as_flattened(), &rest.positions);
-        let extent = extent(rest);
+        // Vertices beside others that no triangle has would count as seams, which may not move.
+        let mut kept: Vec<u32> = self.triangles.as_flattened().to_vec();
+        kept.sort_unstable();
+        kept.dedup();
+        let among_kept = |vertex: &u32| kept.partition_point(|other| other < vertex) as u32;
+        let indices: Vec<u32> = self.triangles.as_flattened().iter().map(among_kept).collect();
+        let place = |pose: &Pose, vertex: &u32| pose.positions[*vertex as usize];
+        let at_rest: Vec<[f32; 3]> = kept.iter().map(|vertex| place(rest, vertex)).collect();
         let attributes: Vec<f32> =
-            (0..rest.len()).flat_map(|v| moved.iter().flat_map(move |pose| pose.positions[v])).collect();
-        let weights = vec![1.0 / extent; 3 * moved.len()];
+            kept.iter().flat_map(|vertex| moved.iter().flat_map(move |pose| place(pose, vertex))).collect();
+        let weights = vec![1.0 / extent(&rest.positions); 3 * moved.len()];
         let stride = size_of::<[f32; 3]>();
-        let Ok(vertices) = VertexDataAdapter::new(bytemuck::cast_slice(rest), stride, 0) else {
+        let Ok(vertices) = VertexDataAdapter::new(bytemuck::cast_slice(&at_rest), stride, 0) else {
             return self.whole();
         };
-        let unlocked = vec![false; rest.len()];
+        let unlocked = vec![false; kept.len()];
         let left = simplify_with_attributes_and_locks(
-            indices,
+            &indices,
             &vertices,
             &attributes,
             &weights,
@@ -126,7 +137,8 @@ impl Surface {
             SimplifyOptions::None,
             None,
         );
-        self.fitted(left.as_chunks::<3>().0.to_vec())
+        let of_object = |triangle: &[u32; 3]| triangle.map(|vertex| kept[vertex as usize]);
+        self.fitted(left.as_chunks::<3>().0.iter().map(of_object).collect())
     }
 
     /// `triangles` with their corners moved, and what is left of errors.
@@ -155,7 +167,7 @@ impl Surface {
         let of =
             |triangle: &[u32; 3]| triangle.iter().map(|v| errors[*v as usize] as f32).fold(0.0, f32::max);
         Simplified {
-            closed: is_closed(&triangles),
+            closed: self.solid && is_closed(&triangles),
             errors: triangles.iter().map(of).collect(),
             offsets: triangles.iter().map(|t| t.map(|v| offsets[v as usize] as f32)).collect(),
             triangles,

@@ -105,7 +105,10 @@ mod tests {
         }
     }
 
-    fn of(centres: &[[f32; 3]]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<[f32; 3]>) {
+    /// Positions, triangles, normals.
+    type Cubes = (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<[f32; 3]>);
+
+    fn of(centres: &[[f32; 3]]) -> Cubes {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         centres.iter().for_each(|centre| cube(*centre, &mut positions, &mut triangles));
         let normal = |(k, p): (usize, &[f32; 3])| {

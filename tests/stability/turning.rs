@@ -96,7 +96,7 @@ fn traced(scene: &Scene) -> Vec<f64> {
 #[test]
 #[ignore = "plays and traces thousands of pictures"]
 fn a_map_that_turns_by_quarter_degrees_does_not_flicker() {
-    for map in ["studio", "clear-sky"] {
+    for map in ["lamps", "clear-sky"] {
         for vary in ["light = true\nview = true", "light = true\nview = true\nshape = true"] {
             let folder = tempfile::tempdir().unwrap();
             let path = write_scene(folder.path(), &text(vary, map));

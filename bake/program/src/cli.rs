@@ -13,7 +13,8 @@ use relume_bake::stage::Share;
 use relume_bake::trace::reference::Paths;
 use std::path::PathBuf;
 
-/// Bakes how light moves through a scene, once, so that `player` can show it while materials, or light, view and shapes change.
+/// Bakes how light moves through a scene, once, so that `player` can show it while materials, or light, view and
+/// shapes change.
 #[derive(Debug, Parser)]
 #[command(
     name = "bake",

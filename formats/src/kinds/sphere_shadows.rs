@@ -105,8 +105,8 @@ pub enum Casts {
     Mesh {
         /// How many.
         triangles: u32,
-        /// Whether they enclose a volume, corners counter-clockwise from outside: then one side of them is
-        /// enough.
+        /// Whether they are the skin of solids that stand apart, corners counter-clockwise from outside: then no
+        /// receiver is within, and one side of them is enough.
         closed: bool,
     },
 }

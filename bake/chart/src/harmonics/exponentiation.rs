@@ -1,4 +1,4 @@
-//! Shadows of spheres by exponentiation: R. Ren et al., *Real-time soft shadows in dynamic scenes using spherical
+//! Shadows of spheres by exponentiation: Z. Ren et al., *Real-time soft shadows in dynamic scenes using spherical
 //! harmonic exponentiation*, ACM TOG 25(3), 2006.
 //!
 //! What a sphere lets through is a zonal function; its logarithm is tabulated over the sphere's angular radius.

@@ -7,7 +7,7 @@
 //! * A closed mesh blocks others by the triangles that turn away from them: outside they cover the same as those
 //!   that face the receiver, and from within they cover everything. Its own receivers, which may lie a little
 //!   within the fewer triangles, are blocked by those that face them.
-//! * An open one blocks by both sides.
+//! * An open one blocks by both sides; so does one whose parts touch, and a room, which receivers may be within.
 //! * Of its own object's triangles a receiver leaves out those that it is no higher above than their *error*: the
 //!   farthest that a vertex is from the triangle that stands for the surface there. Of others it leaves out
 //!   those in whose plane it lies, to [`CONTACT`].

@@ -38,7 +38,7 @@ struct Lit {
     // Tangent of the sun's radius.
     tangent: f32,
     half_depth: f32,
-    // What rounding may raise the surface by, metres.
+    // What rounding may raise the surface by, and the next facet of a round mesh within half a texel, metres.
     rounding: f32,
 }
 
@@ -141,7 +141,7 @@ fn sunlight(point: vec3<f32>, normal: vec3<f32>, facing: vec3<f32>, sample: u32)
         // Rows of the map go down.
         let slope = vec2<f32>(-dot(facing, sun.right), dot(facing, sun.up)) / least;
         let at = vec2<f32>(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y) * size;
-        let rounding = 4e-6 * sun.half_depth + 0.05 * dot(abs(slope), texel);
+        let rounding = 4e-6 * sun.half_depth + 0.5 * dot(abs(slope), texel);
         let lit = Lit(layer, at, texel, place.z * sun.half_depth, slope, sun.tangent, sun.half_depth, rounding);
         sum += FRAC_1_PI * cosine * above * unshadowed(lit, sample) * sun.irradiance;
     }

@@ -13,7 +13,7 @@ use relume_formats::evaluate::sphere_shadows::{
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::kinds::{Environment, HaarTable, Manifest, SphereSet, SphereShadows, StoredScene};
-use relume_formats::shape::{DeformingMesh, ShadingNormals};
+use relume_formats::shape::{DeformingMesh, Rims, ShadingNormals};
 use relume_formats::state::{Posed, ShapeState, State};
 use relume_scenes::Scene;
 use std::path::Path;
@@ -148,7 +148,8 @@ impl Bundle {
         rotation_deg: f32,
         casters: &Casters,
     ) -> Vec<[f32; 3]> {
-        let receivers = receivers(shadows, std::slice::from_ref(&self.set), positions, normals);
+        let places = Rims::new(positions.len(), &self.stored.triangles).received(positions);
+        let receivers = receivers(shadows, std::slice::from_ref(&self.set), &places, normals);
         let lobes: Vec<_> =
             (0..self.shadows.normals.len()).map(|row| lobe(self.shadows.lobe(row).to_vec(), None)).collect();
         let look = EnvironmentLook { map: String::new(), gain: [1.0; 3], rotation_deg };

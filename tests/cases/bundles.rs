@@ -21,6 +21,7 @@ use relume_formats::kinds::{
     BrdfBasis, Environment, HaarTable, Manifest, SparseTransfer, SphereSet, SphereShadows, StoredScene,
     TransferImages,
 };
+use relume_formats::shape::Rims;
 use relume_formats::state::{Rgb, State};
 use relume_playback::{PlacedState, Progress};
 use relume_player::gpu::Gpu;
@@ -276,7 +277,8 @@ fn evaluate(folder: &Path) -> Vec<Rgb> {
         .values()
         .map(|set| SphereSet::read_file(&folder.join(&set.file.file)).unwrap())
         .collect();
-    let receivers = receivers(&bundle, &sets, &scene.positions, &scene.normals);
+    let places = Rims::new(scene.positions.len(), &scene.triangles).received(&scene.positions);
+    let receivers = receivers(&bundle, &sets, &places, &scene.normals);
     let lobes: Vec<_> =
         (0..bundle.normals.len()).map(|row| lobe(bundle.lobe(row).to_vec(), detail.terms)).collect();
     let spheres: Vec<Spheres> = sets.iter().map(Spheres::at_rest).collect();

@@ -4,9 +4,11 @@
 //!
 //! * [`rays`]: what all methods stand on;
 //! * [`transfer_images`], [`sparse_transfer`], [`sphere_shadows`] and [`sphere_bundles`];
+//! * [`corners`]: where surfaces meet, with the methods whose light is received at vertices;
 //! * [`turning`]: maps that turn slowly;
 //! * [`pictures`]: makes the pictures of the page.
 
+mod corners;
 mod pictures;
 mod rays;
 mod sparse_transfer;

@@ -124,7 +124,7 @@ pub struct RunArgs {
     pub quality: Quality,
     /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases
     /// or terms, or what objects cast shadows by, by trying them on the scene [default: the scene's, or 0.01]
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = parse_max_error)]
     pub max_error: Option<f64>,
     /// transfer-images: number of BRDF bases, the diffuse one included: more is more exact and larger
     /// [default: from --max-error]
@@ -196,6 +196,9 @@ pub struct MergeArgs {
 pub struct PlanArgs {
     /// The scene, or a model, whose first scene is planned and not written
     pub scene: String,
+    /// Largest relative L2 error, as for `bake run` [default: the scene's, or 0.01]
+    #[arg(long, value_name = "E", value_parser = parse_max_error)]
+    pub max_error: Option<f64>,
     /// As JSON
     #[arg(long)]
     pub json: bool,
@@ -391,6 +394,11 @@ fn parse_memory(text: &str) -> Result<MemoryLimit, String> {
 fn parse_scale(text: &str) -> Result<f64, String> {
     let scale = text.parse().ok().filter(|scale| (1e-30..=1e30).contains(scale));
     scale.ok_or_else(|| "expected a number above 0, such as 0.01 for centimetres".to_owned())
+}
+
+fn parse_max_error(text: &str) -> Result<f64, String> {
+    let error = text.parse().ok().filter(|error: &f64| *error > 0.0 && error.is_finite());
+    error.ok_or_else(|| "expected a number above 0 with a decimal point, such as 0.01".to_owned())
 }
 
 fn parse_tight(text: &str) -> Result<f64, String> {

@@ -37,8 +37,9 @@ pub fn plan(args: &PlanArgs) -> Result<String> {
     let folders =
         plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(relume_chart::chart::FOLDER) };
     let model = Path::new(&args.scene);
-    let scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
+    let mut scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
     look_at(&scene, scene.size)?;
+    scene.max_error = args.max_error.unwrap_or(scene.max_error);
     plan::plan(&scene, &folders, args.json)
 }
 

@@ -1,7 +1,8 @@
-//! Where light is received: the vertices of a scene, as rays leave them.
+//! Where light is received: at the vertices of a scene, or beside those on a rim ([`Rims`]), as rays leave them.
 
 use super::world::rounding_of;
 use glam::Vec3A;
+use relume_formats::shape::Rims;
 use relume_scenes::Scene;
 
 /// Where light is received.
@@ -20,9 +21,10 @@ pub fn receivers(scene: &Scene) -> Vec<Receiver> {
         let mesh = &object.mesh;
         let corners: Vec<Vec3A> = mesh.positions.iter().map(|p| Vec3A::from(*p)).collect();
         let rounding = rounding_of(&corners);
-        receivers.extend(corners.iter().zip(&mesh.normals).map(|(position, normal)| {
+        let received = Rims::new(mesh.positions.len(), &mesh.triangles).received(&mesh.positions);
+        receivers.extend(received.iter().zip(&mesh.normals).map(|(place, normal)| {
             let normal = Vec3A::from(*normal);
-            Receiver { origin: *position + normal * rounding, normal }
+            Receiver { origin: Vec3A::from(*place) + normal * rounding, normal }
         }));
     }
     receivers

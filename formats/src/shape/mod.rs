@@ -10,6 +10,7 @@ mod node;
 mod normals;
 mod pose;
 mod reach;
+mod rims;
 mod skin;
 mod validate;
 
@@ -17,6 +18,7 @@ pub use clip::{Clip, Interpolation, Property, Track};
 pub use node::{Node, Transform};
 pub use normals::{ShadingNormals, Surrounded};
 pub use pose::Pose;
+pub use rims::Rims;
 pub use skin::{Influences, Joint, MorphTarget, morphed};
 
 /// A mesh that deforms. [`DeformingMesh::validate`] says what the fields must hold; nothing here panics on

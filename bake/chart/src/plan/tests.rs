@@ -182,3 +182,13 @@ fn the_best_point_of_a_chart_is_told() {
         "{text}"
     );
 }
+
+#[test]
+fn settings_are_said_in_words() {
+    let scene = ball("light = true\nview = true", "reflections = 1", "");
+    let text = plan(&scene, &at(Path::new("none")), false).unwrap();
+    assert!(text.contains("max_error 0.01, objects (plane, ball), seed 0"), "{text}");
+    let asking = ball("light = true\nview = true", "reflections = 1", "spheres = 8");
+    let text = plan(&asking, &at(Path::new("none")), false).unwrap();
+    assert!(text.contains("objects (plane, ball 8)"), "{text}");
+}

@@ -116,7 +116,20 @@ fn charted(best: &BestPoint) -> String {
 }
 
 fn settings(settings: &BTreeMap<String, Value>) -> String {
-    settings.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", ")
+    settings.iter().map(|(name, value)| format!("{name} {}", words(value))).collect::<Vec<_>>().join(", ")
+}
+
+/// A setting as one says it: lists in parentheses, of what is counted by name the names with their numbers.
+fn words(value: &Value) -> String {
+    let within = |values: &[Value], between: &str| {
+        values.iter().filter(|value| !value.is_null()).map(words).collect::<Vec<_>>().join(between)
+    };
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(pair) if matches!(&pair[..], [Value::String(_), _]) => within(pair, " "),
+        Value::Array(values) => format!("({})", within(values, ", ")),
+        other => other.to_string(),
+    }
 }
 
 fn megabytes(bytes: u64) -> String {

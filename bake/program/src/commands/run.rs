@@ -46,16 +46,9 @@ pub fn run(args: &RunArgs) -> Result<String> {
         (None, Some(folder)) => folder.clone(),
         (None, None) => by_name(&scene, args.force)?,
     };
-    let max_error = args.max_error.unwrap_or(scene.max_error);
-    if !(max_error > 0.0 && max_error.is_finite()) {
-        return Err(BakeError::invalid(
-            &Place::file("--max-error"),
-            format!("{max_error} makes no sense; give a number above 0"),
-        ));
-    }
     let chosen =
         if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
-    let asked = asked(args, &scene, max_error);
+    let asked = asked(args, &scene);
     let looking = job.step("looking");
     look_at(&scene, asked.size)?;
     drop(looking);
@@ -163,13 +156,13 @@ fn names(methods: &[Box<dyn Method>]) -> Vec<&'static str> {
 }
 
 /// What the command line asks of all methods.
-fn asked(args: &RunArgs, scene: &Scene, max_error: f64) -> Asked {
+fn asked(args: &RunArgs, scene: &Scene) -> Asked {
     Asked {
         size: args.size.unwrap_or(scene.size),
         quality: args.quality,
         samples: args.spp,
         seed: args.seed,
-        max_error,
+        max_error: args.max_error.unwrap_or(scene.max_error),
         bases: args.bases,
         terms: args.terms,
     }

@@ -8,7 +8,7 @@ use relume_scenes::Scene;
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::SPARSE_TRANSFER.name;
 /// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 /// Texels along a side of the light's faces where light bounces.
 pub(super) const BOUNCED_FACE_SIZE: usize = 16;
 /// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for

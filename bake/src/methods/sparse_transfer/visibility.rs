@@ -170,7 +170,9 @@ mod tests {
             let mut row = vec![0.0; texels.weights.len()];
             for (receiver, from_log) in receivers.iter().zip(&rows) {
                 let expected = by_rays(receiver, &world, &texels);
-                assert!(expected.iter().any(|v| *v > 0.0) && expected.contains(&0.0));
+                // Where the ball touches the floor there is no light.
+                let is_lit = expected.iter().any(|v| *v > 0.0);
+                assert!(expected.contains(&0.0) && (is_lit || receiver.origin.y < 0.02), "{receiver:?}");
                 transfer_row(receiver, &world, &texels, &mut row);
                 for row in [from_log, &row] {
                     assert!(row.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()), "{side}");

@@ -19,6 +19,7 @@ use relume_formats::evaluate::sphere_shadows::{
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
+use relume_formats::shape::Rims;
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
 use std::collections::BTreeMap;
@@ -205,8 +206,11 @@ pub(super) fn all(scene: &Scene, of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>)
 
 /// The vertices of `pose` as receivers; `sets` are those of the objects that cast by spheres.
 pub(super) fn receivers_of(pose: &Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Vec<Receiver> {
-    let (positions, normals) = (all(pose, |mesh| &mesh.positions), all(pose, |mesh| &mesh.normals));
-    shading_receivers(shadows, sets, &positions, &normals)
+    let received = |mesh: &relume_scenes::Mesh| {
+        Rims::new(mesh.positions.len(), &mesh.triangles).received(&mesh.positions)
+    };
+    let places: Vec<_> = pose.objects.iter().flat_map(|object| received(&object.mesh)).collect();
+    shading_receivers(shadows, sets, &places, &all(pose, |mesh| &mesh.normals))
 }
 
 /// The spheres of `set` where their mesh has its vertices at `positions`.

@@ -22,6 +22,7 @@ pub(super) struct Blockers {
     /// If there are shapes that deform.
     poses: Option<Poses>,
     positions: wgpu::Buffer,
+    beside: wgpu::Buffer,
     normals: wgpu::Buffer,
     /// [`Lobes`] of each receiver.
     pub(super) lobes: wgpu::Buffer,
@@ -88,6 +89,7 @@ impl Blockers {
         let mut blockers = Self {
             poses: Poses::new(gpu, receivers.moving(), [positions, normals, &lobes], place)?,
             positions: positions.clone(),
+            beside: gpu.storage("vertices beside", receivers.rims().beside()),
             normals: normals.clone(),
             lobes,
             spheres: gpu.buffer("spheres", (spheres.max(1) * size_of::<[f32; 4]>()) as u64, usage),
@@ -114,8 +116,8 @@ impl Blockers {
             u64::from(batch.count) * BITMAP_BYTES,
             BufferUsages::STORAGE | BufferUsages::COPY_SRC,
         );
-        let resources =
-            [&uniform, &self.positions, &self.normals, owns, &self.spheres, near, &rows, &self.triangles];
+        let Self { positions, normals, spheres, triangles, beside, .. } = self;
+        let resources = [&uniform, positions, normals, owns, spheres, near, &rows, triangles, beside];
         let bindings =
             gpu.bind(&self.pipeline.get_bind_group_layout(0), resources.map(wgpu::Buffer::as_entire_binding));
         Bitmaps {

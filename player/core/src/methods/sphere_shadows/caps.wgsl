@@ -22,8 +22,12 @@
 @group(0) @binding(6) var<storage, read_write> bitmaps: array<u32>;
 // The triangles that cast shadows, where they are now; one of no area if there are none.
 @group(0) @binding(7) var<storage, read> triangles: array<Triangle>;
+// The two vertices between which a receiver is on a rim, or itself twice.
+@group(0) @binding(8) var<storage, read> beside: array<vec2<u32>>;
 
 const LANES = 64u;
+// How far within its surface a receiver on a rim is, in parts of the way to the middle between those beside it.
+const SHARE = 1.0 / 64.0;
 // Beyond every texel.
 const FAR = 4.0;
 // Room for roundings in the box around a workgroup's receivers, in parts of the largest coordinate.
@@ -80,10 +84,22 @@ struct Receiver {
     own: vec4<u32>,
 }
 
+fn vertex_at(index: u32) -> vec3<f32> {
+    let at = 3u * index;
+    return vec3<f32>(positions[at], positions[at + 1u], positions[at + 2u]);
+}
+
+// The rule of `relume_formats::shape::Rims`.
+fn received_at(index: u32) -> vec3<f32> {
+    let vertex = vertex_at(index);
+    let others = beside[index];
+    return vertex + 0.5 * SHARE * ((vertex_at(others.x) - vertex) + (vertex_at(others.y) - vertex));
+}
+
 fn receiver_at(index: u32) -> Receiver {
     let at = 3u * index;
     return Receiver(
-        vec3<f32>(positions[at], positions[at + 1u], positions[at + 2u]),
+        received_at(index),
         vec3<f32>(normals[at], normals[at + 1u], normals[at + 2u]),
         owns[index],
     );

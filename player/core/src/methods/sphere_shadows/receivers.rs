@@ -8,7 +8,7 @@ use relume_formats::evaluate::sphere_shadows::{
 };
 use relume_formats::kinds::sphere_shadows::{Casts, ShadowObject};
 use relume_formats::kinds::{SphereSet, SphereShadows, StoredScene};
-use relume_formats::shape::{DeformingMesh, Pose, ShadingNormals};
+use relume_formats::shape::{DeformingMesh, Pose, Rims, ShadingNormals};
 use relume_formats::state::Posed;
 use relume_formats::{Error, Place, Result};
 use std::collections::BTreeMap;
@@ -22,7 +22,10 @@ pub(super) type Shapes = BTreeMap<String, DeformingMesh>;
 /// The vertices of a scene, what blocks their view, and what moves them.
 pub(super) struct Receivers {
     now: Vec<Receiver>,
-    /// Whether `now` is to follow the poses.
+    /// Of the vertices whose light they receive, metres in world space.
+    positions: Vec<[f32; 3]>,
+    rims: Rims,
+    /// Whether `now` and `positions` are to follow the poses.
     on_cpu: bool,
     meshes: CasterMeshes,
     casters: Casters,
@@ -71,8 +74,15 @@ impl Receivers {
         place: &Place,
     ) -> Result<Self> {
         let meshes = CasterMeshes::new(bake, &scene.positions);
-        let mut found =
-            Self { now: Vec::new(), on_cpu, meshes, casters: Casters::default(), moving: Vec::new() };
+        let mut found = Self {
+            now: Vec::new(),
+            positions: scene.positions.clone(),
+            rims: Rims::new(scene.positions.len(), &scene.triangles),
+            on_cpu,
+            meshes,
+            casters: Casters::default(),
+            moving: Vec::new(),
+        };
         let (mut own_sets, mut end) = (Vec::new(), 0);
         for (object, stored) in bake.meta.objects.iter().zip(&scene.meta.objects) {
             // A bundle has the spheres of what casts by its mesh too.
@@ -95,7 +105,7 @@ impl Receivers {
             }
             own_sets.extend(set);
         }
-        found.now = receivers(bake, &own_sets, &scene.positions, &scene.normals);
+        found.now = receivers(bake, &own_sets, &found.rims.received(&scene.positions), &scene.normals);
         Ok(found)
     }
 
@@ -138,15 +148,19 @@ impl Receivers {
             }
             if self.on_cpu {
                 moving.normals.at(positions, normals);
-                let placed = positions.iter().zip(normals);
-                for (receiver, (position, normal)) in self.now[moving.vertices.clone()].iter_mut().zip(placed)
-                {
-                    (receiver.position, receiver.normal, receiver.lobes) =
-                        ((*position).into(), (*normal).into(), blend((*normal).into()));
+                let all = self.positions.iter_mut().zip(&mut self.now).skip(moving.vertices.start);
+                for ((place, receiver), (position, normal)) in all.zip(positions.iter().zip(normals)) {
+                    *place = *position;
+                    (receiver.normal, receiver.lobes) = ((*normal).into(), blend((*normal).into()));
                 }
             }
             moving.shown = Some(shows.cloned());
             moved.push((number, pose));
+        }
+        if self.on_cpu && !moved.is_empty() {
+            for (receiver, place) in self.now.iter_mut().zip(self.rims.received(&self.positions)) {
+                receiver.position = place.into();
+            }
         }
         Ok(moved)
     }
@@ -155,6 +169,16 @@ impl Receivers {
     /// at rest.
     pub(super) fn now(&self) -> &[Receiver] {
         &self.now
+    }
+
+    /// Of the vertices whose light they receive, likewise.
+    pub(super) fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// Which of them receive it beside their vertices.
+    pub(super) fn rims(&self) -> &Rims {
+        &self.rims
     }
 
     /// The objects that deform.
@@ -167,7 +191,7 @@ impl Receivers {
         if self.moving.is_empty() {
             return None;
         }
-        let mut all: Vec<[f32; 3]> = self.now.iter().map(|receiver| receiver.position.to_array()).collect();
+        let mut all = self.positions.clone();
         let mut posed = Vec::new();
         for Moving { vertices, mesh, shown, .. } in &self.moving {
             mesh.positions(&mesh.pose_of(shown.as_ref().and_then(Option::as_ref)), &mut posed);
@@ -189,10 +213,8 @@ impl Receivers {
     /// All that casts shadows, where it is now.
     #[cfg(feature = "cpu")]
     pub(super) fn placed(&mut self) -> &Casters {
-        let of =
-            |of: fn(&Receiver) -> glam::Vec3| self.now.iter().map(|r| of(r).to_array()).collect::<Vec<_>>();
-        let (positions, normals) = (of(|receiver| receiver.position), of(|receiver| receiver.normal));
-        self.meshes.place(&positions, &normals, &mut self.casters.triangles);
+        let normals: Vec<[f32; 3]> = self.now.iter().map(|receiver| receiver.normal.to_array()).collect();
+        self.meshes.place(&self.positions, &normals, &mut self.casters.triangles);
         &self.casters
     }
 }

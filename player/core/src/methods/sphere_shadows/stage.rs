@@ -9,8 +9,6 @@ use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use crate::lit::{Light, Map, Picture};
-use glam::Vec3;
-use relume_formats::evaluate::sphere_shadows::Receiver;
 use relume_formats::kinds::Environment;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::shape::Pose;
@@ -108,13 +106,11 @@ impl Stage {
             return;
         };
         let begin = (range.start * size_of::<[f32; 3]>()) as u64;
-        let write = |buffer, of: fn(&Receiver) -> Vec3| {
-            let now = &self.receivers.now()[range.clone()];
-            let values: Vec<[f32; 3]> = now.iter().map(|receiver| of(receiver).to_array()).collect();
-            gpu.queue.write_buffer(buffer, begin, bytemuck::cast_slice(&values));
-        };
-        write(self.picture.positions(), |receiver| receiver.position);
-        write(self.picture.normals(), |receiver| receiver.normal);
+        let now = &self.receivers.now()[range.clone()];
+        let normals: Vec<[f32; 3]> = now.iter().map(|receiver| receiver.normal.to_array()).collect();
+        let write = |buffer, values| gpu.queue.write_buffer(buffer, begin, bytemuck::cast_slice(values));
+        write(self.picture.positions(), &self.receivers.positions()[range]);
+        write(self.picture.normals(), &normals);
     }
 
     fn gain(&self) -> Rgb {

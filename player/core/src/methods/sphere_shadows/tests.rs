@@ -13,7 +13,7 @@ use relume_formats::evaluate::sphere_shadows::{
 use relume_formats::kinds::HaarTable;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::Casts;
-use relume_formats::shape::ShadingNormals;
+use relume_formats::shape::{Rims, ShadingNormals};
 use relume_formats::state::Posed;
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -94,7 +94,8 @@ fn placed(bundle: &Bundle, look: &Look, [positions, normals]: &Vertices) -> (Vec
     let meshes = CasterMeshes::new(&bundle.bake, &bundle.scene.positions);
     meshes.place(positions, normals, &mut casters.triangles);
     let own_sets: Vec<_> = sets.map(|(_, set)| set.clone()).collect();
-    (receivers(&bundle.bake, &own_sets, positions, normals), casters)
+    let places = Rims::new(positions.len(), &bundle.scene.triangles).received(positions);
+    (receivers(&bundle.bake, &own_sets, &places, normals), casters)
 }
 
 fn look_at_noise(bundle: &Bundle) -> Look {

@@ -6,7 +6,6 @@
 //! light a little within their surface. All others receive it where they are.
 
 use glam::Vec3;
-use std::collections::HashMap;
 
 /// How far within, in parts of the way to the middle of the opposite edge of a triangle.
 const SHARE: f32 = 1.0 / 64.0;
@@ -24,14 +23,11 @@ impl Rims {
     pub fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let mut beside: Vec<[u32; 2]> = (0..vertices as u32).map(|vertex| [vertex; 2]).collect();
         let known = || triangles.iter().filter(|triangle| triangle.iter().all(|v| (*v as usize) < vertices));
-        let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
-        for [a, b, c] in known() {
-            for [p, q] in [[a, b], [b, c], [c, a]] {
-                *uses.entry([*p.min(q), *p.max(q)]).or_default() += 1;
-            }
-        }
+        let edges = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]].map(|[p, q]| [p.min(q), p.max(q)]);
+        let mut edges: Vec<[u32; 2]> = known().flat_map(edges).collect();
+        edges.sort_unstable();
         let mut on_rim = vec![false; vertices];
-        for edge in uses.iter().filter(|(_, uses)| **uses == 1).map(|(edge, _)| edge) {
+        for edge in edges.chunk_by(|a, b| a == b).filter(|uses| uses.len() == 1).flatten() {
             edge.iter().for_each(|vertex| on_rim[*vertex as usize] = true);
         }
         for [a, b, c] in known().rev() {
@@ -44,7 +40,7 @@ impl Rims {
         Self { beside }
     }
 
-    /// For each vertex the two others between which it receives light, as [`received_at`] has it.
+    /// For each vertex the two others between which it receives light, as [`Rims::received`] has it.
     pub fn beside(&self) -> &[[u32; 2]] {
         &self.beside
     }

@@ -66,7 +66,9 @@ fn hung(hangs: Hangs, scale: f32, map: Environment) -> Bundle {
     scene.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|triangle| triangle.map(|corner| wall + corner)));
     let mut square = scene.meta.objects[0].clone();
     (square.name, square.triangles) = ("square".to_owned(), 2);
-    square.material = u32::from(hangs == Hangs::Half);
+    // The first material is the one that may have a texture.
+    scene.meta.objects[0].material = 1;
+    square.material = 0;
     scene.meta.objects.push(square);
     scene.meta.size = SIZE;
     scene.meta.environment = Some(environment("night", 0.0, [1.0; 3]));
@@ -74,7 +76,7 @@ fn hung(hangs: Hangs, scale: f32, map: Environment) -> Bundle {
     let textures = (hangs == Hangs::Half).then(|| {
         let mut uvs = vec![[0.0; 2]; wall as usize];
         uvs.extend(corners.map(|corner| corner.map(|x| 0.5 + 0.5 * x)));
-        let cut = MaterialTexture { material: 1, alpha_cutoff: Some(0.5), texture: right_half() };
+        let cut = MaterialTexture { material: 0, alpha_cutoff: Some(0.5), texture: right_half() };
         Textures { uvs, textures: vec![cut] }
     });
     Bundle::of(scene, vec![map], textures.as_ref(), sparse::even_transfer(vertices, 4, 1.0))

@@ -20,8 +20,8 @@ const EVERY: usize = 24;
 /// Its paths a pixel, twice.
 const SAMPLES: u32 = 128;
 /// How many of the player's largest steps are looked at, one by one, with so many times the paths.
-const LARGEST: usize = 12;
-const MORE: u32 = 16;
+const LARGEST: usize = 4;
+const MORE: u32 = 8;
 
 fn text(vary: &str, map: &str) -> String {
     format!(

@@ -8,7 +8,7 @@ use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_bake::trace::world::World;
 use relume_formats::evaluate::transfer_images::evaluate;
-use relume_formats::state::{Brdf, Ggx};
+use relume_formats::state::{Brdf, CookTorrance, Ggx};
 use relume_scenes::{Emitter, Filter, Light, Scene, Texture, Wrap};
 
 /// Random states from another sequence than the one that bakes measure themselves on.
@@ -129,6 +129,28 @@ fn ggx_converges_with_the_number_of_bases() {
         let (median, worst) = errors(&scene, &settings(48, 64, bases, 1), true);
         println!("GGX, {bases} bases: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
         assert!(median <= median_bound && worst <= worst_bound, "{bases} bases: {median}, {worst}");
+    }
+}
+
+/// The demo scene in Cook and Torrance's materials.
+fn in_grooves() -> Scene {
+    let mut scene = library_scene("cornell-knot");
+    for material in &mut scene.materials {
+        let brdf = CookTorrance { kd: [0.3, 0.25, 0.2], ks: [0.5; 3], fresnel: 0.5, roughness: 0.3 };
+        material.brdf = Brdf::CookTorrance(brdf);
+    }
+    scene
+}
+
+/// As GGX's.
+#[test]
+fn cook_torrance_converges_with_the_number_of_bases() {
+    let scene = in_grooves();
+    let measured = [6, 9, 12, 16].map(|bases| errors(&scene, &settings(48, 64, bases, 1), true));
+    println!("Cook-Torrance, 6, 9, 12 and 16 bases, median and worst: {measured:?}");
+    let bounds = [(0.06, 0.15), (0.014, 0.04), (0.004, 0.007), (0.0008, 0.0016)];
+    for ((median, worst), (median_bound, worst_bound)) in measured.into_iter().zip(bounds) {
+        assert!(median <= median_bound && worst <= worst_bound, "{measured:?}");
     }
 }
 

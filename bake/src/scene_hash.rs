@@ -6,7 +6,7 @@
 //! these re-traces nothing.
 
 use relume_formats::shape::{DeformingMesh, Influences, MorphTarget, Track};
-use relume_formats::state::{BlinnPhong, Brdf, Ggx};
+use relume_formats::state::{BlinnPhong, Brdf, CookTorrance, Ggx};
 use relume_scenes::{Cone, Emitter, Glow, Material, NamedMap, Scene, Texture};
 use std::collections::HashMap;
 use xxhash_rust::xxh3::Xxh3;
@@ -214,6 +214,9 @@ impl Hasher {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => self.vectors(&[kd, ks, &[*shininess]]),
             Brdf::Ggx(Ggx { base_color, metallic, roughness }) => {
                 self.vectors(&[base_color, &[*metallic, *roughness]])
+            }
+            Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness }) => {
+                self.vectors(&[kd, ks, &[*fresnel, *roughness]])
             }
         }
     }

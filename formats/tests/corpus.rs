@@ -8,6 +8,7 @@ use crate::support::reading::refusal;
 use crate::support::{relighting, samples, scenes, shadows, spheres};
 use half::f16;
 use relume_formats::Place;
+use relume_formats::basis::microfacet::Facets;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::scene::StoredMaterial;
@@ -110,7 +111,8 @@ const CASES: [Case; 43] = [
     ),
     ("ggx-mirror.relume", Kind::BrdfBasis, "roughnesses of 0.32 to 1", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
-        basis.functions = Functions::Ggx { roughness: vec![0.0], weights: vec![1.0; 3] };
+        basis.functions =
+            Functions::Microfacet { facets: Facets::Ggx, roughness: vec![0.0], weights: vec![1.0; 3] };
         written(&basis)
     }),
     ("table-of-one-bitmap.relume", Kind::HaarTable, "has shape [16, 1], expected [16, 65536]", || {
@@ -134,8 +136,8 @@ const CASES: [Case; 43] = [
         // environment, the number of materials, and the first
         // one's name of 2.
         let at = 8 + 11 + 4 * 8 + 4 + 8 + 3 + 1 + 8 + 8 + 2;
-        assert!(meta[at] < 2 && meta[at + 1..at + 4] == [0; 3], "the model stands there");
-        meta[at] = 2;
+        assert!(meta[at] < 3 && meta[at + 1..at + 4] == [0; 3], "the model stands there");
+        meta[at] = 3;
         file.sections[0].set_raw(&meta);
         file.bytes()
     }),

@@ -22,15 +22,16 @@ fn written(value: &impl Stored) -> Vec<u8> {
     value.write_file(&folder.path().join("a.relume")).unwrap()
 }
 
-/// Small sound files, of both models where that matters.
-fn sound_files() -> [(Kind, Vec<u8>); 8] {
+/// Small sound files, of all models where that matters.
+fn sound_files() -> [(Kind, Vec<u8>); 9] {
     // Made once: compressing the table takes long.
-    static FILES: LazyLock<[(Kind, Vec<u8>); 8]> = LazyLock::new(|| {
+    static FILES: LazyLock<[(Kind, Vec<u8>); 9]> = LazyLock::new(|| {
         [
             (Kind::Scene, written(&scenes::scene(3))),
             (Kind::Animation, written(&scenes::animation(3))),
             (Kind::BrdfBasis, written(&samples::basis(3, 3, true))),
             (Kind::BrdfBasis, written(&samples::ggx_basis(3, 3, 2))),
+            (Kind::BrdfBasis, written(&samples::cook_torrance_basis(3, 3, 2))),
             (Kind::TransferImages, written(&samples::images(3, 1, 2, true, [3, 2]))),
             (Kind::HaarTable, written(&HaarTable::bake())),
             (Kind::SphereSet, written(&sphere_set(3, 5, 9, 3, 0.5))),

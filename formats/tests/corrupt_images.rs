@@ -14,7 +14,7 @@ use std::sync::Arc;
 fn lobes(basis: &mut BrdfBasis) -> &mut Vec<f32> {
     match &mut basis.functions {
         Functions::BlinnPhong { lobes } => lobes,
-        Functions::Ggx { .. } => panic!("not of this model"),
+        Functions::Microfacet { .. } => panic!("not of this model"),
     }
 }
 
@@ -70,7 +70,7 @@ fn broken_bases() {
         &sound,
         "lobes",
         |s| s.name = "lobe".to_owned(),
-        "expected section `lobes` or `roughness` here",
+        "expected section `lobes`, `roughness` or `slopes` here",
     );
     assert_forged_refused(&sound, "parameters", |s| s.shape.push(1), "section `parameters`: has shape");
     let many = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[4097], 1, &[0; 4 * 4097]);
@@ -80,7 +80,7 @@ fn broken_bases() {
 /// Roughness and weights of a GGX basis.
 fn samples_of(basis: &mut BrdfBasis) -> (&mut Vec<f32>, &mut Vec<f32>) {
     match &mut basis.functions {
-        Functions::Ggx { roughness, weights } => (roughness, weights),
+        Functions::Microfacet { roughness, weights, .. } => (roughness, weights),
         Functions::BlinnPhong { .. } => panic!("not of this model"),
     }
 }

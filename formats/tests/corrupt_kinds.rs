@@ -8,7 +8,7 @@ use crate::support::{samples, scenes};
 use relume_formats::container::Stored;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::{HaarTable, StoredScene, VisibilityTable};
-use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Track, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Track, TrackValues};
 
 /// Sections missing, there twice under another name, or in another order.
 fn assert_order_matters<T: Stored>(value: &T) {
@@ -37,6 +37,7 @@ fn every_kind_needs_its_sections_in_order() {
     assert_order_matters(&scenes::animation(3));
     assert_order_matters(&samples::basis(3, 3, true));
     assert_order_matters(&samples::ggx_basis(3, 3, 2));
+    assert_order_matters(&samples::cook_torrance_basis(3, 3, 2));
     assert_order_matters(&samples::images(3, 1, 2, true, [3, 2]));
     assert_order_matters(&HaarTable::bake());
     assert_order_matters(&VisibilityTable::bake());
@@ -50,6 +51,10 @@ fn ggx(metallic: f32, roughness: f32) -> Brdf {
     Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic, roughness })
 }
 
+fn cook_torrance(kd: f32, fresnel: f32, roughness: f32) -> Brdf {
+    Brdf::CookTorrance(CookTorrance { kd: [kd; 3], ks: [0.5; 3], fresnel, roughness })
+}
+
 /// Gives the first material, which is textured, other parameters.
 fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
     let name = scene.meta.materials[0].name.clone();
@@ -59,7 +64,7 @@ fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
 #[test]
 fn broken_scenes() {
     type Change = fn(&mut StoredScene);
-    let cases: [(Change, &str); 35] = [
+    let cases: [(Change, &str); 40] = [
         (|s| s.meta.camera.fov_deg = 0.0, "fov_deg 0 is outside"),
         (|s| s.meta.camera.target = s.meta.camera.position, "position and target coincide"),
         (|s| s.meta.camera.position[1] = f32::NAN, "finite"),
@@ -72,6 +77,11 @@ fn broken_scenes() {
         (|s| wear(s, false, ggx(0.0, 0.11)), "roughness 0.11 is outside 0.12..1"),
         (|s| wear(s, false, ggx(1.5, 0.5)), "metallic 1.5 must be numbers of 0 to 1"),
         (|s| wear(s, true, ggx(f32::NAN, 0.5)), "metallic NaN must be"),
+        (|s| wear(s, true, cook_torrance(0.6, 0.5, 0.5)), "kd + ks = 1.1 exceeds 1"),
+        (|s| wear(s, true, cook_torrance(0.5, 1.1, 0.5)), "fresnel 1.1 must be a number of 0 to 1"),
+        (|s| wear(s, false, cook_torrance(0.5, f32::NAN, 0.5)), "fresnel NaN must be"),
+        (|s| wear(s, true, cook_torrance(0.5, 0.5, 0.099)), "roughness 0.099 is outside 0.1..1"),
+        (|s| wear(s, false, cook_torrance(0.5, 0.5, 0.014)), "roughness 0.014 is outside 0.015..1"),
         (|s| wear(s, true, ggx(0.1, 0.5)), "metallic 0.1 with a textured base colour"),
         (|s| s.meta.materials.push(s.meta.materials[0].clone()), "are called `"),
         (|s| s.meta.objects.push(s.meta.objects[0].clone()), "are called `"),

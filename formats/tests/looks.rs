@@ -58,6 +58,13 @@ fn material(random: &mut Random, model: Model) -> MaterialState {
             roughness: some(random, |random| 0.4 + 0.6 * random.unit()),
             ..MaterialState::default()
         },
+        Model::CookTorrance => MaterialState {
+            kd: some(random, colour),
+            ks: some(random, colour),
+            fresnel: some(random, number),
+            roughness: some(random, |random| 0.1 + 0.9 * random.unit()),
+            ..MaterialState::default()
+        },
     }
 }
 
@@ -213,7 +220,7 @@ fn only_what_changes_gets_a_new_revision() {
     assert_eq!(look.materials.revision(), first);
     let leaf = match look.materials["m0"].model() {
         Model::BlinnPhong => "shininess = 3",
-        Model::Ggx => "roughness = 0.5",
+        Model::Ggx | Model::CookTorrance => "roughness = 0.5",
     };
     look.apply(&state(&format!("materials.m0.{leaf}")), &scope, &place()).unwrap();
     assert_ne!(look.materials.revision(), first);

@@ -1,10 +1,11 @@
-//! What may be said of a material of either model, in states, animations and scenes.
+//! What may be said of a material of any model, in states, animations and scenes.
 
 use relume_formats::kinds::scene::StoredMaterial;
-use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, State, parse_toml};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, State, parse_toml};
 use relume_formats::{Place, Result};
 
 const BLINN_PHONG: Brdf = Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.3; 3], shininess: 50.0 });
+const GROOVES: Brdf = grooves(0.8, 0.3);
 const GGX: Brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.25, roughness: 0.5 });
 
 fn place() -> Place {
@@ -21,6 +22,10 @@ fn ggx(metallic: f32, roughness: f32) -> Brdf {
     Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic, roughness })
 }
 
+const fn grooves(fresnel: f32, roughness: f32) -> Brdf {
+    Brdf::CookTorrance(CookTorrance { kd: [0.2; 3], ks: [0.3; 3], fresnel, roughness })
+}
+
 fn blinn_phong(shininess: f32) -> Brdf {
     Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.3; 3], shininess })
 }
@@ -32,13 +37,19 @@ fn leaves_replace_what_they_name_and_nothing_else() {
     assert_eq!(with(&GGX, "metallic = 1\nroughness = 0.32").unwrap(), ggx(1.0, 0.32));
     assert_eq!(with(&BLINN_PHONG, "shininess = 200").unwrap(), blinn_phong(200.0));
     assert_eq!(with(&GGX, "").unwrap(), GGX);
+    assert_eq!(with(&GROOVES, "fresnel = 0.04\nroughness = 0.1").unwrap(), grooves(0.04, 0.1));
 }
 
 #[test]
-fn a_leaf_of_the_other_model_is_refused_with_the_right_ones() {
+fn a_leaf_of_another_model_is_refused_with_the_right_ones() {
     let has_ggx = "is \"ggx\", which has base_color, metallic and roughness, not";
     let has_blinn_phong = "is \"blinn-phong\", which has kd, ks and shininess, not";
+    let has_grooves = "is \"cook-torrance\", which has kd, ks, fresnel and roughness, not";
     let cases = [
+        (GROOVES, "kd = [0.1, 0.1, 0.1]\nshininess = 10", format!("{has_grooves} `shininess`")),
+        (GROOVES, "metallic = 1", format!("{has_grooves} `metallic`")),
+        (GGX, "fresnel = 0.1", format!("{has_ggx} `fresnel`")),
+        (BLINN_PHONG, "fresnel = 0.1", format!("{has_blinn_phong} `fresnel`")),
         (GGX, "kd = [0.1, 0.1, 0.1]", format!("{has_ggx} `kd`")),
         (GGX, "ks = [0.1, 0.1, 0.1]", format!("{has_ggx} `ks`")),
         (GGX, "roughness = 0.5\nshininess = 10", format!("{has_ggx} `shininess`")),
@@ -68,6 +79,10 @@ fn values_outside_their_range_are_refused() {
         (GGX, "roughness = 0.1", "roughness 0.1 is outside 0.12..1"),
         (GGX, "roughness = 1.5", "roughness 1.5 is outside 0.12..1"),
         (GGX, "roughness = nan", "roughness NaN is outside 0.12..1"),
+        (GROOVES, "fresnel = 1.01", "fresnel 1.01 must be a number of 0 to 1"),
+        (GROOVES, "fresnel = nan", "fresnel NaN must be a number of 0 to 1"),
+        (GROOVES, "roughness = 0.01", "roughness 0.01 is outside 0.015..1"),
+        (GROOVES, "ks = [0.9, 0.3, 0.3]", "kd + ks = 1.1 exceeds 1"),
         (BLINN_PHONG, "shininess = 0.5", "shininess 0.5 is outside 1..10000"),
         (BLINN_PHONG, "kd = [0.2, 0.8, 0.2]", "kd + ks = 1.1 exceeds 1"),
         (GGX, "base_colour = [0.1, 0.1, 0.1]", "unknown key `base_colour`; did you mean `base_color`?"),
@@ -81,8 +96,22 @@ fn values_outside_their_range_are_refused() {
 /// Bases span fewer lobes than rays can follow.
 #[test]
 fn what_varies_is_kept_within_the_range_of_bases() {
-    let fixed_only = [ggx(0.0, 0.12), ggx(1.0, 0.3199), blinn_phong(10_000.0), blinn_phong(200.1)];
-    let both = [ggx(0.0, 0.32), ggx(1.0, 1.0), blinn_phong(200.0), blinn_phong(1.0)];
+    let fixed_only = [
+        ggx(0.0, 0.12),
+        ggx(1.0, 0.3199),
+        blinn_phong(10_000.0),
+        blinn_phong(200.1),
+        grooves(0.0, 0.015),
+        grooves(1.0, 0.0999),
+    ];
+    let both = [
+        ggx(0.0, 0.32),
+        ggx(1.0, 1.0),
+        blinn_phong(200.0),
+        blinn_phong(1.0),
+        grooves(0.0, 0.1),
+        grooves(1.0, 1.0),
+    ];
     for (brdf, may_vary) in
         fixed_only.into_iter().map(|b| (b, false)).chain(both.into_iter().map(|b| (b, true)))
     {
@@ -106,6 +135,7 @@ fn a_textured_metal_cannot_vary() {
     assert!(material(true, true).validate(&ggx(0.0, 0.5), &place()).is_ok());
     // A diffuse texture beside a grey highlight is no product of two textures.
     assert!(material(true, true).validate(&BLINN_PHONG, &place()).is_ok());
+    assert!(material(true, true).validate(&GROOVES, &place()).is_ok());
 }
 
 #[test]

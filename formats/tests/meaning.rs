@@ -23,7 +23,8 @@ fn lobe(basis: &BrdfBasis, parts: usize, part: usize, parameter: f32) -> Vec<f64
 /// Coefficients of a material on every basis in one channel. Blinn-Phong (thesis eq. 4-22): kd on the diffuse
 /// basis, plus ks times those of the unit lobe. GGX, from glTF 2.0 (appendix B.3.5) written out in Schlick's
 /// weight w: F = f0 + (1 - f0) w, hence rho = (1 - f0)(1 - metallic) c (1 - w)/pi + f0 D V (1 - w) + D V w:
-/// the two parts are those of D V (1 - w) and of D V w.
+/// the two parts are those of D V (1 - w) and of D V w. Cook-Torrance has F = f + (1 - f) w, too, ks times it, and
+/// its kd beside it as it is.
 fn coefficients(basis: &BrdfBasis, material: &Brdf, channel: usize) -> Vec<f64> {
     let (diffuse, glossy) = match material {
         Brdf::BlinnPhong(m) => {
@@ -40,6 +41,14 @@ fn coefficients(basis: &BrdfBasis, material: &Brdf, channel: usize) -> Vec<f64> 
             (
                 (1.0 - f0) * (1.0 - metallic) * base,
                 plain.iter().zip(schlick).map(|(p, s)| f0 * p + s).collect(),
+            )
+        }
+        Brdf::CookTorrance(m) => {
+            let (ks, fresnel) = (f64::from(m.ks[channel]), f64::from(m.fresnel));
+            let [plain, schlick] = [0, 1].map(|part| lobe(basis, 2, part, m.roughness));
+            (
+                f64::from(m.kd[channel]),
+                plain.iter().zip(schlick).map(|(p, s)| ks * (fresnel * p + s)).collect(),
             )
         }
     };
@@ -99,16 +108,19 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
     (sum, magnitude)
 }
 
-/// A basis of either model, and materials of that model.
+/// A basis of any model, and materials of that model.
 fn materials_and_basis(seed: u64, bases: usize, count: usize) -> (BrdfBasis, Vec<Brdf>) {
     let random = &mut Random(seed ^ 1);
-    if seed.is_multiple_of(2) {
-        (
+    match seed % 3 {
+        0 => (
             samples::basis(seed, bases, false),
             (0..count).map(|_| Brdf::BlinnPhong(random.blinn_phong())).collect(),
-        )
-    } else {
-        (samples::ggx_basis(seed, bases, 2), (0..count).map(|_| Brdf::Ggx(random.ggx())).collect())
+        ),
+        1 => (samples::ggx_basis(seed, bases, 2), (0..count).map(|_| Brdf::Ggx(random.ggx())).collect()),
+        _ => (
+            samples::cook_torrance_basis(seed, bases, 2),
+            (0..count).map(|_| Brdf::CookTorrance(random.cook_torrance())).collect(),
+        ),
     }
 }
 
@@ -204,11 +216,19 @@ fn coefficients_of_a_ggx_material_by_hand() {
 }
 
 #[test]
-fn a_basis_has_no_coefficients_for_the_other_model() {
+fn a_basis_has_no_coefficients_for_another_model() {
     let random = &mut Random(1);
-    let (blinn_phong, ggx) = (Brdf::BlinnPhong(random.blinn_phong()), Brdf::Ggx(random.ggx()));
-    assert_eq!(samples::basis(1, 3, true).coefficients_of(&ggx), None);
-    assert_eq!(samples::ggx_basis(1, 3, 2).coefficients_of(&blinn_phong), None);
+    let materials = [
+        Brdf::BlinnPhong(random.blinn_phong()),
+        Brdf::Ggx(random.ggx()),
+        Brdf::CookTorrance(random.cook_torrance()),
+    ];
+    let bases =
+        [samples::basis(1, 3, true), samples::ggx_basis(1, 3, 2), samples::cook_torrance_basis(1, 3, 2)];
+    for (basis, material) in bases.iter().flat_map(|basis| materials.iter().map(move |m| (basis, m))) {
+        let is_one = basis.functions.model() == material.model();
+        assert_eq!(basis.coefficients_of(material).is_some(), is_one, "{material:?}");
+    }
 }
 
 /// A colour turns from red to blue over two seconds and back, the exponent rises in the last second.

@@ -1,6 +1,8 @@
-//! The terms of GGX against their published formulas in double precision, and the energy they keep.
+//! The terms of GGX and of Cook and Torrance against their published formulas in double precision, and the
+//! energy they keep.
 
-use relume_formats::basis::{Angles, microfacet};
+use relume_formats::basis::Angles;
+use relume_formats::basis::microfacet::{self, Facets};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 type Vec3 = [f64; 3];
@@ -35,13 +37,28 @@ fn visibility(alpha_squared: f64, cos_in: f64, cos_out: f64) -> f64 {
     1.0 / ((1.0 + lambda(cos_in) + lambda(cos_out)) * 4.0 * cos_in * cos_out)
 }
 
+/// Beckmann's distribution, normalised so that all facets together cover the surface once (Walter et al. 2007,
+/// eq. 25).
+fn beckmann(slope: f64, cos_half: f64) -> f64 {
+    let cos_squared = cos_half * cos_half;
+    let exponent = -(1.0 - cos_squared) / (cos_squared * slope * slope);
+    exponent.exp() / (PI * slope * slope * cos_squared * cos_squared)
+}
+
+/// G/(4 |N·L| |N·V|) of grooves (Cook and Torrance 1981), with v·h as it is.
+fn grooves(angles: &Angles) -> f64 {
+    let [h, d, i, o] = [angles.cos_half, angles.cos_difference, angles.cos_in, angles.cos_out].map(f64::from);
+    (2.0 * h * o / d).min(2.0 * h * i / d).min(1.0) / (4.0 * i * o)
+}
+
+/// Angles of incidence, degrees.
+const THETAS_DEG: [f64; 12] = [0.0, 1.0, 10.0, 25.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9, 89.99, 89.9999];
+
 const ROUGHNESSES: [f64; 6] = [0.12, 0.32, 0.4, 0.5, 0.75, 1.0];
 
 #[test]
 fn distribution_and_visibility_are_those_of_the_formulas() {
-    let thetas: Vec<f64> = [0.0, 1.0, 10.0, 25.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9, 89.99, 89.9999]
-        .map(f64::to_radians)
-        .to_vec();
+    let thetas = THETAS_DEG.map(f64::to_radians);
     for roughness in ROUGHNESSES {
         let alpha_squared = roughness.powi(4) as f32;
         for (&theta_in, &theta_out) in thetas.iter().flat_map(|a| thetas.iter().map(move |b| (a, b))) {
@@ -63,6 +80,56 @@ fn distribution_and_visibility_are_those_of_the_formulas() {
                     "roughness {roughness}, {angles:?}: {value} is not {expected}: {error:e} exceeds {bound:e}"
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn grooves_are_those_of_the_formulas() {
+    let thetas = THETAS_DEG.map(f64::to_radians);
+    for slope in [0.015f32, 0.1, 0.3, 0.6, 1.0] {
+        for (&theta_in, &theta_out) in thetas.iter().flat_map(|a| thetas.iter().map(move |b| (a, b))) {
+            for step in 0..=36 {
+                let angles =
+                    angles(direction(theta_in, 0.0), direction(theta_out, PI * f64::from(step) / 36.0));
+                let [m, h] = [slope, angles.cos_half].map(f64::from);
+                let expected = beckmann(m, h) * grooves(&angles);
+                let value = f64::from(microfacet::beckmann_grooves(slope, &angles));
+                let turned = Angles { cos_in: angles.cos_out, cos_out: angles.cos_in, ..angles };
+                assert_eq!(value, f64::from(microfacet::beckmann_grooves(slope, &turned)), "reciprocal");
+                // With u = 2⁻²⁴: (n·h)² is rounded by u/2, which tan² has as u/2 over (n·h)² twice, once for
+                // its numerator, and the exponent over m² besides; the rest multiplies some thirty times, and
+                // the exponential turns the exponent's relative error into an absolute one. Where it is
+                // beyond 87 all is dark.
+                let exponent = (1.0 - h * h) / (h * h * m * m);
+                let bound = (2.0 / (h * h * m * m) + 4.0 * exponent + 40.0) * 2f64.powi(-24);
+                let error = (value - expected).abs();
+                assert!(
+                    error < bound * expected + 1e-24,
+                    "slope {slope}, {angles:?}: {value} is not {expected}: {error:e} exceeds {bound:e} of it"
+                );
+            }
+        }
+    }
+}
+
+/// Where a direction lies in the surface the lobe goes on to its limit, and is 0 where both do, where there is
+/// no half vector, and where one of that sort is no number.
+#[test]
+fn the_horizon_of_grooves_is_the_limit_of_what_is_above_it() {
+    let at = |cos_half, cos_in, cos_out| {
+        let angles = Angles { cos_half, cos_difference: 0.7, cos_in, cos_out };
+        microfacet::beckmann_grooves(0.5, &angles)
+    };
+    // n·h = (i + o)/(2 v·h): G/(4 i o) is (n·h)²/((i + o) o) at the horizon.
+    let limit = beckmann(0.5, f64::from(0.6f32)) * 0.36 / 0.25;
+    for value in [at(0.6, 0.0, 0.5), at(0.6, 0.5, 0.0)] {
+        assert!((f64::from(value) - limit).abs() < 1e-6 * limit, "{value} is not {limit}");
+    }
+    assert!([at(0.6, 0.0, 0.0), at(0.0, 0.5, 0.5), at(0.0, 0.0, 0.0)].iter().all(|value| *value == 0.0));
+    for tiny in [1e-7f32, 1e-20, 1e-38, f32::MIN_POSITIVE] {
+        for value in [at(tiny, 0.5, 0.5), at(1.0, tiny, tiny), at(1.0, tiny, 1.0), at(tiny, tiny, tiny)] {
+            assert!(value.is_finite() && value >= 0.0, "{value} at {tiny}");
         }
     }
 }
@@ -95,17 +162,13 @@ fn schlick_is_a_fifth_power() {
 
 /// What of the light from one direction a mirror-like surface of f₀ = 1 sends anywhere: ∫ D·V·cos over the
 /// hemisphere, by the midpoint rule.
-fn albedo(roughness: f64, theta_in: f64) -> f64 {
+fn albedo(facets: Facets, roughness: f64, theta_in: f64) -> f64 {
     const STEPS: u32 = 600;
-    let (alpha_squared, from) = (roughness.powi(4) as f32, direction(theta_in, 0.0));
+    let from = direction(theta_in, 0.0);
     let at = |i: u32, of: f64| (f64::from(i) + 0.5) / f64::from(STEPS) * of;
     let ring = |theta: f64| -> f64 {
-        let values = (0..STEPS).map(|p| {
-            f64::from(microfacet::distribution_visibility(
-                alpha_squared,
-                &angles(from, direction(theta, at(p, PI))),
-            ))
-        });
+        let values = (0..STEPS)
+            .map(|p| f64::from(facets.lobe(roughness as f32, &angles(from, direction(theta, at(p, PI))))));
         values.sum::<f64>() * theta.sin() * theta.cos()
     };
     // Twice, for the other half of the azimuths mirrors this one.
@@ -116,13 +179,15 @@ fn albedo(roughness: f64, theta_in: f64) -> f64 {
 /// sharpest lobe, about α/2 = 0.05 wide, twenty times over, so the midpoint rule errs by far less than 1e-3.
 #[test]
 fn no_furnace_is_brighter_than_its_walls() {
-    for roughness in [0.32, 0.5, 0.75, 1.0] {
+    let ggx = [0.32, 0.5, 0.75, 1.0].map(|roughness| (Facets::Ggx, roughness));
+    let grooves = [0.1, 0.25, 0.5, 1.0].map(|slope| (Facets::CookTorrance, slope));
+    for (facets, roughness) in ggx.into_iter().chain(grooves) {
         for theta_deg in [0.0f64, 30.0, 60.0, 80.0, 88.0] {
-            let albedo = albedo(roughness, theta_deg.to_radians());
-            assert!(albedo <= 1.0 + 1e-3, "roughness {roughness} at {theta_deg}°: {albedo}");
+            let albedo = albedo(facets, roughness, theta_deg.to_radians());
+            assert!(albedo <= 1.0 + 1e-3, "{facets:?} {roughness} at {theta_deg}°: {albedo}");
         }
     }
-    let normal = albedo(0.32, 0.0);
+    let normal = albedo(Facets::Ggx, 0.32, 0.0);
     assert!((0.98..=1.0).contains(&normal), "{normal}");
 }
 
@@ -133,7 +198,27 @@ fn the_roughest_furnace_has_a_closed_form() {
     for theta_deg in [0.0f64, 30.0, 60.0, 80.0] {
         let cosine = theta_deg.to_radians().cos();
         let (value, expected) =
-            (albedo(1.0, theta_deg.to_radians()), 1.0 - cosine * (1.0 + 1.0 / cosine).ln());
+            (albedo(Facets::Ggx, 1.0, theta_deg.to_radians()), 1.0 - cosine * (1.0 + 1.0 / cosine).ln());
         assert!((value - expected).abs() < 2e-5, "at {theta_deg}°: {value} is not {expected}");
+    }
+}
+
+/// Seen from above, a groove hides nothing until it is steeper than 30°, and from there on it leaves 2 cos 2δ,
+/// to 45°, where light leaves along the surface. With y = tan²δ the albedo is one integral: 1 − e^(−1/3m²) + ∫
+/// 2(1 − y)/(1 + y)·e^(−y/m²)/m² dy from 1/3 to 1, here by Simpson's rule, good to the fourth power of its step.
+/// The midpoint rule beside it sees the kink at 30° to the square of its step, 7e-6, over m².
+#[test]
+fn grooves_seen_from_above_have_a_closed_form() {
+    for slope in [0.2f64, 0.35, 0.5, 0.75, 1.0] {
+        let m2 = slope * slope;
+        let hidden = |y: f64| 2.0 * (1.0 - y) / (1.0 + y) * (-y / m2).exp() / m2;
+        let (intervals, from) = (1000, 1.0 / 3.0);
+        let step = (1.0 - from) / f64::from(intervals);
+        let weight = |i: i32| if i == 0 || i == intervals { 1.0 } else { 2.0 + 2.0 * f64::from(i % 2) };
+        let integral: f64 =
+            (0..=intervals).map(|i| weight(i) * hidden(from + f64::from(i) * step)).sum::<f64>() * step / 3.0;
+        let expected = 1.0 - (-from / m2).exp() + integral;
+        let value = albedo(Facets::CookTorrance, slope, 0.0);
+        assert!((value - expected).abs() < 1e-5 / m2, "slope {slope}: {value} is not {expected}");
     }
 }

@@ -63,8 +63,9 @@ proptest! {
     }
 
     #[test]
-    fn ggx_bases(seed: u64, bases in 2usize..=32, samples in 1usize..=64) {
+    fn microfacet_bases(seed: u64, bases in 2usize..=32, samples in 1usize..=64) {
         assert_round_trip(&samples::ggx_basis(seed, bases, samples));
+        assert_round_trip(&samples::cook_torrance_basis(seed, bases, samples));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::support::{self, Bundle};
 use relume_formats::Place;
-use relume_formats::state::{Brdf, Ggx, State, parse_toml};
+use relume_formats::state::{Brdf, CookTorrance, Ggx, State, parse_toml};
 
 fn gpu_there() -> bool {
     support::gpu_there(|| relume_player::gpu::list().map(|_| ()).map_err(|e| e.to_string()))
@@ -44,6 +44,23 @@ fn ggx_is_rendered_as_the_cpu_does() {
     let metal = parse_toml("[materials.a]\nmetallic = 0.5", &Place::file("metal.toml")).unwrap();
     let error = relume_player::render_once(bundle.folder(), &metal, None).unwrap_err();
     assert!(error.to_string().contains("material `a`: metallic 0.5") && error.exit_code() == 2, "{error}");
+}
+
+#[test]
+fn cook_torrance_is_rendered_as_the_cpu_does() {
+    if !gpu_there() {
+        return;
+    }
+    let bundle = Bundle::write_cook_torrance();
+    let text = "[materials.a]\nkd = [0.1, 0.4, 0.3]\nfresnel = 0.04\n[materials.b]\nroughness = 0.1";
+    let (_, ours) =
+        relume_player::render_once(bundle.folder(), &parse_toml(text, &Place::file("test")).unwrap(), None)
+            .unwrap();
+    let a = CookTorrance { kd: [0.1, 0.4, 0.3], fresnel: 0.04, ..support::COOK_TORRANCE };
+    let b = CookTorrance { roughness: 0.1, ..support::COOK_TORRANCE };
+    let materials = [Brdf::CookTorrance(a), Brdf::CookTorrance(b)];
+    let difference = support::largest_difference(&ours, &bundle.evaluate(&materials, |_| true));
+    assert!(difference <= 1e-5, "{difference}");
 }
 
 #[test]

@@ -84,13 +84,19 @@ fn scene(dice: &mut Dice) -> String {
             &["[0.5, 0.5, 0.5]", "[0, 0, 0]", "[1, 0, 0.2]"],
             &["[1, 1, 1.1]", "[1e-38, 0, 0]", "[nan, 0, 0]"],
         );
-        let _ = match dice.one_in(2) {
-            true => writeln!(
+        let _ = match dice.below(3) {
+            0 => writeln!(
                 text,
                 "[materials.\"{name}\"]\nbrdf = \"blinn-phong\"\nkd = {colour}\nshininess = {}",
                 dice.draw(&["1", "20", "200"], &["201", "0", "1e9"])
             ),
-            false => writeln!(
+            1 => writeln!(
+                text,
+                "[materials.\"{name}\"]\nbrdf = \"cook-torrance\"\nkd = {colour}\nfresnel = {}\nroughness = {}",
+                dice.draw(&["0.04", "1"], &["1.1", "-1", "nan"]),
+                dice.draw(&["0.1", "1"], &["0.015", "0.01", "2"])
+            ),
+            _ => writeln!(
                 text,
                 "[materials.\"{name}\"]\nbrdf = \"ggx\"\nbase_color = {colour}\nroughness = {}",
                 dice.draw(&["0.5", "1"], &["0.32", "0.1", "0", "2"])

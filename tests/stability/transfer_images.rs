@@ -78,6 +78,14 @@ fn what_cannot_be_baked_is_refused_by_name() {
             fixed(&format!("{PHONG}\nshininess = 10001.0")),
             "material `ball`: shininess 10001 is outside 1..10000",
         ),
+        (
+            text("brdf = 'cook-torrance'\nroughness = 0.09", PHONG, &lamp("lamp", [9.0; 3], 2.0, 0.5)),
+            "material `m`: roughness 0.09 is outside 0.1..1",
+        ),
+        (
+            fixed("brdf = 'cook-torrance'\nroughness = 0.01"),
+            "material `ball`: roughness 0.01 is outside 0.015..1",
+        ),
         (fixed("brdf = 'ggx'\nroughness = 0.11"), "material `ball`: roughness 0.11 is outside 0.12..1"),
         (phong("ks = [0.7, 0.0, 0.0]"), "exceeds 1, more light than arrives"),
         (text(PHONG, PHONG, &lamp("sun", [1.1e12; 3], 2.0, 0.5)), "must be numbers of 0 to 1e12"),

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use relume_bake::methods::transfer_images::held_out::{self, random_state};
 use relume_bake::trace::sampler::PixelSampler;
 use relume_formats::container::replace_file;
-use relume_formats::state::{Brdf, CameraState, EnvironmentState, MaterialState, ShapeState, State};
+use relume_formats::state::{CameraState, EnvironmentState, MaterialState, ShapeState, State};
 use relume_formats::{Error, Place, Result};
 use relume_scenes::Scene;
 use std::path::Path;
@@ -61,25 +61,8 @@ fn materials(scene: &Scene, number: u32) -> std::collections::BTreeMap<String, M
     let names = scene.vary.materials.iter().map(|index| scene.materials[*index].name.clone());
     names
         .zip(random_state(held_out::STATES + number, scene))
-        .map(|(name, brdf)| (name, leaves(&brdf)))
+        .map(|(name, brdf)| (name, MaterialState::from(brdf)))
         .collect()
-}
-
-fn leaves(brdf: &Brdf) -> MaterialState {
-    match brdf {
-        Brdf::BlinnPhong(m) => MaterialState {
-            kd: Some(m.kd),
-            ks: Some(m.ks),
-            shininess: Some(m.shininess),
-            ..MaterialState::default()
-        },
-        Brdf::Ggx(m) => MaterialState {
-            base_color: Some(m.base_color),
-            metallic: Some(m.metallic),
-            roughness: Some(m.roughness),
-            ..MaterialState::default()
-        },
-    }
 }
 
 /// Objects that deform, with names and durations of their clips.

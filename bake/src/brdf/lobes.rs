@@ -6,7 +6,7 @@
 //! estimate is right for each.
 
 use glam::Vec3A;
-use relume_formats::state::{BlinnPhong, Brdf, Ggx};
+use relume_formats::state::{BlinnPhong, Brdf, CookTorrance};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// A mixture: the cosine lobe takes what the Blinn-Phong lobes leave of the chance.
@@ -31,7 +31,13 @@ impl LobeMixture {
         let sum = |k: [f32; 3]| k.iter().sum::<f32>();
         let (diffuse, glossy, exponent) = match material {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => (sum(*kd), sum(*ks), *shininess),
-            Brdf::Ggx(material) => (sum(material.diffuse()), sum(material.f0()), exponent_like(material)),
+            Brdf::Ggx(material) => {
+                let slope = material.roughness * material.roughness;
+                (sum(material.diffuse()), sum(material.f0()), exponent_like(slope))
+            }
+            Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness }) => {
+                (sum(*kd), sum(*ks) * fresnel, exponent_like(*roughness))
+            }
         };
         let chance = if glossy > 0.0 { (glossy / (diffuse + glossy)).min(0.8) } else { 0.0 };
         Self { glossy: if chance > 0.0 { vec![(chance, exponent)] } else { Vec::new() } }
@@ -79,25 +85,28 @@ impl LobeMixture {
     }
 }
 
-/// The exponent of the Blinn-Phong lobe that is as wide as the material's near its peak: s = 2/α² − 2. Its
-/// tails are longer; the cosine lobe covers them.
-fn exponent_like(material: &Ggx) -> f32 {
-    (2.0 / material.roughness.powi(4) - 2.0).max(1.0)
+/// The exponent of the Blinn-Phong lobe that is as wide near its peak as that of facets of slope α: s = 2/α² −
+/// 2. GGX has longer tails; the cosine lobe covers them. Beckmann's facets have shorter ones.
+fn exponent_like(slope: f32) -> f32 {
+    (2.0 / (slope * slope) - 2.0).max(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use relume_formats::state::Ggx;
 
     /// χ² over cells of direction: counts of samples against the density integrated over each cell.
     #[test]
     fn samples_follow_the_density() {
         let phong = Brdf::BlinnPhong(BlinnPhong { kd: [0.2; 3], ks: [0.6; 3], shininess: 20.0 });
         let metal = Brdf::Ggx(Ggx { base_color: [0.9; 3], metallic: 1.0, roughness: 0.5 });
+        let grooves = CookTorrance { kd: [0.1; 3], ks: [0.9, 0.6, 0.3], fresnel: 0.7, roughness: 0.3 };
         for mixture in [
             LobeMixture::for_any_material(),
             LobeMixture::for_material(&phong),
             LobeMixture::for_material(&metal),
+            LobeMixture::for_material(&Brdf::CookTorrance(grooves)),
         ] {
             for tilt in [0.0f32, 0.7, 1.3] {
                 chi_squared(&mixture, Vec3A::new(tilt.sin(), tilt.cos(), 0.0));

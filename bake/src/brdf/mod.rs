@@ -2,6 +2,7 @@
 
 pub mod basis;
 pub mod blinn_phong;
+pub mod cook_torrance;
 pub mod ggx;
 pub mod lobes;
 
@@ -25,5 +26,6 @@ pub fn evaluate(material: &Brdf, albedo: Vec3A, angles: &Angles) -> Vec3A {
     match material {
         Brdf::BlinnPhong(material) => blinn_phong::evaluate(material, albedo, angles.cos_half),
         Brdf::Ggx(material) => ggx::evaluate(material, albedo, angles),
+        Brdf::CookTorrance(material) => cook_torrance::evaluate(material, albedo, angles),
     }
 }

@@ -5,6 +5,7 @@ use super::out::Out;
 use super::{Described, Facts, Inspected};
 use relume_formats::Result;
 use relume_formats::basis::brdf_grid::{self, NODES, PHI_NODES, THETA_NODES};
+use relume_formats::basis::microfacet::Facets;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions};
@@ -21,7 +22,7 @@ struct Details {
     bases: usize,
     model: Model,
     nodes: usize,
-    /// First and last exponent or roughness.
+    /// First and last exponent, roughness or slope.
     range: [f32; 2],
     shared_diffuse: bool,
     error_at_samples: BasisError,
@@ -57,6 +58,7 @@ fn facts(details: &Details) -> Facts {
     let parameter = match model {
         Model::BlinnPhong => "exponent",
         Model::Ggx => "roughness",
+        Model::CookTorrance => "slope",
     };
     vec![
         ("model", model.name().to_owned()),
@@ -89,7 +91,8 @@ struct Samples {
 
 /// `basis.npy` [bases, θi, θo, φ] in sr⁻¹, `parameters.npy` [samples, columns], `coefficients.npy` [samples,
 /// bases], the look-up table (`exponents.npy` [nodes] and `exponent_coefficients.npy` [nodes, bases], or
-/// `roughnesses.npy` [nodes] and `roughness_coefficients.npy` [nodes, 2, bases]), `brdf.json`.
+/// `roughnesses.npy`, `slopes.npy` [nodes] and `roughness_coefficients.npy`, `slope_coefficients.npy` [nodes,
+/// 2, bases]), `brdf.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let basis = &BrdfBasis::read_file(path)?;
     let bases = basis.bases();
@@ -133,11 +136,8 @@ fn samples(basis: &BrdfBasis) -> Samples {
                 parts: 1,
             }
         }
-        Functions::Ggx { roughness, .. } => {
-            let parts = || roughness.iter().flat_map(|r| [(0, *r), (1, *r)]);
-            let row = |(part, r): (usize, f32)| {
-                if part == 0 { vec![0.0, 1.0, 0.0, r] } else { vec![0.0, 0.0, 1.0, r] }
-            };
+        Functions::Microfacet { facets: Facets::Ggx, roughness, .. } => {
+            let (parameters, coefficients) = microfacet_samples(basis, diffuse, roughness);
             Samples {
                 model: "ggx",
                 formula: "rho = d*(1-w)/pi + f0*D*V*(1-w) + D*V*w, w = (1 - v.h)^5, alpha = roughness^2, D Trowbridge-Reitz, V Smith's \
@@ -145,17 +145,50 @@ fn samples(basis: &BrdfBasis) -> Samples {
                           d = (1-f0)*(1-metallic)*base_color, in 1/sr",
                 diffuse: "(1-w)/pi",
                 columns: &["d", "f0", "w_part", "roughness"],
-                parameters: std::iter::once(vec![1.0, 0.0, 0.0, 1.0]).chain(parts().map(row)).collect(),
-                coefficients: std::iter::once(diffuse)
-                    .chain(parts().map(|(part, r)| basis.lobe_coefficients(part, r)))
-                    .collect(),
+                parameters,
+                coefficients,
                 meaning: "row 0 is the diffuse sample, then for every sampled roughness D*V*(1-w) and D*V*w: the samples that the basis was made \
                           from; a material is d times row 0, f0 times the former and the latter once, interpolated linearly in roughness",
                 look_up: "roughness",
                 parts: 2,
             }
         }
+        Functions::Microfacet { facets: Facets::CookTorrance, roughness, .. } => {
+            let (parameters, coefficients) = microfacet_samples(basis, diffuse, roughness);
+            Samples {
+                model: "cook-torrance",
+                formula: "rho = kd/pi + ks*fresnel*D*V*(1-w) + ks*D*V*w, w = (1 - v.h)^5, D = exp(-tan(delta)^2/m^2)/(pi*m^2*cos(delta)^4) \
+                          of the slope m called roughness, delta between the half vector and the normal, V = G/(4*(n.l)*(n.v)), \
+                          G = min(1, 2*(n.h)*(n.v)/(v.h), 2*(n.h)*(n.l)/(v.h)), in 1/sr",
+                diffuse: "1/pi",
+                columns: &["kd", "ks_fresnel", "ks", "roughness"],
+                parameters,
+                coefficients,
+                meaning: "row 0 is the diffuse sample, then for every sampled slope D*V*(1-w) and D*V*w: the samples that the basis was made \
+                          from; a material is kd times row 0, ks*fresnel times the former and ks times the latter, interpolated linearly in roughness",
+                look_up: "slope",
+                parts: 2,
+            }
+        }
     }
+}
+
+/// The diffuse sample, whose coefficients are `diffuse`, then two parts of the lobe of each of `roughness`:
+/// what multiplies the diffuse lobe and both parts, with the roughness, and the coefficients.
+fn microfacet_samples(
+    basis: &BrdfBasis,
+    diffuse: Vec<f32>,
+    roughness: &[f32],
+) -> (Vec<Vec<f32>>, Vec<Vec<f32>>) {
+    let parts = || roughness.iter().flat_map(|r| [(0, *r), (1, *r)]);
+    let row = |(part, r): (usize, f32)| {
+        if part == 0 { vec![0.0, 1.0, 0.0, r] } else { vec![0.0, 0.0, 1.0, r] }
+    };
+    let coefficients = parts().map(|(part, r)| basis.lobe_coefficients(part, r));
+    (
+        std::iter::once(vec![1.0, 0.0, 0.0, 1.0]).chain(parts().map(row)).collect(),
+        std::iter::once(diffuse).chain(coefficients).collect(),
+    )
 }
 
 /// Row-major [bases, grid nodes].
@@ -203,7 +236,7 @@ fn metadata(basis: &BrdfBasis, samples: &Samples) -> Value {
         },
         "look_up": {
             "files": look_up_files(samples),
-            "meaning": "coefficients of the unit lobe at more exponents or roughnesses: what the player interpolates in",
+            "meaning": "coefficients of the unit lobe at more exponents, roughnesses or slopes: what the player interpolates in",
         },
         "shared_diffuse": basis.meta.shared_diffuse,
         "errors": {

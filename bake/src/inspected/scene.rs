@@ -8,7 +8,7 @@ use relume_formats::Result;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::StoredScene;
 use relume_formats::kinds::scene::{Meta, StoredMaterial, StoredObject};
-use relume_formats::state::{BlinnPhong, Brdf, Camera, Ggx};
+use relume_formats::state::{BlinnPhong, Brdf, Camera, CookTorrance, Ggx};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -108,6 +108,7 @@ pub(crate) struct MaterialFile<'a> {
 enum Parameters {
     BlinnPhong(BlinnPhong),
     Ggx(Ggx),
+    CookTorrance(CookTorrance),
 }
 
 impl<'a> MaterialFile<'a> {
@@ -115,6 +116,7 @@ impl<'a> MaterialFile<'a> {
         let parameters = match brdf {
             Brdf::BlinnPhong(parameters) => Parameters::BlinnPhong(parameters),
             Brdf::Ggx(parameters) => Parameters::Ggx(parameters),
+            Brdf::CookTorrance(parameters) => Parameters::CookTorrance(parameters),
         };
         Self { name, brdf: brdf.model().name(), parameters, textured, varies }
     }

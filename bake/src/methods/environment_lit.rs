@@ -100,6 +100,11 @@ fn diffuse_only(material: &Material, name: &str) -> String {
                 "material `{shown}`: {name} shows its diffuse part only, and metals have next to none: it will be black; set metallic = 0"
             )
         }
+        Brdf::CookTorrance(brdf) if brdf.kd == [0.0; 3] => {
+            format!(
+                "material `{shown}`: {name} shows its diffuse part only, and it has none: it will be black; raise kd"
+            )
+        }
         _ => format!("material `{shown}`: {name} shows its diffuse part only"),
     }
 }

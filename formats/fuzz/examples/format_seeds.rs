@@ -86,6 +86,8 @@ fn main() -> std::io::Result<()> {
         seed_kind("scene", number, &scenes::scene(number))?;
         seed_kind("animation", number, &scenes::animation(number))?;
         seed_kind("brdf_basis", number, &samples::ggx_basis(number, 2 + number as usize, 3))?;
+        let grooves = samples::cook_torrance_basis(number, 2 + number as usize, 3);
+        seed_kind("brdf_basis", 6 + number, &grooves)?;
         seed_kind(
             "transfer_images",
             number,

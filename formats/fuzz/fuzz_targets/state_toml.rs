@@ -3,14 +3,15 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use relume_formats::state::{BlinnPhong, Brdf, Camera, Ggx, State, Varies, parse_toml};
+use relume_formats::state::{BlinnPhong, Brdf, Camera, CookTorrance, Ggx, State, Varies, parse_toml};
 use relume_formats_fuzz::{check_refusal, place};
 
 const CAMERA: Camera =
     Camera { position: [0.0, 1.0, 4.0], target: [0.0, 1.0, 0.0], fov_deg: 40.0, exposure_ev: 0.0 };
-const MATERIALS: [Brdf; 2] = [
+const MATERIALS: [Brdf; 3] = [
     Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.2; 3], shininess: 50.0 }),
     Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 }),
+    Brdf::CookTorrance(CookTorrance { kd: [0.5; 3], ks: [0.2; 3], fresnel: 0.5, roughness: 0.5 }),
 ];
 
 fn play(state: &State) {

@@ -73,8 +73,8 @@ fn same_material(a: &MaterialState, b: &MaterialState) -> bool {
     let bits = |state: &MaterialState| {
         let colours = [state.kd, state.ks, state.base_color]
             .map(|colour| colour.map(|colour| colour.map(f32::to_bits)));
-        let numbers =
-            [state.shininess, state.metallic, state.roughness].map(|number| number.map(f32::to_bits));
+        let numbers = [state.shininess, state.fresnel, state.metallic, state.roughness];
+        let numbers = numbers.map(|number| number.map(f32::to_bits));
         (colours, numbers)
     };
     bits(a) == bits(b)

@@ -15,6 +15,11 @@ pub const FIXED_SHININESS_MAX: f32 = 10_000.0;
 pub const ROUGHNESS_MIN: f32 = 0.32;
 /// Smallest roughness of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
 pub const FIXED_ROUGHNESS_MIN: f32 = 0.12;
+/// Smallest slope of Cook-Torrance that a material may be edited to: a lobe about as wide as that of exponent
+/// [`SHININESS_MAX`].
+pub const SLOPE_MIN: f32 = 0.1;
+/// Smallest slope of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
+pub const FIXED_SLOPE_MIN: f32 = 0.015;
 /// Normal-incidence reflectance of everything that is no metal (glTF 2.0, appendix B).
 pub const DIELECTRIC_F0: f32 = 0.04;
 
@@ -26,6 +31,8 @@ pub enum Model {
     BlinnPhong,
     /// See [`Ggx`].
     Ggx,
+    /// See [`CookTorrance`].
+    CookTorrance,
 }
 
 impl Model {
@@ -34,6 +41,7 @@ impl Model {
         match self {
             Self::BlinnPhong => "blinn-phong",
             Self::Ggx => "ggx",
+            Self::CookTorrance => "cook-torrance",
         }
     }
 
@@ -42,6 +50,7 @@ impl Model {
         match self {
             Self::BlinnPhong => "kd, ks and shininess",
             Self::Ggx => "base_color, metallic and roughness",
+            Self::CookTorrance => "kd, ks, fresnel and roughness",
         }
     }
 }
@@ -54,6 +63,8 @@ pub enum Brdf {
     BlinnPhong(BlinnPhong),
     /// glTF's model.
     Ggx(Ggx),
+    /// The model of measured materials.
+    CookTorrance(CookTorrance),
 }
 
 /// The normalised Blinn-Phong BRDF, ρ = kd/π + ks·(s+2)/(2π)·cosˢδ with δ between the half vector and the
@@ -83,12 +94,31 @@ pub struct Ggx {
     pub roughness: f32,
 }
 
+/// The BRDF of Cook and Torrance (1981): ρ = kd/π + ks·F·D·V with F = fresnel + (1 − fresnel)·(1 − v·h)⁵, D
+/// Beckmann's distribution of facets and V = G/(4 (n·l)(n·v)), see
+/// [`crate::basis::microfacet::beckmann_grooves`].
+///
+/// The paper, and the thesis after it (eq. 2-12), divide by π where facets that are all counted once ask for
+/// 4π (Walter et al. 2007): four times their ks is ours, and no material reflects more than it receives.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CookTorrance {
+    /// Diffuse reflectance per channel.
+    pub kd: Rgb,
+    /// Reflectance of the facets at grazing incidence, per channel.
+    pub ks: Rgb,
+    /// How much of `ks` facets reflect at normal incidence.
+    pub fresnel: f32,
+    /// Root mean square slope m of the facets.
+    pub roughness: f32,
+}
+
 impl Brdf {
     /// The model.
     pub fn model(&self) -> Model {
         match self {
             Self::BlinnPhong(_) => Model::BlinnPhong,
             Self::Ggx(_) => Model::Ggx,
+            Self::CookTorrance(_) => Model::CookTorrance,
         }
     }
 
@@ -98,6 +128,7 @@ impl Brdf {
         match self {
             Self::BlinnPhong(brdf) => brdf.kd,
             Self::Ggx(brdf) => brdf.diffuse(),
+            Self::CookTorrance(brdf) => brdf.kd,
         }
     }
 
@@ -106,13 +137,14 @@ impl Brdf {
         match self {
             Self::BlinnPhong(brdf) => brdf.ks != [0.0; 3],
             Self::Ggx(_) => true,
+            Self::CookTorrance(brdf) => brdf.ks != [0.0; 3],
         }
     }
 
     /// This material with the leaves that `change` names replaced. `name` is used in messages.
     ///
     /// # Errors
-    /// `Invalid` for a leaf of the other model, or a value out of its range.
+    /// `Invalid` for a leaf of another model, or a value out of its range.
     pub fn with(&self, change: &MaterialState, name: &str, place: &Place) -> Result<Self> {
         let brdf = self.replaced(change, name, place)?;
         brdf.validate(name, place)?;
@@ -139,6 +171,12 @@ impl Brdf {
                 metallic: change.metallic.unwrap_or(old.metallic),
                 roughness: change.roughness.unwrap_or(old.roughness),
             }),
+            Self::CookTorrance(old) => Self::CookTorrance(CookTorrance {
+                kd: change.kd.unwrap_or(old.kd),
+                ks: change.ks.unwrap_or(old.ks),
+                fresnel: change.fresnel.unwrap_or(old.fresnel),
+                roughness: change.roughness.unwrap_or(old.roughness),
+            }),
         })
     }
 
@@ -149,19 +187,23 @@ impl Brdf {
             kd: now.kd.filter(|_| change.kd.is_some()),
             ks: now.ks.filter(|_| change.ks.is_some()),
             shininess: now.shininess.filter(|_| change.shininess.is_some()),
+            fresnel: now.fresnel.filter(|_| change.fresnel.is_some()),
             base_color: now.base_color.filter(|_| change.base_color.is_some()),
             metallic: now.metallic.filter(|_| change.metallic.is_some()),
             roughness: now.roughness.filter(|_| change.roughness.is_some()),
         }
     }
 
-    /// Checks everything that must hold for any material: for Blinn-Phong kd, ks ≥ 0 and kd + ks ≤ 1 (thesis
-    /// eq. 4-16), for GGX a colour and a share within 0..1, and lobes no sharper than single precision can
-    /// follow.
+    /// Checks everything that must hold for any material: for Blinn-Phong and Cook-Torrance kd, ks ≥ 0 and kd +
+    /// ks ≤ 1 (thesis eq. 4-16), shares within 0..1, for GGX a colour, too, and lobes no sharper than single
+    /// precision can follow.
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
-            Self::BlinnPhong(brdf) => brdf.check().and_then(|()| SHININESS.check(brdf.shininess, false)),
+            Self::BlinnPhong(brdf) => {
+                check_sum(&brdf.kd, &brdf.ks).and_then(|()| SHININESS.check(brdf.shininess, false))
+            }
             Self::Ggx(brdf) => brdf.check().and_then(|()| ROUGHNESS.check(brdf.roughness, false)),
+            Self::CookTorrance(brdf) => brdf.check().and_then(|()| SLOPE.check(brdf.roughness, false)),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
@@ -177,6 +219,7 @@ impl Brdf {
                 brdf.metallic
             )),
             Self::Ggx(brdf) => ROUGHNESS.check(brdf.roughness, true),
+            Self::CookTorrance(brdf) => SLOPE.check(brdf.roughness, true),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
@@ -192,6 +235,13 @@ impl From<Brdf> for MaterialState {
             Brdf::Ggx(Ggx { base_color, metallic, roughness }) => Self {
                 base_color: Some(base_color),
                 metallic: Some(metallic),
+                roughness: Some(roughness),
+                ..Self::default()
+            },
+            Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness }) => Self {
+                kd: Some(kd),
+                ks: Some(ks),
+                fresnel: Some(fresnel),
                 roughness: Some(roughness),
                 ..Self::default()
             },
@@ -215,6 +265,8 @@ const SHININESS: Sharpness = Sharpness {
 };
 const ROUGHNESS: Sharpness =
     Sharpness { key: "roughness", fixed: [FIXED_ROUGHNESS_MIN, 1.0], varying: [ROUGHNESS_MIN, 1.0] };
+const SLOPE: Sharpness =
+    Sharpness { key: "roughness", fixed: [FIXED_SLOPE_MIN, 1.0], varying: [SLOPE_MIN, 1.0] };
 
 impl Sharpness {
     /// Both ranges are told at once: who corrects a value should not meet the other one next.
@@ -238,19 +290,28 @@ impl Sharpness {
     }
 }
 
-impl BlinnPhong {
+/// That both parts of a material together reflect no more than arrives.
+fn check_sum(all_kd: &Rgb, all_ks: &Rgb) -> std::result::Result<(), String> {
+    for (kd, ks) in all_kd.iter().zip(all_ks) {
+        if !(kd.is_finite() && ks.is_finite() && *kd >= 0.0 && *ks >= 0.0) {
+            return Err(format!("kd {all_kd:?} and ks {all_ks:?} must be numbers of at least 0"));
+        }
+        // Sums such as 0.3 + 0.7 land a rounding error above 1.
+        if kd + ks > 1.0 + 1e-5 {
+            return Err(format!(
+                "kd + ks = {} exceeds 1, more light than arrives; lower one of them",
+                kd + ks
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl CookTorrance {
     fn check(&self) -> std::result::Result<(), String> {
-        for (kd, ks) in self.kd.iter().zip(&self.ks) {
-            if !(kd.is_finite() && ks.is_finite() && *kd >= 0.0 && *ks >= 0.0) {
-                return Err(format!("kd {:?} and ks {:?} must be numbers of at least 0", self.kd, self.ks));
-            }
-            // Sums such as 0.3 + 0.7 land a rounding error above 1.
-            if kd + ks > 1.0 + 1e-5 {
-                return Err(format!(
-                    "kd + ks = {} exceeds 1, more light than arrives; lower one of them",
-                    kd + ks
-                ));
-            }
+        check_sum(&self.kd, &self.ks)?;
+        if !(0.0..=1.0).contains(&self.fresnel) {
+            return Err(format!("fresnel {} must be a number of 0 to 1", self.fresnel));
         }
         Ok(())
     }

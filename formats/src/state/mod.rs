@@ -14,8 +14,8 @@ pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
 pub use camera::{Camera, Film, MAX_COORDINATE, MAX_EXPOSURE_EV};
 pub use light::{MAX_RADIOMETRIC, expect_radiometric};
 pub use material::{
-    BlinnPhong, Brdf, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, Ggx, Model, ROUGHNESS_MIN,
-    SHININESS_MAX, SHININESS_MIN,
+    BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, FIXED_SLOPE_MIN,
+    Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN, SLOPE_MIN,
 };
 pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};
@@ -118,13 +118,16 @@ pub struct MaterialState {
     /// Blinn-Phong exponent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shininess: Option<f32>,
+    /// How much of ks Cook-Torrance reflects at normal incidence, 0..1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fresnel: Option<f32>,
     /// GGX base colour, 0..1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_color: Option<Rgb>,
     /// GGX share of metal, 0..1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metallic: Option<f32>,
-    /// GGX perceptual roughness.
+    /// Perceptual roughness of GGX, or slope of Cook-Torrance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f32>,
 }
@@ -132,16 +135,17 @@ pub struct MaterialState {
 impl MaterialState {
     /// Name of a leaf that is set but belongs to another model than `model`.
     fn leaf_not_of(&self, model: Model) -> Option<&'static str> {
-        [
-            ("kd", Model::BlinnPhong, self.kd.is_some()),
-            ("ks", Model::BlinnPhong, self.ks.is_some()),
-            ("shininess", Model::BlinnPhong, self.shininess.is_some()),
-            ("base_color", Model::Ggx, self.base_color.is_some()),
-            ("metallic", Model::Ggx, self.metallic.is_some()),
-            ("roughness", Model::Ggx, self.roughness.is_some()),
-        ]
-        .into_iter()
-        .find_map(|(name, of, set)| (set && of != model).then_some(name))
+        use Model::{BlinnPhong, CookTorrance, Ggx};
+        let leaves: [(_, &[Model], _); 7] = [
+            ("kd", &[BlinnPhong, CookTorrance], self.kd.is_some()),
+            ("ks", &[BlinnPhong, CookTorrance], self.ks.is_some()),
+            ("shininess", &[BlinnPhong], self.shininess.is_some()),
+            ("fresnel", &[CookTorrance], self.fresnel.is_some()),
+            ("base_color", &[Ggx], self.base_color.is_some()),
+            ("metallic", &[Ggx], self.metallic.is_some()),
+            ("roughness", &[Ggx, CookTorrance], self.roughness.is_some()),
+        ];
+        leaves.into_iter().find_map(|(name, of, set)| (set && !of.contains(&model)).then_some(name))
     }
 }
 

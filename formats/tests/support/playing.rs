@@ -12,7 +12,7 @@ use relume_formats::kinds::{
     TransferImages, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
-use relume_formats::state::{Animation, BlinnPhong, Brdf, Ggx, Model};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Model};
 
 pub fn play_scene(scene: &StoredScene) {
     let direction = scene.meta.camera.film(scene.meta.size[0], scene.meta.size[1]).direction(0.5, 0.5);
@@ -33,6 +33,9 @@ pub fn play_basis(basis: &BrdfBasis) {
     let material = match basis.functions.model() {
         Model::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.5; 3], shininess: 77.0 }),
         Model::Ggx => Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 }),
+        Model::CookTorrance => {
+            Brdf::CookTorrance(CookTorrance { kd: [0.5; 3], ks: [0.5; 3], fresnel: 0.5, roughness: 0.5 })
+        }
     };
     assert_eq!(basis.coefficients_of(&material).unwrap().len(), basis.bases());
     let mut values = vec![0.0; basis.bases()];

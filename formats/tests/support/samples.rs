@@ -1,11 +1,12 @@
-//! Small bases of both models, transfer images, and random numbers for all samples.
+//! Small bases of all models, transfer images, and random numbers for all samples.
 
 use half::f16;
 use relume_formats::basis::lobe_table;
+use relume_formats::basis::microfacet::Facets;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions, MAX_SAMPLES, Meta as BasisMeta};
 use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta as ImagesMeta, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{BlinnPhong, Ggx, ROUGHNESS_MIN};
+use relume_formats::state::{BlinnPhong, CookTorrance, Ggx, ROUGHNESS_MIN, SLOPE_MIN};
 use std::sync::Arc;
 
 /// SplitMix64 (Steele et al. 2014): tests must not change with the version of a crate.
@@ -57,6 +58,13 @@ impl Random {
             roughness: ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * self.unit(),
         }
     }
+
+    /// Within the range of materials that vary.
+    pub fn cook_torrance(&mut self) -> CookTorrance {
+        let BlinnPhong { kd, ks, .. } = self.blinn_phong();
+        let roughness = SLOPE_MIN + (1.0 - SLOPE_MIN) * self.unit();
+        CookTorrance { kd, ks, fresnel: self.unit(), roughness }
+    }
 }
 
 fn basis_meta(random: &mut Random) -> BasisMeta {
@@ -69,7 +77,7 @@ fn basis_meta(random: &mut Random) -> BasisMeta {
 
 /// States how far the lobes are off, which are those of no model.
 fn honest(mut basis: BrdfBasis) -> BrdfBasis {
-    if matches!(&basis.functions, Functions::Ggx { roughness, .. } if roughness.len() > MAX_SAMPLES) {
+    if matches!(&basis.functions, Functions::Microfacet { roughness, .. } if roughness.len() > MAX_SAMPLES) {
         return basis;
     }
     basis.meta.error_between.worst = basis.largest_error();
@@ -95,15 +103,23 @@ pub fn basis(seed: u64, bases: usize, smooth: bool) -> BrdfBasis {
 
 /// Of the GGX space.
 pub fn ggx_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
+    microfacet_basis(Facets::Ggx, ROUGHNESS_MIN, seed, bases, samples)
+}
+
+/// Of Cook and Torrance's space.
+pub fn cook_torrance_basis(seed: u64, bases: usize, samples: usize) -> BrdfBasis {
+    microfacet_basis(Facets::CookTorrance, SLOPE_MIN, seed, bases, samples)
+}
+
+fn microfacet_basis(facets: Facets, least: f32, seed: u64, bases: usize, samples: usize) -> BrdfBasis {
     let random = &mut Random(seed);
     let nodes = 2 + random.below(6);
     honest(BrdfBasis {
         meta: basis_meta(random),
-        parameters: (0..nodes)
-            .map(|i| ROUGHNESS_MIN + (1.0 - ROUGHNESS_MIN) * i as f32 / (nodes - 1) as f32)
-            .collect(),
+        parameters: (0..nodes).map(|i| least + (1.0 - least) * i as f32 / (nodes - 1) as f32).collect(),
         coefficients: (0..nodes * 2 * bases).map(|_| random.signed()).collect(),
-        functions: Functions::Ggx {
+        functions: Functions::Microfacet {
+            facets,
             roughness: (0..samples).map(|_| random.ggx().roughness).collect(),
             weights: (0..(bases - 1) * (1 + 2 * samples)).map(|_| random.signed()).collect(),
         },

@@ -14,8 +14,9 @@ fn point(random: &mut Random) -> [f32; 3] {
 
 fn material(random: &mut Random, index: usize) -> StoredMaterial {
     let (varies, textured) = (random.below(2) == 0, random.below(2) == 0);
-    let brdf = match random.below(2) {
+    let brdf = match random.below(3) {
         0 => Brdf::BlinnPhong(random.blinn_phong()),
+        1 => Brdf::CookTorrance(random.cook_torrance()),
         _ => {
             let mut ggx = random.ggx();
             if varies && textured {

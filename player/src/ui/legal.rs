@@ -5,7 +5,7 @@ use relume_formats::Place;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{
     Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ROUGHNESS_MIN, Rgb,
-    SHININESS_MAX, SHININESS_MIN, ShapeState, State,
+    SHININESS_MAX, SHININESS_MIN, SLOPE_MIN, ShapeState, State,
 };
 use relume_playback::{Look, Scope};
 use std::collections::BTreeMap;
@@ -20,11 +20,7 @@ fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf 
             set_colour(&mut new.kd, change.kd);
             set_colour(&mut new.ks, change.ks);
             set(&mut new.shininess, change.shininess, SHININESS_MIN, SHININESS_MAX);
-            if change.ks.is_some() && change.kd.is_none() {
-                new.kd = room_beside(new.ks, new.kd);
-            } else {
-                new.ks = room_beside(new.kd, new.ks);
-            }
+            give_way(&mut new.kd, &mut new.ks, change);
             Brdf::BlinnPhong(new)
         }
         Brdf::Ggx(mut new) => {
@@ -33,6 +29,23 @@ fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf 
             set(&mut new.roughness, change.roughness, ROUGHNESS_MIN, 1.0);
             Brdf::Ggx(new)
         }
+        Brdf::CookTorrance(mut new) => {
+            set_colour(&mut new.kd, change.kd);
+            set_colour(&mut new.ks, change.ks);
+            set(&mut new.fresnel, change.fresnel, 0.0, 1.0);
+            set(&mut new.roughness, change.roughness, SLOPE_MIN, 1.0);
+            give_way(&mut new.kd, &mut new.ks, change);
+            Brdf::CookTorrance(new)
+        }
+    }
+}
+
+/// Lowers that of kd and ks which `change` does not name, ks if both or none, so that their sum is at most 1.
+fn give_way(kd: &mut Rgb, ks: &mut Rgb, change: &MaterialState) {
+    if change.ks.is_some() && change.kd.is_none() {
+        *kd = room_beside(*ks, *kd);
+    } else {
+        *ks = room_beside(*kd, *ks);
     }
 }
 
@@ -114,7 +127,7 @@ mod tests {
     use super::*;
     use crate::support;
     use relume_formats::Place;
-    use relume_formats::state::{BlinnPhong, Ggx};
+    use relume_formats::state::{BlinnPhong, CookTorrance, Ggx};
 
     fn stored(brdf: Brdf, textured: bool) -> StoredMaterial {
         StoredMaterial { name: "m".to_owned(), brdf, varies: true, textured }
@@ -152,14 +165,21 @@ mod tests {
         ];
         let blinn_phong = Brdf::BlinnPhong(BlinnPhong { kd: [0.3; 3], ks: [0.7; 3], shininess: 1.0 });
         let ggx = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.0, roughness: 0.32 });
-        for material in [stored(blinn_phong, false), stored(ggx, false), stored(ggx, true)] {
+        let grooves = CookTorrance { kd: [0.3; 3], ks: [0.7; 3], fresnel: 1.0, roughness: 0.1 };
+        let grooves = stored(Brdf::CookTorrance(grooves), true);
+        for material in [stored(blinn_phong, false), stored(ggx, false), stored(ggx, true), grooves] {
             let mut brdf = material.brdf;
             for (i, a) in wild.into_iter().enumerate() {
                 for b in wild {
                     let colour = Some([a, b, wild[(i * 7 + 3) % wild.len()]]);
                     for change in [
                         MaterialState { kd: colour, base_color: colour, ..Default::default() },
-                        MaterialState { ks: colour, metallic: Some(a), ..Default::default() },
+                        MaterialState {
+                            ks: colour,
+                            metallic: Some(a),
+                            fresnel: Some(b),
+                            ..Default::default()
+                        },
                         MaterialState {
                             kd: colour,
                             ks: Some([b, a, b]),

@@ -10,7 +10,8 @@ use egui::{
 use relume_formats::basis::{hex_from_linear, linear_from_hex};
 use relume_formats::name::plain;
 use relume_formats::state::{
-    BlinnPhong, Brdf, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN,
+    BlinnPhong, Brdf, CookTorrance, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN,
+    SLOPE_MIN,
 };
 
 /// Why a slider is disabled.
@@ -41,6 +42,7 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded, wishes: &mu
     let change = match before {
         Brdf::BlinnPhong(brdf) => blinn_phong(ui, &brdf),
         Brdf::Ggx(brdf) => ggx(ui, &brdf, material.textured),
+        Brdf::CookTorrance(brdf) => cook_torrance(ui, &brdf),
     };
     if change != MaterialState::default() {
         editor.edit(&material.name, &change);
@@ -100,6 +102,7 @@ fn display_colour(brdf: &Brdf) -> Color32 {
     let [r, g, b] = match brdf {
         Brdf::BlinnPhong(b) => std::array::from_fn(|k| b.kd[k] + b.ks[k]),
         Brdf::Ggx(g) => g.base_color,
+        Brdf::CookTorrance(c) => std::array::from_fn(|k| c.kd[k] + c.ks[k]),
     };
     Rgba::from_rgb(r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)).into()
 }
@@ -107,25 +110,43 @@ fn display_colour(brdf: &Brdf) -> Color32 {
 fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong) -> MaterialState {
     let mut change = MaterialState::default();
     Grid::new("blinn-phong").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
-        ui.label("diffuse")
-            .on_hover_text("kd: linear reflectance of the diffuse lobe; kd + ks cannot exceed 1");
-        change.kd = colour(ui, "kd", brdf.kd);
-        ui.end_row();
-        ui.label("");
-        change.kd = hex(ui, "kd", brdf.kd).or(change.kd);
-        ui.end_row();
-        ui.label("glossy")
-            .on_hover_text("ks: linear reflectance of the glossy lobe; kd + ks cannot exceed 1");
-        change.ks = colour(ui, "ks", brdf.ks);
-        ui.end_row();
-        ui.label("");
-        change.ks = hex(ui, "ks", brdf.ks).or(change.ks);
-        ui.end_row();
+        [change.kd, change.ks] = diffuse_and_glossy(ui, brdf.kd, brdf.ks);
         ui.label("shininess").on_hover_text("the exponent: larger is sharper");
         change.shininess = slider(ui, "shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX, true);
         ui.end_row();
     });
     change
+}
+
+fn cook_torrance(ui: &mut Ui, brdf: &CookTorrance) -> MaterialState {
+    let mut change = MaterialState::default();
+    Grid::new("cook-torrance").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
+        [change.kd, change.ks] = diffuse_and_glossy(ui, brdf.kd, brdf.ks);
+        ui.label("fresnel")
+            .on_hover_text("how much of ks is reflected head-on; metals 0.5 to 0.98, most else about 0.04");
+        change.fresnel = slider(ui, "fresnel", brdf.fresnel, 0.0, 1.0, false);
+        ui.end_row();
+        ui.label("roughness").on_hover_text(
+            "slope of the facets, smaller is sharper; below 0.1 a bake would need more bases than it has",
+        );
+        change.roughness = slider(ui, "roughness", brdf.roughness, SLOPE_MIN, 1.0, false);
+        ui.end_row();
+    });
+    change
+}
+
+/// The rows of two colours that share what is reflected. Returns those that the user changed.
+fn diffuse_and_glossy(ui: &mut Ui, kd: Rgb, ks: Rgb) -> [Option<Rgb>; 2] {
+    [("diffuse", "kd", kd), ("glossy", "ks", ks)].map(|(label, name, value)| {
+        let about = format!("{name}: linear reflectance of the {label} lobe; kd + ks cannot exceed 1");
+        ui.label(label).on_hover_text(about);
+        let changed = colour(ui, name, value);
+        ui.end_row();
+        ui.label("");
+        let changed = hex(ui, name, value).or(changed);
+        ui.end_row();
+        changed
+    })
 }
 
 fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
@@ -213,7 +234,7 @@ fn slider(ui: &mut Ui, name: &str, value: f32, least: f32, most: f32, logarithmi
 impl Yielded {
     /// Notes it if a parameter changed that the user did not set.
     fn note(&mut self, ui: &Ui, before: &Brdf, after: &Brdf, change: &MaterialState) {
-        let (Brdf::BlinnPhong(before), Brdf::BlinnPhong(after)) = (before, after) else { return };
+        let [before, after] = [before, after].map(|brdf| MaterialState::from(*brdf));
         let text = match (change.kd, change.ks) {
             (Some(_), None) if before.ks != after.ks => {
                 "glossy was lowered: diffuse + glossy cannot exceed 1"

@@ -17,7 +17,7 @@ use crate::support::{self, Bundle, blinn_phong};
 use egui::{Event, Key, PointerButton, Pos2, TextureId};
 use relume_formats::Place;
 use relume_formats::kinds::scene;
-use relume_formats::state::{Animation, Brdf, MaterialState, State};
+use relume_formats::state::{Animation, Brdf, CookTorrance, MaterialState, State};
 use relume_playback::{Controls, Look, PlacedAnimation, PlacedState};
 use relume_playback::{Seen, Surfaces};
 use user::User;
@@ -335,6 +335,27 @@ fn a_textured_metal_is_refused_with_the_reason() {
     user.slide("metallic", 0.0);
     let Brdf::Ggx(b) = user.editor.look().materials["b"] else { panic!() };
     assert_eq!(b.metallic, 0.0);
+}
+
+#[test]
+fn sliders_of_cook_and_torrance_stay_within_the_bake() {
+    let meta = Bundle::write_cook_torrance().scene_meta();
+    let state = PlacedState { state: State::default(), place: Place::file("defaults") };
+    let mut user =
+        User::new(Editor::new(&Controls::new(support::scope(meta), &state, None, Vec::new()).unwrap()));
+    user.click("b");
+    for (name, share) in [("roughness", 0.0), ("fresnel", 1.0)] {
+        user.slide(name, share);
+    }
+    let worn = user.editor.look().materials["b"];
+    assert_eq!(
+        worn,
+        Brdf::CookTorrance(CookTorrance { roughness: 0.1, fresnel: 1.0, ..support::COOK_TORRANCE })
+    );
+    let bright = MaterialState { kd: Some([0.9, 0.3, 0.1]), ..Default::default() };
+    user.editor.edit("b", &bright);
+    let Brdf::CookTorrance(worn) = user.editor.look().materials["b"] else { panic!() };
+    assert_eq!((worn.kd, worn.ks), ([0.9, 0.3, 0.1], [1.0 - 0.9, 0.5, 0.4]));
 }
 
 #[test]

@@ -58,7 +58,7 @@ fn two_reflections() -> u32 {
     2
 }
 
-/// `[materials.NAME]`: the keys of both models; those of the other one are refused by name. Without `brdf` it
+/// `[materials.NAME]`: the keys of all models; those of others than its own are refused by name. Without `brdf` it
 /// changes the material of that name in a glTF file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -67,6 +67,7 @@ pub(crate) struct MaterialFile {
     pub kd: Option<Rgb>,
     pub ks: Option<Rgb>,
     pub shininess: Option<f32>,
+    pub fresnel: Option<f32>,
     pub base_color: Option<Rgb>,
     pub metallic: Option<f32>,
     pub roughness: Option<f32>,
@@ -82,6 +83,7 @@ pub(crate) struct MaterialFile {
 pub(crate) enum BrdfName {
     BlinnPhong,
     Ggx,
+    CookTorrance,
 }
 
 /// `[view]`: the display.

@@ -6,7 +6,9 @@ use crate::library::{expect_file, locate};
 use crate::scene::Material;
 use crate::suggest::unknown_name;
 use relume_formats::basis::Texture;
-use relume_formats::state::{BlinnPhong, Brdf, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN};
+use relume_formats::state::{
+    BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN,
+};
 use relume_formats::{Error, Place, Result};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -70,6 +72,12 @@ fn described(
     let default = match model {
         BrdfName::BlinnPhong => Brdf::BlinnPhong(BlinnPhong { kd: [0.5; 3], ks: [0.0; 3], shininess: 10.0 }),
         BrdfName::Ggx => Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.0, roughness: 0.5 }),
+        BrdfName::CookTorrance => Brdf::CookTorrance(CookTorrance {
+            kd: [0.5; 3],
+            ks: [0.0; 3],
+            fresnel: DIELECTRIC_F0,
+            roughness: 0.3,
+        }),
     };
     let brdf = default.with(&leaves(file), name, &context.place)?;
     let place = context.place.part(format!("material `{name}`"));
@@ -115,6 +123,7 @@ fn leaves(file: &MaterialFile) -> MaterialState {
         kd: file.kd,
         ks: file.ks,
         shininess: file.shininess,
+        fresnel: file.fresnel,
         base_color: file.base_color,
         metallic: file.metallic,
         roughness: file.roughness,

@@ -82,7 +82,7 @@ fn mistakes_are_one_line_with_file_and_place() {
         (
             "\"blinn-phong\"",
             "\"phong\"",
-            "materials.clay.brdf: no `phong`; did you mean `blinn-phong`? There are: `blinn-phong`, `ggx`",
+            "materials.clay.brdf: no `phong`; did you mean `blinn-phong`? There are: `blinn-phong`, `ggx`, `cook-torrance`",
         ),
         (
             "brdf = \"blinn-phong\"",

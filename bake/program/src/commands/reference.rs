@@ -73,7 +73,7 @@ fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
 /// Sums over many reflections need not converge if a material sends back more than it gets.
 fn warn_of_gain(scene: &Scene, reflections: u32) {
     for material in scene.materials.iter().filter(|_| reflections > MAX_REFLECTIONS) {
-        // GGX never reflects more than it receives.
+        // The other models never reflect more than they receive.
         let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = material.brdf else { continue };
         let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
         if albedo > 1.0 {

@@ -1,10 +1,11 @@
 //! Linear bases of the spaces of BRDF models, by PCA (thesis §4.1.2).
 
 mod blinn_phong;
-mod ggx;
+mod microfacet;
 mod samples;
 
 use ndarray_linalg::error::LinalgError;
+use relume_formats::basis::microfacet::Facets;
 use relume_formats::kinds::brdf_basis::{BrdfBasis, Functions};
 use relume_formats::state::Model;
 
@@ -18,7 +19,7 @@ pub struct Space {
 /// What a model's lobes are tabulated on.
 enum Grid {
     BlinnPhong(blinn_phong::Grid),
-    Ggx(ggx::Grid),
+    Microfacet(microfacet::Grid),
 }
 
 impl Space {
@@ -33,10 +34,8 @@ impl Space {
                 let grid = blinn_phong::Grid::new();
                 (blinn_phong::build(bases, shared_diffuse, &grid)?, Grid::BlinnPhong(grid))
             }
-            Model::Ggx => {
-                let grid = ggx::Grid::new();
-                (ggx::build(bases, shared_diffuse, &grid)?, Grid::Ggx(grid))
-            }
+            Model::Ggx => of_facets(Facets::Ggx, bases, shared_diffuse)?,
+            Model::CookTorrance => of_facets(Facets::CookTorrance, bases, shared_diffuse)?,
         };
         Ok(Self { whole, grid })
     }
@@ -51,11 +50,16 @@ impl Space {
         let mut basis = first(&self.whole, bases);
         let [at_samples, between] = match &self.grid {
             Grid::BlinnPhong(grid) => blinn_phong::errors(&basis, grid),
-            Grid::Ggx(grid) => ggx::errors(&basis, grid),
+            Grid::Microfacet(grid) => microfacet::errors(&basis, grid),
         };
         (basis.meta.error_at_samples, basis.meta.error_between) = (at_samples, between);
         basis
     }
+}
+
+fn of_facets(facets: Facets, bases: usize, shared_diffuse: bool) -> Result<(BrdfBasis, Grid), LinalgError> {
+    let grid = microfacet::Grid::new(facets);
+    Ok((microfacet::build(bases, shared_diffuse, &grid)?, Grid::Microfacet(grid)))
 }
 
 /// The first `bases` of `whole`.
@@ -64,9 +68,11 @@ fn first(whole: &BrdfBasis, bases: usize) -> BrdfBasis {
     let beginning = |values: &[f32]| values[..(bases - 1) * per_function(values)].to_vec();
     let functions = match &whole.functions {
         Functions::BlinnPhong { lobes } => Functions::BlinnPhong { lobes: beginning(lobes) },
-        Functions::Ggx { roughness, weights } => {
-            Functions::Ggx { roughness: roughness.clone(), weights: beginning(weights) }
-        }
+        Functions::Microfacet { facets, roughness, weights } => Functions::Microfacet {
+            facets: *facets,
+            roughness: roughness.clone(),
+            weights: beginning(weights),
+        },
     };
     let rows = whole.coefficients.chunks_exact(whole.bases());
     let coefficients = rows.flat_map(|row| &row[..bases]).copied().collect();
@@ -109,6 +115,8 @@ mod tests {
             (Model::BlinnPhong, 32, true),
             (Model::Ggx, 2, true),
             (Model::Ggx, 32, false),
+            (Model::CookTorrance, 2, false),
+            (Model::CookTorrance, 32, true),
         ] {
             assert_taken(model, bases, shared);
         }
@@ -123,6 +131,8 @@ mod tests {
                 (Model::BlinnPhong, false),
                 (Model::Ggx, true),
                 (Model::Ggx, false),
+                (Model::CookTorrance, true),
+                (Model::CookTorrance, false),
             ] {
                 assert_taken(model, bases, shared);
             }
@@ -132,7 +142,7 @@ mod tests {
     /// Charts cut bundles of fewer bases out of one bake.
     #[test]
     fn a_smaller_basis_is_the_beginning_of_a_larger_one_bit_for_bit() {
-        for (model, shared) in [(Model::BlinnPhong, true), (Model::Ggx, false)] {
+        for (model, shared) in [(Model::BlinnPhong, true), (Model::Ggx, false), (Model::CookTorrance, true)] {
             let space = Space::new(model, 16, shared).unwrap();
             for bases in [2, 6] {
                 assert_eq!(space.basis(bases), build(model, bases, shared).unwrap(), "{}", model.name());
@@ -143,7 +153,7 @@ mod tests {
     /// Whatever is of another size or sign than what it belongs to is refused.
     #[test]
     fn tables_that_do_not_make_the_lobes_are_refused() {
-        for model in [Model::BlinnPhong, Model::Ggx] {
+        for model in [Model::BlinnPhong, Model::Ggx, Model::CookTorrance] {
             let sound = build(model, 6, true).unwrap();
             let changes: [&dyn Fn(&mut f32); 4] =
                 [&|v| *v *= 1000.0, &|v| *v *= 10.0, &|v| *v = -*v, &|v| *v = 0.0];
@@ -152,7 +162,7 @@ mod tests {
                 scaled.coefficients.iter_mut().for_each(change);
                 match &mut other.functions {
                     Functions::BlinnPhong { lobes } => lobes.iter_mut().for_each(change),
-                    Functions::Ggx { weights, .. } => weights.iter_mut().for_each(change),
+                    Functions::Microfacet { weights, .. } => weights.iter_mut().for_each(change),
                 }
                 let mut row = sound.clone();
                 let width = row.bases();

@@ -58,7 +58,7 @@ pub fn bake(
 fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
     let functions: &[f32] = match &basis.functions {
         Functions::BlinnPhong { lobes } => lobes,
-        Functions::Ggx { weights, .. } => weights,
+        Functions::Microfacet { weights, .. } => weights,
     };
     let (reads, functions) = (hash_of(scene, &READS), content_hash(bytemuck::cast_slice(functions)));
     xxh3_128(format!("{reads:032x} {settings:?} {REVISION} {functions}").as_bytes())

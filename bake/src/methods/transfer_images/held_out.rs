@@ -22,7 +22,9 @@ use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::transfer_images::{Head, Image, Meta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{BlinnPhong, Brdf, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX};
+use relume_formats::state::{
+    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SLOPE_MIN,
+};
 use relume_scenes::Scene;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -60,21 +62,32 @@ pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
         match material.brdf.model() {
             Model::BlinnPhong => random_blinn_phong(&sample),
             Model::Ggx => random_ggx(&sample, material.texture.is_some()),
+            Model::CookTorrance => random_cook_torrance(&sample),
         }
     };
     (0..).zip(&scene.vary.materials).map(material).collect()
 }
 
 fn random_blinn_phong(sample: &Sample) -> Brdf {
-    let [share, exponent] = sample.pair(0);
+    let ([kd, ks], exponent) = random_parts(sample);
+    let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);
+    Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
+}
+
+/// Colours of a diffuse and of a glossy part that share what is reflected, and how sharp that one is, 0..1.
+fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
+    let [share, sharpness] = sample.pair(0);
     let [kr, kg] = sample.pair(1);
     let [kb, sr] = sample.pair(2);
     let [sg, sb] = sample.pair(3);
-    Brdf::BlinnPhong(BlinnPhong {
-        kd: [kr, kg, kb].map(|k| k * share),
-        ks: [sr, sg, sb].map(|k| k * (1.0 - share)),
-        shininess: SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX),
-    })
+    ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
+}
+
+fn random_cook_torrance(sample: &Sample) -> Brdf {
+    let ([kd, ks], octave) = random_parts(sample);
+    let [fresnel, _] = sample.pair(4);
+    let roughness = SLOPE_MIN.powf(octave).clamp(SLOPE_MIN, 1.0);
+    Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
 }
 
 fn random_ggx(sample: &Sample, textured: bool) -> Brdf {

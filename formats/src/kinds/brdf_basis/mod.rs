@@ -3,11 +3,12 @@
 //! | section        | type | shape                       | content |
 //! |----------------|------|-----------------------------|---------|
 //! | `meta`         | u8   | record                      | [`Meta`] |
-//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s from 1 to 200, or roughness from 0.32 to 1 |
+//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s from 1 to 200, roughness from 0.32 to 1, or slope from 0.1 to 1 |
 //! | `coefficients` | f32  | [nodes, parts, bases]       | coefficients of each part of the unit lobe at each node, of at most [`MAX_COEFFICIENT`] |
 //! | `lobes`        | f32  | [bases − 1, table]          | Blinn-Phong: glossy basis functions over the half angle, see [`crate::basis::lobe_table`] |
 //! | `roughness`    | f32  | [samples]                   | GGX, instead of `lobes`: the samples that basis functions combine, 0.32 to 1 |
-//! | `weights`      | f32  | [bases − 1, 1 + 2·samples]  | GGX: of the diffuse lobe, of every D·V·(1 − w), of every D·V·w, w = (1 − v·h)⁵ |
+//! | `slopes`       | f32  | [samples]                   | Cook-Torrance, instead of `lobes`: the same, 0.1 to 1 |
+//! | `weights`      | f32  | [bases − 1, 1 + 2·samples]  | both: of the diffuse lobe, of every D·V·(1 − w), of every D·V·w, w = (1 − v·h)⁵ |
 //!
 //! The first and the last parameter are the ends of the range of materials that vary, to 10⁻⁵ of themselves.
 //!
@@ -15,6 +16,7 @@
 //!
 //! * Blinn-Phong has one part: ρ ≈ kd·b₀ + ks·Σⱼ cⱼ(s)·bⱼ.
 //! * GGX has two, the lobe at f₀ = 1 but for Schlick's weight, and that with it: ρ ≈ d·b₀ + Σⱼ (f₀·cⱼ(r) + eⱼ(r))·bⱼ, see [`Ggx`].
+//! * So has Cook-Torrance: ρ ≈ kd·b₀ + ks·Σⱼ (fresnel·cⱼ(m) + eⱼ(m))·bⱼ, see [`CookTorrance`].
 //!
 //! At every node the error of the lobe, relative L2, is at most 1.25 times the largest that is stored in `meta` and 10⁻³: a reader measures it again.
 //!
@@ -22,16 +24,19 @@
 
 mod residual;
 
+use crate::basis::microfacet::Facets;
 use crate::basis::{Angles, lobe_table, microfacet};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
-use crate::state::{BlinnPhong, Brdf, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN};
+use crate::state::{
+    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, SLOPE_MIN,
+};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 
 /// Most bases that a file may hold.
 pub const MAX_BASES: usize = 32;
-/// Most samples that basis functions of GGX may combine.
+/// Most samples that basis functions of microfacets may combine.
 pub const MAX_SAMPLES: usize = 64;
 
 /// Most nodes: eight times as many as a bake writes. At each of them a reader compares the lobe.
@@ -53,7 +58,7 @@ pub struct BasisError {
     pub mean: f64,
     /// Worst of the tested parameters.
     pub worst: f64,
-    /// The exponent or roughness at which it is worst.
+    /// The exponent, roughness or slope at which it is worst.
     pub worst_at: f64,
 }
 
@@ -78,8 +83,10 @@ pub enum Functions {
         lobes: Vec<f32>,
     },
     /// Combinations of the analytic lobes of some roughnesses.
-    Ggx {
-        /// The samples' roughnesses.
+    Microfacet {
+        /// Whose lobes.
+        facets: Facets,
+        /// The samples' roughnesses, or slopes.
         roughness: Vec<f32>,
         /// Row-major [bases − 1, 1 + 2·samples].
         weights: Vec<f32>,
@@ -91,7 +98,7 @@ pub enum Functions {
 pub struct BrdfBasis {
     /// How it was made and what it misses.
     pub meta: Meta,
-    /// Exponents or roughnesses at which coefficients are stored, increasing.
+    /// Exponents, roughnesses or slopes at which coefficients are stored, increasing.
     pub parameters: Vec<f32>,
     /// Row-major [nodes, parts, bases].
     pub coefficients: Vec<f32>,
@@ -104,7 +111,8 @@ impl Functions {
     pub fn model(&self) -> Model {
         match self {
             Self::BlinnPhong { .. } => Model::BlinnPhong,
-            Self::Ggx { .. } => Model::Ggx,
+            Self::Microfacet { facets: Facets::Ggx, .. } => Model::Ggx,
+            Self::Microfacet { facets: Facets::CookTorrance, .. } => Model::CookTorrance,
         }
     }
 
@@ -112,7 +120,7 @@ impl Functions {
     fn range(&self) -> [f32; 2] {
         match self {
             Self::BlinnPhong { .. } => [SHININESS_MIN, SHININESS_MAX],
-            Self::Ggx { .. } => [ROUGHNESS_MIN, 1.0],
+            Self::Microfacet { facets, .. } => [sharpest(*facets), 1.0],
         }
     }
 
@@ -120,15 +128,23 @@ impl Functions {
     fn parts(&self) -> usize {
         match self {
             Self::BlinnPhong { .. } => 1,
-            Self::Ggx { .. } => 2,
+            Self::Microfacet { .. } => 2,
         }
     }
 
     fn glossy_bases(&self) -> usize {
         match self {
             Self::BlinnPhong { lobes } => lobes.len() / lobe_table::NODES,
-            Self::Ggx { roughness, weights } => weights.len() / (1 + 2 * roughness.len()),
+            Self::Microfacet { roughness, weights, .. } => weights.len() / (1 + 2 * roughness.len()),
         }
+    }
+}
+
+/// The smallest roughness or slope that a basis spans.
+pub fn sharpest(facets: Facets) -> f32 {
+    match facets {
+        Facets::Ggx => ROUGHNESS_MIN,
+        Facets::CookTorrance => SLOPE_MIN,
     }
 }
 
@@ -162,6 +178,9 @@ impl BrdfBasis {
                 Some(self.of_blinn_phong(material))
             }
             Brdf::Ggx(material) if self.functions.model() == Model::Ggx => Some(self.of_ggx(material)),
+            Brdf::CookTorrance(material) if self.functions.model() == Model::CookTorrance => {
+                Some(self.of_cook_torrance(material))
+            }
             _ => None,
         }
     }
@@ -180,6 +199,12 @@ impl BrdfBasis {
         )
     }
 
+    fn of_cook_torrance(&self, material: &CookTorrance) -> Vec<Rgb> {
+        let [at_f0, schlick] = [0, 1].map(|part| self.lobe_coefficients(part, material.roughness));
+        let lobe = at_f0.iter().zip(&schlick).map(|(c, e)| material.fresnel * c + e);
+        with_diffuse(material.kd, lobe.map(|c| material.ks.map(|ks| ks * c)).collect())
+    }
+
     /// Values of every basis function, in sr⁻¹, written to `out` ([`BrdfBasis::bases`] long).
     pub fn evaluate(&self, angles: &Angles, out: &mut [f32]) {
         match &self.functions {
@@ -190,7 +215,9 @@ impl BrdfBasis {
                     *value = lobe[node] + (lobe[node + 1] - lobe[node]) * mix;
                 }
             }
-            Functions::Ggx { roughness, weights } => evaluate_ggx(roughness, weights, angles, out),
+            Functions::Microfacet { facets, roughness, weights } => {
+                evaluate_microfacet(*facets, roughness, weights, angles, out);
+            }
         }
     }
 }
@@ -202,15 +229,14 @@ fn with_diffuse(diffuse: Rgb, mut coefficients: Vec<Rgb>) -> Vec<Rgb> {
     coefficients
 }
 
-fn evaluate_ggx(roughness: &[f32], weights: &[f32], angles: &Angles, out: &mut [f32]) {
+fn evaluate_microfacet(facets: Facets, roughness: &[f32], weights: &[f32], angles: &Angles, out: &mut [f32]) {
     let mut lobes = [0.0; MAX_SAMPLES];
     let lobes = &mut lobes[..roughness.len()];
     for (lobe, roughness) in lobes.iter_mut().zip(roughness) {
-        let alpha = roughness * roughness;
-        *lobe = microfacet::distribution_visibility(alpha * alpha, angles);
+        *lobe = facets.lobe(*roughness, angles);
     }
     let w = microfacet::schlick(angles.cos_difference);
-    let diffuse = FRAC_1_PI * (1.0 - w);
+    let diffuse = facets.diffuse(w);
     out[0] = diffuse;
     for (value, row) in out[1..].iter_mut().zip(weights.chunks_exact(1 + 2 * roughness.len())) {
         let (at_f0, schlick) = row[1..].split_at(roughness.len());
@@ -245,9 +271,9 @@ impl Stored for BrdfBasis {
             Functions::BlinnPhong { lobes } => {
                 out.f32s("lobes", &[bases - 1, lobe_table::NODES as u64], lobes)
             }
-            Functions::Ggx { roughness, weights } => {
+            Functions::Microfacet { facets, roughness, weights } => {
                 let samples = roughness.len() as u64;
-                out.f32s("roughness", &[samples], roughness)?;
+                out.f32s(samples_section(*facets), &[samples], roughness)?;
                 out.f32s("weights", &[bases - 1, 1 + 2 * samples], weights)
             }
         }
@@ -309,6 +335,17 @@ fn fault_of_range(parameters: &[f32], [least, most]: [f32; 2]) -> Option<String>
     (!spans).then(|| format!("runs from {first} to {last}, expected {least} to {most}"))
 }
 
+/// All there are.
+const FACETS: [Facets; 2] = [Facets::Ggx, Facets::CookTorrance];
+
+/// The section that has the samples, which tells the model, too.
+fn samples_section(facets: Facets) -> &'static str {
+    match facets {
+        Facets::Ggx => "roughness",
+        Facets::CookTorrance => "slopes",
+    }
+}
+
 fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
     let within = |section: &Section, most: f32| {
         let values = section.f32s()?;
@@ -325,24 +362,21 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
             first.expect_shape(&[(lobes.len() / lobe_table::NODES) as u64, lobe_table::NODES as u64])?;
             Ok(Functions::BlinnPhong { lobes })
         }
-        "roughness" => {
-            let roughness = within(&first, f32::MAX)?;
+        name => {
+            let facets = FACETS.into_iter().find(|facets| samples_section(*facets) == name);
+            let unknown = "expected section `lobes`, `roughness` or `slopes` here";
+            let facets = facets.ok_or_else(|| first.invalid(unknown))?;
+            let (roughness, least) = (within(&first, f32::MAX)?, sharpest(facets));
             let samples = first.length()?;
-            let legal = ROUGHNESS_MIN * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
+            let legal = least * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
             if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| legal.contains(r)) {
-                return Err(
-                    first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {ROUGHNESS_MIN} to 1"))
-                );
+                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {least} to 1")));
             }
             let section = sections.take("weights")?;
             let weights = within(&section, MAX_VALUE)?;
             let row = 1 + 2 * samples;
             section.expect_shape(&[weights.len() as u64 / row, row])?;
-            Ok(Functions::Ggx { roughness, weights })
-        }
-        _ => {
-            Err(first
-                .invalid("expected section `lobes` or `roughness` here; the file is damaged, bake it again"))
+            Ok(Functions::Microfacet { facets, roughness, weights })
         }
     }
 }

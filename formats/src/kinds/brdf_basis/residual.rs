@@ -6,12 +6,13 @@
 
 use super::{BrdfBasis, Functions};
 use crate::basis::half_difference::HalfDifference;
+use crate::basis::microfacet::Facets;
 use crate::basis::{Angles, brdf_grid, lobe_table, microfacet};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 /// How much larger than the largest error that is stored the error at a node may be. The bake does not
-/// measure at all of them: bases of 2 to 32 functions of both models have up to 1.18 times the error at some
+/// measure at all of them: bases of 2 to 32 functions of all models have up to 1.18 times the error at some
 /// node in between, where it is 10⁻⁵ and more.
 const FACTOR: f64 = 1.25;
 /// What may be added for roundings to single precision, and for the tables' interpolation; no picture shows
@@ -68,21 +69,34 @@ struct Sums {
 
 /// The directions that a model's lobes are compared in, and the basis functions there.
 struct Space {
-    model: &'static Directions,
+    directions: Directions,
     /// A row for each basis function.
     values: Vec<Vec<f32>>,
 }
 
+#[derive(Clone, Copy)]
 enum Directions {
-    /// The used nodes of a lobe table: logarithm of the cosine of the half angle.
-    Table { nodes: Vec<usize>, log_cosines: Vec<f32>, weights: Vec<f64> },
-    /// Pairs of directions, with Schlick's weight.
-    Pairs { angles: Vec<Angles>, schlick: Vec<f32>, weights: Vec<f64> },
+    Table(&'static Table),
+    Pairs(Facets, &'static Pairs),
+}
+
+/// The used nodes of a lobe table: logarithm of the cosine of the half angle.
+struct Table {
+    nodes: Vec<usize>,
+    log_cosines: Vec<f32>,
+    weights: Vec<f64>,
+}
+
+/// Pairs of directions, with Schlick's weight.
+struct Pairs {
+    angles: Vec<Angles>,
+    schlick: Vec<f32>,
+    weights: Vec<f64>,
 }
 
 /// The angle grid of the Blinn-Phong bake, each node shared out to the two nodes of the lobe table between
 /// which it falls.
-static TABLE: LazyLock<Directions> = LazyLock::new(|| {
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut all = vec![0.0; lobe_table::NODES];
     for (i, o) in (0..brdf_grid::THETA_NODES).flat_map(|i| (i..brdf_grid::THETA_NODES).map(move |o| (i, o))) {
         let times = if i == o { 1.0 } else { 2.0 };
@@ -98,20 +112,20 @@ static TABLE: LazyLock<Directions> = LazyLock::new(|| {
     let (nodes, weights): (Vec<_>, Vec<_>) =
         all.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0).unzip();
     let log_cosines = nodes.iter().map(|node| lobe_table::cos_delta(*node).ln() as f32).collect();
-    Directions::Table { nodes, log_cosines, weights }
+    Table { nodes, log_cosines, weights }
 });
 
-static PAIRS: LazyLock<Directions> = LazyLock::new(|| {
+static PAIRS: LazyLock<Pairs> = LazyLock::new(|| {
     let HalfDifference { angles, weight } = HalfDifference::new();
     let schlick = angles.iter().map(|angles| microfacet::schlick(angles.cos_difference)).collect();
-    Directions::Pairs { angles, schlick, weights: weight.iter().map(|w| w * w).collect() }
+    Pairs { angles, schlick, weights: weight.iter().map(|w| w * w).collect() }
 });
 
 impl Space {
     fn of(basis: &BrdfBasis) -> Self {
-        let model: &'static Directions = match basis.functions {
-            Functions::BlinnPhong { .. } => &TABLE,
-            Functions::Ggx { .. } => &PAIRS,
+        let directions = match basis.functions {
+            Functions::BlinnPhong { .. } => Directions::Table(&TABLE),
+            Functions::Microfacet { facets, .. } => Directions::Pairs(facets, &PAIRS),
         };
         let of_node = |node: &usize| Angles {
             cos_half: lobe_table::cos_delta(*node) as f32,
@@ -119,9 +133,9 @@ impl Space {
             cos_in: 1.0,
             cos_out: 1.0,
         };
-        let angles = match model {
-            Directions::Table { nodes, .. } => &nodes.iter().map(of_node).collect(),
-            Directions::Pairs { angles, .. } => angles,
+        let angles = match directions {
+            Directions::Table(table) => &table.nodes.iter().map(of_node).collect(),
+            Directions::Pairs(_, pairs) => &pairs.angles,
         };
         let mut values = vec![vec![0.0; angles.len()]; basis.bases()];
         let mut here = vec![0.0; basis.bases()];
@@ -133,7 +147,7 @@ impl Space {
                 }
             }
         }
-        Self { model, values }
+        Self { directions, values }
     }
 
     /// What `coefficients` make of the basis functions.
@@ -149,8 +163,8 @@ impl Space {
     /// it.
     fn sums(&self, parameter: f32, rows: &[f32]) -> Sums {
         let mut sums = Sums { whole: Squares::default(), parts: Vec::new() };
-        match self.model {
-            Directions::Table { log_cosines, weights, .. } => {
+        match self.directions {
+            Directions::Table(Table { log_cosines, weights, .. }) => {
                 let peak = (f64::from(parameter) + 2.0) / TAU;
                 let approximation = self.approximation(rows);
                 for ((log_cosine, weight), value) in log_cosines.iter().zip(weights).zip(approximation) {
@@ -158,14 +172,14 @@ impl Space {
                     sums.whole.add(*weight, truth, value - truth);
                 }
             }
-            Directions::Pairs { angles, schlick, weights } => {
+            Directions::Pairs(facets, Pairs { angles, schlick, weights }) => {
                 let (at_f0, grazing) = rows.split_at(rows.len() / 2);
                 let [a, b] = [at_f0, grazing].map(|row| self.approximation(row));
                 let [mut first, mut second] = [Squares::default(); 2];
                 for (((angles, w), weight), (a, b)) in
                     angles.iter().zip(schlick).zip(weights).zip(a.iter().zip(&b))
                 {
-                    let lobe = microfacet::distribution_visibility(parameter.powi(4), angles);
+                    let lobe = facets.lobe(parameter, angles);
                     let [of_a, of_b] = [a - lobe * (1.0 - w), b - lobe * w];
                     first.add(*weight, lobe * (1.0 - w), of_a);
                     second.add(*weight, lobe * w, of_b);

@@ -12,7 +12,18 @@ const MAX_QUOTED: usize = 40;
 const HOMES: [(&str, &[&str]); 8] = [
     (
         "[materials.NAME]",
-        &["brdf", "kd", "ks", "shininess", "base_color", "metallic", "roughness", "texture", "alpha_cutoff"],
+        &[
+            "brdf",
+            "kd",
+            "ks",
+            "shininess",
+            "fresnel",
+            "base_color",
+            "metallic",
+            "roughness",
+            "texture",
+            "alpha_cutoff",
+        ],
     ),
     ("[camera]", &["position", "target", "fov_deg", "exposure_ev"]),
     ("[render]", &["size", "reflections"]),
@@ -31,7 +42,7 @@ const LISTS: [&str; 3] = ["object", "light", "key"];
 const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
     (
         "a material",
-        &["kd", "ks", "shininess", "base_color", "metallic", "roughness"],
+        &["kd", "ks", "shininess", "fresnel", "base_color", "metallic", "roughness"],
         &["brdf", "texture", "alpha_cutoff", "emission", "name"],
     ),
     ("a light", &["gain"], &["kind", "intensity", "irradiance", "name"]),

@@ -24,7 +24,7 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
         (
             "[materials.a]\nbrdf = \"ggx\"\n",
             "line 2, column 1: materials.a: a state cannot set `brdf` of a material, only scene.toml can, before the bake; there are: `kd`, `ks`, \
-             `shininess`, `base_color`, `metallic`, `roughness`",
+             `shininess`, `fresnel`, `base_color`, `metallic`, `roughness`",
         ),
         (
             "[lights.a]\nirradiance = [1, 1, 1]\n",
@@ -53,7 +53,7 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
 
 #[test]
 fn what_no_method_supports_is_refused_as_what_it_is() {
-    let models = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
+    let models = "remove it, as materials are of the models \"blinn-phong\", \"ggx\" and \"cook-torrance\"";
     for (text, expected) in [
         (
             "[camera]\nfov_deg = 40\n[media.glass]\nindex = 1.5\n",

@@ -9,15 +9,16 @@ const STATE: &[&str] = &["environment", "camera", "view", "lights", "materials",
 /// Those of a light of a state.
 const LIGHT: &[&str] = &["gain"];
 /// Those of a material of a state.
-const MATERIAL: &[&str] = &["kd", "ks", "shininess", "base_color", "metallic", "roughness"];
+const MATERIAL: &[&str] = &["kd", "ks", "shininess", "fresnel", "base_color", "metallic", "roughness"];
 
 /// What to do where a key belongs to a model that no method supports.
-const THE_MODELS: &str = "remove it, as materials are of the models \"blinn-phong\" and \"ggx\"";
+const THE_MODELS: &str =
+    "remove it, as materials are of the models \"blinn-phong\", \"ggx\" and \"cook-torrance\"";
 
 /// Where what stands, what it is, and what to do.
 type Key = (&'static [&'static str], &'static str, &'static str, &'static str);
 
-const KEYS: [Key; 8] = [
+const KEYS: [Key; 7] = [
     (STATE, "objects", "the place of objects", "remove it, or move them in scene.toml and bake again"),
     (
         STATE,
@@ -38,13 +39,12 @@ const KEYS: [Key; 8] = [
         "the size of an area light",
         "remove it, or scale the light in scene.toml and bake again",
     ),
-    (MATERIAL, "fresnel", "the reflectance at normal incidence of the model \"cook-torrance\"", THE_MODELS),
     (MATERIAL, "reflectivity", "the reflectance of the model \"mirror\"", THE_MODELS),
     (MATERIAL, "gloss_deg", "the blur of the model \"mirror\"", THE_MODELS),
 ];
 
 /// The models of materials that no method supports.
-const MODELS: [&str; 2] = ["cook-torrance", "mirror"];
+const MODELS: [&str; 1] = ["mirror"];
 
 /// Files that are textures.
 const PICTURES: [&str; 5] = [".png", ".jpg", ".jpeg", ".exr", ".hdr"];

@@ -8,16 +8,17 @@ pub mod sparse;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::lobe_table;
+use relume_formats::basis::microfacet::Facets;
 use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
 use relume_formats::display::Tonemap;
-use relume_formats::kinds::brdf_basis::Functions;
+use relume_formats::kinds::brdf_basis::{Functions, sharpest};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta, TransferImages};
 use relume_formats::kinds::{BrdfBasis, brdf_basis};
 use relume_formats::method::TRANSFER_IMAGES;
-use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Ggx};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, CookTorrance, Ggx};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -122,15 +123,19 @@ pub fn basis() -> BrdfBasis {
     })
 }
 
-/// A basis of the GGX space, of as many functions as [`basis`] has.
-fn ggx_basis() -> BrdfBasis {
+/// The materials of [`Bundle::write_cook_torrance`].
+pub const COOK_TORRANCE: CookTorrance =
+    CookTorrance { kd: [0.2, 0.3, 0.1], ks: [0.6, 0.5, 0.4], fresnel: 0.7, roughness: 0.35 };
+
+/// A basis of a space of microfacets, of as many functions as [`basis`] has.
+fn microfacet_basis(facets: Facets) -> BrdfBasis {
     let mut random = Random(8);
     let roughness = vec![0.4, 0.8];
     let weights = (0..(BASES - 1) * (1 + 2 * roughness.len())).map(|_| random.unit()).collect();
     honest(BrdfBasis {
-        parameters: vec![0.32, 0.5, 1.0],
+        parameters: vec![sharpest(facets), 0.5, 1.0],
         coefficients: (0..3 * 2 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
-        functions: Functions::Ggx { roughness, weights },
+        functions: Functions::Microfacet { facets, roughness, weights },
         ..basis()
     })
 }
@@ -225,7 +230,21 @@ impl Bundle {
             material.brdf = Brdf::Ggx(Ggx { base_color: [0.8, 0.5, 0.2], metallic, roughness: 0.45 });
             material.textured = material.name == "a";
         }
-        let mut bundle = Self::of(&scene, images(false), ggx_basis());
+        Self::still(&scene, microfacet_basis(Facets::Ggx))
+    }
+
+    /// A bundle whose materials a, textured, and b are Cook and Torrance's, and which has no animation.
+    pub fn write_cook_torrance() -> Self {
+        let mut scene = scene();
+        for material in &mut scene.meta.materials {
+            material.brdf = Brdf::CookTorrance(COOK_TORRANCE);
+            material.textured = material.name == "a";
+        }
+        Self::still(&scene, microfacet_basis(Facets::CookTorrance))
+    }
+
+    fn still(scene: &StoredScene, basis: BrdfBasis) -> Self {
+        let mut bundle = Self::of(scene, images(false), basis);
         bundle.manifest.animations.clear();
         bundle.manifest.write(bundle.folder()).unwrap();
         bundle

@@ -22,10 +22,11 @@ pub enum Part {
 }
 
 /// The leaves of materials, of all models, with what the panel calls them.
-const LEAVES: [(&str, &str); 6] = [
+const LEAVES: [(&str, &str); 7] = [
     ("kd", "diffuse"),
     ("ks", "glossy"),
     ("shininess", "shininess"),
+    ("fresnel", "fresnel"),
     ("base_color", "base colour"),
     ("metallic", "metallic"),
     ("roughness", "roughness"),
@@ -36,7 +37,7 @@ impl Part {
     pub const LIGHT: [Self; 3] = [Self::Light("map"), Self::Light("rotation_deg"), Self::Light("gain")];
 
     /// All of the material `name`.
-    pub fn of_material(name: &str) -> [Self; 6] {
+    pub fn of_material(name: &str) -> [Self; 7] {
         LEAVES.map(|(leaf, _)| Self::Material(name.to_owned(), leaf))
     }
 
@@ -185,6 +186,7 @@ fn kept(leaves: &MaterialState, keeps: impl Fn(&str) -> bool) -> MaterialState {
         kd: leaves.kd.filter(|_| keeps("kd")),
         ks: leaves.ks.filter(|_| keeps("ks")),
         shininess: leaves.shininess.filter(|_| keeps("shininess")),
+        fresnel: leaves.fresnel.filter(|_| keeps("fresnel")),
         base_color: leaves.base_color.filter(|_| keeps("base_color")),
         metallic: leaves.metallic.filter(|_| keeps("metallic")),
         roughness: leaves.roughness.filter(|_| keeps("roughness")),

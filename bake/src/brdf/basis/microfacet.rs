@@ -1,4 +1,4 @@
-//! A PCA basis of the GGX space.
+//! A PCA basis of a space of microfacet lobes, GGX's or Cook and Torrance's.
 //!
 //! A lobe is f₀·A(r) + B(r): A = D·V·(1 − w) and B = D·V·w with Schlick's weight w, each a sample of its own
 //! at every roughness. They depend on three angles, so inner products are sums over half and difference
@@ -10,37 +10,37 @@ use super::samples::{Samples, dot, dots, errors_of, interleaved, unmeasured};
 use crate::compress::linalg::{Svd, first_singular};
 use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
+use relume_formats::basis::Angles;
 use relume_formats::basis::half_difference::HalfDifference;
-use relume_formats::basis::{Angles, microfacet};
-use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, MAX_BASES, Meta};
-use relume_formats::state::ROUGHNESS_MIN;
-use std::f64::consts::FRAC_1_PI;
+use relume_formats::basis::microfacet::{self, Facets};
+use relume_formats::kinds::brdf_basis::{BasisError, BrdfBasis, Functions, MAX_BASES, Meta, sharpest};
 
 /// Roughnesses of the samples, spaced evenly in octaves. Twice as many change no error by a tenth.
 const SAMPLES: usize = 16;
 /// What B counts beside A, whose norm is made 1. B has the factor 1 in every material and A f₀, from 0.04 to
-/// 1; 2 is where metals and dielectrics come off alike.
+/// 1; 2 is where metals and dielectrics come off alike. Cook and Torrance's have ks and ks·fresnel.
 const SCHLICK_WEIGHT: f64 = 2.0;
-/// Intervals of the coefficient table. Steps of 0.22 % in roughness make linear interpolation err by about
-/// 1e-5 of the lobe.
+/// Intervals of the coefficient table. Steps of 0.22 % in roughness, or 0.45 % in slope, make linear
+/// interpolation err by about 1e-5 of the lobe.
 const INTERVALS: usize = 512;
-/// Pairs of directions on which lobes are integrated.
-pub(super) struct Grid(HalfDifference);
+/// Pairs of directions on which lobes are integrated, and whose lobes these are.
+pub(super) struct Grid {
+    pairs: HalfDifference,
+    facets: Facets,
+}
 
 impl Grid {
-    pub(super) fn new() -> Self {
-        Self(HalfDifference::new())
+    pub(super) fn new(facets: Facets) -> Self {
+        Self { pairs: HalfDifference::new(), facets }
     }
 
     fn tabulate(&self, f: impl Fn(&Angles) -> f64) -> Vec<f64> {
-        self.0.angles.iter().zip(&self.0.weight).map(|(angles, weight)| weight * f(angles)).collect()
+        self.pairs.angles.iter().zip(&self.pairs.weight).map(|(angles, weight)| weight * f(angles)).collect()
     }
 
     /// The parts A and B of the lobe, weighted.
-    fn lobe(&self, roughness: f64) -> [Vec<f64>; 2] {
-        let distribution = |angles: &Angles| {
-            f64::from(microfacet::distribution_visibility((roughness as f32).powi(4), angles))
-        };
+    fn lobe(&self, roughness: f32) -> [Vec<f64>; 2] {
+        let distribution = |angles: &Angles| f64::from(self.facets.lobe(roughness, angles));
         let schlick = |angles: &Angles| f64::from(microfacet::schlick(angles.cos_difference));
         [
             self.tabulate(|a| distribution(a) * (1.0 - schlick(a))),
@@ -49,14 +49,14 @@ impl Grid {
     }
 
     fn diffuse(&self) -> Vec<f64> {
-        self.tabulate(|angles| FRAC_1_PI * (1.0 - f64::from(microfacet::schlick(angles.cos_difference))))
+        self.tabulate(|angles| f64::from(self.facets.diffuse(microfacet::schlick(angles.cos_difference))))
     }
 }
 
 /// The parts A(r₀), B(r₀), A(r₁), … of the lobes of all roughnesses, with their factors.
 fn weighed_parts(grid: &Grid, roughness: &[f32]) -> Vec<(Vec<f64>, f64)> {
     let of = |r: &f32| {
-        let parts = grid.lobe(f64::from(*r));
+        let parts = grid.lobe(*r);
         let unit = 1.0 / dot(&parts[0], &parts[0]).sqrt();
         parts.into_iter().zip([unit, SCHLICK_WEIGHT * unit])
     };
@@ -74,15 +74,15 @@ impl Samples {
     }
 }
 
-/// From [`ROUGHNESS_MIN`] to 1.
-fn spaced_evenly_in_octaves(intervals: usize) -> Vec<f32> {
-    (0..=intervals).map(|i| ROUGHNESS_MIN.powf(1.0 - i as f32 / intervals as f32)).collect()
+/// From the sharpest lobe to the roughest, of 1.
+fn spaced_evenly_in_octaves(facets: Facets, intervals: usize) -> Vec<f32> {
+    (0..=intervals).map(|i| sharpest(facets).powf(1.0 - i as f32 / intervals as f32)).collect()
 }
 
 /// See [`super::Space::new`]; errors are not measured.
 pub(super) fn build(bases: usize, shared_diffuse: bool, grid: &Grid) -> Result<BrdfBasis, LinalgError> {
     let diffuse = grid.diffuse();
-    let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
+    let roughness = spaced_evenly_in_octaves(grid.facets, SAMPLES - 1);
     let samples = Samples::new(&weighed_parts(grid, &roughness), &diffuse, shared_diffuse);
     // All that could be asked for, so that rounding does not depend on how many are.
     let Svd { u, s, vt } = first_singular(&samples.matrix, MAX_BASES - 1)?;
@@ -92,23 +92,23 @@ pub(super) fn build(bases: usize, shared_diffuse: bool, grid: &Grid) -> Result<B
     let on_grid: Vec<Vec<f64>> = u.columns().into_iter().take(bases - 1).map(|c| c.to_vec()).collect();
     let columns = interleaved(&on_grid);
 
-    let parameters = spaced_evenly_in_octaves(INTERVALS);
+    let parameters = spaced_evenly_in_octaves(grid.facets, INTERVALS);
     let part_coefficients = |part: Vec<f64>| {
         let diffuse_part = if shared_diffuse { dot(&part, &diffuse) / (norm * norm) } else { 0.0 };
         let glossy = dots(&part, &columns, on_grid.len()).into_iter().map(|dot| (dot / norm) as f32);
         std::iter::once(diffuse_part as f32).chain(glossy)
     };
-    let of_lobe = |r: &f32| grid.lobe(f64::from(*r)).into_iter().flat_map(part_coefficients);
+    let of_lobe = |r: &f32| grid.lobe(*r).into_iter().flat_map(part_coefficients);
     let coefficients = parameters.par_iter().flat_map_iter(of_lobe).collect();
-    let functions = Functions::Ggx { roughness, weights };
+    let functions = Functions::Microfacet { facets: grid.facets, roughness, weights };
     let meta = Meta { shared_diffuse, error_at_samples: unmeasured(), error_between: unmeasured() };
     Ok(BrdfBasis { meta, parameters, coefficients, functions })
 }
 
-/// Relative L2 errors of the lobe of a white metal, f₀ = 1, at the sampled roughnesses and between them.
+/// Relative L2 errors of the lobe of f₀ = 1, which is a white metal's, at the sampled roughnesses and between them.
 pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
     let values: Vec<Vec<f32>> = grid
-        .0
+        .pairs
         .angles
         .par_iter()
         .map(|angles| {
@@ -119,9 +119,10 @@ pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
         .collect();
     let error = |r: &f32| {
         let [at_f0, schlick] = [0, 1].map(|part| basis.lobe_coefficients(part, *r));
-        let [a, b] = grid.lobe(f64::from(*r));
+        let [a, b] = grid.lobe(*r);
         let (mut difference, mut norm) = (0.0, 0.0);
-        for ((truth, weight), value) in a.iter().zip(&b).map(|(a, b)| a + b).zip(&grid.0.weight).zip(&values)
+        for ((truth, weight), value) in
+            a.iter().zip(&b).map(|(a, b)| a + b).zip(&grid.pairs.weight).zip(&values)
         {
             let sum: f64 = value
                 .iter()
@@ -133,7 +134,7 @@ pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
         }
         (difference / norm).sqrt()
     };
-    let roughness = spaced_evenly_in_octaves(SAMPLES - 1);
+    let roughness = spaced_evenly_in_octaves(grid.facets, SAMPLES - 1);
     let between: Vec<f32> = roughness.windows(2).map(|w| (w[0] * w[1]).sqrt() * 1.001).collect();
     [roughness, between].map(|roughness| errors_of(&roughness, error))
 }
@@ -141,22 +142,29 @@ pub(super) fn errors(basis: &BrdfBasis, grid: &Grid) -> [BasisError; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::ggx;
     use glam::Vec3A;
-    use relume_formats::state::{Brdf, Ggx, Model};
+    use relume_formats::state::{Brdf, CookTorrance, Ggx, Model};
 
+    /// Ceilings a third above what was measured.
     #[test]
     fn errors_fall_with_every_base() {
-        let mut last = f64::INFINITY;
-        for (bases, mean, worst) in
-            [(6, 0.065, 0.13), (9, 0.01, 0.03), (12, 0.0025, 0.005), (16, 0.0003, 0.0006)]
-        {
-            let meta = super::super::build(Model::Ggx, bases, true).unwrap().meta;
-            for error in [meta.error_at_samples, meta.error_between] {
-                assert!(error.mean <= mean && error.worst <= worst, "{bases} bases: {error:?}");
+        for (model, ceilings) in [
+            (Model::Ggx, [(6, 0.065, 0.13), (9, 0.01, 0.03), (12, 0.0025, 0.005), (16, 0.0003, 0.0006)]),
+            (
+                Model::CookTorrance,
+                [(6, 0.13, 0.29), (9, 0.05, 0.12), (12, 0.013, 0.021), (16, 0.0029, 0.0047)],
+            ),
+        ] {
+            let mut last = f64::INFINITY;
+            for (bases, mean, worst) in ceilings {
+                let meta = super::super::build(model, bases, true).unwrap().meta;
+                println!("{} bases of {}: {:?}", bases, model.name(), meta.error_between);
+                for error in [meta.error_at_samples, meta.error_between] {
+                    assert!(error.mean <= mean && error.worst <= worst, "{bases} bases: {error:?}");
+                }
+                assert!(meta.error_between.mean < last);
+                last = meta.error_between.mean;
             }
-            assert!(meta.error_between.mean < last);
-            last = meta.error_between.mean;
         }
     }
 
@@ -164,31 +172,48 @@ mod tests {
     /// dielectrics and what is between.
     #[test]
     fn many_bases_reproduce_the_analytic_brdf() {
-        let basis = build(24, true, &Grid::new()).unwrap();
-        let mut values = vec![0.0; 24];
+        for facets in [Facets::Ggx, Facets::CookTorrance] {
+            let basis = build(24, true, &Grid::new(facets)).unwrap();
+            for (share, sharpness) in [(1.0, 0.0), (0.0, 0.08), (0.5, 0.35), (1.0, 0.77), (0.0, 1.0)] {
+                let roughness = sharpest(facets).powf(1.0 - sharpness);
+                assert_reproduced(&basis, &material(facets, share, roughness));
+            }
+        }
+    }
+
+    /// `share` is of metal, or how much is reflected at normal incidence.
+    fn material(facets: Facets, share: f32, roughness: f32) -> Brdf {
+        let colour = [0.9, 0.5, 0.1];
+        match facets {
+            Facets::Ggx => Brdf::Ggx(Ggx { base_color: colour, metallic: share, roughness }),
+            Facets::CookTorrance => {
+                let kd = colour.map(|c| (1.0 - c) * (1.0 - share));
+                Brdf::CookTorrance(CookTorrance { kd, ks: colour, fresnel: share, roughness })
+            }
+        }
+    }
+
+    fn assert_reproduced(basis: &BrdfBasis, material: &Brdf) {
         let direction =
             |theta: f32, phi: f32| Vec3A::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        for (metallic, roughness) in [(1.0, 0.32), (0.0, 0.35), (0.5, 0.5), (1.0, 0.77), (0.0, 1.0)] {
-            let material = Ggx { base_color: [0.9, 0.5, 0.1], metallic, roughness };
-            let coefficients = basis.coefficients_of(&Brdf::Ggx(material)).unwrap();
-            let peak =
-                ggx::evaluate(&material, Vec3A::ONE, &crate::brdf::angles(Vec3A::Z, Vec3A::Z, Vec3A::Z))
-                    .max_element();
-            for step in 0..2000 {
-                let [u, v, w] = [0.618_034, 0.414_214, 0.732_051].map(|g: f32| (step as f32 * g).fract());
-                let (i, o) = (direction(1.5 * u, 0.0), direction(1.5 * v, std::f32::consts::PI * w));
-                let angles = crate::brdf::angles(i, o, Vec3A::Z);
-                basis.evaluate(&angles, &mut values);
-                let truth = ggx::evaluate(&material, Vec3A::ONE, &angles) * angles.cos_in;
-                for channel in 0..3 {
-                    let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum::<f32>()
-                        * angles.cos_in;
-                    assert!(
-                        (sum - truth[channel]).abs() < 2e-3 * peak,
-                        "{material:?} {angles:?}: {sum} against {}",
-                        truth[channel]
-                    );
-                }
+        let analytic = |angles: &Angles| crate::brdf::evaluate(material, Vec3A::ONE, angles);
+        let mut values = vec![0.0; basis.bases()];
+        let coefficients = basis.coefficients_of(material).unwrap();
+        let peak = analytic(&crate::brdf::angles(Vec3A::Z, Vec3A::Z, Vec3A::Z)).max_element();
+        for step in 0..2000 {
+            let [u, v, w] = [0.618_034, 0.414_214, 0.732_051].map(|g: f32| (step as f32 * g).fract());
+            let (i, o) = (direction(1.5 * u, 0.0), direction(1.5 * v, std::f32::consts::PI * w));
+            let angles = crate::brdf::angles(i, o, Vec3A::Z);
+            basis.evaluate(&angles, &mut values);
+            let truth = analytic(&angles) * angles.cos_in;
+            for channel in 0..3 {
+                let sum: f32 = coefficients.iter().zip(&values).map(|(c, b)| c[channel] * b).sum::<f32>()
+                    * angles.cos_in;
+                assert!(
+                    (sum - truth[channel]).abs() < 2e-3 * peak,
+                    "{material:?} {angles:?}: {sum} against {}",
+                    truth[channel]
+                );
             }
         }
     }

@@ -36,7 +36,6 @@ fn truths(scene: &Scene) -> Vec<(usize, Vec3A, f64)> {
         let (mean, _) = mean_radiance(scene, 1, 1 << 12, |_| (beside + normal * 1e-3, -normal));
         (vertex, position, mean)
     };
-    // Of the floor's every third vertex, so that its whole rim is among them.
     of_room.step_by(3).map(truth).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::world::rounding_of;
 use glam::Vec3A;
 use relume_formats::shape::Rims;
-use relume_scenes::Scene;
+use relume_scenes::{Mesh, Scene};
 
 /// Where light is received.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +14,11 @@ pub struct Receiver {
     pub normal: Vec3A,
 }
 
+/// Where the vertices of a mesh receive light, in its space.
+pub fn places(mesh: &Mesh) -> Vec<[f32; 3]> {
+    Rims::new(mesh.positions.len(), &mesh.triangles).received(&mesh.positions)
+}
+
 /// Every vertex of every object, in the order of kind `scene`.
 pub fn receivers(scene: &Scene) -> Vec<Receiver> {
     let mut receivers = Vec::new();
@@ -21,8 +26,7 @@ pub fn receivers(scene: &Scene) -> Vec<Receiver> {
         let mesh = &object.mesh;
         let corners: Vec<Vec3A> = mesh.positions.iter().map(|p| Vec3A::from(*p)).collect();
         let rounding = rounding_of(&corners);
-        let received = Rims::new(mesh.positions.len(), &mesh.triangles).received(&mesh.positions);
-        receivers.extend(received.iter().zip(&mesh.normals).map(|(place, normal)| {
+        receivers.extend(places(mesh).iter().zip(&mesh.normals).map(|(place, normal)| {
             let normal = Vec3A::from(*normal);
             Receiver { origin: Vec3A::from(*place) + normal * rounding, normal }
         }));

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::job::Job;
 use crate::stage::Stage;
 use crate::trace::held_out_lights::{Exact, HeldOutLights, RADIANCES, STATES};
+use crate::trace::receivers::places;
 use crate::work_log::WorkLog;
 use relume_formats::Place;
 use relume_formats::basis::diffuse::NODES;
@@ -19,7 +20,6 @@ use relume_formats::evaluate::sphere_shadows::{
 use relume_formats::fast::sphere_shadows::Shading;
 use relume_formats::kinds::sphere_shadows::Casts;
 use relume_formats::kinds::{Environment, HaarTable, SphereSet, SphereShadows};
-use relume_formats::shape::Rims;
 use relume_formats::state::{Rgb, ShapeState, State};
 use relume_scenes::Scene;
 use std::collections::BTreeMap;
@@ -206,10 +206,7 @@ pub(super) fn all(scene: &Scene, of: fn(&relume_scenes::Mesh) -> &Vec<[f32; 3]>)
 
 /// The vertices of `pose` as receivers; `sets` are those of the objects that cast by spheres.
 pub(super) fn receivers_of(pose: &Scene, shadows: &SphereShadows, sets: &[SphereSet]) -> Vec<Receiver> {
-    let received = |mesh: &relume_scenes::Mesh| {
-        Rims::new(mesh.positions.len(), &mesh.triangles).received(&mesh.positions)
-    };
-    let places: Vec<_> = pose.objects.iter().flat_map(|object| received(&object.mesh)).collect();
+    let places: Vec<_> = pose.objects.iter().flat_map(|object| places(&object.mesh)).collect();
     shading_receivers(shadows, sets, &places, &all(pose, |mesh| &mesh.normals))
 }
 

@@ -364,7 +364,8 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
         }
         name => {
             let facets = FACETS.into_iter().find(|facets| samples_section(*facets) == name);
-            let unknown = "expected section `lobes`, `roughness` or `slopes` here";
+            let unknown =
+                "expected section `lobes`, `roughness` or `slopes` here; the file is damaged, bake it again";
             let facets = facets.ok_or_else(|| first.invalid(unknown))?;
             let (roughness, least) = (within(&first, f32::MAX)?, sharpest(facets));
             let samples = first.length()?;

@@ -74,51 +74,43 @@ fn on_spiral(index: u32, distance: f32) -> vec2<f32> {
     return distance * vec2<f32>(cos(angle), sin(angle));
 }
 
-// The share of the way to the farthest at which look number `index` is. More looks are near the middle: what is near casts a small shadow.
-fn search_share(index: u32) -> f32 {
-    return (f32(index) + 0.5) / f32(SAMPLES * SEARCHES);
-}
-
-// The texel of look number `index` around a point, of looks as far away as `reach`, metres.
-fn searched(lit: Lit, index: u32, reach: f32) -> vec2<i32> {
-    let share = search_share(index);
-    return vec2<i32>(floor(lit.at + on_spiral(index, reach * share * sqrt(share)) / lit.texel));
-}
-
-// How high the highest is that is found above the surface near enough to stand before the disc if all that casts is as high as the scene, metres.
-fn highest_near(lit: Lit, sample: u32) -> f32 {
-    let reach = lit.tangent * (lit.half_depth - lit.height);
-    var highest = 0.0;
+// Looks as far away as `reach` for what stands before the sun's disc. Its height times how much of the disc it hides, and how much that is, each summed
+// over the looks; and how high the highest is that stands above the surface there, before the disc or beside it. Metres.
+fn search(lit: Lit, sample: u32, reach: f32) -> vec3<f32> {
+    var found = vec3<f32>(0.0);
     for (var k = 0u; k < SEARCHES; k += 1u) {
-        let risen = rise(lit, searched(lit, SAMPLES * k + sample, reach));
-        highest = select(highest, max(highest, risen.x), risen.y > 0.0);
-    }
-    return highest;
-}
-
-// The mean height of what stands before the sun's disc, by how much of it each thing hides, metres; 0 if nothing does.
-fn blocker_height(lit: Lit, sample: u32) -> f32 {
-    // Looks that go no farther than what is there can hide something stand close enough to miss little of the disc.
-    let reach = lit.tangent * highest_near(lit, sample);
-    if reach <= 0.0 {
-        return 0.0;
-    }
-    var sum = vec2<f32>(0.0);
-    for (var k = 0u; k < SEARCHES; k += 1u) {
+        // More looks near the middle: what is near casts a small shadow.
         let index = SAMPLES * k + sample;
-        let share = search_share(index);
-        let texel = searched(lit, index, reach);
+        let share = (f32(index) + 0.5) / f32(SAMPLES * SEARCHES);
+        let distance = reach * share * sqrt(share);
+        let texel = vec2<i32>(floor(lit.at + on_spiral(index, distance) / lit.texel));
         let risen = rise(lit, texel);
+        if min(risen.x, risen.y) <= 0.0 {
+            continue;
+        }
+        found.z = max(found.z, risen.x);
         let aside = length((vec2<f32>(texel) + 0.5 - lit.at) * lit.texel);
         // To stand before the disc it must be nearer to it, and as steeply above as the disc's edge.
-        if min(risen.x, risen.y) > 0.0 && aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
+        if aside <= risen.x * lit.tangent + max(lit.texel.x, lit.texel.y) {
             // The part of the disc's plane that a look stands for: its share of the spiral, but a texel at least.
             let area = max(3.0 * PI / f32(SEARCHES) * (reach * share) * (reach * share), lit.texel.x * lit.texel.y);
             // As large as the disc seems there, of which no look hides more than all.
             let radius = risen.x * lit.tangent;
-            sum += area / max(radius * radius, area * FRAC_1_PI) * vec2<f32>(risen.x, 1.0);
+            let hidden = area / max(radius * radius, area * FRAC_1_PI);
+            found += vec3<f32>(hidden * risen.x, hidden, 0.0);
         }
     }
+    return found;
+}
+
+// The mean height of what stands before the sun's disc, by how much of it each thing hides, metres; 0 if nothing does.
+fn blocker_height(lit: Lit, sample: u32) -> f32 {
+    // As far away as the top of the scene could stand before the disc, and then no farther than what was found there can: those looks are closer.
+    let far = search(lit, sample, lit.tangent * (lit.half_depth - lit.height));
+    if far.z <= 0.0 {
+        return 0.0;
+    }
+    let sum = far + search(lit, sample, lit.tangent * far.z + max(lit.texel.x, lit.texel.y));
     return select(0.0, sum.x / sum.y, sum.y > 0.0);
 }
 

@@ -109,7 +109,7 @@ const CASES: [Case; 43] = [
             file.bytes()
         },
     ),
-    ("ggx-mirror.relume", Kind::BrdfBasis, "roughnesses of 0.32 to 1", || {
+    ("ggx-mirror.relume", Kind::BrdfBasis, "values of 0.32 to 1", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.functions =
             Functions::Microfacet { facets: Facets::Ggx, roughness: vec![0.0], weights: vec![1.0; 3] };

@@ -93,9 +93,9 @@ fn broken_ggx_bases() {
         (|b| b.parameters[0] = 0.3, "section `parameters`: runs from 0.3 to 1, expected 0.32 to 1"),
         (|b| samples_of(b).1[9] = 1e31, "section `weights`: element 9"),
         (|b| b.coefficients[11] = f32::NAN, "section `coefficients`: element 11"),
-        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
-        (|b| samples_of(b).0[1] = 0.3, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
-        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 roughnesses of 0.32 to 1"),
+        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
+        (|b| samples_of(b).0[1] = 0.3, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
+        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
         (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
         (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
         (

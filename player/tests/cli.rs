@@ -91,6 +91,7 @@ fn bad_input() {
     expect_error(&with(&["--animation", "@/wild.toml", "--count", "1"]), 2, "shininess 900");
     expect_error(&with(&["--animation", "glow"]), 2, "each of 15 frames");
     expect_error(&with(&["--adapter", "no such thing"]), 2, "this machine has: ");
+    expect_error(&with(&["--adapter", "no such thing"]), 2, "; cpu [");
     assert!(!bundle.folder().join("f.png").exists());
 }
 

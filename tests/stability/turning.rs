@@ -21,7 +21,7 @@ const EVERY: usize = 24;
 const SAMPLES: u32 = 128;
 /// How many of the player's largest steps are looked at, one by one, with so many times the paths.
 const LARGEST: usize = 4;
-const MORE: u32 = 8;
+const MORE: u32 = 32;
 
 fn text(vary: &str, map: &str) -> String {
     format!(

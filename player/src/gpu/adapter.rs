@@ -64,11 +64,15 @@ pub(super) fn able_on_cpu() -> String {
 /// adapter to draw.
 pub fn list() -> Result<Vec<String>> {
     let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
-    let infos: Vec<AdapterInfo> = all(&instance, None)?.iter().map(Adapter::get_info).collect();
+    Ok(described(&all(&instance, None)?))
+}
+
+fn described(adapters: &[Adapter]) -> Vec<String> {
+    let infos: Vec<AdapterInfo> = adapters.iter().map(Adapter::get_info).collect();
     let software = infos.iter().find(|info| info.device_type == DeviceType::Cpu);
     let cpu = software
         .map(|info| format!("{CPU} [radiance of {} on all cores, {} draws]", able_on_cpu(), info.name));
-    Ok(infos.iter().map(describe).chain(cpu).collect())
+    infos.iter().map(describe).chain(cpu).collect()
 }
 
 /// The adapter whose name contains `name` in any case, or the most promising one; for [`CPU`] the software
@@ -90,8 +94,7 @@ pub(super) fn choose(
     }
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
     let index = pick(&names, name).map_err(|reason| {
-        let there: Vec<_> = adapters.iter().map(|adapter| describe(&adapter.get_info())).collect();
-        Error::Usage(format!("{reason}; this machine has: {}", there.join("; ")))
+        Error::Usage(format!("{reason}; this machine has: {}", described(&adapters).join("; ")))
     })?;
     adapters.into_iter().nth(index).ok_or_else(|| Error::Failed("the GPU adapter has gone".to_owned()))
 }

@@ -161,6 +161,11 @@ impl Scene {
                 self.warnings.push(format!("{file}: material `{name}` varies, but no object wears it"));
             }
         }
+        if self.vary.shape && self.objects.iter().all(|object| object.shape.is_none()) {
+            let remedy =
+                "give a shape twist_deg, or a glTF object with clips a `material`, or leave shape out";
+            self.warnings.push(format!("{file}: [vary] shape = true, but no object deforms; {remedy}"));
+        }
     }
 
     /// Whether anything emits light, wherever it goes.

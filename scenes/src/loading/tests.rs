@@ -234,6 +234,7 @@ fn idle_parts_are_reported() {
     assert!(scene.vary.light && scene.vary.view && scene.vary.shape);
     assert!(scene.warnings[0].ends_with("neither a light nor an environment, everything is black"));
     assert!(scene.warnings[1].ends_with("material `gold` varies, but no object wears it"));
+    assert!(scene.warnings[2].contains("[vary] shape = true, but no object deforms; "));
 }
 
 #[test]

@@ -371,7 +371,7 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
             let samples = first.length()?;
             let legal = least * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
             if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| legal.contains(r)) {
-                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} roughnesses of {least} to 1")));
+                return Err(first.invalid(format!("needs 1 to {MAX_SAMPLES} values of {least} to 1")));
             }
             let section = sections.take("weights")?;
             let weights = within(&section, MAX_VALUE)?;

@@ -23,6 +23,8 @@ const SAMPLES = 4u;
 // Of what is beside a point, only what rises above its surface by this part of the least slope of what could stand before the disc counts: a mesh that
 // is round rises by less above its facets.
 const LEAST_RISE = 0.1;
+// How steeply a facet of a round mesh may rise above the next one, 11 degrees: within half a texel of a point it shadows nothing.
+const FACET_RISE = 0.2;
 
 // A point of a surface as a sun sees it.
 struct Lit {
@@ -50,7 +52,8 @@ fn rise(lit: Lit, texel: vec2<i32>) -> vec2<f32> {
     }
     let seen = (2.0 * textureLoad(shadows, texel, lit.layer, 0) - 1.0) * lit.half_depth - lit.height;
     let aside = (vec2<f32>(texel) + 0.5 - lit.at) * lit.texel;
-    let beyond = max(length(aside) - max(lit.texel.x, lit.texel.y), 0.0);
+    // A texel tells what stands at its middle; up to half of one nearer may be where it ends.
+    let beyond = max(length(aside) - 0.5 * max(lit.texel.x, lit.texel.y), 0.0);
     return vec2<f32>(seen, seen - dot(lit.slope, aside) - lit.rounding - LEAST_RISE * beyond / lit.tangent);
 }
 
@@ -157,7 +160,7 @@ fn sunlight(point: vec3<f32>, normal: vec3<f32>, facing: vec3<f32>, sample: u32)
         // Rows of the map go down.
         let slope = vec2<f32>(-dot(facing, sun.right), dot(facing, sun.up)) / least;
         let at = vec2<f32>(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y) * size;
-        let rounding = 4e-6 * sun.half_depth + 0.5 * dot(abs(slope), texel);
+        let rounding = 4e-6 * sun.half_depth + 0.5 * dot(abs(slope) + FACET_RISE, texel);
         let lit = Lit(layer, at, texel, place.z * sun.half_depth, slope, sun.tangent, sun.half_depth, rounding);
         sum += FRAC_1_PI * cosine * above * unshadowed(lit, sample) * sun.irradiance;
     }

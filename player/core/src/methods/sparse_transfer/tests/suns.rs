@@ -135,6 +135,35 @@ fn expected(hangs: Hangs, camera: &Camera, suns: &[Sun], look: &EnvironmentLook)
     (0..SIZE[0] * SIZE[1]).map(pixel).collect()
 }
 
+/// A bowl of 16 x 16 squares, each turned by 7° from the next, under a sun: nothing of it hides any of the disc, so
+/// that it looks everywhere the same with normals that are.
+#[test]
+fn facets_of_a_bowl_do_not_shadow_each_other() {
+    let Some(gpu) = gpu() else { return };
+    let towards_sun = Vec3::new(0.05, 0.03, 1.0);
+    let map = night(&[towards_sun]);
+    let sun = split(&map.map).suns[0].clone();
+    for rotation_deg in [0.0, 0.25, 0.5] {
+        let mut scene = sparse::scene([17, 17]);
+        scene.positions.iter_mut().for_each(|[x, y, z]| *z = 0.5 * (*x * *x + *y * *y));
+        scene.meta.size = SIZE;
+        let look_of_map = environment("night", rotation_deg, [1.0; 3]);
+        scene.meta.environment = Some(look_of_map.clone());
+        let vertices = scene.positions.len() as u32;
+        let bundle = Bundle::of(scene, vec![map.clone()], None, sparse::even_transfer(vertices, 4, 1.0));
+        let camera = Camera { position: [1.0, 0.7, 2.5], target: [0.0; 3], fov_deg: 20.0, exposure_ev: 0.0 };
+        let mut method = load_all(&gpu, &bundle);
+        draw(&gpu, &mut method, &Look { camera, ..look(&bundle, &look_of_map) });
+        let shown = read_radiance(&gpu, &method.film().unwrap().bands);
+        let expected = radiance(&sun, &look_of_map, Vec3::Z, 1.0);
+        let wrong = |pixel: &&Rgb| {
+            (0..3).any(|c| (pixel[c] - expected[c] * sparse::ALBEDO[c]).abs() > 1e-3 * expected[c])
+        };
+        let wrong = shown.iter().filter(wrong).count();
+        assert_eq!(wrong, 0, "of {} pixels at {rotation_deg}°", shown.len());
+    }
+}
+
 /// Where the sun is wholly in sight or wholly hidden, and would be if it were a third larger or smaller, the picture
 /// shows just that; elsewhere what is seen of the disc is known to a few per cent.
 #[test]

@@ -12,7 +12,7 @@ mod spheres;
 
 use bundle_path::expect_no_scene;
 pub use chart::chart;
-use common::{BUNDLES, load, look_at};
+use common::{BUNDLES, load, look_at, warn_of_per_cent};
 pub use first_scene::new;
 pub use gallery::gallery;
 pub use reference::reference;
@@ -40,6 +40,7 @@ pub fn plan(args: &PlanArgs) -> Result<String> {
     let mut scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
     look_at(&scene, scene.size)?;
     scene.max_error = args.max_error.unwrap_or(scene.max_error);
+    warn_of_per_cent(scene.max_error);
     plan::plan(&scene, &folders, args.json)
 }
 

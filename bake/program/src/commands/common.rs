@@ -35,6 +35,14 @@ pub(super) fn look_at(scene: &Scene, size: [u32; 2]) -> Result<()> {
     Ok(())
 }
 
+/// Warns of an error to keep below of 1 or more, which is 100 %: who writes that means per cent.
+pub(super) fn warn_of_per_cent(max_error: f64) {
+    if max_error >= 1.0 {
+        let (per_cent, meant) = (100.0 * max_error, max_error / 100.0);
+        say(&format!("warning: an error of {max_error} is {per_cent} %; for {max_error} % write {meant}"));
+    }
+}
+
 /// Tells `warnings`, as many as anybody would read.
 pub(super) fn warn(warnings: &[String]) {
     let most = if is_verbose() { usize::MAX } else { MOST_WARNINGS };

@@ -1,6 +1,6 @@
 //! `bake run` and `bake merge`.
 
-use super::common::{BUNDLES, load, look_at, start_threads, warn};
+use super::common::{BUNDLES, load, look_at, start_threads, warn, warn_of_per_cent};
 use super::first_scene::{Beside, expect_no_other};
 use super::spheres;
 use crate::cli::{MergeArgs, RunArgs};
@@ -49,6 +49,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let chosen =
         if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let asked = asked(args, &scene);
+    warn_of_per_cent(asked.max_error);
     let looking = job.step("looking");
     look_at(&scene, asked.size)?;
     drop(looking);

@@ -114,9 +114,20 @@ impl Measuring {
     }
 }
 
-/// The vertices, of so many, that are looked at.
+/// The vertices, of so many, that bakes are measured at.
 pub(super) fn receivers_looked_at(vertices: usize) -> Vec<usize> {
-    (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect()
+    some_of(vertices, RECEIVERS)
+}
+
+/// About `count` of so many `vertices`, one of each group of neighbours in their order, and of every group another: every
+/// 17th of a tube with rings of 17 would be on the same side of it.
+pub(super) fn some_of(vertices: usize, count: usize) -> Vec<usize> {
+    /// The golden ratio less 1, in parts of 2³²: its multiples fall evenly.
+    const GOLDEN: u32 = 2_654_435_769;
+    let group = vertices.div_ceil(count).max(1);
+    let within = |k: usize| ((k as u64 * u64::from(GOLDEN) & u64::from(u32::MAX)) * group as u64) >> 32;
+    let of_group = |k: usize| k * group + within(k) as usize;
+    (0..vertices.div_ceil(group)).map(of_group).filter(|vertex| *vertex < vertices).collect()
 }
 
 /// The lobes of all rows with their `terms` of largest size.
@@ -247,4 +258,27 @@ fn error(ours: &[Rgb], truth: &[Exact], state: usize) -> f64 {
         }
     }
     if norm > 0.0 { (off / norm).sqrt() } else { f64::NAN }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertices of tubes and grids repeat in rings and rows: some of every place in them are looked at.
+    #[test]
+    fn every_place_in_a_ring_is_looked_at() {
+        for (ring, vertices) in [(17, 8_704), (9, 9_216), (65, 4_225), (20, 20_480)] {
+            let some = some_of(vertices, 512);
+            let at = |place: usize| some.iter().filter(|vertex| **vertex % ring == place).count();
+            let (fair, found) = (some.len() / ring, (0..ring).map(at));
+            assert!(some.len().abs_diff(512) <= 64 && some.is_sorted_by(|a, b| a < b));
+            assert!(
+                found.clone().all(|n| n >= fair / 2 && n <= 2 * fair + 2),
+                "{:?}",
+                found.collect::<Vec<_>>()
+            );
+        }
+        assert_eq!(some_of(3, 512), [0, 1, 2]);
+        assert!(some_of(0, 512).is_empty());
+    }
 }

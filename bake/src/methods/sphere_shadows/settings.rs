@@ -4,4 +4,4 @@
 pub const NAME: &str = relume_formats::method::SPHERE_SHADOWS.name;
 /// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs,
 /// spheres included.
-pub const REVISION: u32 = 6;
+pub const REVISION: u32 = 7;

@@ -16,6 +16,9 @@ struct Corner {
     @location(4) normal: vec3<f32>,
 }
 
+// How much deeper what turns away from the eye is drawn, in parts of its depth: of the two faces of a sheet the one that faces the eye is seen.
+const BEHIND = 1.52587890625e-5;
+
 @vertex
 fn corner(
     @location(0) position: vec3<f32>,
@@ -29,6 +32,7 @@ fn corner(
     let u = dot(way, view.right) / dot(view.right, view.right);
     let v = dot(way, view.up) / dot(view.up, view.up);
     // Depth is near/depth: 1 at the closest, 0 infinitely far away, and evenly precise in between.
-    let clip = vec4<f32>(u, (v - view.band_middle * depth) / view.band_reach, view.near, depth);
+    let near = view.near * select(1.0, 1.0 - BEHIND, dot(normal, way) > 0.0);
+    let clip = vec4<f32>(u, (v - view.band_middle * depth) / view.band_reach, near, depth);
     return Corner(clip, radiance.rgb, uv, material, position, normal);
 }

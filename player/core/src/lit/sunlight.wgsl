@@ -160,7 +160,9 @@ fn sunlight(point: vec3<f32>, normal: vec3<f32>, facing: vec3<f32>, sample: u32)
         // Rows of the map go down.
         let slope = vec2<f32>(-dot(facing, sun.right), dot(facing, sun.up)) / least;
         let at = vec2<f32>(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y) * size;
-        let rounding = 4e-6 * sun.half_depth + 0.5 * dot(abs(slope) + FACET_RISE, texel);
+        // Far from the origin coordinates are rounded more than the scene is deep.
+        let largest = max(max(abs(point.x), abs(point.y)), abs(point.z));
+        let rounding = 4e-6 * sun.half_depth + 5e-7 * largest + 0.5 * dot(abs(slope) + FACET_RISE, texel);
         let lit = Lit(layer, at, texel, place.z * sun.half_depth, slope, sun.tangent, sun.half_depth, rounding);
         sum += FRAC_1_PI * cosine * above * unshadowed(lit, sample) * sun.irradiance;
     }

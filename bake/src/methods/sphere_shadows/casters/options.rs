@@ -4,7 +4,7 @@ use super::surface::{Simplified, Surface};
 use super::{By, put};
 use crate::error::{BakeError, Result};
 use crate::job::Job;
-use crate::methods::sphere_shadows::errors::{all, poses, receivers_of, spheres_in};
+use crate::methods::sphere_shadows::errors::{all, poses, receivers_of, some_of, spheres_in};
 use crate::methods::sphere_shadows::method::Asked;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
 use glam::Vec3;
@@ -84,7 +84,7 @@ impl Looking {
     fn new(scene: &Scene, shadows: &SphereShadows, maps: &[Environment]) -> Result<Self> {
         let poses = poses(scene)?;
         let vertices = shadows.meta.vertices() as usize;
-        let some: Vec<usize> = (0..vertices).step_by(vertices.div_ceil(RECEIVERS).max(1)).collect();
+        let some = some_of(vertices, RECEIVERS);
         let receivers = poses.iter().map(|pose| {
             let all = receivers_of(pose, shadows, &[]);
             let places: Vec<Vec3> = some.iter().map(|vertex| all[*vertex].position).collect();

@@ -2,15 +2,21 @@
 //!
 //! Receivers on such a surface are outside of all of it, so that what of it blocks their view turns its front to
 //! them: half of its triangles need not be looked at. Where parts touch, overlap or lie within each other, a receiver
-//! of one may be within another, and in a room all are, whose walls face inwards.
+//! of one may be within another, and in a room all are, whose walls face inwards. So may those of a single part that
+//! runs into itself or folds over.
 
 use crate::spheres::solid::is_closed;
+use crate::spheres::triangle_tree::TriangleTree;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Parts that are looked at one against the other; more count as touching.
 const MOST_PARTS: usize = 64;
 /// What must be between their boxes, in parts of the extent of all.
 const MARGIN: f32 = 0.01;
+/// How far before a vertex it is asked whether that is outside, in parts of the extent of all: far more than rounding,
+/// far less than triangles.
+const BEFORE: f64 = 1e-4;
 
 /// A box along the axes.
 type Bounds = (Vec3, Vec3);
@@ -27,6 +33,24 @@ pub fn are_solids(triangles: &[[u32; 3]], normals: &[[f32; 3]], poses: &[&[[f32;
     count <= MOST_PARTS
         && face_outwards(triangles, &parts, count, rest, normals)
         && poses.iter().all(|pose| stand_apart(triangles, &parts, count, pose))
+}
+
+/// Whether what is just before each of the `used` vertices, along its normal, is outside of all that `triangles`, which
+/// are closed and face outwards, enclose with vertices at `positions`.
+pub fn are_outside(
+    triangles: &[[u32; 3]],
+    used: &[(u32, f64)],
+    positions: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> bool {
+    let places = positions.iter().map(|p| Vec3::from(*p).as_dvec3()).collect();
+    let tree = TriangleTree::new(places, triangles.to_vec());
+    let extent = tree.nodes.first().map_or(0.0, |root| (root.max - root.min).max_element());
+    used.par_iter().all(|(vertex, _)| {
+        let vertex = *vertex as usize;
+        let (place, normal) = (Vec3::from(positions[vertex]), Vec3::from(normals[vertex]));
+        !tree.encloses(place.as_dvec3() + BEFORE * extent * normal.as_dvec3())
+    })
 }
 
 /// For each triangle the number of its part.
@@ -137,5 +161,27 @@ mod tests {
         let mut meeting = positions.clone();
         meeting[8..].iter_mut().for_each(|p| p[0] -= 2.5);
         assert!(!are_solids(&triangles, &normals, &[&positions, &meeting]), "meet in a pose");
+    }
+
+    /// A torus knot of this tube, and whether its vertices are outside of it.
+    fn is_knot_outside(tube: f32, q: u32) -> bool {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        let text = format!(
+            "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\nfov_deg = 40\n[render]\nsize = [8, 8]\n[environment]\nfile = 'white'\n\
+             [materials.m]\nbrdf = 'blinn-phong'\n[[object]]\nname = 'knot'\nshape = 'torus-knot'\nradius = 0.5\n\
+             tube = {tube}\np = 2\nq = {q}\nmaterial = 'm'\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        let scene = relume_scenes::load(&path).unwrap();
+        let mesh = &scene.objects[0].mesh;
+        let used: Vec<(u32, f64)> = (0..mesh.positions.len() as u32).map(|vertex| (vertex, 1.0)).collect();
+        are_outside(&mesh.triangles, &used, &mesh.positions, &mesh.normals)
+    }
+
+    #[test]
+    fn a_knot_that_runs_into_itself_is_within_itself() {
+        assert!(is_knot_outside(0.1, 3));
+        assert!(!is_knot_outside(0.15, 9), "nine windings of a tube of 0.15 m");
     }
 }

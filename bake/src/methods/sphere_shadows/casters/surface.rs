@@ -9,7 +9,7 @@
 //! corners are moved along their normals until the surface is, on the whole, as far outside the triangles as it is
 //! inside.
 
-use super::solids::are_solids;
+use super::solids::{are_outside, are_solids};
 use crate::spheres::motion::poses;
 use crate::spheres::solid::{is_closed, welded};
 use crate::spheres::triangle_tree::TriangleTree;
@@ -23,6 +23,9 @@ use relume_scenes::Object;
 const POSES: usize = 10;
 /// How often corners are moved.
 const ROUNDS: usize = 3;
+/// How much farther than from its own a vertex that is within fewer triangles may be below those beside it: of open
+/// meshes these would block its view.
+const BESIDE: f32 = 2.0;
 /// Error, in parts of the extent, that counts as none: a texel of visibility is 500 times as wide, seen from as far.
 const NONE: f32 = 1e-4;
 
@@ -55,7 +58,7 @@ pub struct Simplified {
     /// How far the corners are before their vertices, along these' normals, metres.
     pub offsets: Vec<[f32; 3]>,
     /// For each the farthest that a vertex is, in any pose, from where it and those around it stand for the
-    /// surface; metres.
+    /// surface; twice that if they are not closed, for a vertex within is farther below some of those around it. Metres.
     pub errors: Vec<f32>,
 }
 
@@ -78,8 +81,10 @@ impl Surface {
         let poses: Vec<Pose> =
             std::iter::once(rest).chain(moved.into_iter().step_by(step).map(posed)).collect();
         let places: Vec<&[[f32; 3]]> = poses.iter().map(|pose| &pose.positions[..]).collect();
-        let solid = are_solids(&triangles, &mesh.normals, &places);
-        Self { used: areas(&triangles, &mesh.positions), triangles, poses, solid }
+        let used = areas(&triangles, &mesh.positions);
+        let outside = |pose: &Pose| are_outside(&triangles, &used, &pose.positions, &pose.normals);
+        let solid = are_solids(&triangles, &mesh.normals, &places) && poses.iter().all(outside);
+        Self { used, triangles, poses, solid }
     }
 
     /// All of it.
@@ -164,10 +169,13 @@ impl Surface {
                 *error = error.max(distance.abs());
             }
         }
-        let of =
-            |triangle: &[u32; 3]| triangle.iter().map(|v| errors[*v as usize] as f32).fold(0.0, f32::max);
+        let closed = self.solid && is_closed(&triangles);
+        let times = if closed { 1.0 } else { BESIDE };
+        let of = |triangle: &[u32; 3]| {
+            times * triangle.iter().map(|v| errors[*v as usize] as f32).fold(0.0, f32::max)
+        };
         Simplified {
-            closed: self.solid && is_closed(&triangles),
+            closed,
             errors: triangles.iter().map(of).collect(),
             offsets: triangles.iter().map(|t| t.map(|v| offsets[v as usize] as f32)).collect(),
             triangles,
@@ -302,7 +310,7 @@ mod tests {
         assert!(still.flat().triangles.len() <= 4 && bending.flat().triangles.len() > 20);
         // In the pose that bends most, 0.8 of the way, an arch of 0.8 m in eight straight parts is within 8 mm.
         let few = bending.simplified(16);
-        let worst = few.errors.iter().copied().fold(0.0, f32::max);
+        let worst = few.errors.iter().copied().fold(0.0, f32::max) / BESIDE;
         assert!(
             few.triangles.len() <= 16 && worst < 0.02,
             "{} triangles within {worst}",

@@ -32,6 +32,33 @@ fn a_surface_shows_radiance_times_albedo() {
     assert!(film(&gpu, &method).iter().all(|pixel| *pixel == [0.0; 3]));
 }
 
+/// A sheet with a face to each side, of which neither is nearer: the one that faces the eye is seen, wherever the eye is
+/// and whichever is drawn first.
+#[test]
+fn of_two_faces_at_one_place_the_front_one_is_seen() {
+    let Some(gpu) = gpu() else { return };
+    for back_first in [false, true] {
+        let mut scene = sparse::scene([5, 4]);
+        scene.positions.extend_from_within(..);
+        scene.normals.extend([[0.0, 0.0, -1.0]; 20]);
+        let back: Vec<[u32; 3]> = scene.triangles.iter().map(|[a, b, c]| [a + 20, c + 20, b + 20]).collect();
+        scene.triangles.extend(back);
+        if back_first {
+            scene.triangles.reverse();
+        }
+        scene.meta.objects[0].triangles *= 2;
+        let bundle = Bundle::of(scene, sparse::maps(), None, sparse::even_transfer(40, 16, 0.25));
+        let mut method = load_all(&gpu, &bundle);
+        let close = close_up();
+        for eye in [close.position, [0.1, 0.05, -0.5], [0.5, 0.3, 0.2], [-0.4, 0.2, -0.15]] {
+            let camera = Camera { position: eye, ..close };
+            draw(&gpu, &mut method, &Look { camera, ..look(&bundle, &environment("even", 0.0, [1.0; 3])) });
+            let dark = film(&gpu, &method).iter().filter(|pixel| **pixel == [0.0; 3]).count();
+            assert_eq!(dark, 0, "from {eye:?}, back first: {back_first}");
+        }
+    }
+}
+
 /// What `seen` makes of the direction of each sample, averaged by pixel.
 pub(super) fn averaged(
     [width, height]: [u32; 2],

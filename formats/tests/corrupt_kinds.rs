@@ -4,11 +4,12 @@
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::refusal;
 use crate::support::refusing::{assert_forged_refused, assert_invalid, assert_refused};
+use crate::support::tensors::tensor;
 use crate::support::{samples, scenes};
 use relume_formats::container::Stored;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::kinds::{HaarTable, StoredScene, VisibilityTable};
-use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Track, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Model, Track, TrackValues};
 
 /// Sections missing, there twice under another name, or in another order.
 fn assert_order_matters<T: Stored>(value: &T) {
@@ -39,6 +40,8 @@ fn every_kind_needs_its_sections_in_order() {
     assert_order_matters(&samples::ggx_basis(3, 3, 2));
     assert_order_matters(&samples::cook_torrance_basis(3, 3, 2));
     assert_order_matters(&samples::images(3, 1, 2, true, [3, 2]));
+    assert_order_matters(&tensor(3, Model::BlinnPhong, [2, 2, 2]));
+    assert_order_matters(&tensor(4, Model::Ggx, [2, 2, 2]));
     assert_order_matters(&HaarTable::bake());
     assert_order_matters(&VisibilityTable::bake());
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
 mod approximate;
+mod brdf_tensor;
 mod corpus;
 mod corrupt;
 mod corrupt_images;

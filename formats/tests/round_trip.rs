@@ -2,12 +2,14 @@
 //! nothing behind.
 
 use crate::support::raw_file::RawFile;
+use crate::support::tensors::tensor;
 use crate::support::{samples, scenes};
 use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
 use relume_formats::kinds::manifest::{FileEntry, MethodEntry, SphereSetEntry};
 use relume_formats::kinds::{HaarTable, Manifest, TransferImages, VisibilityTable};
+use relume_formats::state::Model;
 use relume_formats::{Error, Place};
 use ruzstd::decoding::FrameDecoder;
 use std::collections::BTreeMap;
@@ -66,6 +68,12 @@ proptest! {
     fn microfacet_bases(seed: u64, bases in 2usize..=32, samples in 1usize..=64) {
         assert_round_trip(&samples::ggx_basis(seed, bases, samples));
         assert_round_trip(&samples::cook_torrance_basis(seed, bases, samples));
+    }
+
+    #[test]
+    fn brdf_tensors(seed: u64, a in 1usize..5, b in 1usize..9, c in 1usize..9) {
+        let model = [Model::BlinnPhong, Model::Ggx, Model::CookTorrance][seed as usize % 3];
+        assert_round_trip(&tensor(seed, model, [a, b, c]));
     }
 
     #[test]

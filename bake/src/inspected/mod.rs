@@ -3,6 +3,7 @@
 
 mod animation;
 mod brdf_basis;
+mod brdf_tensor;
 mod environment;
 mod haar_table;
 pub(crate) mod out;
@@ -24,10 +25,11 @@ use relume_formats::container::Kind;
 use std::path::Path;
 
 /// The kinds that methods share.
-pub const SHARED: [Inspected; 9] = [
+pub const SHARED: [Inspected; 10] = [
     scene::INSPECTED,
     animation::INSPECTED,
     brdf_basis::INSPECTED,
+    brdf_tensor::INSPECTED,
     haar_table::INSPECTED,
     environment::INSPECTED,
     textures::INSPECTED,

@@ -2,6 +2,7 @@
 
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
+use relume_formats::state::Model;
 use relume_formats_fuzz::raw_file::RawFile;
 use relume_formats_fuzz::{recipe, write};
 use std::path::Path;
@@ -24,6 +25,9 @@ mod shapes;
 #[allow(missing_docs, reason = "a module of the tests")]
 #[path = "../../tests/support/spheres.rs"]
 mod spheres;
+#[allow(missing_docs, reason = "a module of the tests")]
+#[path = "../../tests/support/tensors.rs"]
+mod tensors;
 
 const STATE: &str = r#"
 environment = { map = "sky.exr", rotation_deg = 30.0, gain = [1.0, 1.0, 1.0] }
@@ -88,6 +92,9 @@ fn main() -> std::io::Result<()> {
         seed_kind("brdf_basis", number, &samples::ggx_basis(number, 2 + number as usize, 3))?;
         let grooves = samples::cook_torrance_basis(number, 2 + number as usize, 3);
         seed_kind("brdf_basis", 6 + number, &grooves)?;
+        let model = [Model::BlinnPhong, Model::Ggx, Model::CookTorrance][number as usize % 3];
+        let tensor = tensors::tensor(number, model, [1 + number as usize % 2, 2, 2]);
+        seed("brdf_tensor", &format!("file-{number}"), &[&[1], &write(&tensor)[..]].concat())?;
         seed_kind(
             "transfer_images",
             number,

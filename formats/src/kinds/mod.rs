@@ -2,6 +2,7 @@
 
 pub mod animation;
 pub mod brdf_basis;
+pub mod brdf_tensor;
 pub mod environment;
 pub mod haar_table;
 pub mod manifest;
@@ -16,6 +17,7 @@ pub mod transfer_images;
 pub mod visibility_table;
 
 pub use brdf_basis::BrdfBasis;
+pub use brdf_tensor::BrdfTensor;
 pub use environment::Environment;
 pub use haar_table::HaarTable;
 pub use manifest::Manifest;

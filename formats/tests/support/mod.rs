@@ -10,3 +10,4 @@ pub mod scenes;
 pub mod shadows;
 pub mod shapes;
 pub mod spheres;
+pub mod tensors;

@@ -1,15 +1,15 @@
 //! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
 
 use relume_formats::basis::suns::{MAX_SUNS, split};
-use relume_formats::basis::{Angles, two_level};
+use relume_formats::basis::{Angles, disc, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::{
-    BrdfBasis, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene, Textures,
-    TransferImages, VisibilityTable,
+    BrdfBasis, BrdfTensor, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene,
+    Textures, TransferImages, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Model};
@@ -44,6 +44,31 @@ pub fn play_basis(basis: &BrdfBasis) {
             &Angles { cos_half: cosine, cos_difference: 1.0 - cosine, cos_in: cosine, cos_out: 0.7 },
             &mut values,
         );
+    }
+}
+
+/// Of any material of the model, some of which may lie in no triangle.
+pub fn play_tensor(tensor: &BrdfTensor) {
+    for share in [0.0, 0.3, 1.0] {
+        let material = match tensor.meta.model {
+            Model::BlinnPhong => {
+                Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [1.0; 3], shininess: 1.0 + 199.0 * share })
+            }
+            Model::Ggx => Brdf::Ggx(Ggx { base_color: [share; 3], metallic: 1.0, roughness: 0.5 }),
+            Model::CookTorrance => Brdf::CookTorrance(CookTorrance {
+                kd: [0.0; 3],
+                ks: [1.0; 3],
+                fresnel: share,
+                roughness: 0.5,
+            }),
+        };
+        let Some(mixture) = tensor.mixture(&material, 0) else { continue };
+        assert!((mixture.iter().map(|(_, share)| share).sum::<f32>() - 1.0).abs() < 1e-3);
+        let core = tensor.core_of(&mixture);
+        for direction in [0, 300, disc::CELLS - 1].map(disc::direction) {
+            assert!(tensor.residual(&core, direction, disc::direction(7)).is_finite());
+            assert!(tensor.shares(&mixture, direction).iter().all(|share| *share >= 0.0));
+        }
     }
 }
 

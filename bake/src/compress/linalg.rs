@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayView2, Axis, ShapeBuilder as _, concatenate, s};
 use ndarray_linalg::error::LinalgError;
 use ndarray_linalg::{
-    AllocatedArray as _, AllocatedArrayMut as _, IntoTriangular as _, JobSvd, Lapack as _, QR as _,
-    SVDDC as _, UPLO,
+    AllocatedArray as _, AllocatedArrayMut as _, Eigh as _, IntoTriangular as _, JobSvd, Lapack as _,
+    QR as _, SVDDC as _, UPLO,
 };
 use std::sync::Once;
 
@@ -16,8 +16,9 @@ mod openblas {
     }
 }
 
-/// Keeps OpenBLAS on one thread: our own loops use the cores, and sums must not depend on how many there are.
-fn single_thread() {
+/// Keeps OpenBLAS on one thread, as products of matrices need, too: our own loops use the cores, and sums must not
+/// depend on how many there are.
+pub fn single_thread() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| openblas::openblas_set_num_threads(1));
 }
@@ -62,6 +63,18 @@ pub fn first_singular(a: &Array2<f64>, k: usize) -> Result<Svd, LinalgError> {
         }
     }
     Ok(Svd { u, s: s.iter().take(k).copied().collect(), vt })
+}
+
+/// Eigenvalues of the symmetric `a`, decreasing, and their orthonormal vectors as columns, whose signs, and
+/// rotations among equal values, are LAPACK's.
+///
+/// # Errors
+/// If LAPACK does not converge.
+pub fn symmetric_eigen(a: &Array2<f64>) -> Result<(Vec<f64>, Array2<f64>), LinalgError> {
+    single_thread();
+    let (values, vectors) = a.eigh(UPLO::Lower)?;
+    let decreasing = vectors.slice(s![.., ..;-1]).to_owned();
+    Ok((values.iter().rev().copied().collect(), decreasing))
 }
 
 /// R of the QR decomposition of `a`, but for signs of its rows.

@@ -6,3 +6,4 @@ pub mod frame;
 pub mod linalg;
 pub mod quantise;
 pub mod statistics;
+pub mod tucker;

@@ -2,7 +2,7 @@
 
 use crate::support::raw_file::RawSection;
 use crate::support::refusing::{assert_forged_refused, assert_refused};
-use crate::support::tensors::tensor;
+use crate::support::tensors::{WIDTHS_DEG, tensor};
 use glam::DVec3;
 use relume_formats::basis::disc::{self, CELLS, RINGS};
 use relume_formats::kinds::BrdfTensor;
@@ -47,7 +47,8 @@ fn a_lobe_is_the_sum_over_all_columns() {
 fn shares_of_mirror_terms_are_linear_between_rings_and_samples() {
     let tensor = tensor(5, Model::BlinnPhong, [1, 1, 1]);
     let seen_from = |radius: f64| DVec3::new(0.0, radius, (1.0 - radius * radius).sqrt());
-    let stored = |sample: usize, ring: usize| tensor.mirror[sample * RINGS + ring];
+    let terms = WIDTHS_DEG.len();
+    let stored = |sample: usize, ring: usize| &tensor.mirror[(sample * RINGS + ring) * terms..][..terms];
     for (radius, expected) in [
         (disc::radius(0), stored(1, 0)),
         (0.0, stored(1, 0)),
@@ -65,7 +66,8 @@ fn shares_of_mirror_terms_are_linear_between_rings_and_samples() {
     }
 }
 
-/// A material is the mixture of samples that gives its place, also on the edges of the space; others are none.
+/// A material is the mixture of samples that gives its place, also on the edges of the space; outside of it, the
+/// mixture of the nearest place inside; other models' are none.
 #[test]
 fn materials_lie_between_samples() {
     let line = Samples::Line(vec![1.0, 3.0, 200.0]);
@@ -75,7 +77,10 @@ fn materials_lie_between_samples() {
         let mixture = line.mixture(&phong(s), 0).unwrap();
         assert!(mixture.iter().all(|(sample, share)| *share == f32::from(u8::from(*sample == node))), "{s}");
     }
-    assert!([0.5, 201.0, f32::NAN].iter().all(|s| line.mixture(&phong(*s), 0).is_none()));
+    // Outside, the nearest.
+    assert_eq!(line.mixture(&phong(0.5), 0), line.mixture(&phong(1.0), 0));
+    assert_eq!(line.mixture(&phong(1e9), 0), line.mixture(&phong(200.0), 0));
+    assert!(line.mixture(&phong(f32::NAN), 0).is_none());
     let plane = tensor(3, Model::CookTorrance, [1, 1, 1]).samples;
     let Samples::Plane { points, .. } = &plane else { panic!() };
     let grooves = |fresnel, roughness| {
@@ -89,11 +94,26 @@ fn materials_lie_between_samples() {
             mixture.iter().map(|(sample, share)| share * f(points[*sample])).sum()
         };
         assert!(mixture.iter().all(|(_, share)| (0.0..=1.0).contains(share)));
-        // The reader lets 10⁻⁴ of a triangle pass as rounding; what is within is met to single precision.
         assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-6 && (sum(&|p| p[0]) - fresnel).abs() < 1e-5);
         assert!((sum(&|p| p[1].ln()) - roughness.ln()).abs() < 1e-4, "{fresnel} {roughness}: {mixture:?}");
     }
-    assert!(plane.mixture(&grooves(0.5, 0.05), 0).is_none() && plane.mixture(&phong(5.0), 0).is_none());
+    // Outside, the nearest in either coordinate, on edges and at corners.
+    for (outside, [fresnel, roughness]) in [
+        ((0.5, 0.01), [0.5, 0.1]),
+        ((0.25, 7.0), [0.25, 1.0]),
+        ((-3.0, 0.3), [0.0, 0.3]),
+        ((1.5, 0.01), [1.0, 0.1]),
+    ] {
+        let mixture = plane.mixture(&grooves(outside.0, outside.1), 0).unwrap();
+        assert_eq!(Some(&mixture), plane.mixture(&grooves(fresnel, roughness), 0).as_ref(), "{outside:?}");
+        let sum = |axis: usize| -> f32 { mixture.iter().map(|(s, share)| share * points[*s][axis]).sum() };
+        assert!((sum(0) - fresnel).abs() < 1e-5 && mixture.iter().all(|(_, share)| *share >= 0.0));
+        let logarithm: f32 = mixture.iter().map(|(s, share)| share * points[*s][1].ln()).sum();
+        assert!((logarithm - roughness.ln()).abs() < 1e-4, "{outside:?}: {mixture:?}");
+    }
+    let nothing = [(f32::NAN, 0.5), (0.5, f32::NAN)];
+    assert!(nothing.iter().all(|(fresnel, rough)| plane.mixture(&grooves(*fresnel, *rough), 0).is_none()));
+    assert!(plane.mixture(&phong(5.0), 0).is_none());
     let other = tensor(3, Model::Ggx, [1, 1, 1]);
     assert!(other.mixture(&grooves(0.5, 0.5), 0).is_none() && other.mixture(&phong(5.0), 0).is_none());
     let gold = Ggx { base_color: [1.0, 0.8, 0.3], metallic: 1.0, roughness: 0.5 };
@@ -108,7 +128,7 @@ fn materials_lie_between_samples() {
 #[test]
 fn broken_tensors() {
     type Change = fn(&mut BrdfTensor);
-    let cases: [(Change, &str); 17] = [
+    let cases: [(Change, &str); 21] = [
         (|t| t.meta.whole = f64::NAN, "no numbers of at least 0"),
         (|t| t.meta.outgoing = -1.0, "no numbers of at least 0"),
         (|t| t.meta.whole = t.meta.residual + 0.1, "above what mirror terms leave"),
@@ -124,8 +144,12 @@ fn broken_tensors() {
             "section `incoming`: the product of",
         ),
         (|t| t.incoming[0] = 0.5, "not the diffuse lobe"),
-        (|t| t.mirror[2][1] = -0.1, "section `mirror`: element 9 is a share below 0"),
-        (|t| t.mirror[2][1] = 65.0, "section `mirror`: element 9"),
+        (|t| t.mirror[9] = -0.1, "section `mirror`: element 9 is a share below 0"),
+        (|t| t.mirror[9] = 65.0, "section `mirror`: element 9"),
+        (|t| t.widths_deg[1] = 20.0, "section `widths`: widths must increase"),
+        (|t| t.widths_deg[0] = -1.0, "section `widths`: widths must increase"),
+        (|t| t.widths_deg[2] = 91.0, "section `widths`: element 2"),
+        (|t| t.widths_deg[1] = f32::NAN, "section `widths`: element 1"),
         (|t| points(t)[0][0] = 1.5, "section `points`: sample 0 is outside"),
         (|t| points(t)[4][1] = 0.05, "section `points`: sample 4 is outside"),
         (|t| triangles(t)[1][2] = 5, "triangle 1 names a sample that is not there"),
@@ -158,6 +182,8 @@ fn broken_tensors() {
     assert_forged_refused(&sound, "outgoing", |s| s.shape = vec![2, CELLS as u64], "has shape [2, 576]");
     let one = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[1], 1, &[0; 4]);
     assert_forged_refused(&sound, "exponents", one, "holds 1 samples");
+    let nine = |s: &mut RawSection| *s = RawSection::new(&s.name, 4, &[9], 1, &[0; 36]);
+    assert_forged_refused(&sound, "widths", nine, "holds 9 mirror terms");
 }
 
 fn points(tensor: &mut BrdfTensor) -> &mut Vec<[f32; 2]> {

@@ -195,12 +195,19 @@ fn gram(matrix: &ArrayView2<'_, f64>) -> Array2<f64> {
 /// The first `rank` columns of `vectors`, which are orthonormal and belong to `squares`, squared singular values
 /// that fall. Those of equal values are turned among each other: the first is what the subspace has of the first
 /// coordinate of which it has (nearly) the most, made as long as 1, the next is the same in the rest. A column
-/// alone thereby has its (nearly) largest entry positive.
+/// alone thereby has its (nearly) largest entry positive. Where values are as good as 0, all that is orthogonal to
+/// the columns before is as good, of which `vectors` need not have all.
 fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> Array2<f64> {
     let tolerance = EQUAL * squares.first().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
     let mut ordered = Array2::zeros((vectors.nrows(), rank));
     let mut first = 0;
     while first < rank {
+        if squares.get(first).is_none_or(|square| *square <= tolerance) {
+            let before = ordered.slice(s![.., ..first]);
+            let beside = Array2::eye(vectors.nrows()) - before.dot(&before.t());
+            ordered.slice_mut(s![.., first..rank]).assign(&turned(&beside.view(), rank - first));
+            break;
+        }
         let mut after = first + 1;
         while after < squares.len() && squares[after - 1] - squares[after] <= tolerance {
             after += 1;
@@ -212,7 +219,8 @@ fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> Array2<f64> 
     ordered
 }
 
-/// The first `count` vectors by the rule of [`in_order`] of the space that the columns of `basis` span.
+/// The first `count` vectors by the rule of [`in_order`] of the space that the columns of `basis` span, which are
+/// orthonormal, or those of the projection on the space.
 fn turned(basis: &ArrayView2<'_, f64>, count: usize) -> Array2<f64> {
     let mut rows = basis.to_owned();
     let mut turned = Array2::zeros((basis.nrows(), count));

@@ -6,7 +6,7 @@ use relume_formats::Result;
 use relume_formats::basis::disc::{self, CELLS, RINGS};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::BrdfTensor;
-use relume_formats::kinds::brdf_tensor::{Meta, Samples, TERMS, WIDTHS_DEG};
+use relume_formats::kinds::brdf_tensor::{Meta, Samples};
 use relume_formats::state::Model;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -21,6 +21,8 @@ struct Details {
     triangles: usize,
     /// Columns of materials, outgoing and incoming directions.
     ranks: [usize; 3],
+    /// Of mirror terms.
+    widths_deg: Vec<f32>,
     #[serde(flatten)]
     meta: Meta,
 }
@@ -31,23 +33,32 @@ fn describe(path: &Path) -> Result<Described> {
         Samples::Line(_) => 0,
         Samples::Plane { triangles, .. } => triangles.len(),
     };
-    let details =
-        Details { samples: tensor.samples.count(), triangles, ranks: tensor.ranks, meta: tensor.meta };
+    let details = Details {
+        samples: tensor.samples.count(),
+        triangles,
+        ranks: tensor.ranks,
+        widths_deg: tensor.widths_deg,
+        meta: tensor.meta,
+    };
     Ok(Described { facts: facts(&details), details: Box::new(details) })
 }
 
-fn facts(Details { samples, triangles, ranks: [a, b, c], meta }: &Details) -> Facts {
+fn facts(Details { samples, triangles, ranks: [a, b, c], widths_deg, meta }: &Details) -> Facts {
     let between = match meta.model {
         Model::BlinnPhong => String::new(),
         Model::Ggx | Model::CookTorrance => format!(" in {triangles} triangles"),
     };
     let percent = |error: f64| format!("{:.4} %", 100.0 * error);
     let alone = [meta.materials, meta.outgoing, meta.incoming].map(percent);
+    let widths: Vec<String> = widths_deg.iter().map(|width| format!("{width}°")).collect();
     vec![
         ("model", meta.model.name().to_owned()),
         ("samples", format!("{samples}{between}")),
         ("ranks", format!("{a} of materials, {b} of outgoing and {c} of incoming directions")),
-        ("mirror", format!("{TERMS} terms leave {} of the squared norm", percent(meta.residual))),
+        (
+            "mirror",
+            format!("terms of {} leave {} of the squared norm", widths.join(", "), percent(meta.residual)),
+        ),
         ("error", format!("{} of it; by materials alone {}", percent(meta.whole), alone[0])),
         ("", format!("by outgoing directions {}, by incoming ones {}", alone[1], alone[2])),
     ]
@@ -63,7 +74,7 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
     out.npy("materials.npy", &[samples, a], tensor.materials.iter().copied())?;
     out.npy("outgoing.npy", &[CELLS, b], tensor.outgoing.iter().copied())?;
     out.npy("incoming.npy", &[CELLS, 1 + c], tensor.incoming.iter().copied())?;
-    out.npy("mirror.npy", &[samples, RINGS, TERMS], tensor.mirror.as_flattened().iter().copied())?;
+    out.npy("mirror.npy", &[samples, RINGS, tensor.widths_deg.len()], tensor.mirror.iter().copied())?;
     let directions = (0..CELLS).flat_map(|cell| disc::direction(cell).as_vec3().to_array());
     out.npy("directions.npy", &[CELLS, 3], directions)?;
     out.npy("weights.npy", &[CELLS], (0..CELLS).map(|cell| disc::weight(cell / disc::AZIMUTHS) as f32))?;
@@ -100,7 +111,7 @@ fn metadata(tensor: &BrdfTensor) -> Value {
             "file": "mirror.npy",
             "shape": ["samples", "rings", "terms"],
             "radii": (0..RINGS).map(disc::radius).collect::<Vec<f64>>(),
-            "widths_deg": WIDTHS_DEG,
+            "widths_deg": tensor.widths_deg,
             "meaning": "share of the radiance, filtered by a Gaussian of that standard deviation about the mirror direction, that is reflected",
         },
         "errors": {

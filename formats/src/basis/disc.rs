@@ -73,10 +73,29 @@ mod tests {
     fn cells_cover_the_disc() {
         let whole: f64 = (0..CELLS).map(|cell| weight(cell / AZIMUTHS)).sum();
         assert!((whole - PI).abs() < 1e-12);
-        // ∫ cos²θ dω over the hemisphere is 2π/3. The cosine falls like a root where rings end, so that the last one
-        // errs most, by about its width to the power of 3/2, 0.024.
-        let cosine: f64 = (0..CELLS).map(|cell| direction(cell).z * weight(cell / AZIMUTHS)).sum();
-        assert!((cosine - 2.0 * PI / 3.0).abs() < 0.024, "{cosine}");
+        // ∫ cos²θ dω over the rings from `first` on: 2π/3 (1 − r²)^{3/2} of the inner radius, which is 2π/3 of all.
+        // A node is the midpoint rule, which errs by at most h³/3 of the largest second derivative over a ring of
+        // half width h, and this one, 2π r(3 − 2r²)(1 − r²)^{-3/2}, grows outwards. The last ring's has no
+        // largest: its node's sum is compared with the closed form of itself.
+        let ring = |ring: usize| {
+            let sum = AZIMUTHS as f64 * direction(ring * AZIMUTHS).z * weight(ring);
+            let [inner, outer] = [ring, ring + 1].map(|edge| edge as f64 / RINGS as f64);
+            let beyond = |r: f64| TAU / 3.0 * (1.0 - r * r).max(0.0).powf(1.5);
+            (sum, beyond(inner) - beyond(outer), outer)
+        };
+        let half_width: f64 = 0.5 / RINGS as f64;
+        for (sum, exact, outer) in (0..RINGS - 1).map(ring) {
+            let bend = TAU * outer * (3.0 - 2.0 * outer * outer) * (1.0 - outer * outer).powf(-1.5);
+            assert!(
+                (sum - exact).abs() < bend * half_width.powi(3) / 3.0,
+                "ring to {outer}: {sum} for {exact}"
+            );
+        }
+        // With d = 1/RINGS: 2πd(1 − d/2)·√(d − d²/4) for 2π/3·(2d − d²)^{3/2}.
+        let (sum, exact, _) = ring(RINGS - 1);
+        let d = 1.0 / RINGS as f64;
+        assert!((exact - TAU / 3.0 * (2.0 * d - d * d).powf(1.5)).abs() < 1e-12);
+        assert!((sum - TAU * d * (1.0 - 0.5 * d) * (d - 0.25 * d * d).sqrt()).abs() < 1e-12);
         for cell in 0..CELLS {
             let nearest = locate(direction(cell)).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
             assert!(nearest.is_some_and(|(node, share)| node == cell && share > 0.9999), "cell {cell}");

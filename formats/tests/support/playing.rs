@@ -47,7 +47,7 @@ pub fn play_basis(basis: &BrdfBasis) {
     }
 }
 
-/// Of any material of the model, some of which may lie in no triangle.
+/// Of any material of the model.
 pub fn play_tensor(tensor: &BrdfTensor) {
     for share in [0.0, 0.3, 1.0] {
         let material = match tensor.meta.model {

@@ -3,9 +3,12 @@
 use super::samples::Random;
 use relume_formats::basis::disc::{self, AZIMUTHS, CELLS, RINGS};
 use relume_formats::kinds::BrdfTensor;
-use relume_formats::kinds::brdf_tensor::{Meta, Samples, TERMS};
+use relume_formats::kinds::brdf_tensor::{Meta, Samples};
 use relume_formats::state::Model;
 use std::f32::consts::FRAC_1_PI;
+
+/// Of the mirror terms.
+pub const WIDTHS_DEG: [f32; 3] = [0.0, 5.0, 20.0];
 
 /// Columns that are orthonormal over cells, weighed by areas: [`CELLS`] rows.
 fn columns(random: &mut Random, count: usize) -> Vec<Vec<f64>> {
@@ -64,7 +67,8 @@ pub fn tensor(seed: u64, model: Model, ranks: [usize; 3]) -> BrdfTensor {
         materials: (0..samples.count() * a).map(|_| random.signed()).collect(),
         outgoing: row_major(&columns(random, b), None),
         incoming: row_major(&columns(random, c), Some(FRAC_1_PI)),
-        mirror: (0..samples.count() * RINGS).map(|_| [(); TERMS].map(|()| random.unit())).collect(),
+        widths_deg: WIDTHS_DEG.to_vec(),
+        mirror: (0..samples.count() * RINGS * WIDTHS_DEG.len()).map(|_| random.unit()).collect(),
         meta,
         samples,
         ranks,

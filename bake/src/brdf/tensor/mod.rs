@@ -5,11 +5,13 @@
 //! blunt materials, whose lobes are a thousandth of the sharp ones', are not given up for these. Norms are over
 //! both directions with both cosines: what a white sky would show of an error.
 
+mod comparison;
 mod separation;
 mod space;
 mod table;
 
-pub use separation::{Fit, Separation};
+pub use comparison::Comparison;
+pub use separation::{Fit, SOURCE_WIDTHS_DEG, Separation, Shapes, least_squares};
 pub use space::{lobe_of, samples_of};
 
 use crate::compress::linalg::single_thread;
@@ -19,7 +21,7 @@ use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
 use relume_formats::basis::disc::{self, AZIMUTHS, CELLS, RINGS};
 use relume_formats::kinds::BrdfTensor;
-use relume_formats::kinds::brdf_tensor::{Meta, Samples, TERMS};
+use relume_formats::kinds::brdf_tensor::{Meta, Samples};
 use relume_formats::state::Model;
 use separation::Separator;
 use std::f32::consts::FRAC_1_PI;
@@ -31,14 +33,24 @@ pub fn ranks(model: Model) -> [usize; 3] {
     [of_materials, 8, 8]
 }
 
+/// The tensor of the space of `model`, at its samples, of the source's number of columns.
+///
+/// # Errors
+/// If LAPACK does not converge.
+pub fn make(model: Model) -> Result<BrdfTensor, LinalgError> {
+    let space = SpaceTensor::new(model, samples_of(model), &Separation::default());
+    Ok(space.decomposed(ranks(model))?.0)
+}
+
 /// The lobes of a space without their mirror terms.
 pub struct SpaceTensor {
     model: Model,
     samples: Samples,
     /// Norm of each whole lobe.
     norms: Vec<f64>,
-    /// [samples, [`RINGS`]].
-    mirror: Vec<[f32; TERMS]>,
+    widths_deg: Vec<f32>,
+    /// [samples, [`RINGS`], terms].
+    mirror: Vec<f32>,
     /// [samples, cells, cells], each value times the roots of both cells' areas, over the norm.
     rests: Array3<f64>,
     /// Mean over samples of the squared norm of the rest, in parts of the lobe's.
@@ -47,7 +59,7 @@ pub struct SpaceTensor {
 
 impl SpaceTensor {
     /// Tabulates the lobes of `model` at `samples`, split by `separation`.
-    pub fn new(model: Model, samples: Samples, separation: Separation) -> Self {
+    pub fn new(model: Model, samples: Samples, separation: &Separation) -> Self {
         let points = Points::new();
         let separator = Separator::new(&points, separation);
         let of_sample = |sample: usize| Lobe::new(model, &samples, sample, &points, &separator);
@@ -62,6 +74,7 @@ impl SpaceTensor {
             model,
             residual: squares / lobes.len() as f64,
             norms: lobes.iter().map(|lobe| lobe.norm).collect(),
+            widths_deg: separation.widths_deg.clone(),
             mirror: lobes.into_iter().flat_map(|lobe| lobe.mirror).collect(),
             samples,
             rests,
@@ -78,8 +91,8 @@ impl SpaceTensor {
         &self.samples
     }
 
-    /// Shares of the mirror terms, [samples, [`RINGS`]].
-    pub fn shares(&self) -> &[[f32; TERMS]] {
+    /// Shares of the mirror terms, [samples, [`RINGS`], terms].
+    pub fn shares(&self) -> &[f32] {
         &self.mirror
     }
 
@@ -135,6 +148,7 @@ impl SpaceTensor {
             materials,
             outgoing: over_cells(of_outgoing, None),
             incoming: over_cells(of_incoming, Some(FRAC_1_PI)),
+            widths_deg: self.widths_deg.clone(),
             mirror: self.mirror.clone(),
         };
         Ok((tensor, found))
@@ -160,8 +174,8 @@ fn over_cells(columns: &Array2<f64>, first: Option<f32>) -> Vec<f32> {
 struct Lobe {
     /// [outgoing rings, incoming rings, [`HALF`]], sr⁻¹: means over cells by area, without mirror terms.
     rest: Vec<f64>,
-    /// By outgoing ring.
-    mirror: [[f32; TERMS]; RINGS],
+    /// [outgoing rings, terms].
+    mirror: Vec<f32>,
     /// Of all of it, mirror terms included.
     norm: f64,
 }
@@ -169,16 +183,13 @@ struct Lobe {
 impl Lobe {
     fn new(model: Model, samples: &Samples, sample: usize, points: &Points, separator: &Separator) -> Self {
         let lobe = lobe_of(model, samples, sample);
-        let (mut rest, mut mirror) = (Vec::new(), [[0.0; TERMS]; RINGS]);
-        let mut squares = 0.0;
-        for (ring, mirror) in mirror.iter_mut().enumerate() {
-            let arriving = points.arriving(&lobe, ring);
-            let whole = points.over_cells(&arriving);
-            squares += squared_norm(&whole, ring);
+        let (mut rest, mut mirror, mut squares) = (Vec::new(), Vec::new(), 0.0);
+        for ring in 0..RINGS {
+            let arriving = points.arriving(&lobe, disc::direction(ring * AZIMUTHS));
+            squares += squared_norm(&points.over_cells(&arriving), ring);
             let (shares, left) = separator.split(ring, &arriving);
-            *mirror = shares.map(|share| share as f32);
-            // What is stored is taken away, not what was found before it was rounded.
-            rest.extend(points.over_cells(&left(&*mirror)));
+            mirror.extend(shares);
+            rest.extend(points.over_cells(&left));
         }
         Self { rest, mirror, norm: squares.sqrt() }
     }

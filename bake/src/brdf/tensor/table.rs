@@ -50,10 +50,10 @@ impl Points {
         points
     }
 
-    /// What a lobe reflects towards the node of `ring` in the azimuth of +X of unit radiance from each point: the
-    /// integral of BRDF and cosine over it.
-    pub fn arriving(&self, lobe: &Brdf, ring: usize) -> Vec<f64> {
-        let outgoing = disc::direction(ring * AZIMUTHS).as_vec3a();
+    /// What a lobe reflects towards `outgoing`, a unit vector in the azimuth of +X, of unit radiance from each
+    /// point: the integral of BRDF and cosine over it.
+    pub fn arriving(&self, lobe: &Brdf, outgoing: DVec3) -> Vec<f64> {
+        let outgoing = outgoing.as_vec3a();
         let value = |(incoming, area): (&DVec3, &f64)| {
             let angles = brdf::angles(incoming.as_vec3a(), outgoing, Vec3A::Z);
             f64::from(brdf::evaluate(lobe, Vec3A::ONE, &angles).x) * area
@@ -74,5 +74,13 @@ impl Points {
         let area = |cell: usize| disc::weight(cell / HALF) * cells_of(cell % HALF);
         sums.iter_mut().enumerate().for_each(|(cell, sum)| *sum /= area(cell));
         sums
+    }
+}
+
+#[cfg(test)]
+impl Points {
+    /// The same value for all points of a cell, times their areas.
+    pub fn spread(&self, over_cells: &[f64]) -> Vec<f64> {
+        self.cell.iter().zip(&self.area).map(|(cell, area)| over_cells[*cell] * area).collect()
     }
 }

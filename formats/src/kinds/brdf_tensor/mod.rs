@@ -1,25 +1,28 @@
-//! Kind `brdf-tensor`, version 0: the glossy lobes of one BRDF model for all materials, outgoing and incoming directions at once (thesis §5.3.1,
-//! §5.3.3.1), of low rank beside mirror terms.
+//! Kind `brdf-tensor`, version 0: the glossy lobes of one BRDF model for all materials, outgoing and incoming
+//! directions at once (thesis §5.3.1, §5.3.3.1), of low rank beside mirror terms.
 //!
 //! | section     | type | shape             | content |
 //! |-------------|------|-------------------|---------|
 //! | `meta`      | u8   | record            | [`Meta`] |
 //! | `exponents` | f32  | [samples]         | Blinn-Phong: the samples, increasing, 1 to 200 |
-//! | `points`    | f32  | [samples, 2]      | microfacets, instead: reflectance at normal incidence, 0 to 1, and roughness or slope |
-//! | `triangles` | u32  | [triangles, 3]    | after `points`: samples between which materials lie, counter-clockwise in (reflectance, ln roughness) |
+//! | `points`    | f32  | [samples, 2]      | microfacets, instead: reflectance, 0 to 1, and roughness or slope |
+//! | `triangles` | u32  | [triangles, 3]    | after `points`: samples between which materials lie |
 //! | `core`      | f32  | [a, b, c]         | D |
 //! | `materials` | f32  | [samples, a]      | U^h |
 //! | `outgoing`  | f32  | [576, b]          | U^ωo, by cells of [`crate::basis::disc`] |
 //! | `incoming`  | f32  | [576, 1 + c]      | the diffuse lobe, 1/π, then U^ωi |
-//! | `mirror`    | f32  | [samples, 12, 4]  | what each mirror term reflects, by ring of the outgoing direction |
+//! | `widths`    | f32  | [terms]           | standard deviations of the mirror terms, degrees, increasing |
+//! | `mirror`    | f32  | [samples, 12, terms] | what each mirror term reflects, by ring of the outgoing direction |
 //!
-//! A lobe of unit strength is f(h, ω_o, ω_i) = Σ_ijk D_ijk U^h_hi U^ωo_oj U^ωi_ik plus mirror terms, in sr⁻¹ without the cosine; a
-//! material between samples is the same mixture of them. The unit lobe is (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F
-//! from `reflectance` at normal incidence to 1.
+//! A lobe of unit strength is f(h, ω_o, ω_i) = Σ_ijk D_ijk U^h_hi U^ωo_oj U^ωi_ik plus mirror terms, in sr⁻¹
+//! without the cosine; a material between samples is the same mixture of them. The unit lobe is
+//! (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the reflectance at normal incidence to 1.
+//! Triangles are counter-clockwise in the plane of reflectance and ln roughness.
 //!
-//! **Mirror terms** are Gaussians about the mirror direction of ω_o with standard deviations of [`WIDTHS_DEG`], each of integral 1 over the
-//! sphere: a term reflects its share of the radiance filtered so, and no cosine multiplies it again. Between rings shares are linear in the
-//! radius of ω_o on the disc.
+//! **Mirror terms** are Gaussians of the angle to the mirror direction of ω_o, each of integral 1 over the sphere,
+//! seen as far as they are above the surface: a term reflects its share of the radiance from there filtered so,
+//! and no cosine multiplies it again. A width of 0 is a mirror. Between rings shares are linear in the radius of
+//! ω_o on the disc.
 //!
 //! The columns of `outgoing`, and of `incoming` but for the first, are orthonormal over cells, weighed by their areas.
 
@@ -35,10 +38,10 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 
-/// Standard deviations of the mirror terms, degrees. The first stands for a mirror.
-pub const WIDTHS_DEG: [f64; 4] = [0.0, 7.0, 14.0, 21.0];
-/// Mirror terms.
-pub const TERMS: usize = WIDTHS_DEG.len();
+/// Most mirror terms.
+pub const MAX_TERMS: u64 = 8;
+/// Largest standard deviation of a mirror term, degrees: what is broader is no mirror's.
+const MAX_WIDTH_DEG: f32 = 90.0;
 /// Most samples.
 pub const MAX_SAMPLES: u64 = 4096;
 /// Most columns of a matrix.
@@ -86,13 +89,15 @@ pub struct BrdfTensor {
     pub outgoing: Vec<f32>,
     /// Row-major [[`CELLS`], 1 + ranks[2]].
     pub incoming: Vec<f32>,
-    /// [samples·[`RINGS`]].
-    pub mirror: Vec<[f32; TERMS]>,
+    /// Standard deviations of the mirror terms, degrees.
+    pub widths_deg: Vec<f32>,
+    /// Row-major [samples, [`RINGS`], terms].
+    pub mirror: Vec<f32>,
 }
 
 impl BrdfTensor {
-    /// The samples that the glossy lobe of `material` in one channel lies between, and how much each counts;
-    /// `None` if it is of another model or outside of the space.
+    /// The samples that the glossy lobe of `material` in one channel lies between, and how much each counts,
+    /// see [`Samples::mixture`]; `None` if it is of another model.
     pub fn mixture(&self, material: &Brdf, channel: usize) -> Option<Vec<(usize, f32)>> {
         if material.model() == self.meta.model { self.samples.mixture(material, channel) } else { None }
     }
@@ -122,13 +127,15 @@ impl BrdfTensor {
     }
 
     /// Shares of the mirror terms of a material seen from `outgoing`, a unit vector about the normal +Z.
-    pub fn shares(&self, mixture: &[(usize, f32)], outgoing: DVec3) -> [f32; TERMS] {
+    pub fn shares(&self, mixture: &[(usize, f32)], outgoing: DVec3) -> Vec<f32> {
         let at = (outgoing.truncate().length() * RINGS as f64 - 0.5).clamp(0.0, (RINGS - 1) as f64);
         let ring = (at as usize).min(RINGS - 2);
         let between = [(ring, 1.0 - (at - ring as f64) as f32), (ring + 1, (at - ring as f64) as f32)];
-        let mut shares = [0.0; TERMS];
+        let terms = self.widths_deg.len();
+        let mut shares = vec![0.0; terms];
         for ((sample, part), (ring, share)) in mixture.iter().flat_map(|m| between.map(|b| (m, b))) {
-            let stored = self.mirror.get(sample * RINGS + ring).copied().unwrap_or_default();
+            let stored =
+                self.mirror.chunks_exact(terms.max(1)).nth(sample * RINGS + ring).unwrap_or_default();
             shares.iter_mut().zip(stored).for_each(|(sum, value)| *sum += part * share * value);
         }
         shares
@@ -158,7 +165,9 @@ impl Stored for BrdfTensor {
         out.f32s("materials", &[samples, a], &self.materials)?;
         out.f32s("outgoing", &[cells, b], &self.outgoing)?;
         out.f32s("incoming", &[cells, 1 + c], &self.incoming)?;
-        out.f32s("mirror", &[samples, RINGS as u64, TERMS as u64], self.mirror.as_flattened())
+        let terms = self.widths_deg.len() as u64;
+        out.f32s("widths", &[terms], &self.widths_deg)?;
+        out.f32s("mirror", &[samples, RINGS as u64, terms], &self.mirror)
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
@@ -177,13 +186,13 @@ impl Stored for BrdfTensor {
         section.expect(fault_of_columns(&incoming, 1 + ranks[2], 1))?;
         let diffuse = incoming.iter().step_by(1 + ranks[2]).all(|value| *value == FRAC_1_PI);
         section.expect((!diffuse).then(|| "the first column is not the diffuse lobe, 1/π".to_owned()))?;
+        let widths_deg = widths(&sections.take("widths")?)?;
         let section = sections.take("mirror")?;
-        section.expect_shape(&[count, RINGS as u64, TERMS as u64])?;
+        section.expect_shape(&[count, RINGS as u64, widths_deg.len() as u64])?;
         let mirror = bounded(&section, MAX_SHARE)?;
         let negative = mirror.iter().position(|share| *share < 0.0);
         section.expect(negative.map(|at| format!("element {at} is a share below 0")))?;
-        let mirror = mirror.as_chunks().0.to_vec();
-        Ok(Self { meta, samples, ranks, core, materials, outgoing, incoming, mirror })
+        Ok(Self { meta, samples, ranks, core, materials, outgoing, incoming, widths_deg, mirror })
     }
 }
 
@@ -213,6 +222,17 @@ fn ranks(core: &Section) -> Result<[usize; 3]> {
             core.info.shape
         ))),
     }
+}
+
+/// Standard deviations of 1 to [`MAX_TERMS`] mirror terms, degrees.
+fn widths(section: &Section) -> Result<Vec<f32>> {
+    let terms = section.length()?;
+    let strange = !(1..=MAX_TERMS).contains(&terms);
+    section.expect(strange.then(|| format!("holds {terms} mirror terms, 1 to {MAX_TERMS} are allowed")))?;
+    let widths = bounded(section, MAX_WIDTH_DEG)?;
+    let sound = widths.is_sorted_by(|a, b| a < b) && widths.iter().all(|width| *width >= 0.0);
+    section.expect((!sound).then(|| "widths must increase, from 0 on".to_owned()))?;
+    Ok(widths)
 }
 
 fn bounded(section: &Section, most: f32) -> Result<Vec<f32>> {

@@ -5,8 +5,6 @@ use crate::container::{Section, Sections, Writer};
 use crate::error::Result;
 use crate::state::{Brdf, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN, SLOPE_MIN};
 
-/// How far outside of all triangles a material may lie, in barycentric coordinates: rounding, and not more.
-const OUTSIDE: f64 = -1e-4;
 /// By how much triangles may cover less or more than all.
 const COVERED: f64 = 1e-4;
 /// How far the ends of a range may be off, in parts of themselves.
@@ -36,7 +34,9 @@ impl Samples {
     }
 
     /// The samples that the glossy lobe of `material` in one channel lies between, and how much each counts,
-    /// together 1; `None` if it is outside of the space. Whose plane it is a plane does not know.
+    /// together 1. A material outside of the space is that nearest to it: the nearest exponent, and, the space of
+    /// microfacets being a rectangle, the nearest reflectance and the nearest roughness. `None` if it is of a
+    /// model that has no such samples, or no number. Whose plane it is a plane does not know.
     pub fn mixture(&self, material: &Brdf, channel: usize) -> Option<Vec<(usize, f32)>> {
         match (self, material) {
             (Self::Line(exponents), Brdf::BlinnPhong(brdf)) => between(exponents, brdf.shininess),
@@ -135,15 +135,13 @@ fn fault_of_cover(points: &[[f32; 2]], triangles: &[[u32; 3]], least: f32) -> Op
     off.then(|| format!("triangles cover {share:.4} times what materials may be"))
 }
 
-/// Between the two nearest of increasing `exponents`; none if outside of them.
+/// Between the two nearest of increasing `exponents`, at their ends outside of them.
 fn between(exponents: &[f32], exponent: f32) -> Option<Vec<(usize, f32)>> {
     let after =
         exponents.partition_point(|s| *s <= exponent).clamp(1, exponents.len().saturating_sub(1).max(1));
     let (s0, s1) = (*exponents.get(after - 1)?, *exponents.get(after)?);
-    let mix = (exponent - s0) / (s1 - s0);
-    // Not so either with NaN.
-    let inside = mix >= OUTSIDE as f32 && mix <= 1.0 - OUTSIDE as f32;
-    inside.then(|| vec![(after - 1, 1.0 - mix.clamp(0.0, 1.0)), (after, mix.clamp(0.0, 1.0))])
+    let mix = ((exponent - s0) / (s1 - s0)).clamp(0.0, 1.0);
+    mix.is_finite().then(|| vec![(after - 1, 1.0 - mix), (after, mix)])
 }
 
 /// In the plane of reflectance and ln roughness, in which lobes widen evenly.
@@ -162,9 +160,10 @@ fn area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Barycentric in the triangle that holds `material`, the one that it is farthest inside of where several do.
+/// Barycentric in the triangle that holds `material`, or the point of the rectangle of all samples nearest to it:
+/// the triangle that this is farthest inside of, for rounding may put an edge outside of both sides.
 fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Option<Vec<(usize, f32)>> {
-    let place = coordinates(material);
+    let place = coordinates(nearest(points, material));
     let shares = |triangle: &[u32; 3]| {
         let [a, b, c] = corners(points, triangle)?;
         let whole = area([a, b, c]);
@@ -174,14 +173,30 @@ fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Op
     for triangle in triangles {
         let shares = shares(triangle)?;
         let inside = shares.into_iter().fold(f64::INFINITY, f64::min);
-        if inside >= OUTSIDE && best.is_none_or(|(least, ..)| inside > least) {
+        // Not so with what is no number.
+        if inside > best.map_or(f64::NEG_INFINITY, |(least, ..)| least) {
             best = Some((inside, shares, *triangle));
         }
     }
     let (_, shares, triangle) = best?;
     let shares = shares.map(|share| share.max(0.0));
     let whole: f64 = shares.iter().sum();
-    Some(
-        triangle.iter().zip(shares).map(|(index, share)| (*index as usize, (share / whole) as f32)).collect(),
-    )
+    let share_of = |(index, share): (&u32, f64)| (*index as usize, (share / whole) as f32);
+    whole.is_finite().then(|| triangle.iter().zip(shares).map(share_of).collect())
+}
+
+/// The point of the smallest rectangle around `points` that is nearest to `material`.
+fn nearest(points: &[[f32; 2]], material: [f32; 2]) -> [f32; 2] {
+    [0, 1].map(|axis: usize| {
+        let least = points.iter().map(|point| point[axis]).fold(f32::INFINITY, f32::min);
+        let most = points.iter().map(|point| point[axis]).fold(f32::NEG_INFINITY, f32::max);
+        // `f32::max` would make a number of what is none.
+        if material[axis] < least {
+            least
+        } else if material[axis] > most {
+            most
+        } else {
+            material[axis]
+        }
+    })
 }

@@ -14,8 +14,8 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-const USAGE: &str = "usage: brdf_tensor make MODEL -o FILE.relume | figures MODEL | fits MODEL, MODEL one of blinn-phong, ggx, \
-    cook-torrance";
+const USAGE: &str = "usage: brdf_tensor make MODEL -o FILE.relume | figures MODEL | fits MODEL, \
+    MODEL one of blinn-phong, ggx, cook-torrance";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -1,4 +1,5 @@
-//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not made of.
+//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not made
+//! of.
 
 use super::separation::Gaussian;
 use super::table::Points;

@@ -2,8 +2,8 @@
 //!
 //! The source has Blinn-Phong's of exponents 1, 2, … 200, and Cook and Torrance's as they were fitted to a hundred
 //! measured materials (Ngan et al. 2005), points in the plane of Fresnel reflectance and roughness. Ours lie in
-//! that plane by rule, for Schlick's reflectance makes lobes linear along one of its axes: few values do there, and
-//! many of roughness, spaced evenly in octaves. GGX has the same plane, its f₀ for reflectance.
+//! that plane by rule, for Schlick's reflectance makes lobes linear along one of its axes: few values do there,
+//! and many of roughness, spaced evenly in octaves. GGX has the same plane, its f₀ for reflectance.
 
 use relume_formats::kinds::brdf_tensor::Samples;
 use relume_formats::state::{

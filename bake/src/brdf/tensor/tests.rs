@@ -90,10 +90,11 @@ fn shares_change_little_from_exponent_to_exponent() {
         let three = [s, s + 1.0, s + 2.0].map(shares);
         for (ring, term) in (0..RINGS).flat_map(|ring| (0..terms).map(move |term| (ring, term))) {
             let [a, b, c] = [0, 1, 2].map(|at: usize| three[at][ring * terms + term]);
-            // Lobes of the next width have 2.2 times the exponent or more (21° and 14° are s = 30 and 67), so a share,
-            // which is at most 4, goes over while s grows by more than half of itself. A mixture errs by half the
-            // bend: a hundredth, of those 4, at most.
-            assert!((b - a).abs() < 8.0 / s && (a - 2.0 * b + c).abs() < 0.02, "{s}: {a}, {b}, {c}");
+            // Lobes of the next width have 2.2 times the exponent or more (21° and 14° are s = 30 and 67), so a
+            // share, which is at most 4, goes over while s grows by more than half of itself. It has a kink where
+            // another one leaves 0, and differs by half the bend from the mean of its neighbours: by a hundredth
+            // of 4 at most.
+            assert!((b - a).abs() < 8.0 / s && (a - 2.0 * b + c).abs() < 0.08, "{s}: {a}, {b}, {c}");
         }
     }
 }
@@ -190,9 +191,9 @@ fn what_is_stored_is_the_brdf_but_for_the_stored_error() {
     assert!((error / tensor.meta.whole - 1.0).abs() < 0.05, "{error}, and {} is stored", tensor.meta.whole);
 }
 
-/// Under a white sky from straight above, and seen from there, a lobe reflects what the closed form says, and what
-/// is stored the same but for its error: of the cells around the normal the L2 norm over incoming directions, times
-/// √π, that of what a white sky sends.
+/// Seen from straight above, under a white sky, a lobe reflects what the closed form says, and what is stored the
+/// same but for its error: of the cells around the normal the L2 norm over incoming directions, times √π, that of
+/// what a white sky sends.
 #[test]
 fn a_white_sky_shows_the_albedo() {
     let space = SpaceTensor::new(Model::BlinnPhong, few(), &Separation::default());
@@ -237,8 +238,8 @@ fn norm(points: &Points, arriving: impl Fn(f64) -> Vec<f64>) -> f64 {
 }
 
 /// Between directions of cells the error is that which is stored and at most twice what lobes vary within cells,
-/// once for constants, once for what is linear instead. Between samples it is the mean of the neighbours', for what
-/// is stored is their mixture, and what the lobe differs from the mixture of theirs.
+/// once for constants, once for what is linear instead. Between samples it is the mean of the neighbours', for
+/// what is stored is their mixture, and what the lobe differs from the mixture of theirs.
 #[test]
 fn between_directions_and_samples_errors_add_up() {
     let exponents = [1.0f32, 2.0, 3.0, 4.0, 50.0, 51.0, 200.0];

@@ -128,6 +128,7 @@ fn materials_lie_between_samples() {
 #[test]
 fn broken_tensors() {
     type Change = fn(&mut BrdfTensor);
+    type OfLine = fn(&mut Vec<f32>);
     let cases: [(Change, &str); 21] = [
         (|t| t.meta.whole = f64::NAN, "no numbers of at least 0"),
         (|t| t.meta.outgoing = -1.0, "no numbers of at least 0"),
@@ -162,7 +163,7 @@ fn broken_tensors() {
         change(&mut tensor);
         assert_refused(&tensor, expected);
     }
-    let lines: [(fn(&mut Vec<f32>), &str); 3] = [
+    let lines: [(OfLine, &str); 3] = [
         (|s| s.swap(0, 1), "exponents must increase"),
         (|s| s[2] = 199.0, "expected 1 to 200"),
         (|s| s[1] = f32::NAN, "section `exponents`: element 1"),

@@ -78,17 +78,7 @@ pub fn tucker(tensor: &Array3<f64>, ranks: [usize; MODES]) -> Result<Tucker, Lin
     Ok(Tucker { errors: errors(tensor, &factors, &core), core, factors, sweeps })
 }
 
-/// The higher-order singular value decomposition that [`tucker`] begins with, its core included.
-///
-/// # Errors
-/// If LAPACK does not converge.
-pub fn hosvd(tensor: &Array3<f64>, ranks: [usize; MODES]) -> Result<Tucker, LinalgError> {
-    single_thread();
-    let factors = started(tensor, within(tensor.dim(), ranks))?;
-    let core = projected(tensor, &factors);
-    Ok(Tucker { errors: errors(tensor, &factors, &core), core, factors, sweeps: 0 })
-}
-
+#[cfg(test)]
 impl Tucker {
     /// The tensor that this stands for.
     pub fn rebuilt(&self) -> Array3<f64> {

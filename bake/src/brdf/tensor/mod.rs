@@ -16,7 +16,7 @@ pub use space::{lobe_of, samples_of};
 
 use crate::compress::linalg::single_thread;
 use crate::compress::tucker::{Tucker, tucker};
-use ndarray::{Array2, Array3};
+use ndarray::{Array2, Array3, ArrayView1};
 use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
 use relume_formats::basis::disc::{self, AZIMUTHS, CELLS, RINGS};
@@ -130,7 +130,7 @@ impl SpaceTensor {
     pub fn decomposed(&self, ranks: [usize; 3]) -> Result<(BrdfTensor, Tucker), LinalgError> {
         let found = tucker(&self.rests, ranks)?;
         let [of_materials, of_outgoing, of_incoming] = &found.factors;
-        let of_sample = |(row, norm): (_, &f64)| scaled(row, *norm);
+        let of_sample = |(row, norm): (ArrayView1<'_, f64>, &f64)| scaled(&row, *norm);
         let materials = of_materials.rows().into_iter().zip(&self.norms).flat_map(of_sample).collect();
         let [materials_error, outgoing_error, incoming_error] = found.errors.of_modes;
         let tensor = BrdfTensor {
@@ -155,7 +155,7 @@ impl SpaceTensor {
     }
 }
 
-fn scaled(row: ndarray::ArrayView1<'_, f64>, factor: f64) -> Vec<f32> {
+fn scaled(row: &ArrayView1<'_, f64>, factor: f64) -> Vec<f32> {
     row.iter().map(|value| (value * factor) as f32).collect()
 }
 
@@ -164,7 +164,7 @@ fn over_cells(columns: &Array2<f64>, first: Option<f32>) -> Vec<f32> {
     let rows = columns.rows().into_iter().enumerate();
     rows.flat_map(|(cell, row)| {
         let root = disc::weight(cell / AZIMUTHS).sqrt();
-        first.into_iter().chain(scaled(row, 1.0 / root))
+        first.into_iter().chain(scaled(&row, 1.0 / root))
     })
     .collect()
 }

@@ -32,6 +32,13 @@ fn largest_angle(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
     rest.svddc(JobSvd::None).unwrap().1[0]
 }
 
+/// The higher-order singular value decomposition that the search begins with, its core included.
+fn hosvd(tensor: &Array3<f64>, ranks: [usize; MODES]) -> Result<Tucker, LinalgError> {
+    let factors = started(tensor, within(tensor.dim(), ranks))?;
+    let core = projected(tensor, &factors);
+    Ok(Tucker { errors: errors(tensor, &factors, &core), core, factors, sweeps: 0 })
+}
+
 fn distance(a: &Array3<f64>, b: &Array3<f64>) -> f64 {
     squared_norm(&(a - b)) / squared_norm(a)
 }

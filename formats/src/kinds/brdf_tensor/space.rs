@@ -163,6 +163,9 @@ fn area([a, b, c]: [[f64; 2]; 3]) -> f64 {
 /// Barycentric in the triangle that holds `material`, or the point of the rectangle of all samples nearest to it:
 /// the triangle that this is farthest inside of, for rounding may put an edge outside of both sides.
 fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Option<Vec<(usize, f32)>> {
+    if material.iter().any(|value| value.is_nan()) {
+        return None;
+    }
     let place = coordinates(nearest(points, material));
     let shares = |triangle: &[u32; 3]| {
         let [a, b, c] = corners(points, triangle)?;
@@ -173,7 +176,6 @@ fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Op
     for triangle in triangles {
         let shares = shares(triangle)?;
         let inside = shares.into_iter().fold(f64::INFINITY, f64::min);
-        // Not so with what is no number.
         if inside > best.map_or(f64::NEG_INFINITY, |(least, ..)| least) {
             best = Some((inside, shares, *triangle));
         }
@@ -182,7 +184,7 @@ fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Op
     let shares = shares.map(|share| share.max(0.0));
     let whole: f64 = shares.iter().sum();
     let share_of = |(index, share): (&u32, f64)| (*index as usize, (share / whole) as f32);
-    whole.is_finite().then(|| triangle.iter().zip(shares).map(share_of).collect())
+    Some(triangle.iter().zip(shares).map(share_of).collect())
 }
 
 /// The point of the smallest rectangle around `points` that is nearest to `material`.
@@ -190,13 +192,6 @@ fn nearest(points: &[[f32; 2]], material: [f32; 2]) -> [f32; 2] {
     [0, 1].map(|axis: usize| {
         let least = points.iter().map(|point| point[axis]).fold(f32::INFINITY, f32::min);
         let most = points.iter().map(|point| point[axis]).fold(f32::NEG_INFINITY, f32::max);
-        // `f32::max` would make a number of what is none.
-        if material[axis] < least {
-            least
-        } else if material[axis] > most {
-            most
-        } else {
-            material[axis]
-        }
+        material[axis].max(least).min(most)
     })
 }

@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayView2, Axis, ShapeBuilder as _, concatenate, s};
 use ndarray_linalg::error::LinalgError;
 use ndarray_linalg::{
-    AllocatedArray as _, AllocatedArrayMut as _, Eigh as _, IntoTriangular as _, JobSvd, Lapack as _,
-    QR as _, SVDDC as _, UPLO,
+    AllocatedArray as _, AllocatedArrayMut as _, Eigh as _, IntoTriangular as _, InverseC as _, JobSvd,
+    Lapack as _, QR as _, SVDDC as _, UPLO,
 };
 use std::sync::Once;
 
@@ -75,6 +75,26 @@ pub fn symmetric_eigen(a: &Array2<f64>) -> Result<(Vec<f64>, Array2<f64>), Linal
     let (values, vectors) = a.eigh(UPLO::Lower)?;
     let decreasing = vectors.slice(s![.., ..;-1]).to_owned();
     Ok((values.iter().rev().copied().collect(), decreasing))
+}
+
+/// Orthonormal columns that span what those of `a` do, and, if these depend on each other, more: as many as
+/// it has columns, or rows if these are fewer.
+///
+/// # Errors
+/// If LAPACK fails.
+pub fn orthonormal(a: &Array2<f64>) -> Result<Array2<f64>, LinalgError> {
+    single_thread();
+    // LAPACK's wrapper does not take a single row.
+    if a.nrows() == 1 { Ok(Array2::ones((1, 1))) } else { Ok(a.qr()?.0) }
+}
+
+/// The inverse of a symmetric matrix with positive eigenvalues only.
+///
+/// # Errors
+/// If any is not positive.
+pub fn inverse_of_positive(a: &Array2<f64>) -> Result<Array2<f64>, LinalgError> {
+    single_thread();
+    if a.nrows() == 1 { Ok(a.mapv(f64::recip)) } else { a.invc() }
 }
 
 /// R of the QR decomposition of `a`, but for signs of its rows.

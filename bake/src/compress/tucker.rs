@@ -187,7 +187,7 @@ fn gram(matrix: &ArrayView2<'_, f64>) -> Array2<f64> {
 /// coordinate of which it has (nearly) the most, made as long as 1, the next is the same in the rest. A column
 /// alone thereby has its (nearly) largest entry positive. Where values are as good as 0, all that is orthogonal to
 /// the columns before is as good, of which `vectors` need not have all.
-fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> Array2<f64> {
+pub(super) fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> Array2<f64> {
     let tolerance = EQUAL * squares.first().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
     let mut ordered = Array2::zeros((vectors.nrows(), rank));
     let mut first = 0;

@@ -9,3 +9,4 @@ pub mod sparse_transfer;
 pub mod sphere_shadows;
 mod spread;
 pub mod transfer_images;
+pub mod transfer_tensor;

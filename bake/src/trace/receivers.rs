@@ -33,3 +33,15 @@ pub fn receivers(scene: &Scene) -> Vec<Receiver> {
     }
     receivers
 }
+
+/// The vertices of every triangle of every object, in the order of [`receivers`] and of
+/// [`Meeting::triangle`](super::world::Meeting::triangle).
+pub fn triangles(scene: &Scene) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    let mut first = 0;
+    for object in &scene.objects {
+        triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|corner| corner + first)));
+        first += object.mesh.positions.len() as u32;
+    }
+    triangles
+}

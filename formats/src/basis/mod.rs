@@ -14,6 +14,7 @@ mod hex;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;
+pub mod sh;
 pub mod span;
 pub mod suns;
 #[cfg(test)]

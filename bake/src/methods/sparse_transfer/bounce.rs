@@ -2,8 +2,8 @@
 //! has direct light only).
 
 use super::settings::BOUNCED_FACE_SIZE;
-use super::texels::FACE_SIZE;
-use crate::trace::receivers::Receiver;
+use super::texels::{FACE_SIZE, summed};
+use crate::trace::receivers::{Receiver, triangles};
 use crate::trace::spans::{Eye, TexelRays};
 use crate::trace::world::{Owner, World};
 use glam::Vec3A;
@@ -18,14 +18,7 @@ pub const TEXELS: usize = FACES * BOUNCED_FACE_SIZE * BOUNCED_FACE_SIZE;
 
 /// Sums a row of direct light over squares of texels: the transfer from the texels of the coarser light.
 pub fn coarse(row: &[f32]) -> Vec<f32> {
-    let (from, to) = (FACE_SIZE, BOUNCED_FACE_SIZE);
-    let step = from / to;
-    let mut sums = vec![0.0; TEXELS];
-    for (texel, value) in row.iter().enumerate() {
-        let (face, y, x) = (texel / (from * from), texel / from % from, texel % from);
-        sums[(face * to + y / step) * to + x / step] += value;
-    }
-    sums
+    summed(row, FACE_SIZE, BOUNCED_FACE_SIZE)
 }
 
 /// Adds `share` of `source`, of `channels` values a texel, to `row`, texels × RGB. Direct light has one
@@ -63,18 +56,12 @@ pub struct Bouncer<'a> {
 impl<'a> Bouncer<'a> {
     /// For the objects of `scene`, which `world` was made of.
     pub fn new(scene: &Scene, world: &'a World) -> Self {
-        let mut triangles = Vec::new();
-        let mut first = 0;
-        for object in &scene.objects {
-            triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|corner| corner + first)));
-            first += object.mesh.positions.len() as u32;
-        }
         let n = DIRECTIONS;
         let solid_angles = cubemap::solid_angles(n);
         let weight = |i: usize| (solid_angles[i % (n * n)] / std::f64::consts::PI) as f32;
         Self {
             world,
-            triangles,
+            triangles: triangles(scene),
             albedos: scene.materials.iter().map(|m| Vec3A::from(m.brdf.diffuse_albedo())).collect(),
             directions: TexelRays::centres(n),
             weights: (0..FACES * n * n).map(weight).collect(),

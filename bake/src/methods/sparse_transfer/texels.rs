@@ -108,6 +108,18 @@ impl Texels {
     }
 }
 
+/// Sums over squares of texels, from `from`² to `to`² of them a face, which divides it.
+pub fn summed(row: &[f32], from: usize, to: usize) -> Vec<f32> {
+    let step = from / to;
+    let mut sums = vec![0.0; FACES * to * to];
+    for (texel, value) in row.iter().enumerate() {
+        // Rows of all faces follow one another, and a step never goes over a face's end.
+        let (row, x) = (texel / from, texel % from);
+        sums[row / step * to + x / step] += value;
+    }
+    sums
+}
+
 /// The centres of a cube `side` times as fine, and what share of its texel each stands for.
 fn finer(side: usize) -> (TexelRays, Vec<f32>) {
     let (n, fine) = (FACE_SIZE, FACE_SIZE * side);

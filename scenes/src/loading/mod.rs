@@ -16,6 +16,7 @@ use crate::description::{ErrorFile, RenderFile, SceneFile, VaryFile};
 use crate::image_file::Textures;
 use crate::scene::{Light, Material, Scene, Vary};
 use crate::suggest::Names;
+use posing::TO_DEFORM;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::scene::{MAX_PIXELS, MAX_SIDE, is_legal_size};
 use relume_formats::state::{parse_toml, read_text, with_line};
@@ -162,9 +163,9 @@ impl Scene {
             }
         }
         if self.vary.shape && self.objects.iter().all(|object| object.shape.is_none()) {
-            let remedy =
-                "give a shape twist_deg, or a glTF object with clips a `material`, or leave shape out";
-            self.warnings.push(format!("{file}: [vary] shape = true, but no object deforms; {remedy}"));
+            let reason =
+                format!("[vary] shape = true, but no object deforms; {TO_DEFORM}, or leave shape out");
+            self.warnings.push(format!("{file}: {reason}"));
         }
     }
 

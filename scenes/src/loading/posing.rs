@@ -38,9 +38,16 @@ impl Scene {
         }
         let names =
             self.objects.iter().filter(|object| object.shape.is_some()).map(|object| object.name.as_str());
-        Error::invalid(place, unknown_name("object that deforms", name, names))
+        let mut reason = unknown_name("object that deforms", name, names);
+        if self.objects.iter().any(|object| object.name == name) {
+            reason += &format!("; {TO_DEFORM}");
+        }
+        Error::invalid(place, reason)
     }
 }
+
+/// What makes an object deform.
+pub(super) const TO_DEFORM: &str = "give a shape twist_deg, or a glTF object with clips a `material`";
 
 impl Mesh {
     /// This mesh, which is at rest, as `shape` has it at `posed`. Its triangles are the same, so some may

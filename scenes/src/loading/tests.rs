@@ -364,4 +364,11 @@ fn states_that_do_not_fit_are_refused() {
         let message = scene.with_state(&state(text), &Place::file("s.toml")).unwrap_err().to_string();
         assert!(message.contains(part), "{text}: {message}");
     }
+    let text = TEXT.replace("materials = [\"clay\"]", "materials = [\"clay\"]\nshape = true");
+    let (scene, object) = (Scratch::scene(&text).load().unwrap(), "give a shape twist_deg, or a glTF object");
+    let name = scene.objects[0].name.clone();
+    let of =
+        |name: &str| scene.with_state(&state(&format!("shapes.{name}.time_s = 1")), &Place::file("s.toml"));
+    assert!(of(&name).unwrap_err().to_string().contains(object));
+    assert!(!of("nobody").unwrap_err().to_string().contains(object));
 }

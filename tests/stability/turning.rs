@@ -22,6 +22,8 @@ const SAMPLES: u32 = 128;
 /// How many of the player's largest steps are looked at, one by one, with so many times the paths.
 const LARGEST: usize = 4;
 const MORE: u32 = 32;
+/// How many times as much as the path tracer's pictures the player's may change by.
+const MOST: f64 = 1.5;
 
 fn text(vary: &str, map: &str) -> String {
     format!(
@@ -104,6 +106,7 @@ fn largest(changes: &[f64]) -> Vec<u32> {
 #[test]
 #[ignore = "plays and traces thousands of pictures"]
 fn a_map_that_turns_by_quarter_degrees_does_not_flicker() {
+    let mut missed = Vec::new();
     for map in ["lamps", "clear-sky"] {
         for vary in ["light = true\nview = true", "light = true\nview = true\nshape = true"] {
             let folder = tempfile::tempdir().unwrap();
@@ -115,13 +118,18 @@ fn a_map_that_turns_by_quarter_degrees_does_not_flicker() {
                 (0..STEPS).step_by(EVERY).map(|step| traced(&scene, step, SAMPLES)).collect();
             let ratio = rms(&ours) / rms(&truth);
             println!("{map}, {method}: {:.3e}, {ratio:.2} times the path tracer's", rms(&ours));
-            assert!(ratio <= 1.5, "{map}, {method}: more than the reference changes");
+            if ratio > MOST {
+                missed.push(format!("{map}, {method}: {ratio:.2} over the circle"));
+            }
             for step in largest(&ours) {
                 let ours = ours[step as usize].sqrt();
                 let ratio = ours / traced(&scene, step, MORE * SAMPLES).max(0.0).sqrt();
                 println!("step {step}: {ours:.3e}, {ratio:.2} times the path tracer's");
-                assert!(ratio <= 1.5, "{map}, {method}: a step that shows");
+                if ratio > MOST {
+                    missed.push(format!("{map}, {method}: {ratio:.2} in step {step}"));
+                }
             }
         }
     }
+    assert!(missed.is_empty(), "times what the path tracer's pictures change by: {missed:#?}");
 }

@@ -128,7 +128,8 @@ fn truncated_and_damaged_files() {
         std::fs::write(&path, damaged).unwrap();
         expect_error(&play(), 2, "checksum");
         std::fs::remove_file(&path).unwrap();
-        expect_error(&play(), 2, name);
+        let missing = format!("{name}: is missing although the manifest lists it; bake it again");
+        expect_error(&play(), 2, &missing);
         assert!(!bundle.folder().join("0.png").exists());
     }
 }

@@ -206,8 +206,8 @@ impl State {
     /// and may always change.
     pub fn expect_only(&self, varies: &Varies<'_>, place: &Place) -> Result<()> {
         let refuse = |what: &str, meant: &str| {
-            let (can, remedy) =
-                (varies.list(), "remove it, or add it to [vary] in scene.toml and bake again");
+            let remedy = "remove it, or let it vary: by [vary] in scene.toml, and by a method that can, as `bake plan` tells";
+            let can = varies.list();
             let meant = if meant.is_empty() { ";".to_owned() } else { format!("{meant} Else") };
             Err(Error::invalid(
                 place,

@@ -3,7 +3,7 @@
 use super::throttle::{Pace, Throttle};
 use crate::error::Result;
 use relume_formats::container::open;
-use relume_formats::kinds::manifest::FILE_NAME;
+use relume_formats::kinds::manifest::{FILE_NAME, of_listed};
 use relume_formats::{Error as FormatError, open_regular};
 use relume_playback::{Item, Playlist};
 use std::fs::File;
@@ -23,7 +23,7 @@ fn least_bytes_of(item: &Item, playlist: &Playlist) -> Result<u64> {
     if Some(item.kind) != playlist.method.card.main() {
         return Ok(item.bytes);
     }
-    let reader = open(&item.place.file)?;
+    let reader = open(&item.place.file).map_err(|error| of_listed(error, &item.place))?;
     let last_needed = reader.header().sections.get(playlist.method.card.first_piece);
     Ok(last_needed.map_or(item.bytes, |info| info.offset + info.stored_bytes))
 }
@@ -31,7 +31,7 @@ fn least_bytes_of(item: &Item, playlist: &Playlist) -> Result<u64> {
 /// Opens a file, which must be as long as the manifest says.
 pub(super) fn open_item<'a>(item: &Item, pace: &'a mut Pace) -> relume_formats::Result<Throttle<'a, File>> {
     let place = &item.place;
-    let file = open_regular(&place.file)?;
+    let file = open_regular(&place.file).map_err(|error| of_listed(error, place))?;
     let length = file.metadata().map_err(|e| FormatError::io(place, e))?.len();
     if length != item.bytes {
         let reason = format!(

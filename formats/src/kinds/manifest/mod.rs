@@ -119,17 +119,22 @@ impl ContentHash {
     }
 }
 
+/// `error` in opening the file at `place`, which a manifest lists: that it is not there has a cause of its own.
+pub fn of_listed(error: Error, place: &Place) -> Error {
+    match error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            Error::invalid(place, "is missing although the manifest lists it; bake it again")
+        }
+        other => other,
+    }
+}
+
 impl FileEntry {
     /// Fails unless the file in `folder` is there, as long as listed, and with the listed hash.
     pub fn expect_whole(&self, folder: &Path) -> Result<()> {
         let place = Place::file(folder.join(&self.file));
         let io = |e| Error::io(&place, e);
-        let mut file = open_regular(&place.file).map_err(|error| match error {
-            Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-                Error::invalid(&place, "is missing although the manifest lists it; bake it again")
-            }
-            other => other,
-        })?;
+        let mut file = open_regular(&place.file).map_err(|error| of_listed(error, &place))?;
         let length = file.metadata().map_err(io)?.len();
         if length != self.bytes {
             return Err(Error::invalid(

@@ -89,18 +89,23 @@ impl Found<'_> {
                         if self.by_value {
                             self.seek(member, depth + 2);
                         } else if self.names(index, member.get_ref()) {
-                            self.note(member.span().start, 2 * depth + 4);
+                            // Quoted, as against a word that may be the key of something else.
+                            self.note(member.span().start, 2 * depth + 5);
                             self.seek(member, depth + 2);
                         }
                     }
                 }
                 None if spoken || self.by_value || self.quotes_value(name, value.get_ref()) => {
-                    let quoted = self.quotes(name) || self.quotes_value(name, value.get_ref());
+                    let quoted = self.quotes(name)
+                        || self.quotes_value(name, value.get_ref())
+                        || self.quotes_one_of(value.get_ref());
                     if !self.by_value || self.quotes_value(name, value.get_ref()) {
                         self.note(at, 2 * depth + 2 + usize::from(quoted));
                     }
                     self.seek(value, depth + 1);
                 }
+                // A list that the message speaks of is named by its key.
+                None if self.quotes_one_of(value.get_ref()) => self.note(at, 2 * depth + 3),
                 _ => {}
             }
         }
@@ -133,6 +138,12 @@ impl Found<'_> {
     /// Whether the message quotes the value of `key`. By its name a member of a list was found already.
     fn quotes_value(&self, key: &str, value: &DeValue<'_>) -> bool {
         key != "name" && value.as_str().is_some_and(|text| self.quotes(text))
+    }
+
+    /// Whether the message quotes a text of a list.
+    fn quotes_one_of(&self, value: &DeValue<'_>) -> bool {
+        let texts = value.as_array().into_iter().flat_map(|list| list.iter());
+        texts.filter_map(|text| text.get_ref().as_str()).any(|text| self.quotes(text))
     }
 
     /// Of a long name some messages show the beginning, and of what steers terminals an escape.

@@ -247,3 +247,23 @@ fn a_message_gets_the_line_of_what_it_speaks_of() {
         assert_eq!(error.to_string(), format!("{}: {expected}: {reason}", path.display()));
     }
 }
+
+/// Named members of lists, and texts in lists, before words that are keys of something else.
+#[test]
+fn messages_are_told_at_the_line_that_they_speak_of() {
+    let text = "[environment]\nfile = 'white'\nothers = ['sky', 'nope.exr']\n[vary]\nmaterials = ['clay']\n\
+        [materials.clay]\nks = [1, 1, 1]\n[[light]]\nname = 'sun'\nkind = 'directional'\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    for (part, reason, line) in [
+        ("light `sun`", "lights by the environment alone, a file of which is baked", 8),
+        ("[environment]", "no such file: `nope.exr`", 3),
+        ("[environment]", "two environment maps are called `white`", 2),
+        ("material `clay`", "ks [1.0, 1.0, 1.0] is too much", 7),
+        ("[vary] materials", "`clay` is listed twice; remove one", 5),
+    ] {
+        let told = with_line(Error::invalid(&Place::file(&path).part(part), reason)).to_string();
+        assert!(told.contains(&format!("scene.toml: line {line}: {part}: ")), "{told}");
+    }
+}

@@ -111,7 +111,7 @@ mod tests {
             left_out,
             [
                 "animations/other.toml: line 4: at 0.5 s: sets [environment], which this bundle does not vary (only material `a` varies); \
-              remove it, or add it to [vary] in scene.toml and bake again; the animation is left out"
+              remove it, or let it vary: by [vary] in scene.toml, and by a method that can, as `bake plan` tells; the animation is left out"
             ]
         );
     }

@@ -66,8 +66,8 @@ fn shares_of_mirror_terms_are_linear_between_rings_and_samples() {
     }
 }
 
-/// A material is the mixture of samples that gives its place, also on the edges of the space; outside of it, the
-/// mixture of the nearest place inside; other models' are none.
+/// A material is the mixture of samples that gives its place, also on the edges of the space; outside of it,
+/// the mixture of the nearest place inside; other models' are none.
 #[test]
 fn materials_lie_between_samples() {
     let line = Samples::Line(vec![1.0, 3.0, 200.0]);

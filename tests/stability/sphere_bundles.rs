@@ -130,8 +130,8 @@ fn spheres_of_a_mesh_of_any_size() {
     }
 }
 
-/// Open meshes without an inside that ask for spheres, bounces and lamps: an error, one line that names what and
-/// where.
+/// Open meshes without an inside that ask for spheres, bounces and lamps: an error, one line that names what
+/// and where.
 #[test]
 fn what_has_no_inside_or_other_light_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -158,24 +158,25 @@ fn what_has_no_inside_or_other_light_is_refused_by_name() {
     }
 }
 
-/// Objects without spheres cast by their meshes, standing ones too: under a roof the middle of the plane has what is
-/// left beside it, and the underside of the roof what comes up past the plane.
+/// Objects without spheres cast by their meshes, standing ones too: under a roof the middle of the plane has
+/// what is left beside it, and the underside of the roof what comes up past the plane.
 #[test]
 fn objects_without_spheres_cast_by_their_meshes() {
     let roof = "[[object]]\n name = 'roof'\n shape = 'quad'\n material = 'white'\n transform = { translation = [0.0, 3.0, 0.0], scale = 6.0 }\n";
     let bundle = Bundle::bake(&BALL.replace("[environment]", &format!("{roof}[environment]")));
     let shown = bundle.shown(0.0, None);
-    // The form factor of a square whose sides are twice as long as it is high, seen from below its middle, which
-    // hides the ball.
+    // The form factor of a square whose sides are twice as long as it is high, seen from below its middle,
+    // which hides the ball.
     let a = 1.0 / 2.0f64.sqrt();
     let open = 1.0 - 4.0 / std::f64::consts::PI * a * a.atan();
     let middle = f64::from(shown[6 * SIDE + 6][0]);
-    // A texel along the rim is blocked whole or not at all: 3.7 units of the cube's own measure, 1/32 wide at most.
+    // A texel along the rim is blocked whole or not at all: 3.7 units of the cube's own measure, 1/32 wide at
+    // most.
     assert!((middle - open).abs() < 3.7 / 32.0 / std::f64::consts::PI, "{middle} for {open}");
 }
 
-/// Contact: a box that stands on the plane, one that hovers a millimetre above it and one that sinks into it leave
-/// it dark where they stand, and as bright beside them as rays say: no blot, no gap.
+/// Contact: a box that stands on the plane, one that hovers a millimetre above it and one that sinks into it
+/// leave it dark where they stand, and as bright beside them as rays say: no blot, no gap.
 #[test]
 fn boxes_on_above_and_in_the_plane_leave_no_blots() {
     for height in [0.25, 0.251, 0.15] {
@@ -202,8 +203,8 @@ fn boxes_on_above_and_in_the_plane_leave_no_blots() {
     }
 }
 
-/// A wall that stands on the plane, without thickness: its foot is dark on neither side, and what is lit past its
-/// edges is as bright as rays say, whichever way the wall's triangles face.
+/// A wall that stands on the plane, without thickness: its foot is dark on neither side, and what is lit past
+/// its edges is as bright as rays say, whichever way the wall's triangles face.
 #[test]
 fn a_sheet_that_stands_on_the_plane_darkens_both_its_sides() {
     for turn in [90, -90] {
@@ -230,8 +231,8 @@ fn a_sheet_that_stands_on_the_plane_darkens_both_its_sides() {
     }
 }
 
-/// Closed parts of one object that touch, as exporters merge them: the top of a leg under a slab is dark, though it sees
-/// the slab's other side from within alone.
+/// Closed parts of one object that touch, as exporters merge them: the top of a leg under a slab is dark,
+/// though it sees the slab's other side from within alone.
 #[test]
 fn what_stands_under_another_part_of_its_object_is_dark() {
     let mut table = String::new();
@@ -312,8 +313,8 @@ fn holes_that_cast_are_told_of() {
     assert_eq!(said, ["plane", "blocker"].map(|name| format!("object `{name}`: {expected}")));
 }
 
-/// A closed mesh whose strands run into each other: receivers of one are within another, where all is dark. Cast by the
-/// sides that face away alone, as solids do, it erred by 15 %.
+/// A closed mesh whose strands run into each other: receivers of one are within another, where all is dark.
+/// Cast by the sides that face away alone, as solids do, it erred by 15 %.
 #[test]
 fn a_knot_that_runs_into_itself_is_dark_where_its_strands_meet() {
     let text = "[vary]\nlight = true\nview = true\n[render]\nsize = [64, 64]\nreflections = 1\n[error]\nmax = 0.02\n\

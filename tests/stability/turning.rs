@@ -1,5 +1,5 @@
-//! A map that turns by quarter degrees through a full circle: what pictures change by from one to the next, beside
-//! the path tracer's.
+//! A map that turns by quarter degrees through a full circle: what pictures change by from one to the next,
+//! beside the path tracer's.
 
 use crate::support::{expect_exit, render, write_scene};
 use relume_bake::exr_file::read_exr;
@@ -44,8 +44,8 @@ fn turned(step: u32) -> State {
     }
 }
 
-/// Mean over the channels of the squares of what changed between two pictures, counted by two estimates of it whose
-/// noise is independent, or by one that has none.
+/// Mean over the channels of the squares of what changed between two pictures, counted by two estimates of it
+/// whose noise is independent, or by one that has none.
 fn change(first: [&[[f32; 3]]; 2], second: [&[[f32; 3]]; 2]) -> f64 {
     let [a, b] = [0, 1].map(|k| {
         let of = |(x, y): (&f32, &f32)| f64::from(*y) - f64::from(*x);

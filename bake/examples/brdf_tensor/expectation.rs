@@ -1,5 +1,5 @@
-//! Shares of mirror terms by expectation maximisation, the source's fit (thesis §5.3.1): the mixture from which
-//! what arrives is most likely drawn, which is of least Kullback-Leibler divergence.
+//! Shares of mirror terms by expectation maximisation, the source's fit (thesis §5.3.1): the mixture from
+//! which what arrives is most likely drawn, which is of least Kullback-Leibler divergence.
 
 use relume_bake::brdf::tensor::Shapes;
 
@@ -36,8 +36,8 @@ fn maximised(shapes: &[Vec<f64>], arriving: &[f64], rounds: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Of two shapes over two points, the likeliest mixture in closed form: all of both points is met, if both
-    /// shares may be above 0, and else the one shape has all that arrives.
+    /// Of two shapes over two points, the likeliest mixture in closed form: all of both points is met, if
+    /// both shares may be above 0, and else the one shape has all that arrives.
     #[test]
     fn mixtures_of_two_points() {
         let shapes = [vec![0.75, 0.25], vec![0.25, 0.75]];

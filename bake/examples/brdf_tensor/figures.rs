@@ -1,4 +1,5 @@
-//! Tables in Markdown. Errors that say nothing else are squared norms in parts of the lobe's, mean over samples.
+//! Tables in Markdown. Errors that say nothing else are squared norms in parts of the lobe's, mean over
+//! samples.
 
 use crate::expectation::expectation;
 use relume_bake::brdf::tensor::{
@@ -99,8 +100,8 @@ fn chart(title: &str, space: &SpaceTensor) -> Done {
     Ok(())
 }
 
-/// The source's Fig. 5-6: of single lobes the relative L2 error of the tensor with 0 to 4 mirror terms, and what
-/// all four leave.
+/// The source's Fig. 5-6: of single lobes the relative L2 error of the tensor with 0 to 4 mirror terms, and
+/// what all four leave.
 fn by_gloss(model: Model) -> Done {
     println!(
         "\nRelative L2 error of single lobes at {:?} by mirror terms, and what all leave:",

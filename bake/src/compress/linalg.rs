@@ -16,8 +16,8 @@ mod openblas {
     }
 }
 
-/// Keeps OpenBLAS on one thread, as products of matrices need, too: our own loops use the cores, and sums must not
-/// depend on how many there are.
+/// Keeps OpenBLAS on one thread, as products of matrices need, too: our own loops use the cores, and sums
+/// must not depend on how many there are.
 pub fn single_thread() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| openblas::openblas_set_num_threads(1));

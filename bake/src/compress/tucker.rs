@@ -1,14 +1,14 @@
 //! Tucker's decomposition of a tensor of three modes (thesis eq. 2-16, 2-17): T ≈ Z ×₀ U₀ ×₁ U₁ ×₂ U₂ with
 //! orthonormal columns in every U.
 //!
-//! It begins with the higher-order singular value decomposition, truncated mode by mode (Vannieuwenhoven et al.
-//! 2012, "A new truncation strategy for the higher-order singular value decomposition"), and goes on with
-//! alternating least squares: every U in turn is the best beside the others (De Lathauwer et al. 2000, "On the
-//! best rank-1 and rank-(R₁, …, R_N) approximation of higher-order tensors").
+//! It begins with the higher-order singular value decomposition, truncated mode by mode (Vannieuwenhoven et
+//! al. 2012, "A new truncation strategy for the higher-order singular value decomposition"), and goes on with
+//! alternating least squares: every U in turn is the best beside the others (De Lathauwer et al. 2000, "On
+//! the best rank-1 and rank-(R₁, …, R_N) approximation of higher-order tensors").
 //!
-//! Columns have the order of their singular values, and signs are fixed by rule. Where values are equal, as they
-//! come in pairs from whatever is the same in all azimuths, any rotation of the columns is as good, and LAPACK's
-//! choice depends on rounding; so these are chosen by rule, too, see [`in_order`].
+//! Columns have the order of their singular values, and signs are fixed by rule. Where values are equal, as
+//! they come in pairs from whatever is the same in all azimuths, any rotation of the columns is as good, and
+//! LAPACK's choice depends on rounding; so these are chosen by rule, too, see [`in_order`].
 
 use super::linalg::{Svd, first_singular, single_thread, symmetric_eigen};
 use ndarray::{Array1, Array2, Array3, ArrayView2, Axis, s};
@@ -21,8 +21,8 @@ pub const MODES: usize = 3;
 const SWEEPS: usize = 8;
 /// What ‖Z‖² grows by at least in a round that is not the last, in parts of itself.
 const GROWTH: f64 = 1e-9;
-/// Eigenvalues this near to each other, in parts of the largest, count as equal: some orders above what rounding
-/// makes of equal ones.
+/// Eigenvalues this near to each other, in parts of the largest, count as equal: some orders above what
+/// rounding makes of equal ones.
 const EQUAL: f64 = 1e-10;
 /// Rows of a subspace whose squared lengths differ by less than this part count as equally long.
 const AS_LONG: f64 = 1e-6;
@@ -34,8 +34,8 @@ pub struct Tucker {
     pub core: Array3<f64>,
     /// U of each mode, [size of the mode, rank], with orthonormal columns.
     pub factors: [Array2<f64>; MODES],
-    /// What is lost by projecting each mode alone on its columns, and all of them: squared norms in parts of the
-    /// tensor's.
+    /// What is lost by projecting each mode alone on its columns, and all of them: squared norms in parts of
+    /// the tensor's.
     pub errors: TuckerErrors,
     /// Rounds of alternating least squares that were made.
     pub sweeps: usize,
@@ -182,11 +182,11 @@ fn gram(matrix: &ArrayView2<'_, f64>) -> Array2<f64> {
     products.into_iter().fold(Array2::zeros((matrix.nrows(), matrix.nrows())), |sum, product| sum + product)
 }
 
-/// The first `rank` columns of `vectors`, which are orthonormal and belong to `squares`, squared singular values
-/// that fall. Those of equal values are turned among each other: the first is what the subspace has of the first
-/// coordinate of which it has (nearly) the most, made as long as 1, the next is the same in the rest. A column
-/// alone thereby has its (nearly) largest entry positive. Where values are as good as 0, all that is orthogonal to
-/// the columns before is as good, of which `vectors` need not have all.
+/// The first `rank` columns of `vectors`, which are orthonormal and belong to `squares`, squared singular
+/// values that fall. Those of equal values are turned among each other: the first is what the subspace has of
+/// the first coordinate of which it has (nearly) the most, made as long as 1, the next is the same in the
+/// rest. A column alone thereby has its (nearly) largest entry positive. Where values are as good as 0, all
+/// that is orthogonal to the columns before is as good, of which `vectors` need not have all.
 pub(super) fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> Array2<f64> {
     let tolerance = EQUAL * squares.first().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
     let mut ordered = Array2::zeros((vectors.nrows(), rank));
@@ -209,8 +209,8 @@ pub(super) fn in_order(squares: &[f64], vectors: &Array2<f64>, rank: usize) -> A
     ordered
 }
 
-/// The first `count` vectors by the rule of [`in_order`] of the space that the columns of `basis` span, which are
-/// orthonormal, or those of the projection on the space.
+/// The first `count` vectors by the rule of [`in_order`] of the space that the columns of `basis` span, which
+/// are orthonormal, or those of the projection on the space.
 fn turned(basis: &ArrayView2<'_, f64>, count: usize) -> Array2<f64> {
     let mut rows = basis.to_owned();
     let mut turned = Array2::zeros((basis.nrows(), count));

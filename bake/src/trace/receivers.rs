@@ -1,4 +1,5 @@
-//! Where light is received: at the vertices of a scene, or beside those on a rim ([`Rims`]), as rays leave them.
+//! Where light is received: at the vertices of a scene, or beside those on a rim ([`Rims`]), as rays leave
+//! them.
 
 use super::world::rounding_of;
 use glam::Vec3A;

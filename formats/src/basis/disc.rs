@@ -1,13 +1,14 @@
-//! Directions of a hemisphere by where they fall on the disc below it (thesis §5.3.3.1, after Wang et al. 2004):
-//! cells of as many rings of the same width, each cut into as many azimuths.
+//! Directions of a hemisphere by where they fall on the disc below it (thesis §5.3.3.1, after Wang et al.
+//! 2004): cells of as many rings of the same width, each cut into as many azimuths.
 //!
-//! Projected so, area is solid angle times cosine: what a surface receives through a cell is its radiance times
-//! [`weight`]. Rings, and not a square grid, so that what is the same in all azimuths stays so: a lobe turned with
-//! the direction that it is seen from moves from cell to cell.
+//! Projected so, area is solid angle times cosine: what a surface receives through a cell is its radiance
+//! times [`weight`]. Rings, and not a square grid, so that what is the same in all azimuths stays so: a lobe
+//! turned with the direction that it is seen from moves from cell to cell.
 //!
 //! Cell (ring, azimuth) has index ring·[`AZIMUTHS`] + azimuth. Its node is at radius (ring + ½)/[`RINGS`] and
-//! angle 2π·azimuth/[`AZIMUTHS`] from +X towards +Y, the normal being +Z. Between nodes values are bilinear in
-//! radius and angle, across the middle from node to opposite node, and beyond the last ring those of that ring.
+//! angle 2π·azimuth/[`AZIMUTHS`] from +X towards +Y, the normal being +Z. Between nodes values are bilinear
+//! in radius and angle, across the middle from node to opposite node, and beyond the last ring those of that
+//! ring.
 
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -41,7 +42,8 @@ pub fn weight(ring: usize) -> f64 {
     PI * (outer * outer - inner * inner) / AZIMUTHS as f64
 }
 
-/// The nodes around the unit vector `direction`, whose z is not below 0, and how much each counts; together 1.
+/// The nodes around the unit vector `direction`, whose z is not below 0, and how much each counts; together
+/// 1.
 pub fn locate(direction: DVec3) -> [(usize, f32); 4] {
     let r = direction.truncate().length().min(1.0);
     let turns = direction.y.atan2(direction.x) / TAU * AZIMUTHS as f64;
@@ -73,10 +75,10 @@ mod tests {
     fn cells_cover_the_disc() {
         let whole: f64 = (0..CELLS).map(|cell| weight(cell / AZIMUTHS)).sum();
         assert!((whole - PI).abs() < 1e-12);
-        // ∫ cos²θ dω over the rings from `first` on: 2π/3 (1 − r²)^{3/2} of the inner radius, which is 2π/3 of all.
-        // A node is the midpoint rule, which errs by at most h³/3 of the largest second derivative over a ring of
-        // half width h, and this one, 2π r(3 − 2r²)(1 − r²)^{-3/2}, grows outwards. The last ring's has no
-        // largest: its node's sum is compared with the closed form of itself.
+        // ∫ cos²θ dω over the rings from `first` on: 2π/3 (1 − r²)^{3/2} of the inner radius, which is 2π/3
+        // of all. A node is the midpoint rule, which errs by at most h³/3 of the largest second derivative
+        // over a ring of half width h, and this one, 2π r(3 − 2r²)(1 − r²)^{-3/2}, grows outwards. The last
+        // ring's has no largest: its node's sum is compared with the closed form of itself.
         let ring = |ring: usize| {
             let sum = AZIMUTHS as f64 * direction(ring * AZIMUTHS).z * weight(ring);
             let [inner, outer] = [ring, ring + 1].map(|edge| edge as f64 / RINGS as f64);
@@ -102,8 +104,8 @@ mod tests {
         }
     }
 
-    /// x and y are linear along a ray from the middle, and off by at most 1 − cos(π/48) across azimuths: the chord
-    /// of two neighbours, at all radii.
+    /// x and y are linear along a ray from the middle, and off by at most 1 − cos(π/48) across azimuths: the
+    /// chord of two neighbours, at all radii.
     #[test]
     fn between_nodes_values_are_linear() {
         let middle = locate(DVec3::Z);

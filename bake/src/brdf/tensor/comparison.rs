@@ -1,5 +1,5 @@
-//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not made
-//! of.
+//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not
+//! made of.
 
 use super::separation::Gaussian;
 use super::table::Points;
@@ -26,8 +26,8 @@ impl<'a> Comparison<'a> {
         Self { tensor, points: Points::new(), terms }
     }
 
-    /// Relative L2 error of the glossy lobe of `material`, whose strength is 1 and the same in all channels, over
-    /// both directions with both cosines; `None` if the tensor is of another model.
+    /// Relative L2 error of the glossy lobe of `material`, whose strength is 1 and the same in all channels,
+    /// over both directions with both cosines; `None` if the tensor is of another model.
     pub fn error(&self, material: &Brdf) -> Option<f64> {
         let mixture = self.tensor.mixture(material, 0)?;
         let (mut off, mut whole) = (0.0, 0.0);
@@ -45,8 +45,8 @@ impl<'a> Comparison<'a> {
         Some((off / whole).sqrt())
     }
 
-    /// What `material`, as for [`Comparison::error`], reflects of a white sky seen under `angle`, radians from the
-    /// normal: by its BRDF, and by the tensor.
+    /// What `material`, as for [`Comparison::error`], reflects of a white sky seen under `angle`, radians
+    /// from the normal: by its BRDF, and by the tensor.
     pub fn albedos(&self, material: &Brdf, angle: f64) -> Option<[f64; 2]> {
         let (mixture, outgoing) = (self.tensor.mixture(material, 0)?, seen_from(angle.sin()));
         let arriving = self.points.arriving(material, outgoing);

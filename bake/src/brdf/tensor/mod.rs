@@ -1,9 +1,10 @@
-//! A BRDF space as a tensor of materials, outgoing and incoming directions, of low rank (thesis §5.3.1, §5.3.3.1).
+//! A BRDF space as a tensor of materials, outgoing and incoming directions, of low rank (thesis §5.3.1,
+//! §5.3.3.1).
 //!
-//! First each lobe is split in mirror terms and a rest, then the rests of all materials are decomposed together
-//! ([`crate::compress::tucker`]). Every lobe is divided by its norm before and multiplied by it after, so that
-//! blunt materials, whose lobes are a thousandth of the sharp ones', are not given up for these. Norms are over
-//! both directions with both cosines: what a white sky would show of an error.
+//! First each lobe is split in mirror terms and a rest, then the rests of all materials are decomposed
+//! together ([`crate::compress::tucker`]). Every lobe is divided by its norm before and multiplied by it
+//! after, so that blunt materials, whose lobes are a thousandth of the sharp ones', are not given up for
+//! these. Norms are over both directions with both cosines: what a white sky would show of an error.
 
 mod comparison;
 mod separation;
@@ -96,8 +97,8 @@ impl SpaceTensor {
         &self.mirror
     }
 
-    /// Of every sample the relative L2 norm of what mirror terms leave, and of what `tensor` misses of it over
-    /// cells.
+    /// Of every sample the relative L2 norm of what mirror terms leave, and of what `tensor` misses of it
+    /// over cells.
     pub fn errors_of(&self, tensor: &BrdfTensor) -> Vec<[f64; 2]> {
         let matrix = |values: &[f32], columns: usize, skipped: usize| {
             let rows = values.chunks_exact(columns.max(1));
@@ -169,8 +170,8 @@ fn over_cells(columns: &Array2<f64>, first: Option<f32>) -> Vec<f32> {
     .collect()
 }
 
-/// One lobe over cells. As it is the same in all azimuths, the outgoing directions of one azimuth tell all, and
-/// half of the incoming ones.
+/// One lobe over cells. As it is the same in all azimuths, the outgoing directions of one azimuth tell all,
+/// and half of the incoming ones.
 struct Lobe {
     /// [outgoing rings, incoming rings, [`HALF`]], sr⁻¹: means over cells by area, without mirror terms.
     rest: Vec<f64>,

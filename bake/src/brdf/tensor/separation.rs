@@ -1,5 +1,5 @@
-//! Mirror terms of lobes (thesis §5.3.1): Gaussians about the mirror direction, whose shares are found by least
-//! squares.
+//! Mirror terms of lobes (thesis §5.3.1): Gaussians about the mirror direction, whose shares are found by
+//! least squares.
 //!
 //! What is fitted is what arrives from each direction, BRDF times cosine. Beside the mirror terms there is a
 //! background, broad Gaussians and a cosine lobe, which takes what is no mirror's and stays in the rest. All
@@ -15,7 +15,8 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 /// Standard deviations of the source's mirror terms, degrees.
 pub const SOURCE_WIDTHS_DEG: [f32; 4] = [0.0, 7.0, 14.0, 21.0];
 
-/// How shares of shapes are found of what arrives from each point: of each of [`Shapes::integrals`], at least 0.
+/// How shares of shapes are found of what arrives from each point: of each of [`Shapes::integrals`], at least
+/// 0.
 pub type Fit = fn(&Shapes, &[f64]) -> Vec<f64>;
 
 /// Which mirror terms are set apart, and how.
@@ -33,8 +34,8 @@ impl Default for Separation {
     }
 }
 
-/// Rounds of the fit by least squares, which ends after so many, not where it stands nearly still: shares then do
-/// not jump between materials.
+/// Rounds of the fit by least squares, which ends after so many, not where it stands nearly still: shares
+/// then do not jump between materials.
 const ROUNDS: usize = 20_000;
 /// Standard deviation of what stands for a mirror: a texel of a cube of 64 × 64 a face, degrees.
 const TEXEL_DEG: f64 = 1.4;
@@ -67,8 +68,8 @@ impl Separator {
         Self { terms: widths.len(), fit: separation.fit, rings }
     }
 
-    /// The shares of the mirror terms of what arrives from each point, seen from the node of `ring`, and what they
-    /// leave of it. Shares are rounded as they are stored before they are taken away.
+    /// The shares of the mirror terms of what arrives from each point, seen from the node of `ring`, and what
+    /// they leave of it. Shares are rounded as they are stored before they are taken away.
     pub fn split(&self, ring: usize, arriving: &[f64]) -> (Vec<f32>, Vec<f64>) {
         let mut rest = arriving.to_vec();
         let Some(shapes) = self.rings.get(ring) else { return (Vec::new(), rest) };
@@ -117,8 +118,8 @@ impl Shapes {
     }
 }
 
-/// The shares whose sum of `shapes` is nearest to what arrives, over solid angle: by coordinate descent, which
-/// needs products alone.
+/// The shares whose sum of `shapes` is nearest to what arrives, over solid angle: by coordinate descent,
+/// which needs products alone.
 pub fn least_squares(shapes: &Shapes, arriving: &[f64]) -> Vec<f64> {
     let wanted = |shape: &Vec<f64>| weighted(shape, arriving, &shapes.per_solid_angle);
     let wanted: Vec<f64> = shapes.integrals.iter().map(wanted).collect();
@@ -175,7 +176,8 @@ impl Gaussian {
         Self { deviation, scale: 1.0 / integral }
     }
 
-    /// Its value at `incoming` about the mirror direction of `outgoing`, sr⁻¹; unit vectors about the normal +Z.
+    /// Its value at `incoming` about the mirror direction of `outgoing`, sr⁻¹; unit vectors about the normal
+    /// +Z.
     pub fn about_mirror(&self, outgoing: DVec3, incoming: DVec3) -> f64 {
         let angle = incoming.angle_between(DVec3::new(-outgoing.x, -outgoing.y, outgoing.z));
         self.scale * (-0.5 * (angle / self.deviation).powi(2)).exp()

@@ -1,9 +1,10 @@
 //! The materials of a space that are decomposed (thesis §5.3.2).
 //!
-//! The source has Blinn-Phong's of exponents 1, 2, … 200, and Cook and Torrance's as they were fitted to a hundred
-//! measured materials (Ngan et al. 2005), points in the plane of Fresnel reflectance and roughness. Ours lie in
-//! that plane by rule, for Schlick's reflectance makes lobes linear along one of its axes: few values do there,
-//! and many of roughness, spaced evenly in octaves. GGX has the same plane, its f₀ for reflectance.
+//! The source has Blinn-Phong's of exponents 1, 2, … 200, and Cook and Torrance's as they were fitted to a
+//! hundred measured materials (Ngan et al. 2005), points in the plane of Fresnel reflectance and roughness.
+//! Ours lie in that plane by rule, for Schlick's reflectance makes lobes linear along one of its axes: few
+//! values do there, and many of roughness, spaced evenly in octaves. GGX has the same plane, its f₀ for
+//! reflectance.
 
 use relume_formats::kinds::brdf_tensor::Samples;
 use relume_formats::state::{
@@ -25,8 +26,8 @@ pub fn samples_of(model: Model) -> Samples {
     }
 }
 
-/// The material of sample number `sample` whose BRDF is its glossy lobe of unit strength; black where there is
-/// none of this number.
+/// The material of sample number `sample` whose BRDF is its glossy lobe of unit strength; black where there
+/// is none of this number.
 pub fn lobe_of(model: Model, samples: &Samples, sample: usize) -> Brdf {
     let (dark, white) = ([0.0; 3], [1.0; 3]);
     let exponent = match samples {
@@ -61,8 +62,8 @@ fn plane(least: f32) -> Samples {
     Samples::Plane { triangles: delaunay(&points), points }
 }
 
-/// Counter-clockwise triangles in the plane of reflectance and ln roughness, each with its least index first, in
-/// the order of indices; points are finite and differ.
+/// Counter-clockwise triangles in the plane of reflectance and ln roughness, each with its least index first,
+/// in the order of indices; points are finite and differ.
 fn delaunay(points: &[[f32; 2]]) -> Vec<[u32; 3]> {
     let mut triangulation = DelaunayTriangulation::<Point2<f64>>::new();
     for [reflectance, roughness] in points {

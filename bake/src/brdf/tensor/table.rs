@@ -1,7 +1,8 @@
 //! Where lobes are evaluated, and their means over the cells of the disc.
 //!
-//! A cell holds a grid of points, evenly spaced in angle and azimuth, as fine as the sharpest lobes of the spaces
-//! ask for. Points stand for the exact solid angle, and the exact area on the disc, of what is around them.
+//! A cell holds a grid of points, evenly spaced in angle and azimuth, as fine as the sharpest lobes of the
+//! spaces ask for. Points stand for the exact solid angle, and the exact area on the disc, of what is around
+//! them.
 
 use crate::brdf;
 use glam::{DVec3, Vec3A};
@@ -50,8 +51,8 @@ impl Points {
         points
     }
 
-    /// What a lobe reflects towards `outgoing`, a unit vector in the azimuth of +X, of unit radiance from each
-    /// point: the integral of BRDF and cosine over it.
+    /// What a lobe reflects towards `outgoing`, a unit vector in the azimuth of +X, of unit radiance from
+    /// each point: the integral of BRDF and cosine over it.
     pub fn arriving(&self, lobe: &Brdf, outgoing: DVec3) -> Vec<f64> {
         let outgoing = outgoing.as_vec3a();
         let value = |(incoming, area): (&DVec3, &f64)| {

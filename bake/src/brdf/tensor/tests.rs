@@ -32,8 +32,8 @@ fn points_cover_half_of_all_directions() {
     assert_eq!(ones.len(), RINGS * HALF);
 }
 
-/// A mixture of the very shapes that fits are made of is found again: normal equations of a condition of about 10⁴
-/// at worst, descended until a share moves by less than 10⁻⁶.
+/// A mixture of the very shapes that fits are made of is found again: normal equations of a condition of
+/// about 10⁴ at worst, descended until a share moves by less than 10⁻⁶.
 #[test]
 fn a_mixture_of_the_shapes_is_found_again() {
     let points = Points::new();
@@ -90,16 +90,17 @@ fn shares_change_little_from_exponent_to_exponent() {
         let three = [s, s + 1.0, s + 2.0].map(shares);
         for (ring, term) in (0..RINGS).flat_map(|ring| (0..terms).map(move |term| (ring, term))) {
             let [a, b, c] = [0, 1, 2].map(|at: usize| three[at][ring * terms + term]);
-            // Lobes of the next width have 2.2 times the exponent or more (21° and 14° are s = 30 and 67), so a
-            // share, which is at most 4, goes over while s grows by more than half of itself. It has a kink where
-            // another one leaves 0, and differs by half the bend from the mean of its neighbours: by a hundredth
-            // of 4 at most.
+            // Lobes of the next width have 2.2 times the exponent or more (21° and 14° are s = 30 and 67), so
+            // a share, which is at most 4, goes over while s grows by more than half of itself. It has a kink
+            // where another one leaves 0, and differs by half the bend from the mean of its neighbours: by a
+            // hundredth of 4 at most.
             assert!((b - a).abs() < 8.0 / s && (a - 2.0 * b + c).abs() < 0.08, "{s}: {a}, {b}, {c}");
         }
     }
 }
 
-/// What is stored, read at nodes, against the lobes over cells: the error of the file is the one that it states.
+/// What is stored, read at nodes, against the lobes over cells: the error of the file is the one that it
+/// states.
 #[test]
 fn the_error_that_is_stored_is_that_of_what_is_stored() {
     let space = SpaceTensor::new(Model::BlinnPhong, few(), &Separation::default());
@@ -149,9 +150,9 @@ fn mean_over_cell(cell: usize, seed: &mut u64, value: impl Fn(DVec3) -> f64) -> 
     sum / (PARTS * PARTS) as f64
 }
 
-/// The whole of what is stored, diffuse, rest and mirror terms, is the BRDF with an error as it is stored. Of each
-/// cell the mean of BRDF less what is stored is estimated twice from random points; the product of both is right
-/// in the mean, noise or not. Outgoing directions are of a random azimuth in each ring.
+/// The whole of what is stored, diffuse, rest and mirror terms, is the BRDF with an error as it is stored. Of
+/// each cell the mean of BRDF less what is stored is estimated twice from random points; the product of both
+/// is right in the mean, noise or not. Outgoing directions are of a random azimuth in each ring.
 #[test]
 fn what_is_stored_is_the_brdf_but_for_the_stored_error() {
     let space = SpaceTensor::new(Model::BlinnPhong, few(), &source());
@@ -191,9 +192,9 @@ fn what_is_stored_is_the_brdf_but_for_the_stored_error() {
     assert!((error / tensor.meta.whole - 1.0).abs() < 0.05, "{error}, and {} is stored", tensor.meta.whole);
 }
 
-/// Seen from straight above, under a white sky, a lobe reflects what the closed form says, and what is stored the
-/// same but for its error: of the cells around the normal the L2 norm over incoming directions, times √π, that of
-/// what a white sky sends.
+/// Seen from straight above, under a white sky, a lobe reflects what the closed form says, and what is stored
+/// the same but for its error: of the cells around the normal the L2 norm over incoming directions, times √π,
+/// that of what a white sky sends.
 #[test]
 fn a_white_sky_shows_the_albedo() {
     let space = SpaceTensor::new(Model::BlinnPhong, few(), &Separation::default());
@@ -218,8 +219,9 @@ fn a_white_sky_shows_the_albedo() {
             (0..CELLS).map(of_cell).sum()
         };
         let error = (0..AZIMUTHS).map(lost).fold(0.0, f64::max).sqrt() * PI.sqrt();
-        // The nodes are 2.4° off the normal, 0.042 radians, of which albedos, even in the angle, have the square;
-        // and as much again for the innermost ring, of which bilinear weights have a twelfth too much.
+        // The nodes are 2.4° off the normal, 0.042 radians, of which albedos, even in the angle, have the
+        // square; and as much again for the innermost ring, of which bilinear weights have a twelfth too
+        // much.
         let bound = error + 0.005 * expected;
         assert!((stored - expected).abs() < bound, "s {shininess}: {stored} for {expected}, bound {bound}");
     }
@@ -237,9 +239,9 @@ fn norm(points: &Points, arriving: impl Fn(f64) -> Vec<f64>) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// Between directions of cells the error is that which is stored and at most twice what lobes vary within cells,
-/// once for constants, once for what is linear instead. Between samples it is the mean of the neighbours', for
-/// what is stored is their mixture, and what the lobe differs from the mixture of theirs.
+/// Between directions of cells the error is that which is stored and at most twice what lobes vary within
+/// cells, once for constants, once for what is linear instead. Between samples it is the mean of the
+/// neighbours', for what is stored is their mixture, and what the lobe differs from the mixture of theirs.
 #[test]
 fn between_directions_and_samples_errors_add_up() {
     let exponents = [1.0f32, 2.0, 3.0, 4.0, 50.0, 51.0, 200.0];

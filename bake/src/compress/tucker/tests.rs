@@ -93,7 +93,8 @@ fn errors_are_those_of_what_is_rebuilt_and_never_above_the_start() {
             let [first, found] = [hosvd, tucker].map(|by| by(&tensor, [rank, rank + 1, rank]).unwrap());
             for by in [&first, &found] {
                 assert!((by.errors.whole - distance(&tensor, &by.rebuilt())).abs() < 1e-12);
-                // Whoever truncates all modes loses at least what any of them alone does, and at most their sum.
+                // Whoever truncates all modes loses at least what any of them alone does, and at most their
+                // sum.
                 let [a, b, c] = by.errors.of_modes;
                 assert!(by.errors.whole >= a.max(b).max(c) - 1e-12 && by.errors.whole <= a + b + c + 1e-12);
             }
@@ -112,8 +113,8 @@ fn nothing_is_decomposed_to_nothing() {
     found.factors.iter().for_each(assert_orthonormal);
 }
 
-/// Something that is the same in all azimuths: its singular values come in pairs, one of which the rank cuts in
-/// two. Rounding must not choose.
+/// Something that is the same in all azimuths: its singular values come in pairs, one of which the rank cuts
+/// in two. Rounding must not choose.
 #[test]
 fn equal_singular_values_are_ordered_by_rule() {
     const N: usize = 24;

@@ -68,8 +68,8 @@ impl<'a> Bouncer<'a> {
         }
     }
 
-    /// The row of light, texels × RGB, that reaches `receiver` after one reflection more than `arriving`: rows
-    /// of texels × `channels` at every vertex. Surfaces seen from behind reflect nothing.
+    /// The row of light, texels × RGB, that reaches `receiver` after one reflection more than `arriving`:
+    /// rows of texels × `channels` at every vertex. Surfaces seen from behind reflect nothing.
     pub fn row(&self, receiver: &Receiver, arriving: &[f32], channels: usize) -> Vec<f32> {
         let (mut row, length) = (vec![0.0; 3 * TEXELS], channels * TEXELS);
         for (vertex, share) in self.shares(receiver) {

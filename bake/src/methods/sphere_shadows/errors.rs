@@ -119,13 +119,13 @@ pub(super) fn receivers_looked_at(vertices: usize) -> Vec<usize> {
     some_of(vertices, RECEIVERS)
 }
 
-/// About `count` of so many `vertices`, one of each group of neighbours in their order, and of every group another: every
-/// 17th of a tube with rings of 17 would be on the same side of it.
+/// About `count` of so many `vertices`, one of each group of neighbours in their order, and of every group
+/// another: every 17th of a tube with rings of 17 would be on the same side of it.
 pub(super) fn some_of(vertices: usize, count: usize) -> Vec<usize> {
     /// The golden ratio less 1, in parts of 2³²: its multiples fall evenly.
     const GOLDEN: u32 = 2_654_435_769;
     let group = vertices.div_ceil(count).max(1);
-    let within = |k: usize| ((k as u64 * u64::from(GOLDEN) & u64::from(u32::MAX)) * group as u64) >> 32;
+    let within = |k: usize| (((k as u64 * u64::from(GOLDEN)) & u64::from(u32::MAX)) * group as u64) >> 32;
     let of_group = |k: usize| k * group + within(k) as usize;
     (0..vertices.div_ceil(group)).map(of_group).filter(|vertex| *vertex < vertices).collect()
 }

@@ -15,10 +15,12 @@
 //! Basis 0 is diffuse: 1/π, for GGX (1 − w)/π. Between nodes coefficients c are interpolated linearly.
 //!
 //! * Blinn-Phong has one part: ρ ≈ kd·b₀ + ks·Σⱼ cⱼ(s)·bⱼ.
-//! * GGX has two, the lobe at f₀ = 1 but for Schlick's weight, and that with it: ρ ≈ d·b₀ + Σⱼ (f₀·cⱼ(r) + eⱼ(r))·bⱼ, see [`Ggx`].
+//! * GGX has two, the lobe at f₀ = 1 but for Schlick's weight, and that with it: ρ ≈ d·b₀ + Σⱼ (f₀·cⱼ(r) +
+//!   eⱼ(r))·bⱼ, see [`Ggx`].
 //! * So has Cook-Torrance: ρ ≈ kd·b₀ + ks·Σⱼ (fresnel·cⱼ(m) + eⱼ(m))·bⱼ, see [`CookTorrance`].
 //!
-//! At every node the error of the lobe, relative L2, is at most 1.25 times the largest that is stored in `meta` and 10⁻³: a reader measures it again.
+//! At every node the error of the lobe, relative L2, is at most 1.25 times the largest that is stored in
+//! `meta` and 10⁻³: a reader measures it again.
 //!
 //! Basis functions may be negative and reflect more than they receive; nothing may clamp them.
 

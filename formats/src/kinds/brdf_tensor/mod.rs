@@ -15,16 +15,17 @@
 //! | `mirror`    | f32  | [samples, 12, terms] | what each mirror term reflects, by ring of the outgoing direction |
 //!
 //! A lobe of unit strength is f(h, ω_o, ω_i) = Σ_ijk D_ijk U^h_hi U^ωo_oj U^ωi_ik plus mirror terms, in sr⁻¹
-//! without the cosine; a material between samples is the same mixture of them. The unit lobe is
-//! (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the reflectance at normal incidence to 1.
-//! Triangles are counter-clockwise in the plane of reflectance and ln roughness.
+//! without the cosine; a material between samples is the same mixture of them. The unit lobe is (s + 2)/2π ·
+//! cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the reflectance at normal incidence to 1. Triangles
+//! are counter-clockwise in the plane of reflectance and ln roughness.
 //!
-//! **Mirror terms** are Gaussians of the angle to the mirror direction of ω_o, each of integral 1 over the sphere,
-//! seen as far as they are above the surface: a term reflects its share of the radiance from there filtered so,
-//! and no cosine multiplies it again. A width of 0 is a mirror. Between rings shares are linear in the radius of
-//! ω_o on the disc.
+//! **Mirror terms** are Gaussians of the angle to the mirror direction of ω_o, each of integral 1 over the
+//! sphere, seen as far as they are above the surface: a term reflects its share of the radiance from there
+//! filtered so, and no cosine multiplies it again. A width of 0 is a mirror. Between rings shares are linear
+//! in the radius of ω_o on the disc.
 //!
-//! The columns of `outgoing`, and of `incoming` but for the first, are orthonormal over cells, weighed by their areas.
+//! The columns of `outgoing`, and of `incoming` but for the first, are orthonormal over cells, weighed by
+//! their areas.
 
 mod space;
 
@@ -48,8 +49,8 @@ pub const MAX_SAMPLES: u64 = 4096;
 pub const MAX_RANK: u64 = 64;
 /// Largest value of `core` and of `materials`: lobes reach 10³ sr⁻¹.
 const MAX_VALUE: f32 = 1e6;
-/// Largest share of a mirror term: a lobe of Blinn-Phong reflects up to four times what it receives from above,
-/// and some more along the surface.
+/// Largest share of a mirror term: a lobe of Blinn-Phong reflects up to four times what it receives from
+/// above, and some more along the surface.
 const MAX_SHARE: f32 = 64.0;
 /// How far products of columns may be off.
 const ORTHONORMAL: f64 = 1e-3;

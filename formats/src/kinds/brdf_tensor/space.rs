@@ -34,9 +34,9 @@ impl Samples {
     }
 
     /// The samples that the glossy lobe of `material` in one channel lies between, and how much each counts,
-    /// together 1. A material outside of the space is that nearest to it: the nearest exponent, and, the space of
-    /// microfacets being a rectangle, the nearest reflectance and the nearest roughness. `None` if it is of a
-    /// model that has no such samples, or no number. Whose plane it is a plane does not know.
+    /// together 1. A material outside of the space is that nearest to it: the nearest exponent, and, the
+    /// space of microfacets being a rectangle, the nearest reflectance and the nearest roughness. `None` if
+    /// it is of a model that has no such samples, or no number. Whose plane it is a plane does not know.
     pub fn mixture(&self, material: &Brdf, channel: usize) -> Option<Vec<(usize, f32)>> {
         match (self, material) {
             (Self::Line(exponents), Brdf::BlinnPhong(brdf)) => between(exponents, brdf.shininess),
@@ -160,8 +160,8 @@ fn area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Barycentric in the triangle that holds `material`, or the point of the rectangle of all samples nearest to it:
-/// the triangle that this is farthest inside of, for rounding may put an edge outside of both sides.
+/// Barycentric in the triangle that holds `material`, or the point of the rectangle of all samples nearest to
+/// it: the triangle that this is farthest inside of, for rounding may put an edge outside of both sides.
 fn within(points: &[[f32; 2]], triangles: &[[u32; 3]], material: [f32; 2]) -> Option<Vec<(usize, f32)>> {
     if material.iter().any(|value| value.is_nan()) {
         return None;

@@ -119,7 +119,8 @@ impl ContentHash {
     }
 }
 
-/// `error` in opening the file at `place`, which a manifest lists: that it is not there has a cause of its own.
+/// `error` in opening the file at `place`, which a manifest lists: that it is not there has a cause of its
+/// own.
 pub fn of_listed(error: Error, place: &Place) -> Error {
     match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {

@@ -115,8 +115,8 @@ impl Looking {
         })
     }
 
-    /// What of the view of each receiver of `pose` is blocked if object `number` casts `by` that, or by the spheres of
-    /// `set`, and no other does.
+    /// What of the view of each receiver of `pose` is blocked if object `number` casts `by` that, or by the
+    /// spheres of `set`, and no other does.
     ///
     /// # Errors
     /// If a sphere cannot follow.
@@ -152,8 +152,8 @@ impl Looking {
         ))
     }
 
-    /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light, with
-    /// the whole meshes of all objects.
+    /// Squared norm of the light at the receivers, that of suns too, in each pose, under each held-out light,
+    /// with the whole meshes of all objects.
     fn norms(&self, wholes: &[Surface]) -> Result<Vec<f64>> {
         let of_pose = |pose: usize| {
             let mut blocked: Vec<Bitmap> = vec![[0; FACES * SIDE]; self.receivers[pose].len()];
@@ -169,8 +169,8 @@ impl Looking {
         Ok((0..self.poses.len()).map(of_pose).collect::<Result<Vec<_>>>()?.concat())
     }
 
-    /// Squared norm, over the receivers of a pose, of the light from the texels that are in one of the bitmaps and
-    /// not in the other, under each of `lights`.
+    /// Squared norm, over the receivers of a pose, of the light from the texels that are in one of the
+    /// bitmaps and not in the other, under each of `lights`.
     fn squares(&self, pose: usize, some: &[Bitmap], others: &[Bitmap], lights: &[f32]) -> Vec<f64> {
         let of = |(((_, receiver), one), other): ((&(usize, Receiver), &Bitmap), &Bitmap)| {
             let mut light = [0.0; RADIANCES];

@@ -1,9 +1,9 @@
 //! Whether a surface is the skin of solids, each by itself.
 //!
-//! Receivers on such a surface are outside of all of it, so that what of it blocks their view turns its front to
-//! them: half of its triangles need not be looked at. Where parts touch, overlap or lie within each other, a receiver
-//! of one may be within another, and in a room all are, whose walls face inwards. So may those of a single part that
-//! runs into itself or folds over.
+//! Receivers on such a surface are outside of all of it, so that what of it blocks their view turns its front
+//! to them: half of its triangles need not be looked at. Where parts touch, overlap or lie within each other,
+//! a receiver of one may be within another, and in a room all are, whose walls face inwards. So may those of
+//! a single part that runs into itself or folds over.
 
 use crate::spheres::solid::is_closed;
 use crate::spheres::triangle_tree::TriangleTree;
@@ -14,15 +14,15 @@ use rayon::prelude::*;
 const MOST_PARTS: usize = 64;
 /// What must be between their boxes, in parts of the extent of all.
 const MARGIN: f32 = 0.01;
-/// How far before a vertex it is asked whether that is outside, in parts of the extent of all: far more than rounding,
-/// far less than triangles.
+/// How far before a vertex it is asked whether that is outside, in parts of the extent of all: far more than
+/// rounding, far less than triangles.
 const BEFORE: f64 = 1e-4;
 
 /// A box along the axes.
 type Bounds = (Vec3, Vec3);
 
-/// Whether `triangles`, turned outwards, are closed, vertices' `normals` at rest face outwards too, and the boxes around
-/// parts that have no vertex in common stand apart wherever vertices are in `poses`, rest first.
+/// Whether `triangles`, turned outwards, are closed, vertices' `normals` at rest face outwards too, and the
+/// boxes around parts that have no vertex in common stand apart wherever vertices are in `poses`, rest first.
 pub fn are_solids(triangles: &[[u32; 3]], normals: &[[f32; 3]], poses: &[&[[f32; 3]]]) -> bool {
     let Some(rest) = poses.first() else { return false };
     if !is_closed(triangles) {
@@ -35,8 +35,8 @@ pub fn are_solids(triangles: &[[u32; 3]], normals: &[[f32; 3]], poses: &[&[[f32;
         && poses.iter().all(|pose| stand_apart(triangles, &parts, count, pose))
 }
 
-/// Whether what is just before each of the `used` vertices, along its normal, is outside of all that `triangles`, which
-/// are closed and face outwards, enclose with vertices at `positions`.
+/// Whether what is just before each of the `used` vertices, along its normal, is outside of all that
+/// `triangles`, which are closed and face outwards, enclose with vertices at `positions`.
 pub fn are_outside(
     triangles: &[[u32; 3]],
     used: &[(u32, f64)],

@@ -1,13 +1,13 @@
 //! The surface of an object by fewer triangles, in all poses.
 //!
-//! Edges are collapsed to one of their ends (crate `meshopt`, after Garland and Heckbert 1997), so what is left
-//! has corners that are vertices of the mesh and follows its skin, its morphs and its clips. What an edge costs
-//! counts in the poses too: where vertices are in each of some poses goes with them as attributes, whose change
-//! over the surface a collapse must keep as it must keep the surface itself.
+//! Edges are collapsed to one of their ends (crate `meshopt`, after Garland and Heckbert 1997), so what is
+//! left has corners that are vertices of the mesh and follows its skin, its morphs and its clips. What an
+//! edge costs counts in the poses too: where vertices are in each of some poses goes with them as attributes,
+//! whose change over the surface a collapse must keep as it must keep the surface itself.
 //!
-//! Corners on the surface leave the triangles within what is round, and their shadow thinner than it should be. So
-//! corners are moved along their normals until the surface is, on the whole, as far outside the triangles as it is
-//! inside.
+//! Corners on the surface leave the triangles within what is round, and their shadow thinner than it should
+//! be. So corners are moved along their normals until the surface is, on the whole, as far outside the
+//! triangles as it is inside.
 
 use super::solids::{are_outside, are_solids};
 use crate::spheres::motion::poses;
@@ -23,10 +23,11 @@ use relume_scenes::Object;
 const POSES: usize = 10;
 /// How often corners are moved.
 const ROUNDS: usize = 3;
-/// How much farther than from its own a vertex that is within fewer triangles may be below those beside it: of open
-/// meshes these would block its view.
+/// How much farther than from its own a vertex that is within fewer triangles may be below those beside it:
+/// of open meshes these would block its view.
 const BESIDE: f32 = 2.0;
-/// Error, in parts of the extent, that counts as none: a texel of visibility is 500 times as wide, seen from as far.
+/// Error, in parts of the extent, that counts as none: a texel of visibility is 500 times as wide, seen from
+/// as far.
 const NONE: f32 = 1e-4;
 
 /// An object's surface.
@@ -58,7 +59,8 @@ pub struct Simplified {
     /// How far the corners are before their vertices, along these' normals, metres.
     pub offsets: Vec<[f32; 3]>,
     /// For each the farthest that a vertex is, in any pose, from where it and those around it stand for the
-    /// surface; twice that if they are not closed, for a vertex within is farther below some of those around it. Metres.
+    /// surface; twice that if they are not closed, for a vertex within is farther below some of those around
+    /// it. Metres.
     pub errors: Vec<f32>,
 }
 
@@ -182,8 +184,8 @@ impl Surface {
         }
     }
 
-    /// For each vertex in each pose how far it is before `triangles`, with the area around it and the triangle that
-    /// is nearest.
+    /// For each vertex in each pose how far it is before `triangles`, with the area around it and the
+    /// triangle that is nearest.
     fn distances(&self, triangles: &[[u32; 3]], offsets: &[f64]) -> Vec<(f64, f64, [u32; 3])> {
         let of_pose = |pose: &Pose| {
             let place = |v: usize| Vec3::from(pose.positions[v]).as_dvec3();
@@ -308,7 +310,8 @@ mod tests {
         let still = Object { shape: None, ..bending.clone() };
         let [bending, still] = [bending, still].map(|object| Surface::new(&object));
         assert!(still.flat().triangles.len() <= 4 && bending.flat().triangles.len() > 20);
-        // In the pose that bends most, 0.8 of the way, an arch of 0.8 m in eight straight parts is within 8 mm.
+        // In the pose that bends most, 0.8 of the way, an arch of 0.8 m in eight straight parts is within 8
+        // mm.
         let few = bending.simplified(16);
         let worst = few.errors.iter().copied().fold(0.0, f32::max) / BESIDE;
         assert!(

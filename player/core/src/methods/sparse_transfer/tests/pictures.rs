@@ -32,8 +32,8 @@ fn a_surface_shows_radiance_times_albedo() {
     assert!(film(&gpu, &method).iter().all(|pixel| *pixel == [0.0; 3]));
 }
 
-/// A sheet with a face to each side, of which neither is nearer: the one that faces the eye is seen, wherever the eye is
-/// and whichever is drawn first.
+/// A sheet with a face to each side, of which neither is nearer: the one that faces the eye is seen, wherever
+/// the eye is and whichever is drawn first.
 #[test]
 fn of_two_faces_at_one_place_the_front_one_is_seen() {
     let Some(gpu) = gpu() else { return };

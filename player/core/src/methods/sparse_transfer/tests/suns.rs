@@ -105,8 +105,8 @@ fn visibility(hangs: Hangs, point: Vec3, towards: Vec3, tangent: f32) -> f32 {
     open.count() as f32 / rays as f32
 }
 
-/// What the film shows of `suns`: by pixel the least, the mean and the greatest, over suns a third larger, true
-/// and a third smaller, of radiance.
+/// What the film shows of `suns`: by pixel the least, the mean and the greatest, over suns a third larger,
+/// true and a third smaller, of radiance.
 fn expected(hangs: Hangs, camera: &Camera, suns: &[Sun], look: &EnvironmentLook) -> Vec<[Rgb; 3]> {
     let film = camera.film(SIZE[0], SIZE[1]);
     let pixel = |index: u32| {
@@ -135,14 +135,14 @@ fn expected(hangs: Hangs, camera: &Camera, suns: &[Sun], look: &EnvironmentLook)
     (0..SIZE[0] * SIZE[1]).map(pixel).collect()
 }
 
-/// A bowl of 16 x 16 squares, each turned by 7° from the next, under a sun: nothing of it hides any of the disc, so
-/// that it looks everywhere the same with normals that are.
+/// A bowl of 16 x 16 squares, each turned by 7° from the next, under a sun: nothing of it hides any of the
+/// disc, so that it looks everywhere the same with normals that are.
 #[test]
 fn facets_of_a_bowl_do_not_shadow_each_other() {
     let Some(gpu) = gpu() else { return };
     let towards_sun = Vec3::new(0.05, 0.03, 1.0);
     let map = night(&[towards_sun]);
-    let sun = split(&map.map).suns[0].clone();
+    let sun = split(&map.map).suns[0];
     for rotation_deg in [0.0, 0.25, 0.5] {
         let mut scene = sparse::scene([17, 17]);
         scene.positions.iter_mut().for_each(|[x, y, z]| *z = 0.5 * (*x * *x + *y * *y));
@@ -164,8 +164,8 @@ fn facets_of_a_bowl_do_not_shadow_each_other() {
     }
 }
 
-/// Where the sun is wholly in sight or wholly hidden, and would be if it were a third larger or smaller, the picture
-/// shows just that; elsewhere what is seen of the disc is known to a few per cent.
+/// Where the sun is wholly in sight or wholly hidden, and would be if it were a third larger or smaller, the
+/// picture shows just that; elsewhere what is seen of the disc is known to a few per cent.
 #[test]
 fn shadows_of_suns_are_those_of_rays() {
     let Some(gpu) = gpu() else { return };

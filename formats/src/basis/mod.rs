@@ -11,6 +11,7 @@ mod equirect;
 pub mod haar;
 pub mod half_difference;
 mod hex;
+pub mod lanes;
 pub mod lobe_table;
 pub mod microfacet;
 pub mod psum;

@@ -14,25 +14,27 @@ pub const COUNT: usize = BANDS * BANDS;
 pub const COSINE_LOBE: [f32; BANDS] = [PI, 2.0 * PI / 3.0, FRAC_PI_4, 0.0];
 
 /// All functions in a unit direction.
+#[inline(always)]
 pub fn evaluate(Vec3 { x, y, z }: Vec3) -> [f32; COUNT] {
     let (xx, yy, zz) = (x * x, y * y, z * z);
+    let (sin2, cos2) = (x * y, xx - yy);
     [
         0.282_094_8,
         0.488_602_5 * y,
         0.488_602_5 * z,
         0.488_602_5 * x,
-        1.092_548_4 * x * y,
+        1.092_548_4 * sin2,
         1.092_548_4 * y * z,
         0.315_391_57 * (3.0 * zz - 1.0),
         1.092_548_4 * x * z,
-        0.546_274_2 * (xx - yy),
-        0.590_043_6 * y * (3.0 * xx - yy),
-        2.890_611_4 * x * y * z,
+        0.546_274_2 * cos2,
+        0.590_043_6 * (y * (3.0 * xx - yy)),
+        2.890_611_4 * sin2 * z,
         0.457_045_8 * y * (5.0 * zz - 1.0),
         0.373_176_33 * z * (5.0 * zz - 3.0),
         0.457_045_8 * x * (5.0 * zz - 1.0),
-        1.445_305_7 * z * (xx - yy),
-        0.590_043_6 * x * (xx - 3.0 * yy),
+        1.445_305_7 * z * cos2,
+        0.590_043_6 * (x * (xx - 3.0 * yy)),
     ]
 }
 

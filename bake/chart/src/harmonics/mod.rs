@@ -8,6 +8,7 @@ pub mod exponentiation;
 
 use glam::{DVec3, Vec3};
 use relume_formats::basis::cubemap::{FACES, direction, solid_angles};
+use relume_formats::basis::sh;
 use std::f64::consts::{PI, TAU};
 
 /// Bands.
@@ -37,22 +38,7 @@ pub fn basis_of<const LANES: usize>([xs, ys, zs]: [[f32; LANES]; 3]) -> [[f32; L
         let (sin2, cos2, turned, sin3, cos3) =
             (x * y, xx - yy, 7.0 * zz - 1.0, y * (3.0 * xx - yy), x * (xx - 3.0 * yy));
         let mut put = |index: usize, value: f32| values[index][lane] = value;
-        put(0, 0.282_094_8);
-        put(1, 0.488_602_5 * y);
-        put(2, 0.488_602_5 * z);
-        put(3, 0.488_602_5 * x);
-        put(4, 1.092_548_4 * sin2);
-        put(5, 1.092_548_4 * y * z);
-        put(6, 0.315_391_57 * (3.0 * zz - 1.0));
-        put(7, 1.092_548_4 * x * z);
-        put(8, 0.546_274_2 * cos2);
-        put(9, 0.590_043_6 * sin3);
-        put(10, 2.890_611_4 * sin2 * z);
-        put(11, 0.457_045_8 * y * (5.0 * zz - 1.0));
-        put(12, 0.373_176_33 * z * (5.0 * zz - 3.0));
-        put(13, 0.457_045_8 * x * (5.0 * zz - 1.0));
-        put(14, 1.445_305_7 * z * cos2);
-        put(15, 0.590_043_6 * cos3);
+        sh::evaluate(Vec3::new(x, y, z)).into_iter().enumerate().for_each(|(index, value)| put(index, value));
         put(16, 2.503_342_9 * sin2 * cos2);
         put(17, 1.770_130_8 * z * sin3);
         put(18, 0.946_174_7 * sin2 * turned);

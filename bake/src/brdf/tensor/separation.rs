@@ -10,6 +10,7 @@
 use super::table::Points;
 use glam::DVec3;
 use relume_formats::basis::disc::{self, AZIMUTHS, RINGS};
+use relume_formats::basis::lanes::dot;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 /// Standard deviations of the source's mirror terms, degrees.
@@ -134,20 +135,6 @@ pub fn least_squares(shapes: &Shapes, arriving: &[f64]) -> Vec<f64> {
         }
     }
     shares
-}
-
-/// The inner product, summed in four lanes, which vector units do at once.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 4];
-    let (a4, a_rest) = a.as_chunks::<4>();
-    let (b4, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a4.iter().zip(b4) {
-        for k in 0..4 {
-            lanes[k] += a[k] * b[k];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }
 
 fn weighted(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {

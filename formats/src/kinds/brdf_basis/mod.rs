@@ -26,6 +26,7 @@
 
 mod residual;
 
+use crate::basis::lanes::dot;
 use crate::basis::microfacet::Facets;
 use crate::basis::{Angles, lobe_table, microfacet};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
@@ -244,20 +245,6 @@ fn evaluate_microfacet(facets: Facets, roughness: &[f32], weights: &[f32], angle
         let (at_f0, schlick) = row[1..].split_at(roughness.len());
         *value = row[0] * diffuse + (1.0 - w) * dot(at_f0, lobes) + w * dot(schlick, lobes);
     }
-}
-
-/// Summed in four lanes, which vector units do at once.
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0.0; 4];
-    let (a4, a_rest) = a.as_chunks::<4>();
-    let (b4, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a4.iter().zip(b4) {
-        for k in 0..4 {
-            lanes[k] += a[k] * b[k];
-        }
-    }
-    let rest: f32 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }
 
 impl Stored for BrdfBasis {

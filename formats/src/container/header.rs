@@ -76,6 +76,8 @@ kinds! {
     SphereShadows = 12, "sphere-shadows", kinds::SphereShadows, 8;
     /// The lobes of a BRDF space as a tensor of low rank: `kinds::brdf_tensor`.
     BrdfTensor = 13, "brdf-tensor", kinds::BrdfTensor, 9;
+    /// Light that vertices receive, of the method `transfer-tensor`: `kinds::transfer_tensor`.
+    TransferTensor = 14, "transfer-tensor", kinds::TransferTensor, MAX_SECTIONS;
 }
 
 impl Kind {

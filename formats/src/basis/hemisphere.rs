@@ -77,9 +77,11 @@ mod tests {
         let n = SIDE * fine;
         for point in 0..n * n {
             let [x, y] = [point % n, point / n];
-            let corner = |dx: usize, dy: usize| direction((x + dx) as f32 / n as f32, (y + dy) as f32 / n as f32);
+            let corner =
+                |dx: usize, dy: usize| direction((x + dx) as f32 / n as f32, (y + dy) as f32 / n as f32);
             let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
-            sums[y / fine * SIDE + x / fine] += 0.5 * ((b - a).cross(c - a).length() + (c - a).cross(d - a).length());
+            sums[y / fine * SIDE + x / fine] +=
+                0.5 * ((b - a).cross(c - a).length() + (c - a).cross(d - a).length());
         }
         let even = TAU / TEXELS as f32;
         let worst = sums.iter().map(|sum| (sum / even - 1.0).abs()).fold(0.0, f32::max);

@@ -7,7 +7,6 @@ pub mod brdf_grid;
 pub mod cap;
 pub mod cubemap;
 pub mod diffuse;
-pub mod disc;
 mod equirect;
 pub mod haar;
 pub mod half_difference;

@@ -3,17 +3,18 @@
 use crate::basis::sh;
 use crate::kinds::BrdfTensor;
 use crate::kinds::brdf_tensor::strength;
-use crate::state::{Brdf, Rgb};
+use crate::state::Brdf;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// The glossy lobes of a material in all three channels, its strength included, by angle of the outgoing direction.
+/// The glossy lobes of a material, its strength included: for each channel tables by angle of the outgoing direction,
+/// see [`BrdfTensor::seen_from`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lobes {
     /// Row-major [angle nodes, profiles]: how much each incoming profile counts.
-    pub profiles: Vec<Rgb>,
+    pub profiles: [Vec<f32>; 3],
     /// Row-major [angle nodes, cones]: what each cone reflects.
-    pub cones: Vec<Rgb>,
+    pub cones: [Vec<f32>; 3],
 }
 
 impl Lobes {
@@ -21,12 +22,11 @@ impl Lobes {
     pub fn new(space: &BrdfTensor, brdf: &Brdf) -> Option<Self> {
         let mixtures = [space.mixture(brdf, 0)?, space.mixture(brdf, 1)?, space.mixture(brdf, 2)?];
         let strength = strength(brdf);
-        let all = |of_channel: &dyn Fn(&[(usize, f32)]) -> Vec<f32>| -> Vec<Rgb> {
-            let [red, green, blue] = mixtures.each_ref().map(|mixture| of_channel(mixture));
-            let channels = red.into_iter().zip(green).zip(blue);
-            channels.map(|((r, g), b)| [strength[0] * r, strength[1] * g, strength[2] * b]).collect()
-        };
-        Some(Self { profiles: all(&|m| space.weights_of(m)), cones: all(&|m| space.shares_of(m)) })
+        let scaled = |c: usize, table: Vec<f32>| table.into_iter().map(|value| strength[c] * value).collect();
+        Some(Self {
+            profiles: std::array::from_fn(|c| scaled(c, space.weights_of(&mixtures[c]))),
+            cones: std::array::from_fn(|c| scaled(c, space.shares_of(&mixtures[c]))),
+        })
     }
 }
 

@@ -13,9 +13,9 @@ pub use received::{Received, received};
 pub use shown::{Shown, cone_points};
 
 use super::sparse_transfer;
+use crate::basis::EquirectMap;
 use crate::basis::blurred::blurred;
 use crate::basis::suns::split;
-use crate::basis::EquirectMap;
 use crate::kinds::scene::EnvironmentLook;
 use crate::kinds::transfer_tensor::FACE_SIZE;
 use crate::kinds::{BrdfBasis, BrdfTensor, StoredScene, TransferTensor};
@@ -65,7 +65,8 @@ impl Lights {
 
 /// The widths of the cones of `spaces`, degrees, each once, increasing: what maps are filtered by.
 pub fn widths(spaces: &[BrdfTensor]) -> Vec<f32> {
-    let mut widths: Vec<f32> = spaces.iter().flat_map(|space| &space.cones).map(|cone| cone.width_deg).collect();
+    let mut widths: Vec<f32> =
+        spaces.iter().flat_map(|space| &space.cones).map(|cone| cone.width_deg).collect();
     widths.sort_by(f32::total_cmp);
     widths.dedup();
     widths

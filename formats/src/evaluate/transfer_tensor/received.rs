@@ -32,7 +32,9 @@ pub fn received(
     let twice = transfer.twice.as_ref().zip(once);
     Received {
         direct: direct(transfer, &lights.rest),
-        once: once.map_or(vec![[[0.0; 3]; sh::COUNT]; vertices], |once| reflected(transfer, once, &lights.whole, &weights)),
+        once: once.map_or(vec![[[0.0; 3]; sh::COUNT]; vertices], |once| {
+            reflected(transfer, once, &lights.whole, &weights)
+        }),
         twice: twice.map_or(vec![[0.0; 3]; vertices], |(twice, once)| {
             reflected_twice(transfer, twice, &once.clusters, &lights.whole, &weights)
         }),
@@ -59,10 +61,17 @@ fn direct(transfer: &TransferTensor, light: &[Vec<f32>; 3]) -> Vec<Rgb> {
 /// The coefficients of a coarser light: those of faces of `side` texels a side, [faces · `side`²].
 fn coarser(light: &[f32], side: usize) -> impl Iterator<Item = f32> + '_ {
     let scale = side as f32 / FACE_SIZE as f32;
-    light.chunks_exact(FACE_SIZE * FACE_SIZE).flat_map(move |face| face[..side * side].iter().map(move |c| scale * c))
+    light
+        .chunks_exact(FACE_SIZE * FACE_SIZE)
+        .flat_map(move |face| face[..side * side].iter().map(move |c| scale * c))
 }
 
-fn reflected(transfer: &TransferTensor, once: &Once, light: &[Vec<f32>; 3], weights: &[Rgb]) -> Vec<[Rgb; sh::COUNT]> {
+fn reflected(
+    transfer: &TransferTensor,
+    once: &Once,
+    light: &[Vec<f32>; 3],
+    weights: &[Rgb],
+) -> Vec<[Rgb; sh::COUNT]> {
     let meta = &transfer.meta;
     let ([m, n], sources) = (meta.ranks.map(|rank| rank as usize), meta.sources.len());
     let light: Vec<Vec<f32>> = light.iter().map(|plane| coarser(plane, ONCE_FACE_SIZE).collect()).collect();
@@ -123,7 +132,8 @@ fn reflected_twice(
     let of_vertex = |(vertex, cluster): (usize, &u16)| {
         let shares = &twice.shares[vertex * vectors..][..vectors];
         let lit = &lit[usize::from(*cluster) * vectors..][..vectors];
-        let sum = |c: usize| shares.iter().zip(lit).map(|(share, lit)| f32::from(*share) / 127.0 * lit[c]).sum();
+        let sum =
+            |c: usize| shares.iter().zip(lit).map(|(share, lit)| f32::from(*share) / 127.0 * lit[c]).sum();
         [0, 1, 2].map(sum)
     };
     clusters.iter().enumerate().map(of_vertex).collect()

@@ -3,7 +3,6 @@
 use super::{Lights, Lobes, Parts, Received, harmonic_weights, widths};
 use crate::basis::{blurred, hemisphere, sh};
 use crate::kinds::BrdfTensor;
-use crate::kinds::brdf_tensor::{angles, theta};
 use crate::state::{Brdf, Rgb};
 use glam::{Mat3, Vec3};
 
@@ -31,7 +30,13 @@ struct Prepared<'a> {
 }
 
 /// What every vertex shows.
-pub(super) fn shown(parts: &Parts<'_>, received: &Received, lights: &Lights, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
+pub(super) fn shown(
+    parts: &Parts<'_>,
+    received: &Received,
+    lights: &Lights,
+    brdfs: &[Brdf],
+    eye: [f32; 3],
+) -> Vec<Shown> {
     let prepared = |brdf: &Brdf| {
         let space = parts.space(brdf.model())?;
         Some(Prepared { lobes: Lobes::new(space, brdf)?, weights: harmonic_weights(space), space })
@@ -90,8 +95,10 @@ impl Prepared<'_> {
     /// All that arrives, by columns.
     fn arriving(&self, place: &Place<'_>) -> Vec<Rgb> {
         let columns = self.space.columns();
-        let mut sums: Vec<Rgb> = place.direct.iter().copied().chain(std::iter::repeat([0.0; 3])).take(columns).collect();
-        let towards = sh::directions().map(|direction| harmonics_at(place.once, place.world_from_frame * direction, |_| 1.0));
+        let mut sums: Vec<Rgb> =
+            place.direct.iter().copied().chain(std::iter::repeat([0.0; 3])).take(columns).collect();
+        let towards = sh::directions()
+            .map(|direction| harmonics_at(place.once, place.world_from_frame * direction, |_| 1.0));
         for (radiance, weights) in towards.iter().zip(self.weights.chunks_exact(columns)) {
             // What was reflected twice is taken to come evenly from all directions.
             for (sum, weight) in sums.iter_mut().zip(weights) {
@@ -102,28 +109,32 @@ impl Prepared<'_> {
     }
 
     fn residual(&self, arriving: &[Rgb], outgoing: Vec3) -> Rgb {
-        let profiles = between(&self.lobes.profiles, outgoing);
         std::array::from_fn(|c| {
-            let of_channel: Vec<f32> = profiles.iter().map(|weight| weight[c]).collect();
-            let weights = self.space.turned(&of_channel, outgoing);
-            weights.zip(&arriving[1..]).map(|(weight, received)| weight * received[c]).sum()
+            let weights = self.space.column_weights(&self.lobes.profiles[c], outgoing);
+            weights.iter().zip(&arriving[1..]).map(|(weight, received)| weight * received[c]).sum()
         })
     }
 
     fn cones(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Rgb {
+        let shares = self.lobes.cones.each_ref().map(|table| BrdfTensor::seen_from(table, outgoing));
         let mut sum = [0.0; 3];
-        for (cone, share) in self.space.cones.iter().zip(between(&self.lobes.cones, outgoing)) {
-            let share = share.map(|share| share / cone.count() as f32);
+        for (number, cone) in self.space.cones.iter().enumerate() {
             for direction in cone.directions(outgoing) {
                 let radiance = self.of_cone(place, light, direction, cone.width_deg);
-                (0..3).for_each(|c| sum[c] += share[c] * radiance[c]);
+                (0..3).for_each(|c| sum[c] += shares[c][number] / cone.count() as f32 * radiance[c]);
             }
         }
         sum
     }
 
     /// What arrives in a cone about the unit vector `direction`, which may point below the surface.
-    fn of_cone(&self, place: &Place<'_>, (lights, widths): (&Lights, &[f32]), direction: Vec3, width_deg: f32) -> Rgb {
+    fn of_cone(
+        &self,
+        place: &Place<'_>,
+        (lights, widths): (&Lights, &[f32]),
+        direction: Vec3,
+        width_deg: f32,
+    ) -> Rgb {
         let (mut seen, mut above, mut points) = (0.0, 0.0, 0.0);
         for point in cone_points(direction, width_deg) {
             points += 1.0;
@@ -141,14 +152,6 @@ impl Prepared<'_> {
             (lights.gain[c] * direct[c] * seen + above * place.twice[c]) / points + once[c]
         })
     }
-}
-
-/// The row of a table by angle of the outgoing direction, [angle nodes, any].
-fn between(table: &[Rgb], outgoing: Vec3) -> Vec<Rgb> {
-    let columns = table.len() / angles::NODES;
-    let (node, share) = angles::locate(theta(outgoing));
-    let rows = table[node * columns..].iter().zip(&table[(node + 1) * columns..]);
-    rows.take(columns).map(|(a, b)| [0, 1, 2].map(|c| a[c] + share * (b[c] - a[c]))).collect()
 }
 
 /// Radiance of `harmonics` in a direction, a band times what `scale` gives for it.

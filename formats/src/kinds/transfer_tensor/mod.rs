@@ -132,7 +132,8 @@ impl Meta {
                 self.vertices
             ));
         }
-        if !(1..=MAX_COLUMNS).contains(&self.columns) || !(self.unit.is_finite() && self.unit > 0.0) {
+        let unit = self.unit.is_finite() && self.unit > 0.0;
+        if !unit || !(1..=MAX_COLUMNS).contains(&self.columns) {
             return Some(format!("{} columns in units of {} are out of range", self.columns, self.unit));
         }
         self.fault_of_reflections()
@@ -141,10 +142,14 @@ impl Meta {
     fn fault_of_reflections(&self) -> Option<String> {
         let Self { reflections, clusters, ranks: [m, n], vectors, .. } = *self;
         if !(1..=MAX_REFLECTIONS).contains(&reflections) || self.sources.len() > MAX_SOURCES {
-            return Some(format!("{reflections} reflections by {} sources are out of range", self.sources.len()));
+            return Some(format!(
+                "{reflections} reflections by {} sources are out of range",
+                self.sources.len()
+            ));
         }
         let once = reflections > 1;
-        let fits = |count: u32, most: u32, there: bool| if there { (1..=most).contains(&count) } else { count == 0 };
+        let fits =
+            |count: u32, most: u32, there: bool| if there { (1..=most).contains(&count) } else { count == 0 };
         let sound = self.sources.is_empty() != once
             && fits(clusters, MAX_CLUSTERS, once)
             && fits(m, MAX_RANK, once)

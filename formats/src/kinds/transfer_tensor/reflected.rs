@@ -39,13 +39,16 @@ pub struct Twice {
 
 impl Source {
     pub(super) fn fault(&self) -> Option<String> {
-        let strange = self.channel.is_some_and(|channel| channel > 2) || (self.material.is_none() && self.basis > 0);
+        let strange =
+            self.channel.is_some_and(|channel| channel > 2) || (self.material.is_none() && self.basis > 0);
         strange.then(|| format!("{self:?} is no source of reflected light"))
     }
 
     /// What this counts for in each channel if it counts for `weight` by its material.
     fn alone(&self, weight: Rgb) -> Rgb {
-        std::array::from_fn(|c| if self.channel.is_none_or(|only| only as usize == c) { weight[c] } else { 0.0 })
+        std::array::from_fn(
+            |c| if self.channel.is_none_or(|only| only as usize == c) { weight[c] } else { 0.0 },
+        )
     }
 
     /// Whether light can be reflected by both, one after the other, in one channel.

@@ -1,5 +1,6 @@
 //! From a scene to tensors as they are stored.
 
+use super::classes::Column;
 use super::errors::{self, Errors};
 use super::packed::{RANKS, SECOND_RANK};
 use super::rows::Rows;
@@ -12,8 +13,8 @@ use crate::compress::statistics::worst;
 use crate::error::Result;
 use crate::job::Job;
 use crate::methods::environment_lit::environments;
-use crate::methods::sparse_transfer::importance;
 use crate::methods::receiver_pieces::{PIECE, receivers_of};
+use crate::methods::sparse_transfer::importance;
 use crate::methods::sparse_transfer::texels::{FACE_SIZE, Texels};
 use crate::methods::sparse_transfer::visibility::rows_of;
 use crate::methods::spread::spread;
@@ -98,7 +99,13 @@ pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Resu
     let bases = reflected.bases;
     let (once, twice) = (reflected.once, reflected.twice);
     let (transfer, errors) = pack(direct, &lights, settings.terms, &meta, job)?;
-    Ok(Some(Baked { transfer: TransferTensor { once, twice, ..transfer }, spaces, bases, environments, errors }))
+    Ok(Some(Baked {
+        transfer: TransferTensor { once, twice, ..transfer },
+        spaces,
+        bases,
+        environments,
+        errors,
+    }))
 }
 
 /// The most important terms of all vertices, and what they see.
@@ -110,7 +117,8 @@ fn project(
     job: &Job,
 ) -> Result<Direct> {
     let weights = importance::weights(FACE_SIZE, 1);
-    let columns: Vec<Columns> = scene.materials.iter().enumerate().map(|(m, _)| columns_of(scene, m, spaces)).collect();
+    let columns: Vec<Columns> =
+        scene.materials.iter().enumerate().map(|(m, _)| columns_of(scene, m, spaces)).collect();
     let most = columns.iter().map(Columns::count).max().unwrap_or(1);
     let materials = materials_of_vertices(scene);
     let measured = spread(MEASURED, receivers.len());
@@ -141,7 +149,7 @@ fn project(
 }
 
 /// The columns of a material: all of its space if it shines, or may.
-fn columns_of(scene: &Scene, material: usize, spaces: &[BrdfTensor]) -> Columns {
+pub(super) fn columns_of(scene: &Scene, material: usize, spaces: &[BrdfTensor]) -> Columns {
     let brdf = &scene.materials[material].brdf;
     let shines = brdf.has_highlight() || scene.vary.materials.contains(&material);
     let space = spaces.iter().find(|space| shines && space.meta.model == brdf.model());
@@ -173,7 +181,7 @@ fn pack(
 
 impl Terms {
     /// How many these are for rows with errors `by_terms`, those of the first 1, 2, … terms.
-    fn of(self, by_terms: &[Errors]) -> usize {
+    pub(super) fn of(self, by_terms: &[Errors]) -> usize {
         match self {
             Self::Number(terms) => terms.clamp(1, by_terms.len()),
             Self::Error(max) => {
@@ -203,20 +211,20 @@ fn reflected(
         let read = rows_of(&log.read(piece as u32)?, receivers_of(receivers, piece), texels, give);
         Ok(read.ok_or_else(|| log.refuse("holds rows of another length; bake again with --force"))?)
     })?;
-    let clusters = cluster::near(receivers, cluster::VERTICES, RANKS[0]);
+    let clusters = cluster::near(receivers, (cluster::VERTICES, RANKS[0]))?;
     drop(preparing);
     let stage = Once::new(scene, places, (&arriving, &classes), &clusters, settings);
     let Some(log) = run(&stage)? else { return Ok(None) };
     let (once, coarse) = gather_once(&stage, &log, &clusters, &classes)?;
     let mut reflected = Reflected {
-        sources: classes.sources(scene),
+        sources: sources(scene, &classes),
         bases: classes.bases.clone(),
         clusters: clusters.len() as u32,
         once: Some(once),
         twice: None,
     };
     if scene.reflections > 2 {
-        let stage = Twice::new(scene, places, &classes, &coarse, &stage, settings);
+        let stage = Twice::new(scene, places, &classes, &coarse, &stage, settings)?;
         let Some(log) = run(&stage)? else { return Ok(None) };
         reflected.twice = Some(gather_twice(&stage, &log, &clusters)?);
     }
@@ -266,4 +274,14 @@ fn gather_twice(stage: &Twice<'_>, log: &WorkLog, clusters: &[Vec<usize>]) -> Re
         }
     }
     Ok(twice)
+}
+
+/// What the columns of reflected light are called in files.
+pub(super) fn sources(scene: &Scene, classes: &Classes) -> Vec<Source> {
+    let source = |column: &Column| Source {
+        material: scene.vary.materials.get(column.class).map(|material| *material as u32),
+        basis: column.basis as u32,
+        channel: column.channel.map(|channel| channel as u32),
+    };
+    classes.columns.iter().map(source).collect()
 }

@@ -52,7 +52,8 @@ pub(super) fn expect_sizes(scene: &Scene) -> Result<()> {
     let of_vertex = (super::quantise::MOST_TERMS as u64 * COLUMNS).max((sources(scene) * RANKS[0]) as u64);
     let (vertices, most) = (vertices(scene) as u64, MAX_SECTION_BYTES / of_vertex);
     if vertices > most {
-        let reason = format!("{vertices} vertices, {NAME} holds at most {most} of this kind; simplify the meshes");
+        let reason =
+            format!("{vertices} vertices, {NAME} holds at most {most} of this kind; simplify the meshes");
         return Err(BakeError::invalid(&Place::file(&scene.file), reason));
     }
     Ok(())

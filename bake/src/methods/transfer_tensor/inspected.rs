@@ -76,7 +76,8 @@ fn facts(details: &Details) -> Facts {
             ),
         ));
     }
-    facts.push(("dense", format!("{} bytes as f32, not compressed", grouped(details.bytes_of_dense_tensors))));
+    facts
+        .push(("dense", format!("{} bytes as f32, not compressed", grouped(details.bytes_of_dense_tensors))));
     facts
 }
 
@@ -100,7 +101,8 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
     out.npy("seen.npy", &[vertices, hemisphere::TEXELS], tensor.seen.iter().copied())?;
     if let Some(once) = &tensor.once {
         let floats = |values: &[half::f16]| values.iter().map(|value| value.to_f32()).collect::<Vec<f32>>();
-        let shares = |values: &[i8]| values.iter().map(|share| f32::from(*share) / 127.0).collect::<Vec<f32>>();
+        let shares =
+            |values: &[i8]| values.iter().map(|share| f32::from(*share) / 127.0).collect::<Vec<f32>>();
         out.npy("cluster.npy", &[vertices], once.clusters.iter().copied())?;
         out.npy("share.npy", &[vertices, sources, m], shares(&once.shares))?;
         out.npy("core.npy", &[clusters, sources, m, n, sh::COUNT], floats(&once.core))?;

@@ -19,22 +19,39 @@
 
 pub mod around;
 pub mod arriving;
+mod bake;
 pub mod classes;
 pub mod cluster;
+pub mod errors;
+mod fit;
 pub mod functions;
 pub mod gather;
+mod inspected;
 pub mod lobe_harmonics;
 pub mod lobe_table;
+mod method;
 pub mod packed;
+mod prediction;
+pub mod quantise;
+mod registered;
+pub mod rows;
 pub mod second;
+mod seen_texels;
+mod settings;
+pub mod spaces;
+mod stages;
 #[cfg(test)]
 mod tests;
 
 pub use arriving::Arriving;
+pub use bake::{Baked, bake};
 pub use classes::Classes;
 pub use gather::Gather;
 pub use lobe_table::LobeTable;
+pub use method::TransferTensorMethod;
+pub use registered::METHOD;
 pub use second::Second;
+pub use settings::{NAME, REVISION, Settings, Terms};
 
 /// Texels along a side of a face of the light (thesis §5.3.3.4).
 pub const FACE_SIZE: usize = 8;

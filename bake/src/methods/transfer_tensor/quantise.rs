@@ -34,13 +34,18 @@ pub fn blocks(rows: &Rows, shapes: &[u32], unit: f32) -> Vec<Block> {
         Some(*next - *terms as usize)
     });
     let firsts: Vec<usize> = firsts.collect();
-    shapes.par_iter().zip(firsts).map(|(terms, first)| block(rows, first..first + *terms as usize, unit)).collect()
+    shapes
+        .par_iter()
+        .zip(firsts)
+        .map(|(terms, first)| block(rows, first..first + *terms as usize, unit))
+        .collect()
 }
 
 fn block(rows: &Rows, terms: std::ops::Range<usize>, unit: f32) -> Block {
     const MOST: f32 = i8::MAX as f32;
     let (count, columns) = (rows.count(), rows.columns);
-    let value = |term: usize, row: usize, column: usize| rows.values[(row * MAX_TERMS + term) * columns + column];
+    let value =
+        |term: usize, row: usize, column: usize| rows.values[(row * MAX_TERMS + term) * columns + column];
     let scale = |at: usize| {
         let size = |term: usize| value(term, at / columns, at % columns).abs();
         step_for(terms.clone().map(size).fold(0.0, f32::max) / unit, MOST)
@@ -52,7 +57,10 @@ fn block(rows: &Rows, terms: std::ops::Range<usize>, unit: f32) -> Block {
         if step > 0.0 { (value / step).round().clamp(-MOST, MOST) as i8 } else { 0 }
     };
     Block {
-        indices: terms.clone().flat_map(|term| (0..count).map(move |row| rows.indices[row * MAX_TERMS + term])).collect(),
+        indices: terms
+            .clone()
+            .flat_map(|term| (0..count).map(move |row| rows.indices[row * MAX_TERMS + term]))
+            .collect(),
         steps: terms.clone().flat_map(|term| (0..count * columns).map(move |at| step(term, at))).collect(),
         scales,
     }

@@ -1,10 +1,10 @@
 //! The method's line in the registry.
 
+use super::RAYS;
 use super::inspected::INSPECTED;
 use super::method::TransferTensorMethod;
 use super::rows::MAX_TERMS;
 use super::settings::{Settings, Terms};
-use super::RAYS;
 use crate::methods::asked::{Asked, Quality};
 use crate::methods::environment_lit;
 use crate::methods::registered::{Bundled, Registered, more_of};
@@ -38,7 +38,9 @@ fn method(asked: &Asked) -> TransferTensorMethod {
         Quality::Final => 4 * RAYS,
     };
     let terms = asked.terms.map_or(Terms::Error(asked.max_error), |n| Terms::Number(n as usize));
-    TransferTensorMethod { settings: Settings { rays_per_texel: side * side, samples, seed: asked.seed, terms } }
+    TransferTensorMethod {
+        settings: Settings { rays_per_texel: side * side, samples, seed: asked.seed, terms },
+    }
 }
 
 fn verify(bundle: &Bundled<'_>, files: &[(Kind, PathBuf)]) -> Result<Maps> {

@@ -13,7 +13,11 @@ const POINTS: usize = 6;
 const LEAST_COSINE: f32 = 0.02;
 
 /// The visible part of each texel, 255 being all of it, from `row`, V·max(0, n·ω)·dω/π by texels of the cube.
-pub fn seen<'a>(receiver: &Receiver, row: &'a [f32], texels: &'a Texels) -> impl Iterator<Item = u8> + use<'a> {
+pub fn seen<'a>(
+    receiver: &Receiver,
+    row: &'a [f32],
+    texels: &'a Texels,
+) -> impl Iterator<Item = u8> + use<'a> {
     let normal = receiver.normal;
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     let part = move |place: [usize; 2]| {
@@ -51,9 +55,11 @@ mod tests {
             let of_texel = |(d, weight): (&Vec3A, &f32)| {
                 if wall && d.dot(across) < 0.0 { 0.0 } else { receiver.normal.dot(*d).max(0.0) * weight }
             };
-            let row: Vec<f32> = texels.centres.directions().iter().zip(&texels.weights).map(of_texel).collect();
+            let row: Vec<f32> =
+                texels.centres.directions().iter().zip(&texels.weights).map(of_texel).collect();
             let seen: Vec<u8> = seen(&receiver, &row, &texels).collect();
-            let inner = (0..TEXELS).filter(|t| [t % SIDE, t / SIDE].iter().all(|at| (1..SIDE - 1).contains(at)));
+            let inner =
+                (0..TEXELS).filter(|t| [t % SIDE, t / SIDE].iter().all(|at| (1..SIDE - 1).contains(at)));
             let mean = inner.clone().map(|t| f32::from(seen[t])).sum::<f32>() / inner.count() as f32 / 255.0;
             assert!((mean - expected).abs() < 0.01, "{wall}: {mean}");
         }

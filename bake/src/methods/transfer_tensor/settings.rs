@@ -38,6 +38,7 @@ pub(super) fn vertices(scene: &Scene) -> usize {
 
 /// By vertex the index of its material.
 pub(super) fn materials_of_vertices(scene: &Scene) -> Vec<usize> {
-    let of_object = |object: &relume_scenes::Object| std::iter::repeat_n(object.material, object.mesh.positions.len());
+    let of_object =
+        |object: &relume_scenes::Object| std::iter::repeat_n(object.material, object.mesh.positions.len());
     scene.objects.iter().flat_map(of_object).collect()
 }

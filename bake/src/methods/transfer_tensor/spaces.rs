@@ -19,7 +19,8 @@ pub fn spaces(scene: &Scene) -> Result<Vec<BrdfTensor>, LinalgError> {
 
 /// The models that objects of `scene` wear.
 pub(super) fn models(scene: &Scene) -> Vec<Model> {
-    let worn = |model: &Model| scene.objects.iter().any(|o| scene.materials[o.material].brdf.model() == *model);
+    let worn =
+        |model: &Model| scene.objects.iter().any(|o| scene.materials[o.material].brdf.model() == *model);
     [Model::BlinnPhong, Model::Ggx, Model::CookTorrance].into_iter().filter(worn).collect()
 }
 
@@ -55,8 +56,7 @@ impl Columns {
         let node = (at as usize).min(NODES - 2);
         let (share, count) = (at - node as f32, self.orders.len());
         let radius = incoming.truncate().length();
-        let (cos, sin) =
-            if radius > 0.0 { (incoming.x / radius, incoming.y / radius) } else { (1.0, 0.0) };
+        let (cos, sin) = if radius > 0.0 { (incoming.x / radius, incoming.y / radius) } else { (1.0, 0.0) };
         let mut column = 0;
         for (profile, order) in self.orders.iter().enumerate() {
             let row = |node: usize| self.profiles[node * count + profile];
@@ -117,7 +117,10 @@ mod tests {
             columns.ratios(incoming, &mut values);
             let stored = space.column_values(incoming.into());
             for (found, stored) in values.iter().zip(&stored[1..]) {
-                assert!((found - PI * stored).abs() < 1e-3 * (1.0 + stored.abs()), "{incoming}: {found} {stored}");
+                assert!(
+                    (found - PI * stored).abs() < 1e-3 * (1.0 + stored.abs()),
+                    "{incoming}: {found} {stored}"
+                );
             }
         }
     }

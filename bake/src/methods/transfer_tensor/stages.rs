@@ -87,7 +87,12 @@ impl<'a> Once<'a> {
 
     fn sizes(&self, members: usize) -> [usize; 4] {
         let ([sources, ..], [m, n]) = (self.gather.shape(), RANKS);
-        [members * sources * m, sources * m * n * sh::COUNT, sources * n * ONCE_LIGHT, members * sh::COUNT * sources * TWICE_LIGHT]
+        [
+            members * sources * m,
+            sources * m * n * sh::COUNT,
+            sources * n * ONCE_LIGHT,
+            members * sh::COUNT * sources * TWICE_LIGHT,
+        ]
     }
 
     /// Piece number `number` of `log`.
@@ -164,6 +169,9 @@ pub struct TwicePiece {
 
 impl<'a> Twice<'a> {
     /// Behind `once`, whose light by its coarse texels, [vertices, 16, sources, 24], is `coarse`.
+    ///
+    /// # Errors
+    /// If LAPACK does not converge.
     pub fn new(
         scene: &'a Scene,
         places: (&'a World, &'a [Receiver]),
@@ -171,10 +179,10 @@ impl<'a> Twice<'a> {
         coarse: &'a [f16],
         once: &Once<'a>,
         settings: &Settings,
-    ) -> Self {
-        let second = Second::new(scene, places, classes, coarse, settings.seed);
+    ) -> Result<Self> {
+        let second = Second::new(scene, places, classes, coarse, settings.seed)?;
         let key = xxh3_128(format!("{:032x} twice {REVISION}", once.key).as_bytes());
-        Self { second, pairs: classes.pairs().len(), clusters: once.clusters, key }
+        Ok(Self { second, pairs: classes.pairs().len(), clusters: once.clusters, key })
     }
 
     /// Piece number `number` of `log`.
@@ -185,7 +193,10 @@ impl<'a> Twice<'a> {
         let shares = SECOND_RANK * self.clusters.get(number).map_or(0, Vec::len);
         let bytes = opened(log, number, shares + 2 * SECOND_RANK * TWICE_LIGHT * self.pairs)?;
         let (shares, vectors) = bytes.split_at(shares);
-        Ok(TwicePiece { shares: shares.iter().map(|byte| *byte as i8).collect(), vectors: halves_of(vectors) })
+        Ok(TwicePiece {
+            shares: shares.iter().map(|byte| *byte as i8).collect(),
+            vectors: halves_of(vectors),
+        })
     }
 }
 
@@ -211,7 +222,7 @@ impl Stage for Twice<'_> {
         let mut tensors = Array3::zeros((members.len(), self.pairs, TWICE_LIGHT));
         for (mut tensor, vertex) in tensors.outer_iter_mut().zip(members) {
             if let Some(values) = tensor.as_slice_mut() {
-                self.second.vertex(*vertex, values);
+                self.second.tensor(*vertex, values);
             }
         }
         let packed = PackedSecond::new(&tensors.view())?;

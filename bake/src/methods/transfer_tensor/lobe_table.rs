@@ -21,11 +21,11 @@ use relume_formats::basis::cubemap::{FACES, direction, solid_angles};
 use std::f32::consts::FRAC_PI_2;
 
 /// Nodes of an angle with the normal, 0° to 90°.
-pub const NODES: usize = 49;
+pub const NODES: usize = 33;
 /// Nodes of azimuth.
 const AZIMUTHS: usize = 33;
 /// Solid angles of discs.
-const SIZES: usize = 3;
+const SIZES: usize = 6;
 /// Points of a disc.
 const POINTS: usize = 128;
 /// Of the last node of the outgoing direction, in nodes: functions may have a pole at the horizon.

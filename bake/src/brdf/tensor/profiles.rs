@@ -142,7 +142,8 @@ mod tests {
     #[test]
     fn mixtures_of_profiles_are_found_again() {
         let hemisphere = Hemisphere::new();
-        let shapes: [(usize, fn(f64) -> f64, f64); 3] =
+        type Shape = (usize, fn(f64) -> f64, f64);
+        let shapes: [Shape; 3] =
             [(0, |t| 1.0 - 0.3 * t, 4.0), (0, |t| t * t, 1.0), (2, |t| t * (2.0 - t), 2.0)];
         let total = of_order(BANDS - 1).end;
         let mut residuals = Array2::zeros((30, total));

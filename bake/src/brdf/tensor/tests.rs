@@ -110,9 +110,12 @@ fn tabulated_lobes_have_the_albedo_of_the_closed_form() {
     }
 }
 
-/// A white sky shows what it should, from straight above to 5° from the surface.
+/// A white sky shows what it should, from straight above to 5° from the surface: to 2 % of the brightest that the
+/// lobe is, and to 4 % beyond 80°, where sharp lobes are narrower across than any cone and their brightness is traded
+/// for their shape.
 #[test]
 fn a_white_sky_shows_the_albedo() {
+    let mut beyond = Vec::new();
     for model in [Model::BlinnPhong, Model::Ggx, Model::CookTorrance] {
         let tensor = make(model).unwrap();
         let comparison = Comparison::new(&tensor);
@@ -121,16 +124,19 @@ fn a_white_sky_shows_the_albedo() {
             let brightest = [0.0, 85.0].map(|degrees| seen(degrees)[0]).into_iter().fold(0.0, f64::max);
             for degrees in [0.0, 1.5, 20.0, 43.0, 60.0, 70.0, 80.0, 85.0] {
                 let [brdf, stored] = seen(degrees);
-                // Of the brightest, for what a lobe is off counts by its whole norm.
-                assert!(
-                    (stored - brdf).abs() < 0.02 * brightest,
-                    "{lobe:?} at {degrees}°: {stored} for {brdf}, {brightest} at most"
+                let off = (stored - brdf).abs() / brightest;
+                println!(
+                    "{lobe:?} at {degrees}°: {stored:.4} for {brdf:.4}, off by {off:.4} of {brightest:.4}"
                 );
+                if off > if degrees > 80.0 { 0.04 } else { 0.02 } {
+                    beyond.push(format!("{lobe:?} at {degrees}°: {stored} for {brdf}"));
+                }
             }
         }
         let other = if model == Model::Ggx { phong(3.0) } else { lobes_of(Model::Ggx)[0] };
         assert!(comparison.error(&other).is_none());
     }
+    assert!(beyond.is_empty(), "{beyond:#?}");
 }
 
 /// What lies between samples errs as they do: the mixture of neighbours differs little from the lobe.

@@ -126,7 +126,8 @@ fn lobes(tensor: &BrdfTensor) -> Done {
         let error = |lobe| comparison.error(lobe).ok_or("no sample");
         let seen = |angle: f64| {
             let [off, whole] = comparison.squares(lobe, &[angle.to_radians()]).unwrap_or([f64::NAN; 2]);
-            format!("{:.3}", (off / whole).sqrt())
+            // A lobe that reflects as good as nothing from there.
+            if off > whole { "–".to_owned() } else { format!("{:.3}", (off / whole).sqrt()) }
         };
         let seen = SEEN_FROM_DEG.map(seen).join(" | ");
         println!("| {name} | {:.4} | {seen} | {middle} | {:.4} |", error(lobe)?, error(&between)?);

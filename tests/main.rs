@@ -17,6 +17,7 @@
 //! * [`pieces`]: bakes over many machines;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform;
+//! * [`tensors`]: tensors of BRDF spaces, from bake's library to exported arrays.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
@@ -37,4 +38,5 @@ mod sphere_motion;
 mod spheres;
 mod stability;
 mod support;
+mod tensors;
 mod truth;

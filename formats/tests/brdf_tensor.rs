@@ -16,8 +16,8 @@ fn direction(theta: f64, azimuth: f64) -> Vec3 {
     Vec3::new((sin * azimuth.cos()) as f32, (sin * azimuth.sin()) as f32, cos as f32)
 }
 
-/// Σ D U U U cos m(φ_i − φ_o) at nodes, in double precision, of two samples mixed; and the same through the columns
-/// of a vertex.
+/// Σ D U U U cos m(φ_i − φ_o) at nodes, in double precision, of two samples mixed; and the same through the
+/// columns of a vertex.
 #[test]
 fn a_residual_is_the_sum_over_all_columns() {
     for (seed, model) in (0..).zip(MODELS) {
@@ -96,8 +96,8 @@ fn shares_are_linear_between_angles_and_samples() {
     assert!(below.iter().zip(&at).all(|(a, b)| (a - b).abs() < 1e-5));
 }
 
-/// In spherical coordinates: the mirror direction is at the same angle in the opposite azimuth; tilted by t, at
-/// t more; and a side is that far off on a great circle across the plane of incidence.
+/// In spherical coordinates: the mirror direction is at the same angle in the opposite azimuth; tilted by t,
+/// at t more; and a side is that far off on a great circle across the plane of incidence.
 #[test]
 fn cones_are_about_the_mirror_direction() {
     let cone = |tilt_deg: f32, side_deg: f32| Cone { width_deg: 5.0, tilt_deg, side_deg };

@@ -1,4 +1,5 @@
-//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not made of.
+//! What a stored tensor says of materials, against their BRDF, at directions and materials that it was not
+//! made of.
 
 use super::hemisphere::{self, Hemisphere, of_order};
 use super::{ENDS_COUNT, cones, lobe_harmonics, profiles};
@@ -31,8 +32,9 @@ impl<'a> Comparison<'a> {
         Self { tensor, profiles, hemisphere }
     }
 
-    /// Relative error of the glossy lobe of `material`, whose strength is 1 and the same in all channels, in the
-    /// metric of natural light and over all angles that it is seen from; `None` if the tensor is of another model.
+    /// Relative error of the glossy lobe of `material`, whose strength is 1 and the same in all channels, in
+    /// the metric of natural light and over all angles that it is seen from; `None` if the tensor is of
+    /// another model.
     pub fn error(&self, material: &Brdf) -> Option<f64> {
         let step = FRAC_PI_2 / ANGLES as f64;
         let angles: Vec<f64> = (1..ANGLES).map(|at| at as f64 * step).collect();
@@ -55,8 +57,8 @@ impl<'a> Comparison<'a> {
         Some([off, whole])
     }
 
-    /// What `material`, as for [`Comparison::error`], reflects of a white sky seen under `theta`, radians from the
-    /// normal: by its BRDF, and by the tensor.
+    /// What `material`, as for [`Comparison::error`], reflects of a white sky seen under `theta`, radians
+    /// from the normal: by its BRDF, and by the tensor.
     pub fn albedos(&self, material: &Brdf, theta: f64) -> Option<[f64; 2]> {
         let stored = self.stored(&self.tensor.mixture(material, 0)?, theta);
         let lobe = lobe_harmonics(material, hemisphere::outgoing(theta), &self.hemisphere);

@@ -10,28 +10,30 @@ const fn cone(width_deg: f32, tilt_deg: f32, side_deg: f32) -> Cone {
     Cone { width_deg, tilt_deg, side_deg }
 }
 
-/// The cones of files: of each width one about the mirror direction, some towards the surface and away from it, for
-/// lobes lean and spread in the plane of incidence, and two to the sides, for blunt lobes are wider than a cone.
+/// The cones of files: of each width one about the mirror direction, some towards the surface and away from
+/// it, for lobes lean and spread in the plane of incidence, and some to the sides, for blunt lobes are wider
+/// than a cone. Which of them is worth its place is measured (docs/notes/TRANSFER-TENSOR.md).
 pub const CONES: [Cone; 16] = [
     cone(3.0, 0.0, 0.0),
     cone(3.0, 5.0, 0.0),
     cone(3.0, -5.0, 0.0),
+    cone(3.0, -10.0, 0.0),
     cone(6.0, 0.0, 0.0),
     cone(6.0, 10.0, 0.0),
     cone(6.0, -10.0, 0.0),
-    cone(6.0, 0.0, 10.0),
     cone(6.0, -20.0, 0.0),
     cone(12.0, 0.0, 0.0),
     cone(12.0, 20.0, 0.0),
     cone(12.0, -20.0, 0.0),
     cone(12.0, 0.0, 20.0),
-    cone(12.0, -40.0, 0.0),
+    cone(12.0, -20.0, 20.0),
     cone(24.0, 0.0, 0.0),
     cone(24.0, -40.0, 0.0),
     cone(24.0, 0.0, 40.0),
 ];
 
-/// The source's mirror terms (thesis §5.3.1): 0°, 7°, 14° and 21°, where 0° is a texel of a cube of 64 × 64 a face.
+/// The source's mirror terms (thesis §5.3.1): 0°, 7°, 14° and 21°, where 0° is a texel of a cube of 64 × 64
+/// a face.
 pub const SOURCE_CONES: [Cone; 4] =
     [cone(1.4, 0.0, 0.0), cone(7.0, 0.0, 0.0), cone(14.0, 0.0, 0.0), cone(21.0, 0.0, 0.0)];
 

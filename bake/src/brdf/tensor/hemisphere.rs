@@ -1,10 +1,11 @@
-//! Functions on a hemisphere as spherical harmonics about its normal, in the metric in which lobes are compared.
+//! Functions on a hemisphere as spherical harmonics about its normal, in the metric in which lobes are
+//! compared.
 //!
-//! A lobe times cosine, seen from one direction, is the same on both sides of the plane of incidence, so that its
-//! harmonics of order m are those of cos mφ alone. They are weighed by the roots of the spectrum of natural light,
-//! 1/(1 + l)² for band l: the squared norm of what two lobes differ is then what their reflected radiances are
-//! expected to differ, squared, under random light of that spectrum. Sharp detail counts less than brightness,
-//! as it does in a picture.
+//! A lobe times cosine, seen from one direction, is the same on both sides of the plane of incidence, so
+//! that its harmonics of order m are those of cos mφ alone. They are weighed by the roots of the spectrum of
+//! natural light, 1/(1 + l)² for band l: the squared norm of what two lobes differ is then what their
+//! reflected radiances are expected to differ, squared, under random light of that spectrum. Sharp detail
+//! counts less than brightness, as it does in a picture.
 
 use glam::{DVec3, Vec3A};
 use ndarray::{Array2, ArrayView1};
@@ -17,14 +18,14 @@ use std::ops::Range;
 pub const BANDS: usize = MAX_ORDER as usize + 1;
 /// Points between two nodes of the angle from the normal.
 const BETWEEN: usize = 5;
-/// Points of half a turn. They are dense about the mirror azimuth, where lobes seen along the surface are narrow:
-/// 0.07° across for a slope of 0.1 seen from [`GRAZING_DEG`].
+/// Points of half a turn. They are dense about the mirror azimuth, where lobes seen along the surface are
+/// narrow: 0.07° across for a slope of 0.1 seen from [`GRAZING_DEG`].
 const AZIMUTHS: usize = 160;
 /// Seen from 90° nothing is received, and the limit is taken here, degrees.
 pub const GRAZING_DEG: f64 = 89.5;
 
-/// Points of a hemisphere about +Z, y ≥ 0, and what makes harmonics of values there. Each counts for the one that
-/// mirrors it, too.
+/// Points of a hemisphere about +Z, y ≥ 0, and what makes harmonics of values there. Each counts for the one
+/// that mirrors it, too.
 pub struct Hemisphere {
     /// Angle from the normal and its share of the integral, sin θ dθ, of each ring of points.
     rings: Vec<[f64; 2]>,
@@ -98,7 +99,8 @@ impl Hemisphere {
         self.bands.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The harmonics of that order of `profile`(θ)·cos mφ, which has no others: where they are is [`of_order`].
+    /// The harmonics of that order of `profile`(θ)·cos mφ, which has no others: where they are is
+    /// [`of_order`].
     pub fn of_profile(&self, order: usize, profile: impl Fn(f64) -> f64) -> Vec<f64> {
         // ∫ cos² mφ dφ, times the norm of the harmonic.
         let around = if order == 0 { 2.0 * PI } else { SQRT_2 * PI };
@@ -168,8 +170,8 @@ mod tests {
         }
     }
 
-    /// Products of two functions of one order are polynomials in cos θ of degree 96 at most: 49 points of Gauss's
-    /// in cos θ are exact.
+    /// Products of two functions of one order are polynomials in cos θ of degree 96 at most: 49 points of
+    /// Gauss's in cos θ are exact.
     #[test]
     fn functions_are_orthonormal() {
         let points = gauss_legendre(BANDS);
@@ -197,8 +199,8 @@ mod tests {
         }
     }
 
-    /// (a·ω)² over the upper hemisphere, whose integral is 2π/3 of |a|², and its harmonics by the other way of
-    /// orders and profiles: x² = sin²θ (1 + cos 2φ)/2.
+    /// (a·ω)² over the upper hemisphere, whose integral is 2π/3 of |a|², and its harmonics by the other way
+    /// of orders and profiles: x² = sin²θ (1 + cos 2φ)/2.
     #[test]
     fn a_polynomial_has_the_harmonics_of_its_profiles() {
         let hemisphere = Hemisphere::new();

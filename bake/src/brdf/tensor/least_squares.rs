@@ -1,17 +1,19 @@
-//! Least squares of shares that may not be below 0, from products alone: Lawson and Hanson's active set (1974,
-//! "Solving least squares problems", ch. 23) on normal equations (Bro and De Jong 1997, "A fast non-negativity
-//! constrained least squares algorithm").
+//! Least squares of shares that may not be below 0, from products alone: Lawson and Hanson's active set
+//! (1974, "Solving least squares problems", ch. 23) on normal equations (Bro and De Jong 1997, "A fast
+//! non-negativity constrained least squares algorithm").
 
 use crate::compress::linalg::inverse_of_positive;
 use ndarray::{Array1, Array2, ArrayView1};
 use ndarray_linalg::error::LinalgError;
 
-/// What is added to a column's own product, in parts of it: of shapes that can stand for each other all take part.
+/// What is added to a column's own product, in parts of it: of shapes that can stand for each other all take
+/// part.
 const RIDGE: f64 = 1e-9;
 /// A gradient below this part of the largest product wanted is none.
 const FLAT: f64 = 1e-12;
 
-/// The x ≥ 0 that makes xᵀ·`products`·x − 2·`wanted`·x least, `products` being those of columns with each other and
+/// The x ≥ 0 that makes xᵀ·`products`·x − 2·`wanted`·x least, `products` being those of columns with each
+/// other and
 /// `wanted` those with what they are to be the sum of.
 ///
 /// # Errors

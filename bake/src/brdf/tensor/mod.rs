@@ -1,12 +1,13 @@
-//! A BRDF space as cones and a residual of low rank (thesis §5.3.1, §5.3.3.1): what its stored form means is told by
-//! [`relume_formats::kinds::brdf_tensor`].
+//! A BRDF space as cones and a residual of low rank (thesis §5.3.1, §5.3.3.1): what its stored form means is
+//! told by [`relume_formats::kinds::brdf_tensor`].
 //!
-//! The lobes of all samples, times cosine, are turned into harmonics about the normal, seen from every node of the
-//! angle, and compared in the metric of natural light ([`hemisphere`]). Beside a background of broad functions,
-//! which stay in the residual, each is fitted by cones whose shares are at least 0; of what cones leave a few
-//! profiles are chosen by what they are worth for their columns at a vertex ([`profiles`]). How much of each profile
-//! a sample has, seen from each node, is a tensor, which is cut short in the modes of samples and of outgoing angles
-//! ([`crate::compress::tucker`]). The source fits round Gaussians about the mirror direction by expectation
+//! The lobes of all samples, times cosine, are turned into harmonics about the normal, seen from every node
+//! of the angle, and compared in the metric of natural light ([`hemisphere`]). Beside a background of broad
+//! functions, which stay in the residual, each is fitted by cones whose shares are at least 0; of what cones
+//! leave a few profiles are chosen by what they are worth for their columns at a vertex ([`profiles`]). How
+//! much of each profile a sample has, seen from each node, is a tensor, which is cut short in the modes of
+//! samples and of outgoing angles ([`crate::compress::tucker`]). Then cones are fitted once more, beside the
+//! residual as it is stored. The source fits round Gaussians about the mirror direction by expectation
 //! maximisation, and cuts azimuths with the rest.
 //!
 //! Every sample counts alike: its lobes are divided by their norm before and multiplied by it after.
@@ -28,7 +29,7 @@ use crate::compress::tucker::{Tucker, tucker};
 use glam::{DVec3, Vec3A};
 use hemisphere::{BANDS, Hemisphere, of_order, outgoing, seen_from};
 use least_squares::non_negative;
-use ndarray::{Array2, Array3, ArrayView1, ArrayView2, Axis};
+use ndarray::{Array2, Array3, ArrayView1, ArrayView2, ArrayViewMut1, Axis, s};
 use ndarray_linalg::error::LinalgError;
 use profiles::{Profile, of_largest};
 use rayon::prelude::*;
@@ -39,14 +40,14 @@ use relume_formats::kinds::brdf_tensor::{Cone, MAX_PROFILES, Meta, Samples};
 use relume_formats::state::{Brdf, Model};
 use std::f64::consts::PI;
 
-/// What all angles count, beside sin θ cos θ, which is how much of a ball is seen so: planes are seen from anywhere,
-/// and rims are looked at.
+/// What all angles count, beside sin θ cos θ, which is how much of a ball is seen so: planes are seen from
+/// anywhere, and rims are looked at.
 const ENDS_COUNT: f64 = 0.1;
 
 /// How large a tensor may be.
 #[derive(Debug, Clone)]
 pub struct Size {
-    /// The cones; none for lobes that stay whole.
+    /// The cones.
     pub cones: Vec<Cone>,
     /// Columns of a vertex beside that of the diffuse lobe.
     pub columns: usize,
@@ -54,10 +55,11 @@ pub struct Size {
     pub ranks: [usize; 2],
 }
 
-/// Of files. Ranks beyond these take less than a tenth off the error (docs/notes/TRANSFER-TENSOR.md).
+/// Of files: beside so many cones more columns take a few hundredths off the error, and more ranks nothing
+/// (docs/notes/TRANSFER-TENSOR.md).
 impl Default for Size {
     fn default() -> Self {
-        Self { cones: CONES.to_vec(), columns: 8, ranks: [8, 12] }
+        Self { cones: CONES.to_vec(), columns: 4, ranks: [8, 16] }
     }
 }
 
@@ -78,7 +80,8 @@ pub struct SpaceTensor {
     roots: Vec<f64>,
     /// Norm of the lobe of each sample.
     norms: Vec<f64>,
-    /// Harmonics of lobe times cosine over the norm, times the root of the angle: [samples · [`NODES`], harmonics].
+    /// Harmonics of lobe times cosine over the norm, times the root of the angle: [samples · [`NODES`],
+    /// harmonics].
     lobes: Array2<f64>,
 }
 
@@ -115,7 +118,9 @@ impl SpaceTensor {
     /// # Errors
     /// If LAPACK does not converge.
     pub fn decomposed(&self, size: &Size) -> Result<BrdfTensor, LinalgError> {
-        let Split { residuals, shares } = self.split(&size.cones)?;
+        let at_nodes = cones::at_nodes(&size.cones, &self.hemisphere);
+        let Split { residuals, shares } =
+            self.split(self.lobes.clone(), &at_nodes, &background(&self.hemisphere))?;
         let profiles = profiles::of(&residuals.view(), &self.hemisphere)?;
         let profiles = profiles::within(profiles, size.columns, MAX_PROFILES as usize);
         let count = self.samples.count();
@@ -124,28 +129,50 @@ impl SpaceTensor {
         });
         let [of_materials, of_outgoing] = size.ranks;
         let found = tucker(&along, [of_materials, of_outgoing, profiles.len()])?;
-        let all = count as f64;
-        let (residual, kept) = (squared(residuals.iter()) / all, squared(along.iter()) / all);
+        let (residual, kept) = (self.mean(&residuals), squared(along.iter()) / count as f64);
         let [materials, outgoing, _] = found.errors.of_modes.map(|error| error * kept);
         let incoming = (residual - kept).max(0.0);
-        let meta = Meta {
-            model: self.model,
-            residual,
-            materials,
-            outgoing,
-            incoming,
-            whole: incoming + kept * found.errors.whole,
-        };
-        Ok(self.stored(meta, size, &profiles, &found, shares))
+        let whole = incoming + kept * found.errors.whole;
+        let meta = Meta { model: self.model, residual, materials, outgoing, incoming, whole };
+        let mut tensor = self.stored(meta, size, &profiles, &found, shares);
+        self.fit_beside_the_residual(&mut tensor, &profiles, &at_nodes)?;
+        Ok(tensor)
     }
 
-    /// What is left of all lobes by `cones`, and by profiles of 0, 1, 2, … columns beside them: root mean squares
-    /// over samples, in parts of the lobes'.
+    /// Fits the cones again beside the residual as it is stored, and states what is left: shares stand by
+    /// themselves at every node of every sample, and make good most of what low rank loses there.
+    fn fit_beside_the_residual(
+        &self,
+        tensor: &mut BrdfTensor,
+        profiles: &[Profile],
+        at_nodes: &[Vec<Vec<f64>>],
+    ) -> Result<(), LinalgError> {
+        let mut stored = Array2::zeros(self.lobes.dim());
+        let weights = (0..self.samples.count()).flat_map(|sample| tensor.weights_of(&[(sample, 1.0)]));
+        let weights: Vec<f32> = weights.collect();
+        let rows = stored.outer_iter_mut().zip(weights.chunks_exact(profiles.len().max(1))).enumerate();
+        for (row, (mut to, weights)) in rows {
+            for (profile, weight) in profiles.iter().zip(weights) {
+                let along = self.scale(row) * f64::from(*weight) / height(profile);
+                to.slice_mut(s![of_order(profile.order)])
+                    .scaled_add(along, &ArrayView1::from(&profile.harmonics));
+            }
+        }
+        let split = self.split(&self.lobes - &stored, at_nodes, &[])?;
+        tensor.meta.whole = self.mean(&split.residuals);
+        tensor.meta.residual = self.mean(&(split.residuals + stored));
+        tensor.shares = split.shares;
+        Ok(())
+    }
+
+    /// What is left of all lobes by `cones`, and by profiles of 0, 1, 2, … columns beside them: root mean
+    /// squares over samples, in parts of the lobes'.
     ///
     /// # Errors
     /// If LAPACK does not converge.
     pub fn errors(&self, cones: &[Cone], columns: usize) -> Result<Vec<f64>, LinalgError> {
-        let residuals = self.split(cones)?.residuals;
+        let at_nodes = cones::at_nodes(cones, &self.hemisphere);
+        let residuals = self.split(self.lobes.clone(), &at_nodes, &background(&self.hemisphere))?.residuals;
         let whole = squared(residuals.iter());
         let left = |columns: usize| -> Result<f64, LinalgError> {
             let profiles =
@@ -156,22 +183,31 @@ impl SpaceTensor {
         (0..=columns).map(left).collect()
     }
 
-    /// Cones fitted to every lobe beside the background.
-    fn split(&self, cones: &[Cone]) -> Result<Split, LinalgError> {
-        if cones.is_empty() {
-            return Ok(Split { residuals: self.lobes.clone(), shares: Vec::new() });
-        }
-        let background = background(&self.hemisphere);
-        let at_nodes = cones::at_nodes(cones, &self.hemisphere);
-        let fits: Vec<Fit> = at_nodes.into_iter().map(|cones| Fit::new(cones, &background)).collect();
-        let mut residuals = self.lobes.clone();
-        let each: Vec<_> = residuals.outer_iter_mut().enumerate().collect();
-        let split = |(row, lobe): (usize, ndarray::ArrayViewMut1<'_, f64>)| {
-            let scale = self.roots[row % NODES] / self.norms[row / NODES];
-            fits[row % NODES].split(lobe, scale, &background)
+    /// Cones fitted to every one of `targets`, which are as `lobes`, beside a background. `at_nodes` are the
+    /// harmonics of cones seen from each node.
+    fn split(
+        &self,
+        mut targets: Array2<f64>,
+        at_nodes: &[Vec<Vec<f64>>],
+        background: &[Vec<f64>],
+    ) -> Result<Split, LinalgError> {
+        let fits: Vec<Fit> = at_nodes.iter().map(|cones| Fit::new(cones, background)).collect();
+        let each: Vec<_> = targets.outer_iter_mut().enumerate().collect();
+        let split = |(row, lobe): (usize, ArrayViewMut1<'_, f64>)| {
+            fits[row % NODES].split(lobe, self.scale(row), background)
         };
         let shares: Vec<Vec<f32>> = each.into_par_iter().map(split).collect::<Result<_, _>>()?;
-        Ok(Split { residuals, shares: shares.concat() })
+        Ok(Split { residuals: targets, shares: shares.concat() })
+    }
+
+    /// What the lobe of a row of `lobes` was multiplied with.
+    fn scale(&self, row: usize) -> f64 {
+        self.roots[row % NODES] / self.norms[row / NODES]
+    }
+
+    /// Squared norm, mean over samples.
+    fn mean(&self, functions: &Array2<f64>) -> f64 {
+        squared(functions.iter()) / self.samples.count() as f64
     }
 
     fn stored(
@@ -183,8 +219,8 @@ impl SpaceTensor {
         shares: Vec<f32>,
     ) -> BrdfTensor {
         let [of_materials, of_outgoing, of_profiles] = &found.factors;
-        // Profiles reach, times cosine, as high as the diffuse lobe does.
-        let heights: Vec<f64> = profiles.iter().map(|profile| height(profile) * PI).collect();
+        // What is stored reaches as high as the diffuse lobe does.
+        let heights: Vec<f64> = profiles.iter().map(height).collect();
         let core = core(&found.core, of_profiles, &heights);
         let materials =
             of_materials.outer_iter().zip(&self.norms).flat_map(|(row, norm)| scaled(&row, *norm));
@@ -220,19 +256,19 @@ struct Fit {
 }
 
 impl Fit {
-    fn new(cones: Vec<Vec<f64>>, background: &[Vec<f64>]) -> Self {
-        let harmonics = cones.first().map_or(0, Vec::len);
+    fn new(cones: &[Vec<f64>], background: &[Vec<f64>]) -> Self {
+        let harmonics = of_order(BANDS - 1).end;
         let cones = Array2::from_shape_vec((cones.len(), harmonics), cones.concat()).unwrap_or_default();
         let mut beside = cones.clone();
         beside.outer_iter_mut().for_each(|row| without(row, background));
         Self { products: beside.dot(&beside.t()), cones, beside }
     }
 
-    /// Takes the cones, times `scale`, away from a lobe; their shares without it. Shares are rounded as they are
-    /// stored before.
+    /// Takes the cones, times `scale`, away from a lobe; their shares without it. Shares are rounded as they
+    /// are stored before.
     fn split(
         &self,
-        mut lobe: ndarray::ArrayViewMut1<'_, f64>,
+        mut lobe: ArrayViewMut1<'_, f64>,
         scale: f64,
         background: &[Vec<f64>],
     ) -> Result<Vec<f32>, LinalgError> {
@@ -248,7 +284,7 @@ impl Fit {
 }
 
 /// Takes what is along orthonormal functions of order 0 away.
-fn without(mut function: ndarray::ArrayViewMut1<'_, f64>, background: &[Vec<f64>]) {
+fn without(mut function: ArrayViewMut1<'_, f64>, background: &[Vec<f64>]) {
     for along in background {
         let share: f64 = function.iter().zip(along).map(|(a, b)| a * b).sum();
         function.iter_mut().zip(along).for_each(|(value, own)| *value -= share * own);
@@ -260,7 +296,7 @@ fn background(hemisphere: &Hemisphere) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = Vec::new();
     for power in [1, 3] {
         let mut function = hemisphere.of_profile(0, |theta| theta.cos().powi(power));
-        without(ndarray::ArrayViewMut1::from(&mut function[..]), &all);
+        without(ArrayViewMut1::from(&mut function[..]), &all);
         let norm = squared(function.iter()).sqrt();
         all.push(function.into_iter().map(|value| value / norm).collect());
     }
@@ -303,14 +339,14 @@ fn even(model: Model, hemisphere: &Hemisphere) -> Vec<f32> {
     }
 }
 
-/// How high a profile reaches, times cosine, sr⁻¹.
+/// How many times as high as the diffuse lobe a profile reaches, both times cosine.
 fn height(profile: &Profile) -> f64 {
     let values = profile.nodes.iter().enumerate().map(|(node, value)| value * angles::theta(node).cos());
-    of_largest(values).abs().max(f64::MIN_POSITIVE)
+    PI * of_largest(values).abs().max(f64::MIN_POSITIVE)
 }
 
-/// The core in the profiles that were chosen: those that it was found in are turned among each other, and orders are
-/// not to mix. Each profile's weight is multiplied with its height.
+/// The core in the profiles that were chosen: those that it was found in are turned among each other, and
+/// orders are not to mix. Each profile's weight is multiplied with its height.
 fn core(found: &Array3<f64>, of_profiles: &Array2<f64>, heights: &[f64]) -> Array3<f64> {
     let (a, b, _) = found.dim();
     let mut core = Array3::zeros((a, b, heights.len()));

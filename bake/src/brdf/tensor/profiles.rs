@@ -1,9 +1,9 @@
-//! Incoming profiles of residuals: which few functions I(θ)·cos mφ, linear between nodes of θ, leave least of all
-//! lobes.
+//! Incoming profiles of residuals: which few functions I(θ)·cos mφ, linear between nodes of θ, leave least
+//! of all lobes.
 //!
-//! Lobes turn with the direction that they are seen from, so that each order m stands by itself: cos m(φ_i − φ_o) is
-//! the sum of two products. That is why a profile of order 0 costs a vertex one number and any other two, and why no
-//! cut through a pair is ever made.
+//! Lobes turn with the direction that they are seen from, so that each order m stands by itself: cos m(φ_i −
+//! φ_o) is the sum of two products. That is why a profile of order 0 costs a vertex one number and any other
+//! two, and why no cut through a pair is ever made.
 
 use super::hemisphere::{BANDS, Hemisphere, of_order};
 use crate::compress::linalg::symmetric_eigen;
@@ -60,8 +60,8 @@ pub fn harmonics(order: usize, nodes: impl Fn(usize) -> f64, hemisphere: &Hemisp
     hemisphere.of_profile(order, between)
 }
 
-/// All profiles of `residuals`, [functions, harmonics], those that take most of their squared norm for each column
-/// first. The sign of each is such that its largest value times cosine is positive.
+/// All profiles of `residuals`, [functions, harmonics], those that take most of their squared norm for each
+/// column first. The sign of each is such that its largest value times cosine is positive.
 ///
 /// # Errors
 /// If LAPACK does not converge.
@@ -137,12 +137,13 @@ impl Hats {
 mod tests {
     use super::*;
 
-    /// Lobes that are mixtures of three profiles, two of one order: all of them is found, in the order of what they
-    /// are worth for their columns, and nothing else.
+    /// Lobes that are mixtures of three profiles, two of one order: all of them is found, in the order of
+    /// what they are worth for their columns, and nothing else.
     #[test]
     fn mixtures_of_profiles_are_found_again() {
         let hemisphere = Hemisphere::new();
-        let shapes: [(usize, fn(f64) -> f64, f64); 3] =
+        type Shape = (usize, fn(f64) -> f64, f64);
+        let shapes: [Shape; 3] =
             [(0, |t| 1.0 - 0.3 * t, 4.0), (0, |t| t * t, 1.0), (2, |t| t * (2.0 - t), 2.0)];
         let total = of_order(BANDS - 1).end;
         let mut residuals = Array2::zeros((30, total));
@@ -161,7 +162,8 @@ mod tests {
         let orders: Vec<usize> = found.iter().take(3).map(|profile| profile.order).collect();
         assert!(orders.iter().filter(|order| **order == 0).count() == 2 && orders.contains(&2), "{orders:?}");
         let left = whole - found.iter().take(3).map(|profile| profile.squared).sum::<f64>();
-        // Combinations of nodes that are left out hold less than a millionth of the squared norm of the largest.
+        // Combinations of nodes that are left out hold less than a millionth of the squared norm of the
+        // largest.
         assert!(left.abs() < 1e-5 * whole && found[3].squared < 1e-5 * whole, "{left} of {whole}");
         for profile in found.iter().take(3) {
             let stored = harmonics(profile.order, |node| profile.nodes[node], &hemisphere);

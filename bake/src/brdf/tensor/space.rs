@@ -1,10 +1,10 @@
 //! The materials of a space that are decomposed (thesis §5.3.2).
 //!
-//! The source has Blinn-Phong's of exponents 1, 2, … 200, which are needlessly close where lobes are sharp, and
-//! Cook and Torrance's as they were fitted to a hundred measured materials (Ngan et al. 2005), points in the plane
-//! of Fresnel reflectance and roughness. Ours are spaced evenly in octaves of what makes a lobe sharp; Schlick's
-//! reflectance makes lobes linear along the other axis of that plane, where few values do. GGX has the same plane,
-//! its f₀ for reflectance.
+//! The source has Blinn-Phong's of exponents 1, 2, … 200, which are needlessly close where lobes are sharp,
+//! and Cook and Torrance's as they were fitted to a hundred measured materials (Ngan et al. 2005), points in
+//! the plane of Fresnel reflectance and roughness. Ours are spaced evenly in octaves of what makes a lobe
+//! sharp; Schlick's reflectance makes lobes linear along the other axis of that plane, where few values do.
+//! GGX has the same plane, its f₀ for reflectance.
 
 use relume_formats::kinds::brdf_tensor::Samples;
 use relume_formats::state::{

@@ -7,8 +7,8 @@ use crate::error::Result;
 
 /// Largest value of matrices and of the core: lobes reach 10³ sr⁻¹.
 const MAX_VALUE: f32 = 1e6;
-/// Largest share of a cone: a lobe of Blinn-Phong reflects up to four times what it receives from above, and some
-/// more along the surface.
+/// Largest share of a cone: a lobe of Blinn-Phong reflects up to four times what it receives from above, and
+/// some more along the surface.
 const MAX_SHARE: f32 = 64.0;
 /// Largest standard deviation and turn of a cone, degrees: what is broader is no cone.
 const MAX_ANGLE_DEG: f32 = 90.0;

@@ -22,11 +22,11 @@
 //! f(h, ω_o, ω_i)·cos θ_i = Σ_t a_t(h, θ_o)·G_t(ω_o, ω_i) + cos θ_i · Σ_k R_k(h, θ_o)·I_k(θ_i)·cos m_k(φ_i − φ_o),
 //!
 //! R_k(h, θ_o) = Σ_ij U^h_hi D_ijk U^ωo_oj, in sr⁻¹. Tables are linear between nodes, and so are materials
-//! between samples. G_t is the mean of the [`Cone`]'s Gaussians, each of integral 1 over the sphere and seen as
-//! far as it is above the surface: a cone reflects its share of the radiance filtered so, and no cosine
-//! multiplies it again. The unit lobe is (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the
-//! reflectance at normal incidence to 1. Triangles are counter-clockwise in the plane of reflectance and ln
-//! roughness.
+//! between samples. G_t is the mean of the [`Cone`]'s Gaussians, each of integral 1 over the sphere and seen
+//! as far as it is above the surface: a cone reflects its share of the radiance filtered so, and no cosine
+//! multiplies it again. The unit lobe is (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F from
+//! the reflectance at normal incidence to 1. Triangles are counter-clockwise in the plane of reflectance and
+//! ln roughness.
 //!
 //! What a surface receives of a profile needs no more than one number for m = 0, and two for m > 0, of the
 //! cosine and the sine of m·φ, whatever direction it is seen from ([`BrdfTensor::column_values`]).
@@ -56,23 +56,23 @@ pub const MAX_PROFILES: u64 = 16;
 /// Largest azimuthal order.
 pub const MAX_ORDER: u32 = 48;
 
-/// What is left out, in squared norms, in parts of the lobe's, mean over samples. A squared norm is what of the
-/// reflected radiance is expected to be off, squared, under random lights of natural spectrum: of the spherical
-/// harmonics of lobe times cosine, those of band l, up to 48, count 1/(1 + l)²; angles θ_o count sin θ_o cos θ_o and
-/// a little more.
+/// What is left out, in squared norms, in parts of the lobe's, mean over samples. A squared norm is what of
+/// the reflected radiance is expected to be off, squared, under random lights of natural spectrum: of the
+/// spherical harmonics of lobe times cosine, those of band l, up to 48, count 1/(1 + l)²; angles θ_o count
+/// sin θ_o cos θ_o + 0.1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// The model.
     pub model: Model,
     /// What cones leave.
     pub residual: f64,
-    /// What of that is lost if `materials` alone is truncated.
+    /// What is lost if `materials` alone is truncated, before cones are fitted beside what is kept.
     pub materials: f64,
     /// The same of `outgoing`.
     pub outgoing: f64,
     /// The same of `incoming`.
     pub incoming: f64,
-    /// What is lost by all.
+    /// What is lost in all.
     pub whole: f64,
 }
 
@@ -99,13 +99,13 @@ pub struct BrdfTensor {
     pub cones: Vec<Cone>,
     /// Row-major [samples, [`NODES`], cones].
     pub shares: Vec<f32>,
-    /// What the diffuse lobe reflects of a white sky, by angle of the outgoing direction, [[`NODES`]]: below 1
-    /// for GGX, whose highlight takes the rest.
+    /// What the diffuse lobe reflects of a white sky, by angle of the outgoing direction, [[`NODES`]]: below
+    /// 1 for GGX, whose highlight takes the rest.
     pub even: Vec<f32>,
 }
 
-/// How strong the glossy lobe of a material is in each channel, in parts of the unit lobe: ks. Of GGX 1, for its
-/// colours are those of the samples that it lies between.
+/// How strong the glossy lobe of a material is in each channel, in parts of the unit lobe: ks. Of GGX 1, for
+/// its colours are those of the samples that it lies between.
 pub fn strength(material: &Brdf) -> Rgb {
     match material {
         Brdf::BlinnPhong(brdf) => brdf.ks,
@@ -140,8 +140,8 @@ impl BrdfTensor {
         core
     }
 
-    /// How much each incoming profile counts for a material by angle of the outgoing direction, R_k: row-major
-    /// [[`NODES`], c].
+    /// How much each incoming profile counts for a material by angle of the outgoing direction, R_k:
+    /// row-major [[`NODES`], c].
     pub fn weights_of(&self, mixture: &[(usize, f32)]) -> Vec<f32> {
         let [_, b, c] = self.ranks;
         let core = self.core_of(mixture);
@@ -166,7 +166,8 @@ impl BrdfTensor {
     }
 
     /// A row of a table by angle of the outgoing direction, as [`BrdfTensor::weights_of`],
-    /// [`BrdfTensor::shares_of`] and `even` are, where it is seen from `outgoing`, a unit vector about the normal +Z.
+    /// [`BrdfTensor::shares_of`] and `even` are, where it is seen from `outgoing`, a unit vector about the
+    /// normal +Z.
     pub fn seen_from(table: &[f32], outgoing: Vec3) -> Vec<f32> {
         angles::row(table, table.len() / NODES, theta(outgoing))
     }
@@ -183,22 +184,23 @@ impl BrdfTensor {
         weights.iter().zip(profiles).zip(&self.orders).map(of_profile).sum()
     }
 
-    /// How many numbers a vertex has of what it receives: one of the diffuse lobe, then one of each profile of
-    /// order 0 and two of each other.
+    /// How many numbers a vertex has of what it receives: one of the diffuse lobe, then one of each profile
+    /// of order 0 and two of each other.
     pub fn columns(&self) -> usize {
         1 + self.orders.iter().map(|order| if *order == 0 { 1 } else { 2 }).sum::<usize>()
     }
 
-    /// The functions that those numbers are of, [[`BrdfTensor::columns`]], sr⁻¹: 1/π, then I_k(θ)·cos mφ and, for
-    /// m > 0, I_k(θ)·sin mφ, at a unit vector about the normal +Z, φ from +X towards +Y. What arrives is multiplied
-    /// with them and with the cosine.
+    /// The functions that those numbers are of, [[`BrdfTensor::columns`]], sr⁻¹: 1/π, then I_k(θ)·cos mφ
+    /// and, for m > 0, I_k(θ)·sin mφ, at a unit vector about the normal +Z, φ from +X towards +Y. What
+    /// arrives is multiplied with them and with the cosine.
     pub fn column_values(&self, incoming: Vec3) -> Vec<f32> {
         let profiles = Self::seen_from(&self.incoming, incoming);
         std::iter::once(FRAC_1_PI).chain(self.turned(&profiles, azimuth(incoming))).collect()
     }
 
-    /// What the numbers of a vertex are multiplied with, but for the first, [[`BrdfTensor::columns`] − 1], so that
-    /// their sum is what the residual of the unit lobe reflects towards `outgoing`: R_k·cos mφ_o and R_k·sin mφ_o.
+    /// What the numbers of a vertex are multiplied with, but for the first, [[`BrdfTensor::columns`] − 1],
+    /// so that their sum is what the residual of the unit lobe reflects towards `outgoing`: R_k·cos mφ_o and
+    /// R_k·sin mφ_o.
     /// `weights` is [`BrdfTensor::weights_of`] a material.
     pub fn column_weights(&self, weights: &[f32], outgoing: Vec3) -> Vec<f32> {
         self.turned(&Self::seen_from(weights, outgoing), azimuth(outgoing)).collect()

@@ -1,7 +1,7 @@
 //! What arrives before the main file of a method: the scene, its maps and its textures.
 
 use super::targets::expect_drawable;
-use super::{Light, Map, Mesh, Picture};
+use super::{Light, Map, Mesh, Picture, Surface};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::methods::Setup;
@@ -109,22 +109,8 @@ impl Surroundings {
         Light::new(gpu, std::mem::take(&mut self.maps), face_size, with_whole)
     }
 
-    /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the
-    /// shader of surfaces.
-    pub(crate) fn picture(
-        &self,
-        gpu: &Gpu,
-        radiance: &wgpu::Buffer,
-        light: &Light,
-        surface: &'static str,
-    ) -> Picture {
-        Picture::new(
-            gpu,
-            self.size,
-            Mesh::new(gpu, &self.scene, self.textures.as_ref()),
-            radiance,
-            light,
-            surface,
-        )
+    /// The picture of the meshes, whose surfaces look like `surface`, before the maps of `light`.
+    pub(crate) fn picture(&self, gpu: &Gpu, surface: Surface<'_>, light: &Light) -> Picture {
+        Picture::new(gpu, self.size, Mesh::new(gpu, &self.scene, self.textures.as_ref()), surface, light)
     }
 }

@@ -17,7 +17,6 @@
 //! * [`pieces`]: bakes over many machines;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform;
-//! * [`tensors`]: tensors of BRDF spaces, from bake's library to exported arrays.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests fail by panicking")]
 
@@ -38,5 +37,4 @@ mod sphere_motion;
 mod spheres;
 mod stability;
 mod support;
-mod tensors;
 mod truth;

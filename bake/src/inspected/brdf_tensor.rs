@@ -1,12 +1,12 @@
-//! A BRDF tensor as arrays: core, matrices, shares of mirror terms, and the samples.
+//! A BRDF tensor as arrays: core, matrices, cones and their shares, and the samples.
 
 use super::out::Out;
 use super::{Described, Facts, Inspected};
 use relume_formats::Result;
-use relume_formats::basis::disc::{self, CELLS, RINGS};
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::BrdfTensor;
-use relume_formats::kinds::brdf_tensor::{Meta, Samples};
+use relume_formats::kinds::brdf_tensor::angles::{self, NODES};
+use relume_formats::kinds::brdf_tensor::{Cone, Meta, Samples};
 use relume_formats::state::Model;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -21,8 +21,11 @@ struct Details {
     triangles: usize,
     /// Columns of materials, outgoing and incoming directions.
     ranks: [usize; 3],
-    /// Of mirror terms.
-    widths_deg: Vec<f32>,
+    /// Azimuthal order of each incoming profile.
+    orders: Vec<u32>,
+    /// Numbers a vertex has of each channel of light.
+    columns: usize,
+    cones: Vec<Cone>,
     #[serde(flatten)]
     meta: Meta,
 }
@@ -37,47 +40,50 @@ fn describe(path: &Path) -> Result<Described> {
         samples: tensor.samples.count(),
         triangles,
         ranks: tensor.ranks,
-        widths_deg: tensor.widths_deg,
+        columns: tensor.columns(),
+        orders: tensor.orders,
+        cones: tensor.cones,
         meta: tensor.meta,
     };
     Ok(Described { facts: facts(&details), details: Box::new(details) })
 }
 
-fn facts(Details { samples, triangles, ranks: [a, b, c], widths_deg, meta }: &Details) -> Facts {
+fn facts(details: &Details) -> Facts {
+    let Details { samples, triangles, ranks: [a, b, c], orders, columns, cones, meta } = details;
     let between = match meta.model {
         Model::BlinnPhong => String::new(),
         Model::Ggx | Model::CookTorrance => format!(" in {triangles} triangles"),
     };
     let percent = |error: f64| format!("{:.4} %", 100.0 * error);
     let alone = [meta.materials, meta.outgoing, meta.incoming].map(percent);
-    let widths: Vec<String> = widths_deg.iter().map(|width| format!("{width}°")).collect();
+    let orders: Vec<String> = orders.iter().map(u32::to_string).collect();
     vec![
         ("model", meta.model.name().to_owned()),
         ("samples", format!("{samples}{between}")),
         ("ranks", format!("{a} of materials, {b} of outgoing and {c} of incoming directions")),
-        (
-            "mirror",
-            format!("terms of {} leave {} of the squared norm", widths.join(", "), percent(meta.residual)),
-        ),
+        ("orders", format!("{}: {columns} columns of a vertex", orders.join(", "))),
+        ("cones", format!("{} leave {} of the squared norm", cones.len(), percent(meta.residual))),
         ("error", format!("{} of it; by materials alone {}", percent(meta.whole), alone[0])),
         ("", format!("by outgoing directions {}, by incoming ones {}", alone[1], alone[2])),
     ]
 }
 
-/// `core.npy` D, `materials.npy` U^h, `outgoing.npy` U^ωo, `incoming.npy` the diffuse lobe and U^ωi,
-/// `mirror.npy`, `directions.npy` and `weights.npy` of the cells, `exponents.npy` or `points.npy` and
-/// `triangles.npy`, `tensor.json`.
+/// `core.npy` D, `materials.npy` U^h, `outgoing.npy` U^ωo, `incoming.npy` U^ωi and `orders.npy`, `cones.npy` and
+/// `shares.npy`, `even.npy`, `angles.npy` of the nodes, `exponents.npy` or `points.npy` and `triangles.npy`,
+/// `tensor.json`.
 fn export(path: &Path, out: &mut Out) -> Result<()> {
     let tensor = &BrdfTensor::read_file(path)?;
     let ([a, b, c], samples) = (tensor.ranks, tensor.samples.count());
     out.npy("core.npy", &[a, b, c], tensor.core.iter().copied())?;
     out.npy("materials.npy", &[samples, a], tensor.materials.iter().copied())?;
-    out.npy("outgoing.npy", &[CELLS, b], tensor.outgoing.iter().copied())?;
-    out.npy("incoming.npy", &[CELLS, 1 + c], tensor.incoming.iter().copied())?;
-    out.npy("mirror.npy", &[samples, RINGS, tensor.widths_deg.len()], tensor.mirror.iter().copied())?;
-    let directions = (0..CELLS).flat_map(|cell| disc::direction(cell).as_vec3().to_array());
-    out.npy("directions.npy", &[CELLS, 3], directions)?;
-    out.npy("weights.npy", &[CELLS], (0..CELLS).map(|cell| disc::weight(cell / disc::AZIMUTHS) as f32))?;
+    out.npy("outgoing.npy", &[NODES, b], tensor.outgoing.iter().copied())?;
+    out.npy("incoming.npy", &[NODES, c], tensor.incoming.iter().copied())?;
+    out.npy("orders.npy", &[c], tensor.orders.iter().copied())?;
+    let cones = tensor.cones.iter().flat_map(|cone| [cone.width_deg, cone.tilt_deg, cone.side_deg]);
+    out.npy("cones.npy", &[tensor.cones.len(), 3], cones)?;
+    out.npy("shares.npy", &[samples, NODES, tensor.cones.len()], tensor.shares.iter().copied())?;
+    out.npy("even.npy", &[NODES], tensor.even.iter().copied())?;
+    out.npy("angles.npy", &[NODES], (0..NODES).map(|node| angles::theta(node).to_degrees() as f32))?;
     match &tensor.samples {
         Samples::Line(exponents) => out.npy("exponents.npy", &[samples], exponents.iter().copied())?,
         Samples::Plane { points, triangles } => {
@@ -99,24 +105,22 @@ fn metadata(tensor: &BrdfTensor) -> Value {
     };
     json!({
         "model": tensor.meta.model,
-        "formula": "f(h, o, i) = sum over a, b, c of core[a,b,c]*materials[h,a]*outgoing[o,b]*incoming[i,1+c], in 1/sr without the cosine, plus mirror terms",
+        "formula": "f(h, o, i)*cos(i) = sum over t of shares[h,o,t]*G_t(o, i) + cos(i) * sum over a, b, c of core[a,b,c]*materials[h,a]*outgoing[o,b]*incoming[i,c]*cos(orders[c]*(azimuth of i - azimuth of o)), in 1/sr",
         "samples": samples,
-        "cells": {
-            "directions": "directions.npy",
-            "weights": "weights.npy",
-            "meaning": "unit vectors about the normal +Z; weights are solid angle times cosine; columns are orthonormal with them",
+        "angles": {
+            "file": "angles.npy",
+            "meaning": "degrees from the normal of the rows of outgoing, incoming and even and of the second axis of shares; linear between them",
         },
-        "incoming": { "file": "incoming.npy", "meaning": "column 0 is the diffuse lobe, 1/pi" },
-        "mirror": {
-            "file": "mirror.npy",
-            "shape": ["samples", "rings", "terms"],
-            "radii": (0..RINGS).map(disc::radius).collect::<Vec<f64>>(),
-            "widths_deg": tensor.widths_deg,
-            "meaning": "share of the radiance, filtered by a Gaussian of that standard deviation about the mirror direction, that is reflected",
+        "cones": {
+            "file": "cones.npy",
+            "columns": ["width_deg", "tilt_deg", "side_deg"],
+            "meaning": "G_t: Gaussian of the angle of that standard deviation and of integral 1 over the sphere, about the mirror direction turned away from the normal by the tilt, and in halves by the side to both sides of that",
         },
+        "shares": { "file": "shares.npy", "axes": ["samples", "angles", "cones"] },
+        "even": { "file": "even.npy", "meaning": "what the diffuse lobe of a white surface reflects of a white sky" },
         "errors": {
-            "metric": "squared norm over directions with both cosines, in parts of each lobe's, mean over samples",
-            "left_by_mirror_terms": tensor.meta.residual,
+            "metric": "squared norm of the harmonics of lobe times cosine, weighed by 1/(1 + band)^2, in parts of each lobe's, mean over samples",
+            "left_by_cones": tensor.meta.residual,
             "materials_alone": tensor.meta.materials,
             "outgoing_alone": tensor.meta.outgoing,
             "incoming_alone": tensor.meta.incoming,

@@ -2,14 +2,15 @@
 
 mod angles;
 pub mod approximate;
+pub mod blurred;
 pub mod brdf_grid;
 pub mod cap;
 pub mod cubemap;
 pub mod diffuse;
-pub mod disc;
 mod equirect;
 pub mod haar;
 pub mod half_difference;
+pub mod hemisphere;
 mod hex;
 pub mod lanes;
 pub mod lobe_table;

@@ -2,7 +2,7 @@
 //! without the Condon-Shortley phase (Sloan 2008, "Stupid spherical harmonics (SH) tricks", appendix A2).
 
 use glam::Vec3;
-use std::f32::consts::{FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 /// Bands.
 pub const BANDS: usize = 4;
@@ -43,6 +43,37 @@ pub fn evaluate(Vec3 { x, y, z }: Vec3) -> [f32; COUNT] {
 pub fn irradiance(normal: Vec3) -> [f32; COUNT] {
     let values = evaluate(normal);
     std::array::from_fn(|index| COSINE_LOBE[index.isqrt()] * values[index])
+}
+
+/// Unit vectors whose values of all functions tell a sum of them: a spiral from pole to pole, of 0.42 turns from one to
+/// the next, for which the matrix of these values has a condition number of 2.5.
+pub fn directions() -> [Vec3; COUNT] {
+    std::array::from_fn(|k| {
+        let z = 1.0 - (2 * k + 1) as f32 / COUNT as f32;
+        let (r, (sin, cos)) = ((1.0 - z * z).sqrt(), (0.42 * TAU * k as f32).sin_cos());
+        Vec3::new(r * cos, r * sin, z)
+    })
+}
+
+/// What values in [`directions`] count for in the integral of a sum of functions with something whose integrals with
+/// each of them are `integrals`.
+pub fn at_directions(integrals: &[f64; COUNT]) -> [f64; COUNT] {
+    // Σ_p w_p Y_s(d_p) = integral s, by elimination with the largest pivot of a column.
+    let values = directions().map(evaluate);
+    let mut rows: [[f64; COUNT + 1]; COUNT] = std::array::from_fn(|s| {
+        std::array::from_fn(|p| values.get(p).map_or(integrals[s], |values| f64::from(values[s])))
+    });
+    for column in 0..COUNT {
+        let size = |row: &usize| rows[*row][column].abs();
+        let pivot = (column..COUNT).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(column);
+        rows.swap(column, pivot);
+        let pivot = rows[column];
+        for row in rows.iter_mut().enumerate().filter(|(at, _)| *at != column).map(|(_, row)| row) {
+            let factor = row[column] / pivot[column];
+            row.iter_mut().zip(pivot).for_each(|(value, above)| *value -= factor * above);
+        }
+    }
+    std::array::from_fn(|p| rows[p][COUNT] / rows[p][p])
 }
 
 #[cfg(test)]
@@ -95,5 +126,19 @@ mod tests {
         let found: f64 = coefficients.iter().zip(irradiance(normal)).map(|(c, w)| c * f64::from(w)).sum();
         let expected = std::f64::consts::FRAC_PI_4 * (1.0 + f64::from(along.dot(normal)).powi(2));
         assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+    }
+    /// Of what only one function has an integral with, in turn: the sum of values in directions, so weighed, is the
+    /// coefficient of that function, to what rounding of 24 bits is times the condition.
+    #[test]
+    fn values_in_directions_tell_coefficients() {
+        let coefficients: [f64; COUNT] = std::array::from_fn(|s| (s as f64 * 0.618).fract() - 0.4);
+        let value = |towards: Vec3| -> f64 {
+            evaluate(towards).iter().zip(coefficients).map(|(y, c)| f64::from(*y) * c).sum()
+        };
+        for (s, coefficient) in coefficients.iter().enumerate() {
+            let weights = at_directions(&std::array::from_fn(|other| f64::from(u8::from(other == s))));
+            let found: f64 = weights.iter().zip(directions()).map(|(w, d)| w * value(d)).sum();
+            assert!((found - coefficient).abs() < 1e-5, "{s}: {found} for {coefficient}");
+        }
     }
 }

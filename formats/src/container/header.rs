@@ -75,7 +75,9 @@ kinds! {
     /// The receivers of the method `sphere-shadows` and the lobes of their normals: `kinds::sphere_shadows`.
     SphereShadows = 12, "sphere-shadows", kinds::SphereShadows, 8;
     /// The lobes of a BRDF space as a tensor of low rank: `kinds::brdf_tensor`.
-    BrdfTensor = 13, "brdf-tensor", kinds::BrdfTensor, 9;
+    BrdfTensor = 13, "brdf-tensor", kinds::BrdfTensor, 11;
+    /// Light that vertices receive, of the method `transfer-tensor`: `kinds::transfer_tensor`.
+    TransferTensor = 14, "transfer-tensor", kinds::TransferTensor, MAX_SECTIONS;
 }
 
 impl Kind {

@@ -6,3 +6,4 @@ pub mod sphere_set;
 pub mod sphere_shadows;
 pub mod suns;
 pub mod transfer_images;
+pub mod transfer_tensor;

@@ -14,6 +14,7 @@ pub mod sphere_set;
 pub mod sphere_shadows;
 pub mod textures;
 pub mod transfer_images;
+pub mod transfer_tensor;
 pub mod visibility_table;
 
 pub use brdf_basis::BrdfBasis;
@@ -27,6 +28,7 @@ pub use sphere_set::SphereSet;
 pub use sphere_shadows::SphereShadows;
 pub use textures::Textures;
 pub use transfer_images::TransferImages;
+pub use transfer_tensor::TransferTensor;
 pub use visibility_table::VisibilityTable;
 
 use crate::container::{Header, open};

@@ -324,6 +324,21 @@ impl Stored for StoredScene {
 }
 
 impl StoredScene {
+    /// By vertex the index of the material of the first triangle that it is a corner of, 0 if there is none.
+    pub fn materials_of_vertices(&self) -> Vec<u32> {
+        let mut materials = vec![None; self.positions.len()];
+        let objects = self.meta.objects.iter();
+        let of_triangles = objects.flat_map(|o| std::iter::repeat_n(o.material, o.triangles as usize));
+        for (triangle, material) in self.triangles.iter().zip(of_triangles) {
+            for vertex in triangle {
+                if let Some(known) = materials.get_mut(*vertex as usize) {
+                    known.get_or_insert(material);
+                }
+            }
+        }
+        materials.into_iter().map(Option::unwrap_or_default).collect()
+    }
+
     /// Checks what reading checks, of a scene that is yet to be written.
     ///
     /// # Errors

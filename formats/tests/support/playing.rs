@@ -1,7 +1,8 @@
 //! What a player does with a value that was read: none of it may fail or panic, whatever the file held.
 
+use glam::Vec3;
 use relume_formats::basis::suns::{MAX_SUNS, split};
-use relume_formats::basis::{Angles, disc, two_level};
+use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
@@ -64,10 +65,13 @@ pub fn play_tensor(tensor: &BrdfTensor) {
         };
         let Some(mixture) = tensor.mixture(&material, 0) else { continue };
         assert!((mixture.iter().map(|(_, share)| share).sum::<f32>() - 1.0).abs() < 1e-3);
-        let core = tensor.core_of(&mixture);
-        for direction in [0, 300, disc::CELLS - 1].map(disc::direction) {
-            assert!(tensor.residual(&core, direction, disc::direction(7)).is_finite());
-            assert!(tensor.shares(&mixture, direction).iter().all(|share| *share >= 0.0));
+        let (weights, shares) = (tensor.weights_of(&mixture), tensor.shares_of(&mixture));
+        for outgoing in [Vec3::Z, Vec3::X, Vec3::new(-0.36, 0.48, 0.8)] {
+            assert!(tensor.residual(&weights, outgoing, Vec3::new(0.6, -0.8, 0.0)).is_finite());
+            assert!(BrdfTensor::seen_from(&shares, outgoing).iter().all(|share| *share >= 0.0));
+            let middles = tensor.cones.iter().flat_map(|cone| cone.directions(outgoing));
+            assert!(middles.into_iter().all(|middle| (middle.length() - 1.0).abs() < 1e-5));
+            assert_eq!(tensor.column_values(outgoing).len(), tensor.columns());
         }
     }
 }

@@ -1,39 +1,13 @@
 //! Small BRDF tensors, made from a seed.
 
 use super::samples::Random;
-use relume_formats::basis::disc::{self, AZIMUTHS, CELLS, RINGS};
 use relume_formats::kinds::BrdfTensor;
-use relume_formats::kinds::brdf_tensor::{Meta, Samples};
+use relume_formats::kinds::brdf_tensor::angles::NODES;
+use relume_formats::kinds::brdf_tensor::{Cone, Meta, Samples};
 use relume_formats::state::Model;
-use std::f32::consts::FRAC_1_PI;
 
-/// Of the mirror terms.
-pub const WIDTHS_DEG: [f32; 3] = [0.0, 5.0, 20.0];
-
-/// Columns that are orthonormal over cells, weighed by areas: [`CELLS`] rows.
-fn columns(random: &mut Random, count: usize) -> Vec<Vec<f64>> {
-    let product = |a: &[f64], b: &[f64]| -> f64 {
-        a.iter().zip(b).enumerate().map(|(cell, (a, b))| disc::weight(cell / AZIMUTHS) * a * b).sum()
-    };
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    for _ in 0..count {
-        let mut column: Vec<f64> = (0..CELLS).map(|_| f64::from(random.signed())).collect();
-        for other in &columns {
-            let along = product(&column, other);
-            column.iter_mut().zip(other).for_each(|(value, other)| *value -= along * other);
-        }
-        let length = product(&column, &column).sqrt();
-        column.iter_mut().for_each(|value| *value /= length);
-        columns.push(column);
-    }
-    columns
-}
-
-fn row_major(columns: &[Vec<f64>], first: Option<f32>) -> Vec<f32> {
-    (0..CELLS)
-        .flat_map(|cell| first.into_iter().chain(columns.iter().map(move |column| column[cell] as f32)))
-        .collect()
-}
+/// Width, tilt and side of the cones, degrees.
+pub const CONES_DEG: [[f32; 3]; 3] = [[3.0, 0.0, 0.0], [6.0, -20.0, 0.0], [12.0, 5.0, 20.0]];
 
 /// Of three exponents, or the four corners of a plane and something within.
 fn samples(model: Model, random: &mut Random) -> Samples {
@@ -49,10 +23,12 @@ fn samples(model: Model, random: &mut Random) -> Samples {
     }
 }
 
+/// Profiles of orders 0, 1, 2, 0, 1, …
 pub fn tensor(seed: u64, model: Model, ranks: [usize; 3]) -> BrdfTensor {
     let random = &mut Random(seed);
     let samples = samples(model, random);
     let [a, b, c] = ranks;
+    let count = samples.count();
     let whole = f64::from(random.unit());
     let meta = Meta {
         model,
@@ -62,13 +38,18 @@ pub fn tensor(seed: u64, model: Model, ranks: [usize; 3]) -> BrdfTensor {
         incoming: 0.125 * whole,
         whole,
     };
+    let mut signed = |count: usize| -> Vec<f32> { (0..count).map(|_| random.signed()).collect() };
     BrdfTensor {
-        core: (0..a * b * c).map(|_| random.signed()).collect(),
-        materials: (0..samples.count() * a).map(|_| random.signed()).collect(),
-        outgoing: row_major(&columns(random, b), None),
-        incoming: row_major(&columns(random, c), Some(FRAC_1_PI)),
-        widths_deg: WIDTHS_DEG.to_vec(),
-        mirror: (0..samples.count() * RINGS * WIDTHS_DEG.len()).map(|_| random.unit()).collect(),
+        core: signed(a * b * c),
+        materials: signed(count * a),
+        outgoing: signed(NODES * b),
+        incoming: signed(NODES * c),
+        orders: (0..c as u32).map(|profile| profile % 3).collect(),
+        cones: CONES_DEG
+            .map(|[width_deg, tilt_deg, side_deg]| Cone { width_deg, tilt_deg, side_deg })
+            .to_vec(),
+        shares: signed(count * NODES * CONES_DEG.len()).into_iter().map(f32::abs).collect(),
+        even: signed(NODES).into_iter().map(f32::abs).collect(),
         meta,
         samples,
         ranks,

@@ -1,5 +1,5 @@
 //! Kind `brdf-tensor`, version 0: the glossy lobes of one BRDF model for all materials, outgoing and incoming
-//! directions at once (thesis §5.3.1, §5.3.3.1), of low rank beside mirror terms.
+//! directions at once (thesis §5.3.1, §5.3.3.1): a few cones, and a residual of low rank.
 //!
 //! | section     | type | shape             | content |
 //! |-------------|------|-------------------|---------|
@@ -7,61 +7,64 @@
 //! | `exponents` | f32  | [samples]         | Blinn-Phong: the samples, increasing, 1 to 200 |
 //! | `points`    | f32  | [samples, 2]      | microfacets, instead: reflectance, 0 to 1, and roughness or slope |
 //! | `triangles` | u32  | [triangles, 3]    | after `points`: samples between which materials lie |
+//! | `orders`    | u32  | [c]               | m, azimuthal order of each incoming profile |
 //! | `core`      | f32  | [a, b, c]         | D |
 //! | `materials` | f32  | [samples, a]      | U^h |
-//! | `outgoing`  | f32  | [576, b]          | U^ωo, by cells of [`crate::basis::disc`] |
-//! | `incoming`  | f32  | [576, 1 + c]      | the diffuse lobe, 1/π, then U^ωi |
-//! | `widths`    | f32  | [terms]           | standard deviations of the mirror terms, degrees, increasing |
-//! | `mirror`    | f32  | [samples, 12, terms] | what each mirror term reflects, by ring of the outgoing direction |
+//! | `outgoing`  | f32  | [31, b]           | U^ωo, by nodes of [`angles`] |
+//! | `incoming`  | f32  | [31, c]           | U^ωi, the profiles, by nodes of [`angles`] |
+//! | `cones`     | f32  | [cones, 3]        | width, tilt and side of each, degrees: [`Cone`] |
+//! | `shares`    | f32  | [samples, 31, cones] | what each cone reflects, by angle of the outgoing direction |
+//! | `even`      | f32  | [31]              | what the diffuse lobe of a white surface reflects of a white sky |
 //!
-//! A lobe of unit strength is f(h, ω_o, ω_i) = Σ_ijk D_ijk U^h_hi U^ωo_oj U^ωi_ik plus mirror terms, in sr⁻¹
-//! without the cosine; a material between samples is the same mixture of them. The unit lobe is (s + 2)/2π ·
-//! cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the reflectance at normal incidence to 1. Triangles
-//! are counter-clockwise in the plane of reflectance and ln roughness.
+//! With θ angles from the normal and φ azimuths about it, the lobe of a material h of strength 1, times the
+//! cosine of the incoming direction, is
 //!
-//! **Mirror terms** are Gaussians of the angle to the mirror direction of ω_o, each of integral 1 over the
-//! sphere, seen as far as they are above the surface: a term reflects its share of the radiance from there
-//! filtered so, and no cosine multiplies it again. A width of 0 is a mirror. Between rings shares are linear
-//! in the radius of ω_o on the disc.
+//! f(h, ω_o, ω_i)·cos θ_i = Σ_t a_t(h, θ_o)·G_t(ω_o, ω_i) + cos θ_i · Σ_k R_k(h, θ_o)·I_k(θ_i)·cos m_k(φ_i − φ_o),
 //!
-//! The columns of `outgoing`, and of `incoming` but for the first, are orthonormal over cells, weighed by
-//! their areas.
+//! R_k(h, θ_o) = Σ_ij U^h_hi D_ijk U^ωo_oj, in sr⁻¹. Tables are linear between nodes, and so are materials
+//! between samples. G_t is the mean of the [`Cone`]'s Gaussians, each of integral 1 over the sphere and seen as
+//! far as it is above the surface: a cone reflects its share of the radiance filtered so, and no cosine
+//! multiplies it again. The unit lobe is (s + 2)/2π · cosˢδ of Blinn-Phong and F·D·V of microfacets, F from the
+//! reflectance at normal incidence to 1. Triangles are counter-clockwise in the plane of reflectance and ln
+//! roughness.
+//!
+//! What a surface receives of a profile needs no more than one number for m = 0, and two for m > 0, of the
+//! cosine and the sine of m·φ, whatever direction it is seen from ([`BrdfTensor::column_values`]).
 
+pub mod angles;
+mod check;
+mod cone;
 mod space;
 
+pub use cone::Cone;
 pub use space::Samples;
 
-use crate::basis::disc::{self, AZIMUTHS, CELLS, RINGS};
-use crate::container::{Kind, Section, Sections, Stored, Writer};
+use crate::container::{Kind, Sections, Stored, Writer};
 use crate::error::Result;
-use crate::state::{Brdf, Model};
-use glam::DVec3;
+use crate::state::{Brdf, Model, Rgb};
+use angles::NODES;
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 
-/// Most mirror terms.
-pub const MAX_TERMS: u64 = 8;
-/// Largest standard deviation of a mirror term, degrees: what is broader is no mirror's.
-const MAX_WIDTH_DEG: f32 = 90.0;
+/// Most cones.
+pub const MAX_CONES: u64 = 32;
 /// Most samples.
 pub const MAX_SAMPLES: u64 = 4096;
-/// Most columns of a matrix.
-pub const MAX_RANK: u64 = 64;
-/// Largest value of `core` and of `materials`: lobes reach 10³ sr⁻¹.
-const MAX_VALUE: f32 = 1e6;
-/// Largest share of a mirror term: a lobe of Blinn-Phong reflects up to four times what it receives from
-/// above, and some more along the surface.
-const MAX_SHARE: f32 = 64.0;
-/// How far products of columns may be off.
-const ORTHONORMAL: f64 = 1e-3;
+/// Most incoming profiles, each of which costs a vertex one or two columns, and most columns of materials.
+pub const MAX_PROFILES: u64 = 16;
+/// Largest azimuthal order.
+pub const MAX_ORDER: u32 = 48;
 
-/// What is left out, in squared norms over directions, weighed by both cosines, and samples, each of which
-/// counts alike, in parts of that of the lobes.
+/// What is left out, in squared norms, in parts of the lobe's, mean over samples. A squared norm is what of the
+/// reflected radiance is expected to be off, squared, under random lights of natural spectrum: of the spherical
+/// harmonics of lobe times cosine, those of band l, up to 48, count 1/(1 + l)²; angles θ_o count sin θ_o cos θ_o and
+/// a little more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// The model.
     pub model: Model,
-    /// What mirror terms leave.
+    /// What cones leave.
     pub residual: f64,
     /// What of that is lost if `materials` alone is truncated.
     pub materials: f64,
@@ -73,27 +76,47 @@ pub struct Meta {
     pub whole: f64,
 }
 
-/// Lobes of low rank and mirror terms.
+/// The lobes of a model as cones and a residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrdfTensor {
     /// What is left out.
     pub meta: Meta,
     /// The materials that were decomposed.
     pub samples: Samples,
-    /// Columns of `materials`, of `outgoing`, and of `incoming` but for the diffuse one.
+    /// Azimuthal order of each incoming profile, [c].
+    pub orders: Vec<u32>,
+    /// Columns of `materials`, of `outgoing` and of `incoming`.
     pub ranks: [usize; 3],
     /// Row-major [ranks].
     pub core: Vec<f32>,
-    /// Row-major [samples, ranks[0]].
+    /// Row-major [samples, a].
     pub materials: Vec<f32>,
-    /// Row-major [[`CELLS`], ranks[1]].
+    /// Row-major [[`NODES`], b].
     pub outgoing: Vec<f32>,
-    /// Row-major [[`CELLS`], 1 + ranks[2]].
+    /// Row-major [[`NODES`], c].
     pub incoming: Vec<f32>,
-    /// Standard deviations of the mirror terms, degrees.
-    pub widths_deg: Vec<f32>,
-    /// Row-major [samples, [`RINGS`], terms].
-    pub mirror: Vec<f32>,
+    /// The cones.
+    pub cones: Vec<Cone>,
+    /// Row-major [samples, [`NODES`], cones].
+    pub shares: Vec<f32>,
+    /// What the diffuse lobe reflects of a white sky, by angle of the outgoing direction, [[`NODES`]]: below 1
+    /// for GGX, whose highlight takes the rest.
+    pub even: Vec<f32>,
+}
+
+/// How strong the glossy lobe of a material is in each channel, in parts of the unit lobe: ks. Of GGX 1, for its
+/// colours are those of the samples that it lies between.
+pub fn strength(material: &Brdf) -> Rgb {
+    match material {
+        Brdf::BlinnPhong(brdf) => brdf.ks,
+        Brdf::Ggx(_) => [1.0; 3],
+        Brdf::CookTorrance(brdf) => brdf.ks,
+    }
+}
+
+/// The angle of a direction from the normal +Z, radians.
+pub fn theta(direction: Vec3) -> f32 {
+    direction.truncate().length().atan2(direction.z)
 }
 
 impl BrdfTensor {
@@ -103,13 +126,13 @@ impl BrdfTensor {
         if material.model() == self.meta.model { self.samples.mixture(material, channel) } else { None }
     }
 
-    /// The core times the row of a material, Σ_i U^h_i D_ijk: row-major [ranks[1], ranks[2]]. `mixture` are
-    /// samples and how much each counts, see [`BrdfTensor::mixture`].
+    /// The core times the row of a material, Σ_i U^h_i D_ijk: row-major [b, c]. `mixture` are samples and how
+    /// much each counts, see [`BrdfTensor::mixture`].
     pub fn core_of(&self, mixture: &[(usize, f32)]) -> Vec<f32> {
-        let [of_materials, ..] = self.ranks;
-        let mut core = vec![0.0; self.core.len() / of_materials.max(1)];
+        let [of_materials, b, c] = self.ranks;
+        let mut core = vec![0.0; b * c];
         for (sample, share) in mixture {
-            let row = self.materials.chunks_exact(of_materials).nth(*sample).unwrap_or_default();
+            let row = self.materials.chunks_exact(of_materials.max(1)).nth(*sample).unwrap_or_default();
             for (weight, slice) in row.iter().zip(self.core.chunks_exact(core.len().max(1))) {
                 core.iter_mut().zip(slice).for_each(|(sum, value)| *sum += share * weight * value);
             }
@@ -117,40 +140,81 @@ impl BrdfTensor {
         core
     }
 
-    /// The unit lobe of a material without mirror terms, sr⁻¹; unit vectors about the normal +Z. `core` is
-    /// [`BrdfTensor::core_of`] it.
-    pub fn residual(&self, core: &[f32], outgoing: DVec3, incoming: DVec3) -> f32 {
-        let [_, of_outgoing, of_incoming] = self.ranks;
-        let out = at(&self.outgoing, of_outgoing, outgoing);
-        let from = at(&self.incoming, 1 + of_incoming, incoming);
-        let rows = out.iter().zip(core.chunks_exact(of_incoming.max(1)));
-        rows.map(|(o, row)| o * row.iter().zip(from.iter().skip(1)).map(|(d, i)| d * i).sum::<f32>()).sum()
+    /// How much each incoming profile counts for a material by angle of the outgoing direction, R_k: row-major
+    /// [[`NODES`], c].
+    pub fn weights_of(&self, mixture: &[(usize, f32)]) -> Vec<f32> {
+        let [_, b, c] = self.ranks;
+        let core = self.core_of(mixture);
+        let mut weights = vec![0.0; NODES * c];
+        for (to, row) in weights.chunks_exact_mut(c.max(1)).zip(self.outgoing.chunks_exact(b.max(1))) {
+            for (value, slice) in row.iter().zip(core.chunks_exact(c.max(1))) {
+                to.iter_mut().zip(slice).for_each(|(sum, core)| *sum += value * core);
+            }
+        }
+        weights
     }
 
-    /// Shares of the mirror terms of a material seen from `outgoing`, a unit vector about the normal +Z.
-    pub fn shares(&self, mixture: &[(usize, f32)], outgoing: DVec3) -> Vec<f32> {
-        let at = (outgoing.truncate().length() * RINGS as f64 - 0.5).clamp(0.0, (RINGS - 1) as f64);
-        let ring = (at as usize).min(RINGS - 2);
-        let between = [(ring, 1.0 - (at - ring as f64) as f32), (ring + 1, (at - ring as f64) as f32)];
-        let terms = self.widths_deg.len();
-        let mut shares = vec![0.0; terms];
-        for ((sample, part), (ring, share)) in mixture.iter().flat_map(|m| between.map(|b| (m, b))) {
-            let stored =
-                self.mirror.chunks_exact(terms.max(1)).nth(sample * RINGS + ring).unwrap_or_default();
-            shares.iter_mut().zip(stored).for_each(|(sum, value)| *sum += part * share * value);
+    /// How much each cone reflects for a material by angle of the outgoing direction: row-major [[`NODES`],
+    /// cones].
+    pub fn shares_of(&self, mixture: &[(usize, f32)]) -> Vec<f32> {
+        let mut shares = vec![0.0; NODES * self.cones.len()];
+        for (sample, part) in mixture {
+            let stored = self.shares.chunks_exact(shares.len().max(1)).nth(*sample).unwrap_or_default();
+            shares.iter_mut().zip(stored).for_each(|(sum, value)| *sum += part * value);
         }
         shares
     }
+
+    /// A row of a table by angle of the outgoing direction, as [`BrdfTensor::weights_of`],
+    /// [`BrdfTensor::shares_of`] and `even` are, where it is seen from `outgoing`, a unit vector about the normal +Z.
+    pub fn seen_from(table: &[f32], outgoing: Vec3) -> Vec<f32> {
+        angles::row(table, table.len() / NODES, theta(outgoing))
+    }
+
+    /// The unit lobe of a material without cones, sr⁻¹; unit vectors about the normal +Z. `weights` is
+    /// [`BrdfTensor::weights_of`] it.
+    pub fn residual(&self, weights: &[f32], outgoing: Vec3, incoming: Vec3) -> f32 {
+        let turned = azimuth(incoming) - azimuth(outgoing);
+        let weights = Self::seen_from(weights, outgoing);
+        let profiles = Self::seen_from(&self.incoming, incoming);
+        let of_profile = |((weight, profile), order): ((&f32, f32), &u32)| {
+            weight * profile * (*order as f32 * turned).cos()
+        };
+        weights.iter().zip(profiles).zip(&self.orders).map(of_profile).sum()
+    }
+
+    /// How many numbers a vertex has of what it receives: one of the diffuse lobe, then one of each profile of
+    /// order 0 and two of each other.
+    pub fn columns(&self) -> usize {
+        1 + self.orders.iter().map(|order| if *order == 0 { 1 } else { 2 }).sum::<usize>()
+    }
+
+    /// The functions that those numbers are of, [[`BrdfTensor::columns`]], sr⁻¹: 1/π, then I_k(θ)·cos mφ and, for
+    /// m > 0, I_k(θ)·sin mφ, at a unit vector about the normal +Z, φ from +X towards +Y. What arrives is multiplied
+    /// with them and with the cosine.
+    pub fn column_values(&self, incoming: Vec3) -> Vec<f32> {
+        let profiles = Self::seen_from(&self.incoming, incoming);
+        std::iter::once(FRAC_1_PI).chain(self.turned(&profiles, azimuth(incoming))).collect()
+    }
+
+    /// What the numbers of a vertex are multiplied with, but for the first, [[`BrdfTensor::columns`] − 1], so that
+    /// their sum is what the residual of the unit lobe reflects towards `outgoing`: R_k·cos mφ_o and R_k·sin mφ_o.
+    /// `weights` is [`BrdfTensor::weights_of`] a material.
+    pub fn column_weights(&self, weights: &[f32], outgoing: Vec3) -> Vec<f32> {
+        self.turned(&Self::seen_from(weights, outgoing), azimuth(outgoing)).collect()
+    }
+
+    /// Each value times cos mφ and, for m > 0, times sin mφ.
+    fn turned(&self, values: &[f32], azimuth: f32) -> impl Iterator<Item = f32> {
+        values.iter().zip(&self.orders).flat_map(move |(value, order)| {
+            let (sin, cos) = (*order as f32 * azimuth).sin_cos();
+            std::iter::once(value * cos).chain((*order > 0).then_some(value * sin))
+        })
+    }
 }
 
-/// The row of `matrix` at a direction, between those of cells.
-fn at(matrix: &[f32], columns: usize, direction: DVec3) -> Vec<f32> {
-    let mut row = vec![0.0; columns];
-    for (cell, share) in disc::locate(direction) {
-        let stored = matrix.chunks_exact(columns.max(1)).nth(cell).unwrap_or_default();
-        row.iter_mut().zip(stored).for_each(|(sum, value)| *sum += share * value);
-    }
-    row
+fn azimuth(direction: Vec3) -> f32 {
+    direction.y.atan2(direction.x)
 }
 
 impl Stored for BrdfTensor {
@@ -159,111 +223,40 @@ impl Stored for BrdfTensor {
 
     fn encode(&self, out: &mut Writer) -> Result<()> {
         let [a, b, c] = self.ranks.map(|rank| rank as u64);
-        let (samples, cells) = (self.samples.count() as u64, CELLS as u64);
+        let (samples, nodes, cones) = (self.samples.count() as u64, NODES as u64, self.cones.len() as u64);
         out.record("meta", &self.meta)?;
         self.samples.encode(out)?;
+        out.u32s("orders", &[c], &self.orders)?;
         out.f32s("core", &[a, b, c], &self.core)?;
         out.f32s("materials", &[samples, a], &self.materials)?;
-        out.f32s("outgoing", &[cells, b], &self.outgoing)?;
-        out.f32s("incoming", &[cells, 1 + c], &self.incoming)?;
-        let terms = self.widths_deg.len() as u64;
-        out.f32s("widths", &[terms], &self.widths_deg)?;
-        out.f32s("mirror", &[samples, RINGS as u64, terms], &self.mirror)
+        out.f32s("outgoing", &[nodes, b], &self.outgoing)?;
+        out.f32s("incoming", &[nodes, c], &self.incoming)?;
+        let of_cone = |cone: &Cone| [cone.width_deg, cone.tilt_deg, cone.side_deg];
+        out.f32s("cones", &[cones, 3], &self.cones.iter().flat_map(of_cone).collect::<Vec<f32>>())?;
+        out.f32s("shares", &[samples, nodes, cones], &self.shares)?;
+        out.f32s("even", &[nodes], &self.even)
     }
 
     fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let of_meta = sections.take("meta")?;
         let meta: Meta = of_meta.record()?;
-        of_meta.expect(meta.fault())?;
+        of_meta.expect(check::fault_of(&meta))?;
         let samples = Samples::decode(meta.model, sections)?;
-        let count = samples.count() as u64;
+        let orders = check::orders(&sections.take("orders")?)?;
         let section = sections.take("core")?;
-        let ranks = ranks(&section)?;
-        let core = bounded(&section, MAX_VALUE)?;
-        let materials = matrix(sections, "materials", [count, ranks[0] as u64])?.1;
-        let (section, outgoing) = matrix(sections, "outgoing", [CELLS as u64, ranks[1] as u64])?;
-        section.expect(fault_of_columns(&outgoing, ranks[1], 0))?;
-        let (section, incoming) = matrix(sections, "incoming", [CELLS as u64, 1 + ranks[2] as u64])?;
-        section.expect(fault_of_columns(&incoming, 1 + ranks[2], 1))?;
-        let diffuse = incoming.iter().step_by(1 + ranks[2]).all(|value| *value == FRAC_1_PI);
-        section.expect((!diffuse).then(|| "the first column is not the diffuse lobe, 1/π".to_owned()))?;
-        let widths_deg = widths(&sections.take("widths")?)?;
-        let section = sections.take("mirror")?;
-        section.expect_shape(&[count, RINGS as u64, widths_deg.len() as u64])?;
-        let mirror = bounded(&section, MAX_SHARE)?;
-        let negative = mirror.iter().position(|share| *share < 0.0);
-        section.expect(negative.map(|at| format!("element {at} is a share below 0")))?;
-        Ok(Self { meta, samples, ranks, core, materials, outgoing, incoming, widths_deg, mirror })
+        let ranks = check::ranks(&section, orders.len())?;
+        let core = check::bounded(&section)?;
+        let count = samples.count() as u64;
+        let mut matrix =
+            |name, rows: u64, columns: usize| check::matrix(sections, name, [rows, columns as u64]);
+        let materials = matrix("materials", count, ranks[0])?;
+        let outgoing = matrix("outgoing", NODES as u64, ranks[1])?;
+        let incoming = matrix("incoming", NODES as u64, ranks[2])?;
+        let cones = check::cones(&sections.take("cones")?)?;
+        let section = sections.take("shares")?;
+        section.expect_shape(&[count, NODES as u64, cones.len() as u64])?;
+        let shares = check::shares(&section)?;
+        let even = check::even(&sections.take("even")?)?;
+        Ok(Self { meta, samples, orders, ranks, core, materials, outgoing, incoming, cones, shares, even })
     }
-}
-
-impl Meta {
-    fn fault(&self) -> Option<String> {
-        let Self { residual, materials, outgoing, incoming, whole, .. } = *self;
-        let errors = [residual, materials, outgoing, incoming, whole];
-        let sound = errors.iter().all(|error| error.is_finite() && *error >= 0.0);
-        if !sound {
-            return Some(format!("errors {errors:?} are no numbers of at least 0"));
-        }
-        // Rounded sums of the same squares.
-        let most = residual * (1.0 + 1e-6) + 1e-9;
-        let beyond = [materials, outgoing, incoming, whole].into_iter().find(|error| *error > most)?;
-        Some(format!("an error of {beyond}, above what mirror terms leave, {residual}"))
-    }
-}
-
-/// The shape of the core, whose dimensions are 1 to [`MAX_RANK`].
-fn ranks(core: &Section) -> Result<[usize; 3]> {
-    match core.info.shape[..] {
-        [a, b, c] if [a, b, c].iter().all(|rank| (1..=MAX_RANK).contains(rank)) => {
-            Ok([a, b, c].map(|rank| rank as usize))
-        }
-        _ => Err(core.invalid(format!(
-            "has shape {:?}, expected three dimensions of 1 to {MAX_RANK}",
-            core.info.shape
-        ))),
-    }
-}
-
-/// Standard deviations of 1 to [`MAX_TERMS`] mirror terms, degrees.
-fn widths(section: &Section) -> Result<Vec<f32>> {
-    let terms = section.length()?;
-    let strange = !(1..=MAX_TERMS).contains(&terms);
-    section.expect(strange.then(|| format!("holds {terms} mirror terms, 1 to {MAX_TERMS} are allowed")))?;
-    let widths = bounded(section, MAX_WIDTH_DEG)?;
-    let sound = widths.is_sorted_by(|a, b| a < b) && widths.iter().all(|width| *width >= 0.0);
-    section.expect((!sound).then(|| "widths must increase, from 0 on".to_owned()))?;
-    Ok(widths)
-}
-
-fn bounded(section: &Section, most: f32) -> Result<Vec<f32>> {
-    let values = section.f32s()?;
-    section.expect_at_most(&values, most)?;
-    Ok(values)
-}
-
-fn matrix(sections: &mut Sections<'_>, name: &str, shape: [u64; 2]) -> Result<(Section, Vec<f32>)> {
-    let section = sections.take(name)?;
-    section.expect_shape(&shape)?;
-    let values = bounded(&section, MAX_VALUE)?;
-    Ok((section, values))
-}
-
-/// That the columns from `first` on are not orthonormal over cells, weighed by areas.
-fn fault_of_columns(matrix: &[f32], columns: usize, first: usize) -> Option<String> {
-    let product = |a: usize, b: usize| -> f64 {
-        let rows = matrix.chunks_exact(columns).enumerate();
-        let of_row = |(cell, row): (usize, &[f32])| {
-            let value = |column: usize| row.get(column).copied().map_or(0.0, f64::from);
-            disc::weight(cell / AZIMUTHS) * value(a) * value(b)
-        };
-        rows.map(of_row).sum()
-    };
-    let pairs = (first..columns).flat_map(|a| (first..=a).map(move |b| (a, b)));
-    let off = |(a, b): &(usize, usize)| (product(*a, *b) - f64::from(u8::from(a == b))).abs();
-    let worst = pairs.map(|pair| (off(&pair), pair)).find(|(off, _)| *off > ORTHONORMAL)?;
-    let (off, (a, b)) = worst;
-    Some(format!(
-        "the product of columns {a} and {b} is off by {off:.1e}, as of columns that are not orthonormal"
-    ))
 }

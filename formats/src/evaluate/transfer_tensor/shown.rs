@@ -1,0 +1,178 @@
+//! What vertices show.
+
+use super::{Lights, Lobes, Parts, Received, harmonic_weights, widths};
+use crate::basis::{blurred, hemisphere, sh};
+use crate::kinds::BrdfTensor;
+use crate::state::{Brdf, Rgb};
+use glam::{Mat3, Vec3};
+
+/// What a vertex shows, W/(sr·m²), without the direct light of suns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// By its diffuse function, if that were white.
+    pub diffuse: Rgb,
+    /// By its highlights.
+    pub glossy: Rgb,
+}
+
+/// Up to this standard deviation, degrees, what is seen of a cone is looked up in its middle alone: texels are as wide.
+const NARROW_DEG: f32 = 4.5;
+/// How far from the middle the other places are, in standard deviations: with seven of equal weight their variance is
+/// that of the Gaussian, √(7/3).
+const RING: f32 = 1.527_525_2;
+
+/// What a kind of material makes of light, worked out once.
+struct Prepared<'a> {
+    space: &'a BrdfTensor,
+    lobes: Lobes,
+    /// [`harmonic_weights`].
+    weights: Vec<f32>,
+}
+
+/// What every vertex shows.
+pub(super) fn shown(
+    parts: &Parts<'_>,
+    received: &Received,
+    lights: &Lights,
+    brdfs: &[Brdf],
+    eye: [f32; 3],
+) -> Vec<Shown> {
+    let prepared = |brdf: &Brdf| {
+        let space = parts.space(brdf.model())?;
+        Some(Prepared { lobes: Lobes::new(space, brdf)?, weights: harmonic_weights(space), space })
+    };
+    let prepared: Vec<Option<Prepared<'_>>> = brdfs.iter().map(prepared).collect();
+    let widths = widths(parts.spaces);
+    let materials = parts.scene.materials_of_vertices();
+    let of_vertex = |(vertex, material): (usize, &u32)| {
+        let material = prepared.get(*material as usize).and_then(Option::as_ref);
+        let dark = Shown { diffuse: [0.0; 3], glossy: [0.0; 3] };
+        material.map_or(dark, |material| {
+            let normal = Vec3::from(parts.scene.normals[vertex]);
+            let (tangent, bitangent) = normal.any_orthonormal_pair();
+            let columns = parts.transfer.meta.columns as usize;
+            let place = Place {
+                world_from_frame: Mat3::from_cols(tangent, bitangent, normal),
+                direct: &received.direct[vertex * columns..][..columns],
+                once: &received.once[vertex],
+                twice: received.twice[vertex],
+                seen: &parts.transfer.seen[vertex * hemisphere::TEXELS..][..hemisphere::TEXELS],
+            };
+            let way = Vec3::from(eye) - Vec3::from(parts.scene.positions[vertex]);
+            material.shown(&place, (lights, &widths), way.normalize_or(normal))
+        })
+    };
+    materials.iter().enumerate().map(of_vertex).collect()
+}
+
+/// A vertex.
+struct Place<'a> {
+    /// Columns are tangent, bitangent and normal.
+    world_from_frame: Mat3,
+    direct: &'a [Rgb],
+    once: &'a [Rgb; sh::COUNT],
+    twice: Rgb,
+    seen: &'a [u8],
+}
+
+impl Prepared<'_> {
+    /// What it shows towards the unit vector `outgoing` in world space. From behind it shows nothing.
+    fn shown(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Shown {
+        let outgoing = place.world_from_frame.transpose() * outgoing;
+        if outgoing.z <= 0.0 {
+            return Shown { diffuse: [0.0; 3], glossy: [0.0; 3] };
+        }
+        let arriving = self.arriving(place);
+        let even = BrdfTensor::seen_from(&self.space.even, outgoing).first().copied().unwrap_or_default();
+        let first = arriving.first().copied().unwrap_or_default();
+        let (rest, cones) = (self.residual(&arriving, outgoing), self.cones(place, light, outgoing));
+        Shown {
+            diffuse: first.map(|value| (even * value).max(0.0)),
+            glossy: std::array::from_fn(|c| (rest[c] + cones[c]).max(0.0)),
+        }
+    }
+
+    /// All that arrives, by columns.
+    fn arriving(&self, place: &Place<'_>) -> Vec<Rgb> {
+        let columns = self.space.columns();
+        let mut sums: Vec<Rgb> =
+            place.direct.iter().copied().chain(std::iter::repeat([0.0; 3])).take(columns).collect();
+        let towards = sh::directions()
+            .map(|direction| harmonics_at(place.once, place.world_from_frame * direction, |_| 1.0));
+        for (radiance, weights) in towards.iter().zip(self.weights.chunks_exact(columns)) {
+            // What was reflected twice is taken to come evenly from all directions.
+            for (sum, weight) in sums.iter_mut().zip(weights) {
+                (0..3).for_each(|c| sum[c] += weight * (radiance[c] + place.twice[c]));
+            }
+        }
+        sums
+    }
+
+    fn residual(&self, arriving: &[Rgb], outgoing: Vec3) -> Rgb {
+        std::array::from_fn(|c| {
+            let weights = self.space.column_weights(&self.lobes.profiles[c], outgoing);
+            weights.iter().zip(&arriving[1..]).map(|(weight, received)| weight * received[c]).sum()
+        })
+    }
+
+    fn cones(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Rgb {
+        let shares = self.lobes.cones.each_ref().map(|table| BrdfTensor::seen_from(table, outgoing));
+        let mut sum = [0.0; 3];
+        for (number, cone) in self.space.cones.iter().enumerate() {
+            for direction in cone.directions(outgoing) {
+                let radiance = self.of_cone(place, light, direction, cone.width_deg);
+                (0..3).for_each(|c| sum[c] += shares[c][number] / cone.count() as f32 * radiance[c]);
+            }
+        }
+        sum
+    }
+
+    /// What arrives in a cone about the unit vector `direction`, which may point below the surface.
+    fn of_cone(
+        &self,
+        place: &Place<'_>,
+        (lights, widths): (&Lights, &[f32]),
+        direction: Vec3,
+        width_deg: f32,
+    ) -> Rgb {
+        let (mut seen, mut above, mut points) = (0.0, 0.0, 0.0);
+        for point in cone_points(direction, width_deg) {
+            points += 1.0;
+            if point.z > 0.0 {
+                (seen, above) = (seen + hemisphere::sample(place.seen, point), above + 1.0);
+            }
+        }
+        let map = widths.iter().position(|width| *width == width_deg).and_then(|at| lights.blurred.get(at));
+        let towards = place.world_from_frame * direction;
+        let direct = map.map_or([0.0; 3], |map| blurred::radiance(map, lights.rotation_deg, towards));
+        let variance = width_deg.to_radians() * width_deg.to_radians();
+        let shrunk = |band: usize| (-0.5 * (band * (band + 1)) as f32 * variance).exp();
+        let once = harmonics_at(place.once, towards, shrunk);
+        std::array::from_fn(|c| {
+            (lights.gain[c] * direct[c] * seen + above * place.twice[c]) / points + once[c]
+        })
+    }
+}
+
+/// Radiance of `harmonics` in a direction, a band times what `scale` gives for it.
+fn harmonics_at(harmonics: &[Rgb; sh::COUNT], direction: Vec3, scale: impl Fn(usize) -> f32) -> Rgb {
+    let values = sh::evaluate(direction);
+    let mut sum = [0.0; 3];
+    for (at, (value, harmonic)) in values.iter().zip(harmonics).enumerate() {
+        let value = value * scale(at.isqrt());
+        (0..3).for_each(|c| sum[c] += value * harmonic[c]);
+    }
+    sum
+}
+
+/// Unit vectors that stand for a cone about `direction`, of equal weight: its middle, and for a wide one six around it.
+pub fn cone_points(direction: Vec3, width_deg: f32) -> impl Iterator<Item = Vec3> {
+    let (right, up) = direction.any_orthonormal_pair();
+    let (sin, cos) = (RING * width_deg.to_radians()).sin_cos();
+    let around = if width_deg > NARROW_DEG { 6 } else { 0 };
+    let ring = (0..around).map(move |k| {
+        let (s, c) = (std::f32::consts::FRAC_PI_3 * k as f32).sin_cos();
+        cos * direction + sin * (c * right + s * up)
+    });
+    std::iter::once(direction).chain(ring)
+}

@@ -3,7 +3,7 @@
 use super::{Objects, refuse};
 use crate::error::{Place, Result};
 use crate::kinds::manifest::{Manifest, MethodEntry};
-use crate::kinds::{SphereSet, scene, sparse_transfer, transfer_images};
+use crate::kinds::{SphereSet, scene, sparse_transfer, transfer_images, transfer_tensor};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -50,6 +50,14 @@ impl Settings {
     /// # Errors
     /// As [`Settings::expect`].
     pub fn expect_rows(&self, meta: &sparse_transfer::Meta) -> Result<()> {
+        self.expect(&[("terms", json!(meta.terms())), ("rays_per_texel", json!(meta.rays_per_texel))])
+    }
+
+    /// Fails unless the tensors of `meta` are those of the settings.
+    ///
+    /// # Errors
+    /// As [`Settings::expect`].
+    pub fn expect_tensors(&self, meta: &transfer_tensor::Meta) -> Result<()> {
         self.expect(&[("terms", json!(meta.terms())), ("rays_per_texel", json!(meta.rays_per_texel))])
     }
 

@@ -5,17 +5,19 @@ mod card;
 mod sparse_transfer;
 mod sphere_shadows;
 mod transfer_images;
+mod transfer_tensor;
 
 pub use card::{Card, Count, Form, Materials, Variation};
 pub use sparse_transfer::SPARSE_TRANSFER;
 pub use sphere_shadows::SPHERE_SHADOWS;
 pub use transfer_images::TRANSFER_IMAGES;
+pub use transfer_tensor::TRANSFER_TENSOR;
 
 use crate::error::{Error, Place, Result};
 use crate::near::did_you_mean;
 
 /// All methods, the one whose frames cost least first.
-pub const CARDS: [&Card; 3] = [&TRANSFER_IMAGES, &SPARSE_TRANSFER, &SPHERE_SHADOWS];
+pub const CARDS: [&Card; 4] = [&TRANSFER_IMAGES, &SPARSE_TRANSFER, &SPHERE_SHADOWS, &TRANSFER_TENSOR];
 
 impl Card {
     /// The card of the method called `name`.

@@ -12,11 +12,11 @@ pub const TRANSFER_TENSOR: Card = Card {
         (Kind::Environment, Count::Some),
         (Kind::Textures, Count::Perhaps),
         (Kind::BrdfTensor, Count::Some),
-        (Kind::BrdfBasis, Count::Perhaps),
+        (Kind::BrdfBasis, Count::Any),
         (Kind::TransferTensor, Count::One),
     ],
-    // Behind the meta.
-    first_piece: transfer_tensor::BLOCK_SECTIONS,
+    // Behind the meta, and with what vertices see.
+    first_piece: transfer_tensor::BLOCK_SECTIONS + 1,
     settings: &[
         ("revision", Form::Count),
         ("rays_per_texel", Form::Count),

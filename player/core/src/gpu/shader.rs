@@ -1,12 +1,16 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 18] = [
+const SNIPPETS: [(&str, &str); 24] = [
     ("angle", include_str!("../lit/angle.wgsl")),
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("brdf", include_str!("../lit/brdf.wgsl")),
+    ("bytes", include_str!("bytes.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
+    ("frame", include_str!("../methods/transfer_tensor/frame.wgsl")),
+    ("harmonics", include_str!("../methods/transfer_tensor/harmonics.wgsl")),
+    ("hemisphere", include_str!("../methods/transfer_tensor/hemisphere.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
     ("lobes", include_str!("../methods/sphere_shadows/lobes.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
@@ -17,7 +21,9 @@ const SNIPPETS: [(&str, &str); 18] = [
     ("sun", include_str!("../lit/sun.wgsl")),
     ("sunlight", include_str!("../lit/sunlight.wgsl")),
     ("surface", include_str!("../lit/surface.wgsl")),
+    ("tables", include_str!("../methods/transfer_tensor/tables.wgsl")),
     ("texture", include_str!("../lit/texture.wgsl")),
+    ("tile", include_str!("../methods/transfer_tensor/tile.wgsl")),
     ("triangle", include_str!("../methods/sphere_shadows/triangle.wgsl")),
     ("view", include_str!("../lit/view.wgsl")),
 ];

@@ -81,7 +81,6 @@ impl Picture {
     }
 
     /// Sets how materials reflect; textures stay.
-    #[cfg_attr(not(test), expect(dead_code, reason = "no method shines yet"))]
     pub(crate) fn set_materials(&mut self, gpu: &Gpu, brdfs: &Brdfs) {
         self.mesh.set_materials(gpu, brdfs);
     }

@@ -13,7 +13,6 @@ pub(crate) enum Surface<'a> {
         radiance: &'a Buffer,
     },
     /// With highlights.
-    #[cfg_attr(not(test), expect(dead_code, reason = "no method shines yet"))]
     Glossy {
         /// What the diffuse part of the material would show the eye if it were white.
         radiance: &'a Buffer,

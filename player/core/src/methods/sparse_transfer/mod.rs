@@ -48,7 +48,7 @@ struct SparseTransfer {
 impl SparseTransfer {
     fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
         Ok(Self {
-            waiting: Some(Surroundings::new(gpu, setup)?),
+            waiting: Some(Surroundings::new(gpu, setup, false)?),
             pending: Vec::new(),
             maps: None,
             stage: None,

@@ -71,7 +71,7 @@ struct Waiting {
 
 impl SphereShadows {
     fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
-        let surroundings = Surroundings::new(gpu, setup)?;
+        let surroundings = Surroundings::new(gpu, setup, gpu.radiance_on_cpu)?;
         let objects = Objects::new(&surroundings.scene);
         let waiting = Waiting { surroundings, objects, sets: Sets::new(), shapes: Shapes::new() };
         Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })

@@ -1,0 +1,349 @@
+//! The GPU against the CPU.
+
+use super::stage::Changed;
+use super::*;
+use crate::Error;
+use crate::support::largest_difference;
+use crate::support::tensors::{self, Bundle};
+use crate::testing::{arrivals, gpu, playlist, read_radiance};
+use relume_formats::evaluate::transfer_tensor::{Lights, widths};
+use relume_formats::kinds::scene::EnvironmentLook;
+use relume_formats::kinds::transfer_tensor::TransferTensor as Tensors;
+use relume_formats::state::{BlinnPhong, Brdf, Camera, CookTorrance, Ggx};
+
+/// The method, and the sections of its files after the first `pieces` pieces.
+fn load(gpu: &Gpu, bundle: &Bundle, pieces: usize) -> (TransferTensor, Vec<Arrival>) {
+    let setup =
+        Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
+    let (mut method, mut later) = (TransferTensor::new(gpu, setup).unwrap(), Vec::new());
+    for arrival in arrivals(bundle.folder()) {
+        if method.pieces().arrived() == pieces && method.maps.is_some() {
+            later.push(arrival);
+        } else {
+            method.section_arrived(gpu, arrival).unwrap();
+        }
+    }
+    (method, later)
+}
+
+fn load_all(gpu: &Gpu, bundle: &Bundle) -> TransferTensor {
+    load(gpu, bundle, usize::MAX).0
+}
+
+fn environment(map: &str, rotation_deg: f32, gain: Rgb) -> EnvironmentLook {
+    EnvironmentLook { map: map.to_owned(), gain, rotation_deg }
+}
+
+/// A state: what shines, materials a, b and c, where the eye is.
+struct State {
+    environment: EnvironmentLook,
+    brdfs: [Brdf; 3],
+    eye: [f32; 3],
+}
+
+fn defaults() -> [Brdf; 3] {
+    let materials = tensors::materials();
+    [0, 1, 2].map(|index| materials[index].brdf)
+}
+
+fn edited() -> [Brdf; 3] {
+    [
+        Brdf::BlinnPhong(BlinnPhong { kd: [0.0; 3], ks: [0.1, 0.8, 1.0], shininess: 199.0 }),
+        Brdf::Ggx(Ggx { base_color: [0.2, 0.9, 0.9], metallic: 0.0, roughness: 0.9 }),
+        Brdf::CookTorrance(CookTorrance { kd: [0.5; 3], ks: [0.0, 0.5, 0.2], fresnel: 0.9, roughness: 0.11 }),
+    ]
+}
+
+fn states() -> Vec<State> {
+    let state = |environment, brdfs, eye| State { environment, brdfs, eye };
+    vec![
+        state(environment("noise", 0.0, [1.0; 3]), defaults(), [0.0, 0.0, 3.0]),
+        state(environment("noise", 33.3, [0.5, 2.0, 0.0]), edited(), [2.0, 1.0, 0.3]),
+        state(environment("sun", -90.0, [1.0; 3]), defaults(), [-0.3, -0.2, 0.4]),
+        state(environment("sun", 180.0, [1e-3, 1.0, 7.0]), edited(), [0.0, 5.0, -1.0]),
+        state(environment("even", 5.0, [1.0; 3]), defaults(), [1e3, -1e3, 2e3]),
+        state(environment("black", 0.0, [1.0; 3]), defaults(), [0.0, 0.0, 3.0]),
+    ]
+}
+
+impl State {
+    fn look(&self, bundle: &Bundle) -> Look {
+        let mut look = Look::default_of(&bundle.scene.meta);
+        look.environment = Some(self.environment.clone());
+        ["a", "b", "c"].into_iter().zip(self.brdfs).for_each(|(name, brdf)| look.materials.set(name, brdf));
+        look.camera = Camera { position: self.eye, ..look.camera };
+        look
+    }
+
+    /// What the CPU says that vertices show, diffuse and glossy.
+    fn expected(&self, bundle: &Bundle, transfer: &Tensors) -> [Vec<Rgb>; 2] {
+        let map = bundle.maps.iter().find(|map| map.name == self.environment.map).unwrap();
+        let lights = Lights::new(&map.map, &self.environment, &widths(&bundle.spaces));
+        let brdfs: Vec<Brdf> = self.brdfs.into_iter().chain([tensors::materials()[3].brdf]).collect();
+        let parts = bundle.parts(transfer);
+        let shown = parts.shown(&parts.received(&lights, &brdfs), &lights, &brdfs, self.eye);
+        [shown.iter().map(|shown| shown.diffuse).collect(), shown.iter().map(|shown| shown.glossy).collect()]
+    }
+}
+
+/// Submits a frame.
+fn draw(gpu: &Gpu, method: &mut TransferTensor, look: &Look) {
+    method.update(gpu, look).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut passes = Passes::new(&mut encoder, None, 0);
+    method.encode(&mut passes);
+    passes.finish();
+    gpu.queue.submit([encoder.finish()]);
+}
+
+/// What vertices show, diffuse and glossy, the gain included.
+fn vertices(gpu: &Gpu, method: &TransferTensor) -> [Vec<Rgb>; 2] {
+    let (_, gain) = method.vertex_radiance().unwrap();
+    let shown = method.stage.as_ref().unwrap().shown();
+    [&shown.radiance, &shown.glossy].map(|buffer| {
+        let before = read_radiance(gpu, [buffer]);
+        before.into_iter().map(|rgb| std::array::from_fn(|c| rgb[c] * gain[c])).collect()
+    })
+}
+
+/// Fails unless both parts are the CPU's, to single precision of what they are sums of.
+#[track_caller]
+fn expect_shown(gpu: &Gpu, method: &TransferTensor, expected: &[Vec<Rgb>; 2], what: &str) {
+    for ((ours, theirs), part) in vertices(gpu, method).iter().zip(expected).zip(["diffuse", "glossy"]) {
+        if theirs.iter().flatten().all(|value| *value == 0.0) {
+            assert_eq!(ours, theirs, "{what}: {part}");
+        } else {
+            let difference = largest_difference(ours, theirs);
+            println!("{what}: {part} differs by {difference}");
+            assert!(difference <= 2e-4, "{what}: {part} differs by {difference}");
+        }
+    }
+}
+
+#[test]
+fn vertices_show_what_they_do_on_the_cpu_in_any_state() {
+    let Some(gpu) = gpu() else { return };
+    let bundle = Bundle::write();
+    let mut method = load_all(&gpu, &bundle);
+    assert!(method.pieces().missing.is_empty() && method.pieces().expected == 5);
+    for (number, state) in states().iter().enumerate() {
+        draw(&gpu, &mut method, &state.look(&bundle));
+        let expected = state.expected(&bundle, &bundle.transfer);
+        assert_eq!(number == 5, expected[1].iter().flatten().all(|value| *value == 0.0));
+        expect_shown(&gpu, &method, &expected, &format!("state {number}"));
+    }
+}
+
+/// The first `pieces` pieces of tensors: blocks, then light reflected once and twice.
+fn prefix(tensors: &Tensors, pieces: usize) -> Tensors {
+    let blocks = tensors.blocks.len();
+    let mut prefix = tensors.clone();
+    prefix.blocks.truncate(pieces);
+    if pieces <= blocks {
+        prefix.once = None;
+    }
+    if pieces <= blocks + 1 {
+        prefix.twice = None;
+    }
+    prefix
+}
+
+#[test]
+fn every_prefix_plays() {
+    let Some(gpu) = gpu() else { return };
+    let bundle = Bundle::write();
+    let state = &states()[1];
+    let (mut method, later) = load(&gpu, &bundle, 1);
+    let mut later = later.into_iter();
+    for pieces in 1..=5 {
+        while method.pieces().arrived() < pieces {
+            method.section_arrived(&gpu, later.next().unwrap()).unwrap();
+        }
+        assert_eq!(method.pieces().missing, (pieces..5).collect::<Vec<_>>());
+        draw(&gpu, &mut method, &state.look(&bundle));
+        let expected = state.expected(&bundle, &prefix(&bundle.transfer, pieces));
+        expect_shown(&gpu, &method, &expected, &format!("{pieces} pieces"));
+    }
+    assert!(later.next().is_none());
+}
+
+#[test]
+fn bakes_of_fewer_reflections_play() {
+    let Some(gpu) = gpu() else { return };
+    let state = &states()[1];
+    for reflections in [1, 2] {
+        let mut transfer = prefix(&tensors::transfer(150), 2 + reflections as usize);
+        transfer.meta.reflections = reflections;
+        transfer.meta.vectors = 0;
+        if reflections == 1 {
+            (transfer.meta.sources, transfer.meta.clusters, transfer.meta.ranks) = (Vec::new(), 0, [0; 2]);
+        }
+        let parts = (tensors::spaces(), tensors::bases());
+        let bundle = Bundle::of(tensors::scene(150), crate::support::sparse::maps(), parts, transfer);
+        let mut method = load_all(&gpu, &bundle);
+        assert!(method.pieces().missing.is_empty());
+        draw(&gpu, &mut method, &state.look(&bundle));
+        let expected = state.expected(&bundle, &bundle.transfer);
+        expect_shown(&gpu, &method, &expected, &format!("{reflections} reflections"));
+    }
+}
+
+#[test]
+fn small_bands_and_dispatches_give_the_identical_picture() {
+    let Some(mut gpu) = gpu() else { return };
+    let bundle = Bundle::write();
+    let state = &states()[3];
+    let mut whole = load_all(&gpu, &bundle);
+    draw(&gpu, &mut whole, &state.look(&bundle));
+    // Two tiles a band, one cluster a batch, one workgroup a row.
+    (gpu.binding_bytes, gpu.workgroups_per_dimension) = (2 * 64 * 576, 1);
+    let mut method = load_all(&gpu, &bundle);
+    draw(&gpu, &mut method, &state.look(&bundle));
+    assert_eq!(vertices(&gpu, &method), vertices(&gpu, &whole));
+    let film = |method: &TransferTensor| read_radiance(&gpu, &method.film().unwrap().bands);
+    assert_eq!(film(&method), film(&whole));
+}
+
+#[test]
+fn what_is_more_than_the_gpu_binds_is_refused() {
+    let Some(mut gpu) = gpu() else { return };
+    gpu.binding_bytes = 64 * 576 - 1;
+    let message = refusal(&gpu, &Bundle::write());
+    assert!(
+        message.contains("needs 36864 bytes in one piece") && message.contains("use a coarser mesh"),
+        "{message}"
+    );
+}
+
+#[test]
+fn no_more_is_computed_than_has_changed() {
+    let Some(gpu) = gpu() else { return };
+    let bundle = Bundle::write();
+    let (mut method, later) = load(&gpu, &bundle, 1);
+    let mut changed = |look: &Look, arrivals: Vec<Arrival>| {
+        arrivals.into_iter().for_each(|arrival| method.section_arrived(&gpu, arrival).unwrap());
+        method.update(&gpu, look).unwrap();
+        let changed = method.stage.as_ref().unwrap().changed();
+        draw(&gpu, &mut method, look);
+        changed
+    };
+    let none = Changed::default();
+    let all = Changed { light: true, materials: true, blocks: true, reflected: false, eye: true };
+    let first = states()[0].look(&bundle);
+    assert_eq!(changed(&first, Vec::new()), all);
+    assert_eq!(changed(&first, Vec::new()), none);
+    let mut look = first;
+    look.camera.fov_deg = 20.0;
+    look.camera.target = [0.3; 3];
+    assert_eq!(changed(&look, Vec::new()), none, "the eye stays where it is");
+    look.camera.position = [1.0, 0.0, 3.0];
+    assert_eq!(changed(&look, Vec::new()), Changed { eye: true, ..none });
+    look.materials.set("b", edited()[1]);
+    assert_eq!(changed(&look, Vec::new()), Changed { materials: true, ..none });
+    look.environment = Some(environment("noise", 0.0, [2.0; 3]));
+    assert_eq!(changed(&look, Vec::new()), none, "gain is a factor");
+    look.environment = Some(environment("noise", 9.0, [2.0; 3]));
+    assert_eq!(changed(&look, Vec::new()), Changed { light: true, eye: true, ..none });
+    look.environment = Some(environment("sun", 9.0, [2.0; 3]));
+    assert_eq!(changed(&look, Vec::new()), Changed { light: true, ..none });
+    assert_eq!(changed(&look, later), Changed { blocks: true, reflected: true, ..none });
+}
+
+/// After changes one at a time frames are those of a player that has seen nothing before.
+#[test]
+fn what_was_kept_is_what_would_be_computed() {
+    let Some(gpu) = gpu() else { return };
+    let bundle = Bundle::write();
+    let mut method = load_all(&gpu, &bundle);
+    let mut look = states()[0].look(&bundle);
+    let changes: [&dyn Fn(&mut Look); 5] = [
+        &|look| look.materials.set("a", edited()[0]),
+        &|look| look.camera.position = [2.0, 1.0, 0.3],
+        &|look| look.environment = Some(environment("sun", 20.0, [1.0; 3])),
+        &|look| look.materials.set("c", edited()[2]),
+        &|look| look.environment = Some(environment("sun", 77.0, [1.0; 3])),
+    ];
+    draw(&gpu, &mut method, &look);
+    for change in changes {
+        change(&mut look);
+        draw(&gpu, &mut method, &look);
+        let mut fresh = load_all(&gpu, &bundle);
+        draw(&gpu, &mut fresh, &look);
+        assert_eq!(vertices(&gpu, &method), vertices(&gpu, &fresh));
+    }
+}
+
+#[test]
+fn a_map_from_elsewhere_shines() {
+    let Some(gpu) = gpu() else { return };
+    let mut bundle = Bundle::write();
+    let mut method = load_all(&gpu, &bundle);
+    let state = State { environment: environment("other", 50.0, [1.0; 3]), ..states().remove(0) };
+    draw(&gpu, &mut method, &states()[0].look(&bundle));
+    // First new, then in the place of that.
+    for name in ["sun", "noise"] {
+        let map = bundle.maps.iter().find(|map| map.name == name).unwrap().map.clone();
+        let other = Environment { name: "other".to_owned(), map };
+        method.add_map(&gpu, &other);
+        draw(&gpu, &mut method, &state.look(&bundle));
+        bundle.maps.retain(|map| map.name != "other");
+        bundle.maps.push(other);
+        expect_shown(&gpu, &method, &state.expected(&bundle, &bundle.transfer), name);
+    }
+}
+
+/// What is said of files that do not belong together.
+fn refusal(gpu: &Gpu, bundle: &Bundle) -> String {
+    let setup =
+        Setup { scene: bundle.scene.clone(), settings: playlist(bundle.folder(), None).settings, size: None };
+    let mut method = TransferTensor::new(gpu, setup).unwrap();
+    let refused =
+        arrivals(bundle.folder()).into_iter().find_map(|arrival| method.section_arrived(gpu, arrival).err());
+    match refused.expect("something is refused") {
+        Error::Format(error) if error.is_bad_input() => error.to_string(),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn files_that_do_not_belong_together_are_refused() {
+    let Some(gpu) = gpu() else { return };
+    let of = |scene, spaces, bases, transfer| {
+        let bundle = Bundle::of(scene, crate::support::sparse::maps(), (spaces, bases), transfer);
+        refusal(&gpu, &bundle)
+    };
+    let (scene, spaces, bases) = (|| tensors::scene(150), tensors::spaces, tensors::bases);
+    let transfer = || tensors::transfer(150);
+    let twice = [spaces(), spaces()].concat();
+    let two = |mut all: Vec<_>| {
+        all.truncate(2);
+        all
+    };
+    let mut narrow = transfer();
+    narrow.meta.columns -= 1;
+    for block in &mut narrow.blocks {
+        block.scales.truncate(150 * 8);
+        block.steps.truncate(block.indices.len() * 8);
+    }
+    let mut fixed = scene();
+    fixed.meta.materials[1].varies = false;
+    for (message, part) in [
+        (
+            of(tensors::scene(160), spaces(), bases(), transfer()),
+            "tensors for 150 vertices of a scene of 160",
+        ),
+        (of(scene(), twice, bases(), transfer()), "a second BRDF space of model \"cook-torrance\""),
+        (
+            of(scene(), two(spaces()), bases(), transfer()),
+            "needs a BRDF space of model \"ggx\" before it: `b`",
+        ),
+        (of(scene(), spaces(), bases(), narrow), "has 8 columns, a BRDF space before it needs 9"),
+        (of(fixed, spaces(), bases(), transfer()), "light of material 1"),
+        (
+            of(scene(), spaces(), Vec::new(), transfer()),
+            "needs function 0 of a BRDF basis of model \"blinn-phong\"",
+        ),
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+}

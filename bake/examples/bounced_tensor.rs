@@ -12,11 +12,10 @@ use relume_bake::compress::moving_basis::{moving_basis, shares};
 use relume_bake::compress::tucker2::tucker2;
 use relume_bake::methods::environment_lit::environments;
 use relume_bake::methods::transfer_images::held_out::random_state;
-use relume_bake::methods::transfer_images::space_for;
 use relume_bake::methods::transfer_tensor::cluster::{
-    Bases, ROUNDS, Small, VERTICES, lit, of_vertices, places, tensors,
+    Bases, ROUNDS, Small, VERTICES, lit, near, of_vertices, places, tensors,
 };
-use relume_bake::methods::transfer_tensor::{Arriving, BASES, Classes, FACE_SIZE, Gather, RAYS};
+use relume_bake::methods::transfer_tensor::{Arriving, Classes, FACE_SIZE, Gather, RAYS};
 use relume_bake::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES};
 use relume_bake::trace::receivers::{Receiver, receivers, triangles};
 use relume_bake::trace::world::World;
@@ -114,7 +113,7 @@ impl Squares {
 
 impl<'a> Measured<'a> {
     fn new(scene: &'a Scene) -> Result<Self> {
-        let classes = Classes::new(scene, space_for(scene, BASES)?.basis(BASES));
+        let classes = Classes::new(scene)?;
         let of_state = |state: usize| classes.weights(&random_state(state as u32, scene));
         let weights =
             (0..STATES).map(of_state).collect::<Option<_>>().ok_or("materials are of several models")?;
@@ -219,7 +218,10 @@ impl<'a> Measured<'a> {
         let all = tensors(&(0..self.receivers.len()).collect::<Vec<_>>(), &gather);
         clock.tell("tensors");
         for (rounds, ranks) in [(ROUNDS, &RANKS[..]), (0, &RANKS[..WHOLE])] {
-            let clusters = of_vertices(&self.receivers, &gather, &arriving, (VERTICES, 32, rounds))?;
+            let clusters = match rounds {
+                0 => near(&self.receivers, (VERTICES, 32))?,
+                _ => of_vertices(&self.receivers, &gather, &arriving, (VERTICES, 32, rounds))?,
+            };
             clock.tell("clusters");
             self.clustered(&all, &clusters, &lights, ranks)?;
             clock.tell("all decompositions");

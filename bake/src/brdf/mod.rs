@@ -5,6 +5,7 @@ pub mod blinn_phong;
 pub mod cook_torrance;
 pub mod ggx;
 pub mod lobes;
+pub mod tensor;
 
 use glam::Vec3A;
 use relume_formats::basis::Angles;

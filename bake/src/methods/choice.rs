@@ -5,8 +5,12 @@ use relume_formats::method::{Materials, Variation};
 use relume_scenes::Vary;
 
 /// All methods, a line each, in the order of their cards: the one whose frames cost least first.
-pub const METHODS: [&Registered; 3] =
-    [&super::transfer_images::METHOD, &super::sparse_transfer::METHOD, &super::sphere_shadows::METHOD];
+pub const METHODS: [&Registered; 4] = [
+    &super::transfer_images::METHOD,
+    &super::sparse_transfer::METHOD,
+    &super::transfer_tensor::METHOD,
+    &super::sphere_shadows::METHOD,
+];
 
 impl Registered {
     /// The method called `name`.
@@ -15,12 +19,13 @@ impl Registered {
     }
 }
 
-/// The cheapest method that serves whatever varies of light, view and shape. Materials vary only where none
-/// of these does, for no method varies both.
+/// The cheapest method that serves whatever varies; where none does, that which serves light, view and shape.
 pub fn cheapest(vary: &Vary) -> &'static Registered {
-    let moves = Variation { materials: Materials::Fixed, ..variation(vary) };
+    let all = variation(vary);
+    let moves = Variation { materials: Materials::Fixed, ..all };
+    let serving = |wanted: Variation| METHODS.into_iter().find(|m| m.card.lets_vary.includes(&wanted));
     let [.., last] = METHODS;
-    METHODS.into_iter().find(|method| method.card.lets_vary.includes(&moves)).unwrap_or(last)
+    serving(all).or_else(|| serving(moves)).unwrap_or(last)
 }
 
 #[cfg(test)]
@@ -31,7 +36,7 @@ mod tests {
 
     #[test]
     fn the_cheapest_that_serves_what_moves_is_chosen() {
-        use relume_formats::method::{SPARSE_TRANSFER, SPHERE_SHADOWS, TRANSFER_IMAGES};
+        use relume_formats::method::{SPARSE_TRANSFER, SPHERE_SHADOWS, TRANSFER_IMAGES, TRANSFER_TENSOR};
         let vary = |light, view, shape, materials: &[usize]| Vary {
             light,
             view,
@@ -43,7 +48,8 @@ mod tests {
             (vary(false, false, false, &[]), TRANSFER_IMAGES, true),
             (vary(true, false, false, &[]), SPARSE_TRANSFER, true),
             (vary(false, true, false, &[]), SPARSE_TRANSFER, true),
-            (vary(true, true, false, &[0, 1]), SPARSE_TRANSFER, false),
+            (vary(true, true, false, &[0, 1]), TRANSFER_TENSOR, true),
+            (vary(false, true, false, &[3]), TRANSFER_TENSOR, true),
             (vary(false, false, true, &[]), SPHERE_SHADOWS, true),
             (vary(true, true, true, &[]), SPHERE_SHADOWS, true),
             (vary(false, false, true, &[2]), SPHERE_SHADOWS, false),

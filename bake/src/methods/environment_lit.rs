@@ -75,20 +75,31 @@ fn faint_glow<'a>(scene: &'a Scene, light: &Light) -> Option<&'a str> {
 /// What is left out, a sentence each: faint glows, highlights, that materials vary, and shadows within large
 /// triangles.
 pub(super) fn leaves_out(scene: &Scene, name: &str) -> Vec<String> {
-    let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
-    let share = 100.0 * Glow::FAINT;
-    let glows = glows.into_iter().map(|m| {
-        format!(
-            "material `{m}`: {name} leaves out what its texture emits, {share} % of a white one's at most"
-        )
-    });
     let highlights = scene.materials.iter().filter(|m| m.brdf.has_highlight());
     let highlights = highlights.map(|m| diffuse_only(m, name));
     let varying = scene.vary.materials.iter().map(|index| &scene.materials[*index].name);
     let varying = varying.map(|material| {
         format!("[vary] names material `{material}`, but {name} keeps materials as the scene has them")
     });
+    let glows = glows_left_out(scene, name).into_iter();
     glows.chain(highlights).chain(varying).chain(coarse::notice(scene)).collect()
+}
+
+/// The same of a method that shows highlights, and lets materials vary.
+pub(super) fn shine_left_out(scene: &Scene, name: &str) -> Vec<String> {
+    glows_left_out(scene, name).into_iter().chain(coarse::notice(scene)).collect()
+}
+
+/// That faint glows are.
+fn glows_left_out(scene: &Scene, name: &str) -> Vec<String> {
+    let glows: BTreeSet<&str> = scene.lights.iter().filter_map(|light| faint_glow(scene, light)).collect();
+    let share = 100.0 * Glow::FAINT;
+    let of_material = |material: &str| {
+        format!(
+            "material `{material}`: {name} leaves out what its texture emits, {share} % of a white one's at most"
+        )
+    };
+    glows.into_iter().map(of_material).collect()
 }
 
 /// That a material is shown without its highlight, of which a metal is made.

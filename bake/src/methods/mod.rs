@@ -4,6 +4,7 @@ pub mod asked;
 pub mod choice;
 mod coarse;
 pub mod environment_lit;
+mod receiver_pieces;
 pub mod registered;
 pub mod sparse_transfer;
 pub mod sphere_shadows;

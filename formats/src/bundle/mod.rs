@@ -9,7 +9,7 @@
 //! * [`expect_images`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file
 //!   of a method that they light;
-//! * [`expect_tensors`]: tensors against BRDF spaces, bases and scene;
+//! * [`expect_spaces`]: tensors against BRDF spaces, bases and the scene;
 //! * [`Objects`] and [`expect_receivers`]: sphere sets, shapes and receivers against the scene;
 //! * [`Settings`]: what the manifest says of settings against the files;
 //! * [`Scope`], [`Look`], [`Brdfs`], [`expect_playable`] and [`expect_some_plays`]: what of a scene may be
@@ -32,7 +32,7 @@ pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};
 pub use settings::Settings;
 pub use shadows::{MAX_SPHERE_PAIRS, Objects, expect_receivers};
-pub use tensors::expect_tensors;
+pub use tensors::expect_spaces;
 
 use crate::error::{Error, Place, Result};
 

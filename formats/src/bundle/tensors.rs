@@ -1,4 +1,4 @@
-//! Tensors against the BRDF spaces and bases before them, and against the scene.
+//! Tensors against the BRDF spaces and bases that they stand on, and the scene.
 
 use super::refuse;
 use crate::error::{Place, Result};
@@ -6,57 +6,53 @@ use crate::kinds::transfer_tensor::{Meta, Source};
 use crate::kinds::{BrdfBasis, BrdfTensor, scene};
 use crate::state::Model;
 
-/// Fails unless there is one space of `spaces` for the model of each material that an object of `scene` has, within the
-/// columns of the tensors at `place`, and for each source of reflected light the basis of a material that varies.
-pub fn expect_tensors(
+/// Fails unless there is one of `spaces` for every model that objects of `scene` wear, none has more columns than there
+/// are, and what reflects light, by the tensors
+/// at `place`, are functions of `bases` for materials that vary.
+pub fn expect_spaces(
     meta: &Meta,
     spaces: &[BrdfTensor],
     bases: &[BrdfBasis],
     scene: &scene::Meta,
     place: &Place,
 ) -> Result<()> {
-    let models: Vec<Model> = spaces.iter().map(|space| space.meta.model).collect();
-    let of_bases: Vec<Model> = bases.iter().map(|basis| basis.functions.model()).collect();
-    for (what, models) in [("BRDF space", &models), ("BRDF basis", &of_bases)] {
-        if let Some(twice) = models.iter().enumerate().find(|(at, model)| models[..*at].contains(model)) {
-            return refuse(place, format!("comes after a second {what} of model \"{}\"", twice.1.name()));
+    for (number, space) in spaces.iter().enumerate() {
+        if spaces[..number].iter().any(|other| other.meta.model == space.meta.model) {
+            return refuse(place, format!("has two BRDF tensors of {} before it", space.meta.model.name()));
         }
     }
     let worn = scene.objects.iter().filter_map(|object| scene.materials.get(object.material as usize));
-    let mut without = worn.filter(|material| !models.contains(&material.brdf.model()));
-    if let Some(material) = without.next() {
+    let lacks = |model: Model| spaces.iter().all(|space| space.meta.model != model);
+    if let Some(material) = worn.into_iter().find(|material| lacks(material.brdf.model())) {
         let (name, model) = (&material.name, material.brdf.model().name());
         return refuse(
             place,
-            format!("needs a BRDF space of model \"{model}\" before it: `{name}` is of it"),
+            format!("has no BRDF tensor of {model} before it, which material `{name}` is of"),
         );
     }
     if let Some(space) = spaces.iter().find(|space| space.columns() > meta.columns as usize) {
-        let (columns, there) = (space.columns(), meta.columns);
-        return refuse(place, format!("has {there} columns, a BRDF space before it needs {columns}"));
+        let (needed, there) = (space.columns(), meta.columns);
+        return refuse(place, format!("has {there} columns, a BRDF tensor before it needs {needed}"));
     }
-    meta.sources.iter().try_for_each(|source| expect_source(source, bases, scene, place))
+    let fault = meta.sources.iter().find_map(|source| fault_of(source, bases, scene));
+    fault.map_or(Ok(()), |fault| refuse(&place.part("section `meta`"), fault))
 }
 
-fn expect_source(source: &Source, bases: &[BrdfBasis], scene: &scene::Meta, place: &Place) -> Result<()> {
-    let Some(index) = source.material else { return Ok(()) };
-    let Some(material) = scene.materials.get(index as usize).filter(|material| material.varies) else {
-        return refuse(
-            place,
-            format!("has light of material {index}, which the scene does not have or vary"),
-        );
+fn fault_of(source: &Source, bases: &[BrdfBasis], scene: &scene::Meta) -> Option<String> {
+    let index = source.material? as usize;
+    let Some(material) = scene.materials.get(index) else {
+        return Some(format!("light is reflected by material {index}, which is not there"));
     };
-    let model = material.brdf.model();
-    let basis = bases.iter().find(|basis| basis.functions.model() == model);
-    match basis.filter(|basis| (source.basis as usize) < basis.bases()) {
-        Some(_) => Ok(()),
-        None => refuse(
-            place,
-            format!(
-                "needs function {} of a BRDF basis of model \"{}\" before it",
-                source.basis,
-                model.name()
-            ),
-        ),
+    let name = &material.name;
+    if !material.varies {
+        return Some(format!("light is reflected by functions of material `{name}`, which does not vary"));
     }
+    let basis = bases.iter().find(|basis| basis.functions.model() == material.brdf.model());
+    let there = basis.map_or(0, BrdfBasis::bases);
+    (source.basis as usize >= there).then(|| {
+        format!(
+            "light is reflected by function {} of material `{name}`, whose BRDF basis has {there}",
+            source.basis
+        )
+    })
 }

@@ -15,7 +15,7 @@ pub const TRANSFER_TENSOR: Card = Card {
         (Kind::BrdfBasis, Count::Any),
         (Kind::TransferTensor, Count::One),
     ],
-    // Behind the meta, and with what vertices see.
+    // Behind the meta, with what is seen.
     first_piece: transfer_tensor::BLOCK_SECTIONS + 1,
     settings: &[
         ("revision", Form::Count),

@@ -177,11 +177,10 @@ fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Resu
         return refuse("--method", "the same one is given twice; once is enough");
     }
     cards_of(names.iter().copied(), &Place::file("--method"))?;
-    let stranger = METHODS
-        .into_iter()
-        .filter(|method| !names.contains(&method.card.name))
-        .filter_map(|method| method.option);
-    if let Some((flag, _)) = stranger.into_iter().find(|(_, is_given)| is_given(asked)) {
+    let belongs = |flag: &str| chosen.iter().any(|method| method.option.is_some_and(|(own, _)| own == flag));
+    let mut strangers =
+        METHODS.into_iter().filter_map(|method| method.option).filter(|(flag, _)| !belongs(flag));
+    if let Some((flag, _)) = strangers.find(|(_, is_given)| is_given(asked)) {
         return refuse(
             flag,
             "belongs to a method that is not baked here; remove it, or add the method with --method",

@@ -9,6 +9,7 @@ use crate::compress::floats::{from_planes, to_planes};
 use crate::compress::frame::{grow, shrink};
 use crate::error::Result;
 use crate::job::Job;
+use crate::methods::receiver_pieces::{PIECE, Pieces, receivers_of};
 use crate::scene_hash::{Part, hash_of};
 use crate::stage::Stage;
 use crate::trace::receivers::{Receiver, receivers};
@@ -19,8 +20,6 @@ use relume_formats::Error;
 use relume_scenes::Scene;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Vertices of one piece.
-const PIECE: usize = 64;
 /// Values of a row of light that bounced.
 const BOUNCED: usize = 3 * TEXELS;
 
@@ -43,46 +42,6 @@ pub struct Logs {
     direct: WorkLog,
     /// The light of each bounce.
     bounces: Vec<WorkLog>,
-}
-
-/// Some receivers a piece.
-struct Pieces<'a, F> {
-    receivers: &'a [Receiver],
-    name: String,
-    label: &'static str,
-    key: u128,
-    bytes: F,
-}
-
-impl<F: Fn(&[Receiver]) -> Result<Vec<u8>> + Sync> Stage for Pieces<'_, F> {
-    fn name(&self) -> String {
-        self.name.clone()
-    }
-
-    fn label(&self) -> Option<&'static str> {
-        Some(self.label)
-    }
-
-    fn key(&self) -> u128 {
-        self.key
-    }
-
-    fn pieces(&self) -> u32 {
-        self.receivers.len().div_ceil(PIECE) as u32
-    }
-
-    fn piece(&self, number: u32) -> Result<Vec<u8>> {
-        (self.bytes)(receivers_of(self.receivers, number as usize))
-    }
-
-    fn keeps_log(&self) -> bool {
-        true
-    }
-}
-
-fn receivers_of(receivers: &[Receiver], piece: usize) -> &[Receiver] {
-    let first = piece * PIECE;
-    &receivers[first..(first + PIECE).min(receivers.len())]
 }
 
 fn refuse(log: &WorkLog) -> Error {

@@ -1,5 +1,6 @@
 //! Light at vertices before any reflection, by texels of a coarse light.
 
+use crate::error::Result;
 use crate::methods::sparse_transfer::texels::{FACE_SIZE as FINE, Texels, summed};
 use crate::methods::sparse_transfer::visibility::transfer_row;
 use crate::trace::receivers::Receiver;
@@ -24,12 +25,38 @@ impl Arriving {
         let texels = Texels::new(1);
         let at = |row: &mut Vec<f32>, receiver: &Receiver| {
             transfer_row(receiver, world, &texels, row);
-            let sums = summed(row, FINE, face_size);
-            let lit = (0..).zip(sums).filter(|(_, sum)| *sum > 0.0);
-            lit.map(|(texel, sum)| (texel, sum * PI)).collect()
+            coarse(row, face_size)
         };
         let rows = receivers.par_iter().map_init(|| vec![0.0; FACES * FINE * FINE], at).collect();
         Self { face_size, rows }
+    }
+
+    /// The same from rows that are there already: `rows` gives those of a piece of so many `pieces` in their order.
+    ///
+    /// # Errors
+    /// Those of `rows`.
+    pub fn of_rows(
+        pieces: usize,
+        face_size: usize,
+        rows: impl Fn(usize, &mut dyn FnMut(&[f32])) -> Result<()> + Sync,
+    ) -> Result<Self> {
+        let of_piece = |piece: usize| {
+            let mut sums = Vec::new();
+            rows(piece, &mut |row| sums.push(coarse(row, face_size)))?;
+            Ok(sums)
+        };
+        let pieces = (0..pieces).into_par_iter().map(of_piece).collect::<Result<Vec<_>>>()?;
+        Ok(Self { face_size, rows: pieces.into_iter().flatten().collect() })
+    }
+
+    /// What would arrive if nothing stood in the way.
+    pub fn open(receivers: &[Receiver], texels: &Texels, face_size: usize) -> Self {
+        let of_receiver = |receiver: &Receiver| {
+            let open = texels.centres.directions().iter().zip(&texels.weights);
+            let row: Vec<f32> = open.map(|(d, weight)| receiver.normal.dot(*d).max(0.0) * weight).collect();
+            coarse(&row, face_size)
+        };
+        Self { face_size, rows: receivers.par_iter().map(of_receiver).collect() }
     }
 
     /// What arrives at `vertex`.
@@ -52,4 +79,10 @@ impl Arriving {
         };
         Self { face_size, rows: self.rows.par_iter().map(sum).collect() }
     }
+}
+
+/// The texels of a light of `face_size`² a face that anything arrives from, with V·cos integrated over them.
+fn coarse(row: &[f32], face_size: usize) -> Vec<(u16, f32)> {
+    let lit = (0..).zip(summed(row, FINE, face_size)).filter(|(_, sum)| *sum > 0.0);
+    lit.map(|(texel, sum)| (texel, sum * PI)).collect()
 }

@@ -2,13 +2,13 @@
 //! together.
 
 use super::BASES;
-use crate::brdf::{self, blinn_phong};
+use super::functions::{Functions, Terms};
+use crate::brdf::basis::Space;
 use glam::Vec3A;
-use relume_formats::basis::Angles;
+use ndarray_linalg::error::LinalgError;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::state::{Brdf, Rgb};
+use relume_formats::state::{Brdf, Model, Rgb};
 use relume_scenes::Scene;
-use std::f32::consts::FRAC_1_PI;
 
 /// A column of the tensor of a vertex: light that something reflected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,51 +29,91 @@ pub struct Class {
     pub first: usize,
     /// How many there are.
     pub columns: usize,
-    /// A fixed material as it is; `None` for one that varies.
-    pub fixed: Option<Brdf>,
-    /// Whether a texture colours its diffuse function.
-    textured: bool,
+    /// Position in [`Classes::functions`] of what of it changes with directions, if anything does.
+    pub functions: Option<usize>,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    /// Basis functions, the diffuse one even or not, and coloured by a texture or not.
+    Varying {
+        even: bool,
+        textured: bool,
+    },
+    Fixed(Brdf),
 }
 
 /// The columns of a scene.
 pub struct Classes {
-    /// Those of each editable material: [diffuse, the first functions of its lobe], then those of the fixed
+    /// Those of each editable material: [diffuse, the other functions of its basis], then those of the fixed
     /// ones, red, green and blue, if any object wears one. A diffuse function that a texture colours has
     /// three columns.
     pub columns: Vec<Column>,
+    /// One for each model of the materials that vary.
+    pub bases: Vec<BrdfBasis>,
+    /// All there are, once each.
+    pub functions: Vec<Functions>,
     /// By material.
     of_material: Vec<Class>,
-    basis: BrdfBasis,
 }
 
-/// Most planes of values that one material reflects.
-pub const MOST: usize = BASES + 2;
-
 impl Classes {
-    /// For the materials of `scene` that vary and their `basis`, of [`BASES`] functions at most.
-    pub fn new(scene: &Scene, basis: BrdfBasis) -> Self {
+    /// For the materials of `scene`: bases of [`BASES`] functions where they vary.
+    ///
+    /// # Errors
+    /// If LAPACK fails.
+    pub fn new(scene: &Scene) -> Result<Self, LinalgError> {
+        let bases = bases_for(scene)?;
+        let mut classes = Self { columns: Vec::new(), bases, functions: Vec::new(), of_material: Vec::new() };
         let varying = &scene.vary.materials;
-        let mut columns = Vec::new();
-        let mut of_varying = Vec::new();
-        for (class, material) in varying.iter().enumerate() {
-            let textured = scene.materials[*material].texture.is_some();
-            let first = columns.len();
-            let channels: &[Option<usize>] = if textured { &[Some(0), Some(1), Some(2)] } else { &[None] };
-            columns.extend(channels.iter().map(|channel| Column { class, basis: 0, channel: *channel }));
-            columns.extend((1..basis.bases()).map(|basis| Column { class, basis, channel: None }));
-            of_varying.push(Class { first, columns: columns.len() - first, fixed: None, textured });
+        let of_varying: Vec<Class> = varying
+            .iter()
+            .enumerate()
+            .map(|(class, material)| classes.add_varying(class, &scene.materials[*material]))
+            .collect();
+        let first = classes.columns.len();
+        for (index, material) in scene.materials.iter().enumerate() {
+            let class = match varying.iter().position(|m| *m == index) {
+                Some(position) => of_varying[position].clone(),
+                None => classes.fixed(first, &material.brdf),
+            };
+            classes.of_material.push(class);
         }
-        let first = columns.len();
-        let of_material = scene.materials.iter().enumerate().map(|(index, material)| {
-            let varying = varying.iter().position(|m| *m == index).map(|class| of_varying[class].clone());
-            varying.unwrap_or(Class { first, columns: 3, fixed: Some(material.brdf), textured: false })
-        });
-        let of_material: Vec<Class> = of_material.collect();
-        if scene.objects.iter().any(|object| of_material[object.material].fixed.is_some()) {
+        let is_fixed = |class: &Class| matches!(class.kind, Kind::Fixed(_));
+        if scene.objects.iter().any(|object| is_fixed(&classes.of_material[object.material])) {
             let class = varying.len();
-            columns.extend((0..3).map(|c| Column { class, basis: 0, channel: Some(c) }));
+            classes.columns.extend((0..3).map(|c| Column { class, basis: 0, channel: Some(c) }));
         }
-        Self { columns, of_material, basis }
+        Ok(classes)
+    }
+
+    fn add_varying(&mut self, class: usize, material: &relume_scenes::Material) -> Class {
+        let textured = material.texture.is_some();
+        let first = self.columns.len();
+        let channels: &[Option<usize>] = if textured { &[Some(0), Some(1), Some(2)] } else { &[None] };
+        self.columns.extend(channels.iter().map(|channel| Column { class, basis: 0, channel: *channel }));
+        let model = material.brdf.model();
+        let even = Functions::is_diffuse_even(model);
+        let functions = self.bases.iter().find(|basis| basis.functions.model() == model).map(|basis| {
+            self.columns.extend((1..basis.bases()).map(|basis| Column { class, basis, channel: None }));
+            Functions::of_basis(basis)
+        });
+        let functions = functions.map(|functions| self.position_of(functions));
+        let kind = Kind::Varying { even, textured };
+        Class { first, columns: self.columns.len() - first, functions, kind }
+    }
+
+    fn fixed(&mut self, first: usize, brdf: &Brdf) -> Class {
+        let functions = Functions::of_fixed(brdf).map(|functions| self.position_of(functions));
+        Class { first, columns: 3, functions, kind: Kind::Fixed(*brdf) }
+    }
+
+    fn position_of(&mut self, functions: Functions) -> usize {
+        self.functions.iter().position(|known| *known == functions).unwrap_or_else(|| {
+            self.functions.push(functions);
+            self.functions.len() - 1
+        })
     }
 
     /// How a material of the scene reflects.
@@ -82,10 +122,10 @@ impl Classes {
     }
 
     /// What each column counts for in each channel if the varying materials are `materials`, in the order of
-    /// `vary`; `None` if one is of another model.
+    /// `vary`; `None` if one is of another model than the scene has there.
     pub fn weights(&self, materials: &[Brdf]) -> Option<Vec<Rgb>> {
-        let coefficients: Vec<Vec<Rgb>> =
-            materials.iter().map(|material| self.basis.coefficients_of(material)).collect::<Option<_>>()?;
+        let of = |material| self.bases.iter().find_map(|basis| basis.coefficients_of(material));
+        let coefficients: Vec<Vec<Rgb>> = materials.iter().map(of).collect::<Option<_>>()?;
         let weight = |column: &Column| {
             let all = coefficients.get(column.class).map_or([1.0; 3], |of_class| of_class[column.basis]);
             std::array::from_fn(|c| if column.channel.is_none_or(|only| only == c) { all[c] } else { 0.0 })
@@ -93,47 +133,48 @@ impl Classes {
         Some(self.columns.iter().map(weight).collect())
     }
 
-    /// The value that every column of `class` has in all directions, sr⁻¹, those that change with them 0, and
-    /// how many of the first are such; `albedo` is the texture's at the point.
-    pub fn even(&self, class: &Class, albedo: Vec3A) -> ([f32; MOST], usize) {
-        let mut values = [0.0; MOST];
-        let count = match &class.fixed {
-            Some(Brdf::BlinnPhong(material)) if material.ks == [0.0; 3] => {
-                values[..3].copy_from_slice(&blinn_phong::evaluate(material, albedo, 1.0).to_array());
-                3
-            }
-            Some(_) => 0,
-            None if self.has_even_diffuse() => {
-                let count = class.columns + 1 - self.basis.bases();
-                (0..count).for_each(|c| values[c] = FRAC_1_PI * if class.textured { albedo[c] } else { 1.0 });
-                count
-            }
-            None => 0,
+    /// The columns that light of two reflections has, [that of the one nearer the light, that of the later],
+    /// the first outside: all that some channel passes through both of.
+    pub fn pairs(&self) -> Vec<[usize; 2]> {
+        let meet = |a: &Column, b: &Column| match (a.channel, b.channel) {
+            (Some(a), Some(b)) => a == b,
+            _ => true,
         };
-        (values, count)
+        let all = |first: usize| (0..self.columns.len()).map(move |second| [first, second]);
+        let pairs = (0..self.columns.len()).flat_map(all);
+        pairs.filter(|[a, b]| meet(&self.columns[*a], &self.columns[*b])).collect()
     }
+}
 
-    /// The value of every column of `class`, sr⁻¹.
-    pub fn evaluate(&self, class: &Class, albedo: Vec3A, angles: &Angles) -> [f32; MOST] {
-        let mut values = [0.0; MOST];
-        match &class.fixed {
-            Some(material) => {
-                values[..3].copy_from_slice(&brdf::evaluate(material, albedo, angles).to_array());
+impl Class {
+    /// How its columns are made of functions where a texture has `albedo`.
+    pub fn terms(&self, albedo: Vec3A) -> Terms {
+        match &self.kind {
+            Kind::Varying { even, textured } => {
+                Terms::varying(self.columns, *even, textured.then_some(albedo))
             }
-            None => {
-                let first = class.columns - self.basis.bases();
-                self.basis.evaluate(angles, &mut values[first..class.columns]);
-                if class.textured {
-                    let diffuse = values[first];
-                    (0..3).for_each(|c| values[c] = diffuse * albedo[c]);
-                }
-            }
+            Kind::Fixed(brdf) => Terms::fixed(brdf, albedo),
         }
-        values
     }
+}
 
-    /// GGX's diffuse function leaves out what highlights reflect; the others' is Lambert's.
-    fn has_even_diffuse(&self) -> bool {
-        self.basis.functions.model() != relume_formats::state::Model::Ggx
+/// What a pair of columns counts for in each channel, by the weights of its columns.
+pub fn pair_weight(pair: [usize; 2], weights: &[Rgb]) -> Rgb {
+    let [a, b] = pair.map(|column| weights[column]);
+    std::array::from_fn(|c| a[c] * b[c])
+}
+
+/// A basis for each model among the materials of `scene` that vary. The diffuse function carries the texture
+/// of textured ones, so highlights may not use it then.
+fn bases_for(scene: &Scene) -> Result<Vec<BrdfBasis>, LinalgError> {
+    let varying = || scene.vary.materials.iter().map(|index| &scene.materials[*index]);
+    let mut bases = Vec::new();
+    for model in [Model::BlinnPhong, Model::Ggx, Model::CookTorrance] {
+        let mut of_model = varying().filter(|material| material.brdf.model() == model).peekable();
+        if of_model.peek().is_some() {
+            let textured = of_model.any(|material| material.texture.is_some());
+            bases.push(Space::new(model, BASES, !textured)?.basis(BASES));
+        }
     }
+    Ok(bases)
 }

@@ -35,7 +35,7 @@ pub struct Small {
 }
 
 /// The vertices of every cluster, increasing: about `vertices` in each, spanned by a sketch of what they
-/// receive, and at least twice `rank`. With `rounds` of 0 they are near to each other and no more.
+/// receive, and at least twice `rank`.
 ///
 /// # Errors
 /// If LAPACK does not converge.
@@ -50,9 +50,26 @@ pub fn of_vertices(
         (0..receivers.len()).into_par_iter().map(|vertex| gather.sketch(vertex, &coarse)).collect();
     let columns = sketches.first().map_or(0, Vec::len);
     let rows = Array2::from_shape_fn((sketches.len(), columns), |(vertex, k)| sketches[vertex][k]);
-    let asked =
-        Asked { clusters: receivers.len().div_ceil(vertices), rounds, sizes: 2 * rank..=MOST.max(4 * rank) };
+    let asked = asked(receivers, vertices, rank, rounds);
     clusters(&features(receivers, &rows)?.view(), &rows.view(), &asked)
+}
+
+/// The vertices of every cluster, increasing: about `vertices` in each and at least twice `rank`, near to each
+/// other by place and normal alone, which is best where columns have bases of their own
+/// (docs/notes/TRANSFER-TENSOR.md).
+///
+/// # Errors
+/// If LAPACK does not converge, which is not asked to.
+pub fn near(
+    receivers: &[Receiver],
+    (vertices, rank): (usize, usize),
+) -> Result<Vec<Vec<usize>>, LinalgError> {
+    let asked = asked(receivers, vertices, rank, 0);
+    clusters(&places(receivers).view(), &Array2::zeros((receivers.len(), 0)).view(), &asked)
+}
+
+fn asked(receivers: &[Receiver], vertices: usize, rank: usize, rounds: usize) -> Asked {
+    Asked { clusters: receivers.len().div_ceil(vertices), rounds, sizes: 2 * rank..=MOST.max(4 * rank) }
 }
 
 /// Where vertices are, for those near to each other to be found: position in parts of the scene's extent, and

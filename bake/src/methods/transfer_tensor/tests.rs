@@ -1,5 +1,4 @@
 use super::*;
-use crate::brdf::basis::Space;
 use crate::trace::lights::Lights;
 use crate::trace::path::PathTracer;
 use crate::trace::receivers::{Receiver, receivers};
@@ -7,7 +6,6 @@ use crate::trace::sampler::PixelSampler;
 use crate::trace::world::World;
 use glam::{DVec3, Vec3};
 use relume_formats::basis::{EquirectMap, cubemap, sh};
-use relume_formats::state::Model;
 use relume_scenes::{Mesh, Scene};
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -24,7 +22,7 @@ const REST: &str = "
     file = 'lamps'
 ";
 
-fn scene(text: &str) -> Scene {
+pub(super) fn scene(text: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, format!("{text}{REST}")).unwrap();
@@ -32,24 +30,23 @@ fn scene(text: &str) -> Scene {
 }
 
 /// What a gather needs of a scene.
-struct Whole {
-    scene: Scene,
-    world: World,
-    receivers: Vec<Receiver>,
-    arriving: Arriving,
-    classes: Classes,
+pub(super) struct Whole {
+    pub(super) scene: Scene,
+    pub(super) world: World,
+    pub(super) receivers: Vec<Receiver>,
+    pub(super) arriving: Arriving,
+    pub(super) classes: Classes,
 }
 
 impl Whole {
-    fn new(scene: Scene) -> Self {
+    pub(super) fn new(scene: Scene) -> Self {
         let (world, receivers) = (World::new(&scene), receivers(&scene));
         let arriving = Arriving::new(&receivers, &world, FACE_SIZE);
-        let space = Space::new(Model::BlinnPhong, BASES, true).unwrap();
-        let classes = Classes::new(&scene, space.basis(BASES));
+        let classes = Classes::new(&scene).unwrap();
         Self { scene, world, receivers, arriving, classes }
     }
 
-    fn gather(&self, rays: u32) -> Gather<'_> {
+    pub(super) fn gather(&self, rays: u32) -> Gather<'_> {
         let places = (&self.world, &self.receivers[..]);
         Gather::new(&self.scene, places, &self.arriving, &self.classes, 1).with_rays(rays)
     }
@@ -157,7 +154,7 @@ fn cavity(most_deg: f32, rings: u32) -> Mesh {
     mesh
 }
 
-fn cavity_scene(most_deg: f32) -> Whole {
+pub(super) fn cavity_scene(most_deg: f32) -> Whole {
     let mut scene = scene(
         "
         [vary]
@@ -203,7 +200,7 @@ fn no_light_gets_into_a_closed_sphere() {
     }
 }
 
-const CORNER: &str = "
+pub(super) const CORNER: &str = "
     [vary]
     materials = ['wall']
     [materials.wall]
@@ -231,7 +228,7 @@ const CORNER: &str = "
 ";
 
 /// A map of `width` columns that is even over each of 6×8×8 texels but for its own resolution.
-fn even_over_texels(width: u32) -> EquirectMap {
+pub(super) fn even_over_texels(width: u32) -> EquirectMap {
     let height = width / 2;
     let radiance = |i: u32| {
         let (u, v) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
@@ -340,13 +337,14 @@ fn bytes_do_not_depend_on_threads() {
             let gather = whole.gather(128);
             let clusters =
                 cluster::of_vertices(&whole.receivers, &gather, &whole.arriving, (300, 8, 4)).unwrap();
+            let near = cluster::near(&whole.receivers, (300, 8)).unwrap();
             let tensors = cluster::tensors(&clusters[0][..20], &gather);
             let small = cluster::Small::new(&tensors, [4, 6], cluster::Bases::Shared).unwrap();
-            (clusters, tensors, small.parts[0].core.clone())
+            ([clusters, near], tensors, small.parts[0].core.clone())
         })
     };
     let (one, two) = (on(1), on(2));
-    assert!(one.0.len() > 1 && one.1.iter().any(|value| *value != 0.0));
+    assert!(one.0.iter().all(|clusters| clusters.len() > 1) && one.1.iter().any(|value| *value != 0.0));
     assert!(one == two);
 }
 

@@ -21,6 +21,9 @@ const NARROW_DEG: f32 = 4.5;
 /// that of the Gaussian, √(7/3).
 const RING: f32 = 1.527_525_2;
 
+/// How far above the surface the eye is at least, as a cosine.
+const LEAST_HEIGHT: f32 = 1e-3;
+
 /// What a kind of material makes of light, worked out once.
 struct Prepared<'a> {
     space: &'a BrdfTensor,
@@ -76,12 +79,11 @@ struct Place<'a> {
 }
 
 impl Prepared<'_> {
-    /// What it shows towards the unit vector `outgoing` in world space. From behind it shows nothing.
+    /// What it shows towards the unit vector `outgoing` in world space, from behind what it shows along the surface: a
+    /// triangle may be seen of which a vertex faces away.
     fn shown(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Shown {
-        let outgoing = place.world_from_frame.transpose() * outgoing;
-        if outgoing.z <= 0.0 {
-            return Shown { diffuse: [0.0; 3], glossy: [0.0; 3] };
-        }
+        let Vec3 { x, y, z } = place.world_from_frame.transpose() * outgoing;
+        let outgoing = Vec3::new(x, y, z.max(LEAST_HEIGHT)).normalize();
         let arriving = self.arriving(place);
         let even = BrdfTensor::seen_from(&self.space.even, outgoing).first().copied().unwrap_or_default();
         let first = arriving.first().copied().unwrap_or_default();

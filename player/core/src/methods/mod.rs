@@ -21,7 +21,7 @@ use relume_formats::state::Rgb;
 
 /// Every method that this player knows.
 pub const METHODS: [Method; 4] =
-    [transfer_images::METHOD, sparse_transfer::METHOD, sphere_shadows::METHOD, transfer_tensor::METHOD];
+    [transfer_images::METHOD, sparse_transfer::METHOD, transfer_tensor::METHOD, sphere_shadows::METHOD];
 
 /// A method's line in the registry.
 #[derive(Debug, Clone, Copy)]

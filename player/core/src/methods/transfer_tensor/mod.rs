@@ -29,7 +29,7 @@ use crate::gpu::{Film, Gpu, Passes};
 use crate::lit::{Surroundings, belongs};
 use crate::stream::{Arrival, decode_all, decode_sections};
 use relume_formats::Place;
-use relume_formats::bundle::expect_tensors;
+use relume_formats::bundle::expect_spaces;
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::Environment;
 use relume_formats::kinds::transfer_tensor::{BLOCK_SECTIONS, Meta, ONCE_SECTIONS, TWICE_SECTIONS};
@@ -152,7 +152,7 @@ impl TransferTensor {
         let Some(waiting) = self.waiting.take() else { return Ok(()) };
         let Waiting { surroundings, spaces, bases } = &waiting;
         surroundings.expect_bake("tensors", meta.vertices.into(), place)?;
-        expect_tensors(&meta, spaces, bases, &surroundings.scene.meta, place)?;
+        expect_spaces(&meta, spaces, bases, &surroundings.scene.meta, place)?;
         surroundings.settings.expect_tensors(&meta)?;
         self.maps = Some(surroundings.map_names());
         self.next = Piece::Meta.next(&meta);

@@ -332,16 +332,16 @@ fn files_that_do_not_belong_together_are_refused() {
             of(tensors::scene(160), spaces(), bases(), transfer()),
             "tensors for 150 vertices of a scene of 160",
         ),
-        (of(scene(), twice, bases(), transfer()), "a second BRDF space of model \"cook-torrance\""),
+        (of(scene(), twice, bases(), transfer()), "has two BRDF tensors of cook-torrance"),
         (
             of(scene(), two(spaces()), bases(), transfer()),
-            "needs a BRDF space of model \"ggx\" before it: `b`",
+            "has no BRDF tensor of ggx before it, which material `b`",
         ),
-        (of(scene(), spaces(), bases(), narrow), "has 8 columns, a BRDF space before it needs 9"),
-        (of(fixed, spaces(), bases(), transfer()), "light of material 1"),
+        (of(scene(), spaces(), bases(), narrow), "has 8 columns, a BRDF tensor before it needs 9"),
+        (of(fixed, spaces(), bases(), transfer()), "functions of material `b`, which does not vary"),
         (
             of(scene(), spaces(), Vec::new(), transfer()),
-            "needs function 0 of a BRDF basis of model \"blinn-phong\"",
+            "function 0 of material `a`, whose BRDF basis has 0",
         ),
     ] {
         assert!(message.contains(part), "{message}");

@@ -131,7 +131,7 @@ pub fn scene(vertices: u32) -> StoredScene {
     scene
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     let source = |material, basis, channel| Source { material, basis, channel };
     vec![
         source(None, 0, Some(0)),
@@ -145,22 +145,31 @@ fn sources() -> Vec<Source> {
     ]
 }
 
-/// Tensors of three clusters: blocks of an odd and of an even number of terms, ranks that fill no words.
+/// Tensors of three clusters, of which the last has one vertex: blocks of an odd and of an even number of terms, ranks
+/// that fill no words.
 pub fn transfer(vertices: u32) -> TransferTensor {
-    let mut random = Random(u64::from(vertices));
-    let meta = Meta {
+    let mut transfer = random_transfer(Meta {
         vertices,
         columns: COLUMNS,
         blocks: vec![5, 2, 4],
-        unit: 1e-3,
+        unit: 2e-4,
         rays_per_texel: 1,
         reflections: 3,
         sources: sources(),
         clusters: 3,
         ranks: [6, 5],
         vectors: 7,
-    };
-    let (v, k) = (vertices as usize, COLUMNS as usize);
+    });
+    let clusters = transfer.once.iter_mut().flat_map(|once| &mut once.clusters).enumerate();
+    clusters
+        .for_each(|(vertex, cluster)| *cluster = if vertex == 70 { 2 } else { vertex as u16 * 37 % 53 % 2 });
+    transfer
+}
+
+/// Tensors of random numbers that say `meta`, of three reflections; clusters are of neighbours.
+pub fn random_transfer(meta: Meta) -> TransferTensor {
+    let mut random = Random(u64::from(meta.vertices));
+    let (v, k) = (meta.vertices as usize, meta.columns as usize);
     let blocks = meta.blocks.iter().map(|terms| block(&mut random, *terms as usize, v, k)).collect();
     let [m, n] = meta.ranks.map(|rank| rank as usize);
     let (s, c, vectors) = (meta.sources.len(), meta.clusters as usize, meta.vectors as usize);
@@ -174,17 +183,14 @@ pub fn transfer(vertices: u32) -> TransferTensor {
         blocks,
         seen: (0..v * TEXELS).map(|_| random.bits() as u8).collect(),
         once: Some(Once {
-            // The last cluster has one vertex.
-            clusters: (0..vertices)
-                .map(|vertex| if vertex == 70 { 2 } else { random.bits() as u16 % 2 })
-                .collect(),
+            clusters: (0..v).map(|vertex| (vertex * c / v) as u16).collect(),
             shares: bytes(&mut random, v * s * m),
-            core: halves(&mut random, c * s * m * n * sh::COUNT, 0.1),
+            core: halves(&mut random, c * s * m * n * sh::COUNT, 1.0),
             light: halves(&mut random, c * s * n * ONCE_LIGHT, 0.01),
         }),
         twice: Some(Twice {
             shares: bytes(&mut random, v * vectors),
-            vectors: halves(&mut random, c * vectors * TWICE_LIGHT * meta.pairs().len(), 0.01),
+            vectors: halves(&mut random, c * vectors * TWICE_LIGHT * meta.pairs().len(), 0.2),
         }),
         meta,
     }

@@ -1,11 +1,19 @@
-//! Environment maps as cones see them.
+//! Environment maps as cones see them: filtered on the CPU, each when it first shines.
 
 use crate::gpu::Gpu;
-use relume_formats::basis::blurred::blurred;
+use relume_formats::basis::blurred::{blurred, size};
 use relume_formats::basis::suns::split;
 use relume_formats::kinds::Environment;
+use wgpu::Buffer;
 
-/// Where a map, filtered for cones of one width, is in its buffer, in texels, and its size.
+/// What filters maps.
+pub(super) struct Blurs {
+    widths_deg: Vec<f32>,
+    /// By map, unless it is filtered.
+    waiting: Vec<Option<Environment>>,
+}
+
+/// Where a map, filtered for cones of one width, is in its buffer, in texels, and its size: the same for all maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) first: u32,
@@ -13,15 +21,39 @@ pub(super) struct Place {
     pub(super) height: u32,
 }
 
-/// A map without its suns filtered for cones of each of `widths_deg`, one after the other, and where each is; the
-/// same places for any map.
-pub(super) fn blurs(gpu: &Gpu, map: &Environment, widths_deg: &[f32]) -> (wgpu::Buffer, Vec<Place>) {
-    let rest = split(&map.map).rest;
-    let (mut texels, mut places) = (Vec::new(), Vec::new());
-    for width_deg in widths_deg {
-        let map = blurred(&rest, *width_deg);
-        places.push(Place { first: texels.len() as u32, width: map.width, height: map.height });
-        texels.extend(map.texels.iter().map(|[r, g, b]| [*r, *g, *b, 0.0f32]));
+impl Blurs {
+    /// Of `maps` for cones of `widths_deg`; none is filtered yet.
+    pub(super) fn new(widths_deg: Vec<f32>, maps: Vec<Environment>) -> Self {
+        Self { widths_deg, waiting: maps.into_iter().map(Some).collect() }
     }
-    (gpu.storage("blurred map", &texels), places)
+
+    /// Takes map number `index`, which is one of those that there are or the next.
+    pub(super) fn set(&mut self, index: usize, map: &Environment) {
+        match self.waiting.get_mut(index) {
+            Some(waiting) => *waiting = Some(map.clone()),
+            None => self.waiting.push(Some(map.clone())),
+        }
+    }
+
+    /// Where it is filtered for cones of `width_deg`, if it is.
+    pub(super) fn place(&self, width_deg: f32) -> Option<Place> {
+        let mut first = 0;
+        for known in &self.widths_deg {
+            let [width, height] = size(*known);
+            if *known == width_deg {
+                return Some(Place { first, width, height });
+            }
+            first += width * height;
+        }
+        None
+    }
+
+    /// Filters map number `index`, without its suns; `None` if that has been done.
+    pub(super) fn filtered(&mut self, gpu: &Gpu, index: usize) -> Option<Buffer> {
+        let map = self.waiting.get_mut(index)?.take()?;
+        let rest = split(&map.map).rest;
+        let filtered = self.widths_deg.iter().flat_map(|width_deg| blurred(&rest, *width_deg).texels);
+        let texels: Vec<[f32; 4]> = filtered.map(|[r, g, b]| [r, g, b, 0.0]).collect();
+        Some(gpu.storage("filtered map", &texels))
+    }
 }

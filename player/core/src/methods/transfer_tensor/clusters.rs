@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn batches_are_no_larger_than_bindings() {
         let of = |clusters, limit| batches(clusters, 100, limit).collect::<Vec<_>>();
-        assert_eq!(of(5, 1000), [0..5]);
+        assert_eq!(of(5, 500).len(), 1);
         assert_eq!(of(5, 299), [0..2, 2..4, 4..5]);
         assert_eq!(of(2, 1), [0..1, 1..2]);
         assert_eq!(of(0, 1000), []);

@@ -19,6 +19,8 @@
 // The map without suns as cones of each width see it, not turned; the fourth component is unused.
 @group(1) @binding(0) var<storage, read> blurred: array<vec4<f32>>;
 
+// What is seen from behind shows what it would from this height above the surface.
+const LEAST_HEIGHT = 1e-3;
 // Angles that tables are at, 0 to 90° evenly.
 const NODES = 31u;
 // Sines and cosines of sixths of a turn.
@@ -211,9 +213,11 @@ fn show(
     let frame = frame_about(place.normal);
     let way = look.eye - place.position;
     let far = length(way);
-    let outgoing = frame_from_world(frame, select(place.normal, way / far, far > 0.0));
+    let from_frame = frame_from_world(frame, select(place.normal, way / far, far > 0.0));
+    // A triangle may be seen of which a vertex faces away.
+    let outgoing = normalize(vec3<f32>(from_frame.xy, max(from_frame.z, LEAST_HEIGHT)));
     let lobes = lobes_of(place.material);
-    if lobes.space >= NO_SPACE || outgoing.z <= 0.0 {
+    if lobes.space >= NO_SPACE {
         radiance[number] = vec4<f32>(0.0);
         glossy[number] = vec4<f32>(0.0);
         return;

@@ -31,10 +31,21 @@ pub(super) struct Once {
 }
 
 /// Bytes of what clusters send: four floats for each harmonic of each function of vertices.
-pub(super) fn function_bytes(meta: &Meta) -> u64 {
+fn function_bytes(meta: &Meta) -> u64 {
     let functions =
         u64::from(meta.clusters) * meta.sources.len() as u64 * u64::from(4 * quads(meta.ranks[0]));
     functions * (sh::COUNT * size_of::<[f32; 4]>()) as u64
+}
+
+/// The same of the light on their functions of it.
+fn light_bytes(meta: &Meta) -> u64 {
+    let functions = u64::from(meta.clusters) * meta.sources.len() as u64 * u64::from(meta.ranks[1]);
+    functions * size_of::<[f32; 4]>() as u64
+}
+
+/// Bytes of the largest thing that is in one piece whatever the bands.
+pub(super) fn largest_bytes(meta: &Meta) -> u64 {
+    function_bytes(meta).max(light_bytes(meta))
 }
 
 impl Once {
@@ -49,8 +60,7 @@ impl Once {
     ) -> Self {
         let sources = meta.sources.len();
         let [m, n] = meta.ranks.map(|rank| rank as usize);
-        let lit = (meta.clusters as usize * sources * n * size_of::<[f32; 4]>()) as u64;
-        let lit = gpu.buffer("light of clusters", lit, BufferUsages::STORAGE);
+        let lit = gpu.buffer("light of clusters", light_bytes(meta), BufferUsages::STORAGE);
         let functions = gpu.buffer("functions", function_bytes(meta), BufferUsages::STORAGE);
         let mut once = Self {
             project: Dispatches::new(gpu, PROJECT, "project"),

@@ -17,8 +17,8 @@ pub(super) struct Shown {
     show: Dispatches,
     /// By band.
     looks: Vec<(Look, Buffer)>,
-    /// By environment map.
-    maps: Vec<BindGroup>,
+    /// By environment map, as soon as it has shone.
+    maps: Vec<Option<BindGroup>>,
     /// By vertex of the scene, four floats each, before the light's gain: what the diffuse part shows.
     pub(super) radiance: Buffer,
     /// What the glossy part shows.
@@ -26,23 +26,16 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// For the `bands` of the vertices of `scene`; `maps` are [filtered](super::blurs).
-    pub(super) fn new(
-        gpu: &Gpu,
-        scene: &StoredScene,
-        bands: &[Band],
-        tables: &Tables,
-        maps: &[Buffer],
-    ) -> Self {
+    /// For the `bands` of the vertices of `scene`.
+    pub(super) fn new(gpu: &Gpu, scene: &StoredScene, bands: &[Band], tables: &Tables) -> Self {
         let places = gpu.storage("places", &places(scene));
         let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC;
         let bytes = (scene.positions.len() * size_of::<[f32; 4]>()) as u64;
         let [radiance, glossy] = ["radiance", "glossy"].map(|label| gpu.buffer(label, bytes, usage));
-        let show = Dispatches::new(gpu, LOOK, "show");
         let mut shown = Self {
             gather: Dispatches::new(gpu, GATHER, "gather"),
-            maps: maps.iter().map(|map| show.common(gpu, map)).collect(),
-            show,
+            show: Dispatches::new(gpu, LOOK, "show"),
+            maps: Vec::new(),
             looks: Vec::new(),
             radiance,
             glossy,
@@ -79,12 +72,11 @@ impl Shown {
         }
     }
 
-    /// Takes map number `index`, which is one of those that there are or the next.
+    /// Takes map number `index`, [filtered](super::blurs).
     pub(super) fn set_map(&mut self, gpu: &Gpu, index: usize, map: &Buffer) {
-        let map = self.show.common(gpu, map);
-        match self.maps.get_mut(index) {
-            Some(known) => *known = map,
-            None => self.maps.push(map),
+        self.maps.resize(self.maps.len().max(index + 1), None);
+        if let Some(known) = self.maps.get_mut(index) {
+            *known = Some(self.show.common(gpu, map));
         }
     }
 
@@ -95,7 +87,7 @@ impl Shown {
 
     /// Encodes what the eye sees under map number `map`.
     pub(super) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
-        if let Some(map) = self.maps.get(map) {
+        if let Some(Some(map)) = self.maps.get(map) {
             self.show.encode_with(passes, Some(map));
         }
     }

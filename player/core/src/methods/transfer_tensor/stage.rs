@@ -2,10 +2,10 @@
 //! again.
 
 use super::bands;
-use super::blurs::blurs;
+use super::blurs::Blurs;
 use super::clusters::Members;
 use super::direct::Direct;
-use super::once::{Once, function_bytes};
+use super::once::{Once, largest_bytes};
 use super::shown::Shown;
 use super::tables::Tables;
 use super::twice::Twice;
@@ -41,7 +41,7 @@ pub(super) struct Stage {
     /// Names of materials, in the order of the scene.
     materials: Vec<String>,
     bases: Vec<BrdfBasis>,
-    widths_deg: Vec<f32>,
+    blurs: Blurs,
     light: Light,
     bands: Vec<Band>,
     direct: Direct,
@@ -125,21 +125,17 @@ impl Stage {
         };
         let ranges = bands::cut(&meta, gpu.binding_bytes).map_err(too_much)?;
         // `places` has two wide words a vertex.
-        let whole = function_bytes(&meta).max(u64::from(meta.vertices) * 2 * size_of::<[f32; 4]>() as u64);
+        let whole = largest_bytes(&meta).max(u64::from(meta.vertices) * 2 * size_of::<[f32; 4]>() as u64);
         if whole > gpu.binding_bytes {
             return Err(too_much(whole).into());
         }
-        let widths_deg = widths(&spaces);
-        let environments = surroundings.take_environments();
-        let (maps, places): (Vec<_>, Vec<_>) =
-            environments.iter().map(|map| blurs(gpu, map, &widths_deg)).unzip();
+        let blurs = Blurs::new(widths(&spaces), surroundings.take_environments());
         let light = surroundings.light(gpu, FACE_SIZE as u32, true);
         let materials = &surroundings.scene.meta.materials;
-        let of_maps = places.first().map_or(&[][..], Vec::as_slice);
-        let tables = Tables::new(gpu, materials, spaces, (&widths_deg, of_maps));
+        let tables = Tables::new(gpu, materials, spaces, &blurs);
         let bands: Vec<Band> = ranges.iter().map(|range| Band::new(gpu, &meta, range.clone())).collect();
         let direct: Vec<Buffer> = bands.iter().map(|band| band.direct.clone()).collect();
-        let shown = Shown::new(gpu, &surroundings.scene, &bands, &tables, &maps);
+        let shown = Shown::new(gpu, &surroundings.scene, &bands, &tables);
         let surface = Surface::Glossy { radiance: &shown.radiance, glossy: &shown.glossy };
         let wide = |label, rows: usize| {
             let bytes = (rows * size_of::<[f32; 4]>()) as u64;
@@ -160,7 +156,7 @@ impl Stage {
             changed: Changed::default(),
             meta,
             bases,
-            widths_deg,
+            blurs,
             light,
             bands,
             tables,
@@ -209,7 +205,7 @@ impl Stage {
     pub(super) fn add_map(&mut self, gpu: &Gpu, map: &Environment) {
         let index = self.light.add(gpu, Map::new(gpu, map));
         self.picture.set_map(gpu, index, &self.light);
-        self.shown.set_map(gpu, index, &blurs(gpu, map, &self.widths_deg).0);
+        self.blurs.set(index, map);
     }
 
     /// Sets how things look.
@@ -217,6 +213,10 @@ impl Stage {
         if let Some(environment) = &look.environment {
             if self.light.set(gpu, environment) {
                 self.picture.set_suns(gpu, &self.light);
+                let map = self.light.map();
+                if let Some(filtered) = self.blurs.filtered(gpu, map) {
+                    self.shown.set_map(gpu, map, &filtered);
+                }
                 self.changed.light = true;
             }
             self.gain = environment.gain;

@@ -1,6 +1,6 @@
 //! Tables of BRDF spaces and of the materials in them, all in one buffer of wide words.
 
-use super::blurs;
+use super::blurs::{self, Blurs};
 use super::gpu_data::Space;
 use crate::gpu::Gpu;
 use relume_formats::basis::sh;
@@ -48,13 +48,12 @@ fn single(value: f32) -> Word {
 }
 
 impl Tables {
-    /// Those of `materials` in `spaces`, at most [`SPACES`]; maps filtered for cones of `widths_deg` are where `blurs`
-    /// says.
+    /// Those of `materials` in `spaces`, at most [`SPACES`]; filtered maps are where `blurs` says.
     pub(super) fn new(
         gpu: &Gpu,
         materials: &[StoredMaterial],
         spaces: Vec<BrdfTensor>,
-        (widths_deg, blurs): (&[f32], &[blurs::Place]),
+        blurs: &Blurs,
     ) -> Self {
         let mut end = materials.len();
         let mut place = |material: &StoredMaterial| {
@@ -73,7 +72,7 @@ impl Tables {
         words.extend(sh::directions().map(|direction| numbers(direction.extend(0.0).to_array())));
         let mut places = [bytemuck::Zeroable::zeroed(); SPACES];
         for (place, space) in places.iter_mut().zip(&spaces) {
-            *place = add_space(&mut words, space, (widths_deg, blurs));
+            *place = add_space(&mut words, space, blurs);
         }
         Self { buffer: gpu.storage("tables", &words), spaces, materials, places, directions }
     }
@@ -107,7 +106,7 @@ fn coloured([red, green, blue]: &[Vec<f32>; 3]) -> impl Iterator<Item = Word> {
 }
 
 /// Appends the tables of a space, as the shaders' `Space` says.
-fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: (&[f32], &[blurs::Place])) -> Space {
+fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: &Blurs) -> Space {
     let mut add = |rows: &mut dyn Iterator<Item = Word>| {
         let first = words.len() as u32;
         words.extend(rows);
@@ -126,13 +125,11 @@ fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: (&[f32], &[blurs:
 }
 
 /// A cone in the words that the shader makes one of.
-fn of_cone(cone: &Cone, (widths_deg, blurs): (&[f32], &[blurs::Place])) -> [Word; 4] {
+fn of_cone(cone: &Cone, blurs: &Blurs) -> [Word; 4] {
     let ((sin_tilt, cos_tilt), (sin_side, cos_side)) =
         (cone.tilt_deg.to_radians().sin_cos(), cone.side_deg.to_radians().sin_cos());
-    let place = widths_deg.iter().position(|width| *width == cone.width_deg);
-    let blur = place.and_then(|place| blurs.get(place).copied());
-    let blurs::Place { first, width, height } =
-        blur.unwrap_or(blurs::Place { first: 0, width: 1, height: 1 });
+    let nowhere = blurs::Place { first: 0, width: 1, height: 1 };
+    let blurs::Place { first, width, height } = blurs.place(cone.width_deg).unwrap_or(nowhere);
     // About an axis, the sine and cosine of the angle that the others are away from the middle.
     let points: Vec<_> = cone_points(glam::Vec3::Z, cone.width_deg).collect();
     let aside = points.last().copied().unwrap_or(glam::Vec3::Z);

@@ -1,11 +1,12 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 24] = [
+const SNIPPETS: [(&str, &str); 26] = [
     ("angle", include_str!("../lit/angle.wgsl")),
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("brdf", include_str!("../lit/brdf.wgsl")),
     ("bytes", include_str!("bytes.wgsl")),
+    ("cones", include_str!("../methods/transfer_tensor/cones.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
     ("frame", include_str!("../methods/transfer_tensor/frame.wgsl")),
@@ -15,6 +16,7 @@ const SNIPPETS: [(&str, &str); 24] = [
     ("lobes", include_str!("../methods/sphere_shadows/lobes.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
     ("pi", include_str!("pi.wgsl")),
+    ("places", include_str!("../methods/transfer_tensor/places.wgsl")),
     ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),
     ("spans", include_str!("../methods/sphere_shadows/spans.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),

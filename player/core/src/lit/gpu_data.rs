@@ -104,18 +104,18 @@ mod tests {
     #[test]
     fn the_structs_have_the_shaders_layout() {
         let view = layout_of!(View { eye_in_world, near, forward, band_middle, right, band_reach, up, first_row, gain, width, height } unused);
-        for shader in [super::super::ENVIRONMENT, super::super::DIFFUSE, super::super::GLOSSY] {
+        for shader in [super::super::ENVIRONMENT, super::super::DIFFUSE] {
             expect(shader, "View", &view);
         }
         let environment = layout_of!(Environment { sin_rotation, cos_rotation, unit, face_size, points });
         expect(super::super::ENVIRONMENT, "Environment", &environment);
-        for shader in [super::super::CAST, super::super::DIFFUSE, super::super::GLOSSY] {
+        for shader in [super::super::CAST, super::super::DIFFUSE] {
             let sun = layout_of!(Sun { centre, tangent, right, half_width, up, half_height, towards, half_depth, irradiance } unused);
             expect(shader, "Sun", &sun);
             expect(shader, "Suns", &layout_of!(Suns { suns, count } unused));
         }
         let material = layout_of!(Material { albedo, alpha_cutoff, wrap, size, specular, model, f0, sharpness, levels, nearest } unused);
-        for shader in [super::super::CAST, super::super::DIFFUSE, super::super::GLOSSY] {
+        for shader in [super::super::CAST, super::super::DIFFUSE] {
             expect(shader, "Material", &material);
         }
     }

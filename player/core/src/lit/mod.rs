@@ -29,5 +29,4 @@ const HAAR: &str = include_str!("haar.wgsl");
 const CAST: &str = include_str!("cast.wgsl");
 const EXTENT: &str = include_str!("extent.wgsl");
 const DIFFUSE: &str = include_str!("diffuse.wgsl");
-const GLOSSY: &str = include_str!("glossy.wgsl");
 const AVERAGE: &str = include_str!("average.wgsl");

@@ -32,12 +32,13 @@ pub(crate) struct Picture {
 impl Picture {
     /// A picture of `size` pixels, which is [drawable](expect_drawable), of meshes that look like
     /// `surface`, before the maps of `light`.
-    pub(crate) fn new(gpu: &Gpu, size: [u32; 2], mesh: Mesh, surface: Surface<'_>, light: &Light) -> Self {
+    pub(crate) fn new(gpu: &Gpu, size: [u32; 2], mesh: Mesh, surface: Surface, light: &Light) -> Self {
         let pipelines = Pipelines {
-            surface: surface_pipeline(gpu, surface),
+            surface: surface_pipeline(gpu, &surface),
             background: background_pipeline(gpu),
             average: gpu.compute_pipeline(AVERAGE, "average"),
             materials: mesh.materials.clone(),
+            bound: surface.bound,
             environment: light.uniform().clone(),
         };
         let background = pipelines.background.get_bind_group_layout(1);
@@ -50,7 +51,7 @@ impl Picture {
             suns: Suns::new(gpu, &mesh, &pipelines.surface),
             pipelines,
             mesh,
-            vertices: surface.vertices(),
+            vertices: surface.vertices.into_iter().map(|(buffer, _)| buffer).collect(),
         }
     }
 
@@ -151,17 +152,21 @@ impl Picture {
 }
 
 /// Both sides are drawn: a surface hides what is behind it, wherever it is seen from.
-fn surface_pipeline(gpu: &Gpu, surface: Surface<'_>) -> RenderPipeline {
-    let of_mesh = [VertexFormat::Float32x3, VertexFormat::Float32x2, VertexFormat::Float32x3];
-    let known = surface.vertices().into_iter().map(|_| VertexFormat::Float32x4);
-    let attributes = (0..).zip(of_mesh.into_iter().chain(known));
-    let attributes: Vec<_> =
-        attributes.map(|(location, format)| pipeline::vertices(location, format)).collect();
-    let buffers: Vec<_> = attributes.iter().map(pipeline::buffer).collect();
+fn surface_pipeline(gpu: &Gpu, surface: &Surface) -> RenderPipeline {
+    let of_mesh = [VertexFormat::Float32x3, VertexFormat::Float32x2, VertexFormat::Float32x3].map(|f| vec![f]);
+    let known = surface.vertices.iter().map(|(_, count)| vec![VertexFormat::Float32x4; *count]);
+    let mut location = 0;
+    let attributes = of_mesh.into_iter().chain(known).map(|formats| {
+        let attributes = pipeline::vertices(location, &formats);
+        location += formats.len() as u32;
+        attributes
+    });
+    let attributes: Vec<_> = attributes.collect();
+    let buffers: Vec<_> = attributes.iter().map(|attributes| pipeline::buffer(attributes)).collect();
     let targets = [Some(COLOUR.into())];
     pipeline::new(
         gpu,
-        surface.shader(),
+        surface.shader,
         ("corner", Some("surface")),
         &buffers,
         &targets,
@@ -174,6 +179,3 @@ fn background_pipeline(gpu: &Gpu) -> RenderPipeline {
     let (points, targets) = (("everywhere", Some("background")), [Some(COLOUR.into())]);
     pipeline::new(gpu, ENVIRONMENT, points, &[], &targets, CompareFunction::GreaterEqual)
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,40 +1,24 @@
 //! How surfaces look, given what is known of their vertices.
 
-use super::{DIFFUSE, GLOSSY};
+use super::DIFFUSE;
 use wgpu::Buffer;
 
-/// What surfaces reflect, by buffers of four floats for each vertex, of which the last is unused: W/(sr·m²)
-/// before the gain, of all light but the suns, which are added where points are drawn.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Surface<'a> {
-    /// Alike in all directions.
-    Diffuse {
-        /// What white diffuse surfaces would show.
-        radiance: &'a Buffer,
-    },
-    /// With highlights.
-    Glossy {
-        /// What the diffuse part of the material would show the eye if it were white.
-        radiance: &'a Buffer,
-        /// What its glossy part shows.
-        glossy: &'a Buffer,
-    },
+/// What draws surfaces.
+#[derive(Debug, Clone)]
+pub(crate) struct Surface {
+    /// WGSL that imports `surface`, with entry points `corner` and `surface`. Its corners have place, texture
+    /// coordinates and normal at locations 0, 1 and 2.
+    pub(crate) shader: &'static str,
+    /// What it takes of each vertex besides, from location 3 on: buffers of so many times four floats.
+    pub(crate) vertices: Vec<(Buffer, usize)>,
+    /// What it takes of all, by number of the binding in group 0.
+    pub(crate) bound: Vec<(u32, Buffer)>,
 }
 
-impl Surface<'_> {
-    /// The shader, with entry points `corner` and `surface`.
-    pub(super) fn shader(self) -> &'static str {
-        match self {
-            Self::Diffuse { .. } => DIFFUSE,
-            Self::Glossy { .. } => GLOSSY,
-        }
-    }
-
-    /// What the shader takes of vertices beside their place, texture coordinates and normal.
-    pub(super) fn vertices(self) -> Vec<Buffer> {
-        match self {
-            Self::Diffuse { radiance } => vec![radiance.clone()],
-            Self::Glossy { radiance, glossy } => vec![radiance.clone(), glossy.clone()],
-        }
+impl Surface {
+    /// Surfaces that reflect alike in all directions: `radiance` is by vertex what white ones would show of all light
+    /// but the suns, W/(sr·m²) before the gain, four floats of which the last is unused.
+    pub(crate) fn diffuse(radiance: &Buffer) -> Self {
+        Self { shader: DIFFUSE, vertices: vec![(radiance.clone(), 1)], bound: Vec::new() }
     }
 }

@@ -112,7 +112,7 @@ impl Surroundings {
     }
 
     /// The picture of the meshes, whose surfaces look like `surface`, before the maps of `light`.
-    pub(crate) fn picture(&self, gpu: &Gpu, surface: Surface<'_>, light: &Light) -> Picture {
+    pub(crate) fn picture(&self, gpu: &Gpu, surface: Surface, light: &Light) -> Picture {
         Picture::new(gpu, self.size, Mesh::new(gpu, &self.scene, self.textures.as_ref()), surface, light)
     }
 }

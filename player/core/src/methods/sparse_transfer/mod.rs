@@ -83,7 +83,7 @@ impl SparseTransfer {
 fn set_up(gpu: &Gpu, mut surroundings: Surroundings, meta: Meta, place: &Place) -> Result<Stage> {
     let light = surroundings.light(gpu, meta.face_size, meta.bounces > 0);
     let columns = columns::Columns::new(gpu, meta, light.coefficients(), place)?;
-    let picture = surroundings.picture(gpu, Surface::Diffuse { radiance: columns.radiance() }, &light);
+    let picture = surroundings.picture(gpu, Surface::diffuse(columns.radiance()), &light);
     Ok(Stage::new(light, columns, picture))
 }
 

@@ -136,7 +136,7 @@ impl Waiting {
         let usage =
             BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
-        let picture = self.surroundings.picture(gpu, Surface::Diffuse { radiance: &radiance }, &light);
+        let picture = self.surroundings.picture(gpu, Surface::diffuse(&radiance), &light);
         let on_gpu = || -> Result<_> {
             let placed = [picture.positions(), picture.normals()];
             let blockers = blockers::Blockers::new(gpu, &receivers, placed, place)?;

@@ -4,14 +4,15 @@
 #import frame
 #import harmonics
 #import invocation
+#import places
 #import tables
 
 // [columns, vertices of the band]; the fourth component is unused.
-@group(0) @binding(3) var<storage, read> direct: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> direct: array<vec4<f32>>;
 // [17, vertices of the band]: 16 harmonics, and irradiance over π after two reflections; the fourth component is unused.
-@group(0) @binding(4) var<storage, read> arriving: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> arriving: array<vec4<f32>>;
 // [columns, vertices of the band]; the fourth component is unused.
-@group(0) @binding(5) var<storage, read_write> received: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> received: array<vec4<f32>>;
 
 @compute @workgroup_size(64)
 fn gather(
@@ -28,7 +29,7 @@ fn gather(
     if lobes.space >= NO_SPACE {
         return;
     }
-    let space = look.spaces[lobes.space];
+    let space = known.spaces[lobes.space];
     let frame = frame_about(place.normal);
     var once: array<vec3<f32>, 16>;
     for (var index = 0u; index < 16u; index += 1u) {
@@ -38,7 +39,7 @@ fn gather(
     let twice = arriving[16u * look.vertices + vertex].rgb;
     var towards: array<vec3<f32>, 16>;
     for (var index = 0u; index < 16u; index += 1u) {
-        let direction = world_from_frame(frame, row(look.directions + index).xyz);
+        let direction = world_from_frame(frame, row(known.directions + index).xyz);
         towards[index] = radiance_of(&once, direction, vec4<f32>(1.0)) + twice;
     }
     for (var column = 0u; column < space.columns; column += 1u) {

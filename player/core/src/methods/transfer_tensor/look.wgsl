@@ -1,28 +1,25 @@
-// What vertices show the eye: the GPU twin of `relume_formats::evaluate::transfer_tensor::shown`.
+// What vertices show the eye, but for what their highlights have of the map itself: the GPU twin of `relume_formats::evaluate::transfer_tensor::shown`.
 
+#import cones
 #import frame
 #import harmonics
 #import hemisphere
 #import invocation
-#import tables
+#import places
 
 // [columns, vertices of the band]; the fourth component is unused.
-@group(0) @binding(3) var<storage, read> received: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> received: array<vec4<f32>>;
 // [17, vertices of the band]: 16 harmonics, and irradiance over π after two reflections; the fourth component is unused.
-@group(0) @binding(4) var<storage, read> arriving: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> arriving: array<vec4<f32>>;
 // [vertices of the band, 24, 24] u8: how much of each texel of the hemisphere is visible, in 255ths.
-@group(0) @binding(5) var<storage, read> seen: array<u32>;
+@group(0) @binding(4) var<storage, read> seen: array<u32>;
 // By vertex of the scene, before the light's gain: what the diffuse part would show if it were white, and what the glossy part shows. The fourth component is
 // unused.
-@group(0) @binding(6) var<storage, read_write> radiance: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read_write> glossy: array<vec4<f32>>;
-// The map without suns as cones of each width see it, not turned; the fourth component is unused.
-@group(1) @binding(0) var<storage, read> blurred: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> radiance: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> glossy: array<vec4<f32>>;
+// [vertices of the scene, 4] the visible parts of 16 cones.
+@group(0) @binding(7) var<storage, read_write> visible: array<vec4<f32>>;
 
-// What is seen from behind shows what it would from this height above the surface.
-const LEAST_HEIGHT = 1e-3;
-// Angles that tables are at, 0 to 90° evenly.
-const NODES = 31u;
 // Sines and cosines of sixths of a turn.
 const SIXTHS = array<vec2<f32>, 6>(
     vec2<f32>(0.0, 1.0),
@@ -32,58 +29,8 @@ const SIXTHS = array<vec2<f32>, 6>(
     vec2<f32>(-0.8660254, -0.5),
     vec2<f32>(-0.8660254, 0.5),
 );
-
-// One or two Gaussians of the angle.
-struct Cone {
-    // Sines and cosines of what it is turned away from the mirror direction, along and across the plane of incidence.
-    sin_tilt: f32,
-    cos_tilt: f32,
-    sin_side: f32,
-    cos_side: f32,
-    // Where the blurred map begins, and its size.
-    map: u32,
-    width: u32,
-    height: u32,
-    // Number of Gaussians.
-    count: u32,
-    // Of the ring of points that stand for it beside its middle, if there is one.
-    sin_ring: f32,
-    cos_ring: f32,
-    points: u32,
-    // What each band of harmonics shrinks to.
-    shrunk: vec4<f32>,
-}
-
-fn cone_of(first: u32) -> Cone {
-    let turned = row(first);
-    let map = tables[first + 1u];
-    let ring = row(first + 2u);
-    return Cone(
-        turned.x, turned.y, turned.z, turned.w,
-        map.x, map.y, map.z, map.w,
-        ring.x, ring.y, tables[first + 2u].z,
-        row(first + 3u),
-    );
-}
-
-// A vertex as it is seen.
-struct Seen {
-    // Number in the band.
-    vertex: u32,
-    frame: Frame,
-    // Towards the eye, in the frame.
-    outgoing: vec3<f32>,
-    // The node before the angle to the normal, and what share the next one has.
-    node: u32,
-    between: f32,
-    twice: vec3<f32>,
-}
-
-// Of a table by angle with so many columns.
-fn at_angle(seen_from: Seen, table: u32, columns: u32, column: u32) -> vec3<f32> {
-    let at = table + seen_from.node * columns + column;
-    return mix(row(at).rgb, row(at + columns).rgb, seen_from.between);
-}
+// Wide words of the visible parts of a vertex.
+const VISIBLE_WORDS = 4u;
 
 // The cosine and sine of a multiple of the angle that `turn` has these of.
 fn multiple(turn: vec2<f32>, times: u32) -> vec2<f32> {
@@ -99,19 +46,19 @@ fn multiple(turn: vec2<f32>, times: u32) -> vec2<f32> {
 }
 
 // What the lobe without cones reflects.
-fn residual(seen_from: Seen, space: Space, weights: u32, azimuth: vec2<f32>) -> vec3<f32> {
+fn residual(vertex: u32, aspect: Aspect, space: Space, weights: u32) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     var column = 1u;
     for (var profile = 0u; profile < space.profiles; profile += 1u) {
         let order = tables[space.orders + profile].x;
-        let turned = multiple(azimuth, order);
-        var value = turned.x * received[column * look.vertices + seen_from.vertex].rgb;
+        let turned = multiple(aspect.azimuth, order);
+        var value = turned.x * received[column * look.vertices + vertex].rgb;
         column += 1u;
         if order > 0u {
-            value += turned.y * received[column * look.vertices + seen_from.vertex].rgb;
+            value += turned.y * received[column * look.vertices + vertex].rgb;
             column += 1u;
         }
-        sum += at_angle(seen_from, weights, space.profiles, profile) * value;
+        sum += at_angle(aspect, weights, space.profiles, profile) * value;
     }
     return sum;
 }
@@ -133,29 +80,10 @@ fn visibility(vertex: u32, direction: vec3<f32>) -> f32 {
     return mix(top, bottom, share.y) / 255.0;
 }
 
-// The light as a cone sees it in a direction in world space: the GPU twin of `relume_formats::basis::blurred::radiance`.
-fn light_towards(cone: Cone, direction: vec3<f32>) -> vec3<f32> {
-    let x = look.cos_rotation * direction.x - look.sin_rotation * direction.z;
-    let z = look.cos_rotation * direction.z + look.sin_rotation * direction.x;
-    let size = vec2<f32>(f32(cone.width), f32(cone.height));
-    let uv = vec2<f32>(0.5 + 0.5 * FRAC_1_PI * angle_of(x, -z), FRAC_1_PI * angle_of(length(vec2<f32>(x, z)), direction.y));
-    let at = uv * size - 0.5;
-    let first = floor(at);
-    let share = at - first;
-    let left = (u32(i32(first.x) + i32(cone.width))) % cone.width;
-    let right = (left + 1u) % cone.width;
-    let upper = cone.map + cone.width * u32(clamp(first.y, 0.0, size.y - 1.0));
-    let lower = cone.map + cone.width * u32(clamp(first.y + 1.0, 0.0, size.y - 1.0));
-    let top = mix(blurred[upper + left].rgb, blurred[upper + right].rgb, share.x);
-    let bottom = mix(blurred[lower + left].rgb, blurred[lower + right].rgb, share.x);
-    return mix(top, bottom, share.y);
-}
-
-// What arrives in a Gaussian of a cone about a unit vector in the frame, which may point below the surface.
-fn in_cone(seen_from: Seen, cone: Cone, direction: vec3<f32>, once: ptr<function, array<vec3<f32>, 16>>) -> vec3<f32> {
+// Of a cone about a unit vector in the frame, which may point below the surface, the part that is visible, and the part above the surface.
+fn parts_of(vertex: u32, cone: Cone, direction: vec3<f32>) -> vec2<f32> {
     let around = frame_about(direction);
-    var visible = 0.0;
-    var above = 0.0;
+    var parts = vec2<f32>(0.0);
     for (var number = 0u; number < cone.points; number += 1u) {
         var point = direction;
         if number > 0u {
@@ -163,37 +91,37 @@ fn in_cone(seen_from: Seen, cone: Cone, direction: vec3<f32>, once: ptr<function
             point = cone.cos_ring * direction + cone.sin_ring * (turn.y * around.tangent + turn.x * around.bitangent);
         }
         if point.z > 0.0 {
-            visible += visibility(seen_from.vertex, point);
-            above += 1.0;
+            parts += vec2<f32>(visibility(vertex, point), 1.0);
         }
     }
-    let towards = world_from_frame(seen_from.frame, direction);
-    let after_once = radiance_of(once, towards, cone.shrunk);
-    return (visible * light_towards(cone, towards) + above * seen_from.twice) / f32(cone.points) + after_once;
+    return parts / f32(cone.points);
 }
 
-fn cones(seen_from: Seen, space: Space, shares: u32, azimuth: vec2<f32>) -> vec3<f32> {
+// What cones have of light that other surfaces reflect; stores their visible parts.
+fn reflected(vertex: u32, frame: Frame, aspect: Aspect, space: Space, shares: u32) -> vec3<f32> {
     var once: array<vec3<f32>, 16>;
     for (var index = 0u; index < 16u; index += 1u) {
-        once[index] = arriving[index * look.vertices + seen_from.vertex].rgb;
+        once[index] = arriving[index * look.vertices + vertex].rgb;
     }
-    let sin_theta = length(seen_from.outgoing.xy);
+    let twice = arriving[16u * look.vertices + vertex].rgb;
     var sum = vec3<f32>(0.0);
-    for (var number = 0u; number < space.cones; number += 1u) {
-        let share = at_angle(seen_from, shares, space.cones, number);
-        if all(share == vec3<f32>(0.0)) {
-            continue;
+    for (var word = 0u; word < VISIBLE_WORDS; word += 1u) {
+        var of_word = vec4<f32>(0.0);
+        for (var k = 0u; k < 4u && 4u * word + k < space.cones; k += 1u) {
+            let number = 4u * word + k;
+            let cone = cone_of(space.first_cone + 4u * number);
+            let share = at_angle(aspect, shares, space.cones, number) / f32(cone.count);
+            for (var which = 0u; which < cone.count; which += 1u) {
+                let direction = middle_of(cone, aspect, 1.0 - 2.0 * f32(which));
+                let parts = parts_of(vertex, cone, direction);
+                of_word[k] += parts.x / f32(cone.count);
+                if any(share != vec3<f32>(0.0)) {
+                    let after_once = radiance_of(&once, world_from_frame(frame, direction), cone.shrunk);
+                    sum += share * (after_once + parts.y * twice);
+                }
+            }
         }
-        let cone = cone_of(space.first_cone + 4u * number);
-        let sin_turned = sin_theta * cone.cos_tilt + seen_from.outgoing.z * cone.sin_tilt;
-        let cos_turned = seen_from.outgoing.z * cone.cos_tilt - sin_theta * cone.sin_tilt;
-        let middle = cone.cos_side * vec3<f32>(-azimuth * sin_turned, cos_turned);
-        let across = cone.sin_side * vec3<f32>(azimuth.y, -azimuth.x, 0.0);
-        var arrives = in_cone(seen_from, cone, middle + across, &once);
-        if cone.count > 1u {
-            arrives = 0.5 * (arrives + in_cone(seen_from, cone, middle - across, &once));
-        }
-        sum += share * arrives;
+        visible[VISIBLE_WORDS * (look.first_vertex + vertex) + word] = of_word;
     }
     return sum;
 }
@@ -210,27 +138,19 @@ fn show(
     }
     let number = look.first_vertex + vertex;
     let place = places[number];
-    let frame = frame_about(place.normal);
-    let way = look.eye - place.position;
-    let far = length(way);
-    let from_frame = frame_from_world(frame, select(place.normal, way / far, far > 0.0));
-    // A triangle may be seen of which a vertex faces away.
-    let outgoing = normalize(vec3<f32>(from_frame.xy, max(from_frame.z, LEAST_HEIGHT)));
     let lobes = lobes_of(place.material);
     if lobes.space >= NO_SPACE {
         radiance[number] = vec4<f32>(0.0);
         glossy[number] = vec4<f32>(0.0);
         return;
     }
-    let space = look.spaces[lobes.space];
-    let flat = length(outgoing.xy);
-    let azimuth = select(vec2<f32>(1.0, 0.0), outgoing.xy / flat, flat > 0.0);
-    let at = angle_of(flat, outgoing.z) * (2.0 * FRAC_1_PI) * f32(NODES - 1u);
-    let node = min(u32(at), NODES - 2u);
-    let twice = arriving[16u * look.vertices + vertex].rgb;
-    let seen_from = Seen(vertex, frame, outgoing, node, at - f32(node), twice);
-    let even = at_angle(seen_from, space.even, 1u, 0u).x;
+    let space = known.spaces[lobes.space];
+    let frame = frame_about(place.normal);
+    let way = look.eye - place.position;
+    let far = length(way);
+    let aspect = aspect_of(frame_from_world(frame, select(place.normal, way / far, far > 0.0)));
+    let even = at_angle(aspect, space.even, 1u, 0u);
     radiance[number] = vec4<f32>(max(even * received[vertex].rgb, vec3<f32>(0.0)), 0.0);
-    let rest = residual(seen_from, space, lobes.weights, azimuth);
-    glossy[number] = vec4<f32>(max(rest + cones(seen_from, space, lobes.shares, azimuth), vec3<f32>(0.0)), 0.0);
+    let rest = residual(vertex, aspect, space, lobes.weights);
+    glossy[number] = vec4<f32>(rest + reflected(vertex, frame, aspect, space, lobes.shares), 0.0);
 }

@@ -3,6 +3,7 @@
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::refusal;
+use crate::support::received::tensors;
 use crate::support::refusing::{assert_forged_refused, assert_invalid, assert_refused};
 use crate::support::tensors::tensor;
 use crate::support::{samples, scenes};
@@ -42,6 +43,7 @@ fn every_kind_needs_its_sections_in_order() {
     assert_order_matters(&samples::images(3, 1, 2, true, [3, 2]));
     assert_order_matters(&tensor(3, Model::BlinnPhong, [2, 2, 2]));
     assert_order_matters(&tensor(4, Model::Ggx, [2, 2, 2]));
+    assert_order_matters(&tensors(5, 2, 2, &[1, 1], 3));
     assert_order_matters(&HaarTable::bake());
     assert_order_matters(&VisibilityTable::bake());
 }

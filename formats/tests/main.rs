@@ -24,6 +24,7 @@ mod shapes;
 mod sphere_sets;
 mod sphere_shadows;
 mod support;
+mod transfer_tensor;
 mod triple;
 mod two_level;
 mod visibility_table;

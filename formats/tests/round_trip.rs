@@ -2,6 +2,7 @@
 //! nothing behind.
 
 use crate::support::raw_file::RawFile;
+use crate::support::received::tensors;
 use crate::support::tensors::tensor;
 use crate::support::{samples, scenes};
 use half::f16;
@@ -74,6 +75,11 @@ proptest! {
     fn brdf_tensors(seed: u64, a in 1usize..5, b in 1usize..9, c in 1usize..9) {
         let model = [Model::BlinnPhong, Model::Ggx, Model::CookTorrance][seed as usize % 3];
         assert_round_trip(&tensor(seed, model, [a, b, c]));
+    }
+
+    #[test]
+    fn transfer_tensors(seed: u64, vertices in 1usize..6, columns in 1usize..5, reflections in 1u32..4) {
+        assert_round_trip(&tensors(seed, vertices, columns, &[1, 2], reflections));
     }
 
     #[test]

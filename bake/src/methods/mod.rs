@@ -8,6 +8,6 @@ mod receiver_pieces;
 pub mod registered;
 pub mod sparse_transfer;
 pub mod sphere_shadows;
-mod spread;
+pub mod spread;
 pub mod transfer_images;
 pub mod transfer_tensor;

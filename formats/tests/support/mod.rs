@@ -3,6 +3,7 @@
 pub mod playing;
 pub mod raw_file;
 pub mod reading;
+pub mod received;
 pub mod refusing;
 pub mod relighting;
 pub mod samples;

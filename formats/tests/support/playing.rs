@@ -6,11 +6,12 @@ use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
+use relume_formats::evaluate::transfer_tensor::{Lights, received};
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::{
     BrdfBasis, BrdfTensor, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene,
-    Textures, TransferImages, VisibilityTable,
+    Textures, TransferImages, TransferTensor, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Model};
@@ -113,6 +114,18 @@ pub fn play_textures(textures: &Textures) {
 pub fn play_rows(transfer: &SparseTransfer) {
     let light = [(); 3].map(|()| vec![1e-3; transfer.meta.coefficients()]);
     assert_eq!(sparse_transfer::radiance(transfer, &light).len(), transfer.meta.vertices as usize);
+}
+
+/// In the light of a dim sky; what is not small is not added up.
+pub fn play_received(transfer: &TransferTensor) {
+    let plane = || vec![1e-3; 6 * 64 * 64];
+    let planes = || [plane(), plane(), plane()];
+    let lights =
+        Lights { rest: planes(), whole: planes(), blurred: Vec::new(), rotation_deg: 0.0, gain: [1.0; 3] };
+    if transfer.meta.clusters < 100 {
+        let found = received(transfer, &lights, |_| Some(vec![[0.5; 3]; 4]));
+        assert_eq!(found.once.len(), transfer.meta.vertices as usize);
+    }
 }
 
 pub fn play_spheres(set: &SphereSet) {

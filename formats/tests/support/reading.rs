@@ -1,13 +1,13 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
 use super::playing::{
-    play_animation, play_basis, play_environment, play_images, play_rows, play_scene, play_shadows,
-    play_shape, play_spheres, play_table, play_tensor, play_textures, play_visibility,
+    play_animation, play_basis, play_environment, play_images, play_received, play_rows, play_scene,
+    play_shadows, play_shape, play_spheres, play_table, play_tensor, play_textures, play_visibility,
 };
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::{
     BrdfBasis, BrdfTensor, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene,
-    Textures, TransferImages, VisibilityTable,
+    Textures, TransferImages, TransferTensor, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
@@ -30,6 +30,7 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Shape => DeformingMesh::read_file(path).map(|shape| play_shape(&shape)),
         Kind::VisibilityTable => VisibilityTable::read_file(path).map(|table| play_visibility(&table)),
         Kind::BrdfTensor => BrdfTensor::read_file(path).map(|tensor| play_tensor(&tensor)),
+        Kind::TransferTensor => TransferTensor::read_file(path).map(|tensors| play_received(&tensors)),
         Kind::SphereShadows => SphereShadows::read_file(path).map(|shadows| play_shadows(&shadows)),
     }
 }

@@ -14,7 +14,8 @@
 
 use super::functions::{Functions, MOST};
 use crate::brdf::angles;
-use glam::{Vec3A, Vec4};
+use crate::methods::sparse_transfer::texels::FACE_SIZE as FINE;
+use glam::{DVec3, Vec3A, Vec4};
 use rayon::prelude::*;
 use relume_formats::basis::cubemap::{FACES, direction, solid_angles};
 use std::f32::consts::FRAC_PI_2;
@@ -24,7 +25,7 @@ pub const NODES: usize = 33;
 /// Nodes of azimuth.
 const AZIMUTHS: usize = 33;
 /// Solid angles of discs.
-const SIZES: usize = 3;
+const SIZES: usize = 6;
 /// Points of a disc.
 const POINTS: usize = 128;
 /// Of the last node of the outgoing direction, in nodes: functions may have a pole at the horizon.
@@ -88,18 +89,16 @@ pub struct Lit {
 }
 
 impl Discs {
-    /// Of a light of `face_size`² texels a face.
+    /// Of a light of `face_size`² texels a face, a power of two of at most 64.
     pub fn new(face_size: usize) -> Self {
         let n = face_size;
         let of_face = solid_angles(n);
         let [least, most] = [f64::min, f64::max].map(|f| of_face.iter().copied().fold(of_face[0], f));
         let step = (most / least).ln() / SIZES as f64;
         let size = |solid_angle: f64| ((solid_angle / least).ln() / step.max(1e-9)) as usize;
-        let places = || (0..FACES * n * n).map(|i| (i / (n * n), i % n, i / n % n));
-        let towards = |(face, x, y)| direction(face, n, x as f64 + 0.5, y as f64 + 0.5).as_vec3a();
         Self {
-            directions: places().map(towards).collect(),
-            sizes: places().map(|(_, x, y)| size(of_face[y * n + x]).min(SIZES - 1)).collect(),
+            directions: middles(n),
+            sizes: (0..FACES * n * n).map(|i| size(of_face[i % (n * n)]).min(SIZES - 1)).collect(),
             solid_angles: std::array::from_fn(|k| least * ((k as f64 + 0.5) * step).exp()),
         }
     }
@@ -112,6 +111,20 @@ impl Discs {
         let row = (self.sizes[usize::from(texel)] * NODES * NODES + node) as u16;
         Lit { texel, row, share, azimuth: [x / length, y / length], arriving }
     }
+}
+
+/// The mean direction of every texel, which in the outer ones is not that of their middle on the face: by a
+/// quarter of a degree in texels of 6×8×8, where a lobe of 8° may change by 3 %.
+fn middles(face_size: usize) -> Vec<Vec3A> {
+    let (n, step) = (FINE, FINE / face_size);
+    let of_face = solid_angles(n);
+    let mut sums = vec![DVec3::ZERO; FACES * face_size * face_size];
+    for (i, solid_angle) in (0..FACES).flat_map(|_| &of_face).enumerate() {
+        let (row, x) = (i / n, i % n);
+        let towards = direction(row / n, n, x as f64 + 0.5, (row % n) as f64 + 0.5);
+        sums[row / step * face_size + x / step] += towards * *solid_angle;
+    }
+    sums.into_iter().map(|sum| sum.normalize().as_vec3a()).collect()
 }
 
 /// A direction in the frame of a surface of unit `normal`: along tangent, bitangent, normal.

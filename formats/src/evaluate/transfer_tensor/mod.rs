@@ -20,6 +20,7 @@ use crate::kinds::scene::EnvironmentLook;
 use crate::kinds::transfer_tensor::FACE_SIZE;
 use crate::kinds::{BrdfBasis, BrdfTensor, StoredScene, TransferTensor};
 use crate::state::{Brdf, Model, Rgb};
+use glam::Vec3;
 
 /// A bundle.
 #[derive(Debug, Clone, Copy)]
@@ -89,7 +90,19 @@ impl Parts<'_> {
     }
 
     /// What every vertex shows an eye at the point `eye`, metres, world space.
-    pub fn shown(&self, received: &Received, lights: &Lights, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
-        shown::shown(self, received, lights, brdfs, eye)
+    pub fn shown(&self, received: &Received, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
+        shown::shown(self, received, brdfs, eye)
+    }
+
+    /// What the highlights of a point have of the map itself, W/(sr·m²): its material is `brdf`, its unit shading normal `normal`, `outgoing` the
+    /// unit vector towards the eye, in world space, and `seen` the visible part of each cone there, that of the vertices around it
+    /// interpolated; nothing if there is no space of its model.
+    pub fn mirrored(&self, lights: &Lights, brdf: &Brdf, normal: Vec3, outgoing: Vec3, seen: &[f32]) -> Rgb {
+        let space = self.space(brdf.model());
+        let lobes = space.and_then(|space| Some((space, Lobes::new(space, brdf)?)));
+        let widths = widths(self.spaces);
+        lobes.map_or([0.0; 3], |(space, lobes)| {
+            shown::mirrored((space, &lobes), (lights, &widths), normal, outgoing, seen)
+        })
     }
 }

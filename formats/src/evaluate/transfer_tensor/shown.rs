@@ -1,18 +1,20 @@
 //! What vertices show.
 
-use super::{Lights, Lobes, Parts, Received, harmonic_weights, widths};
+use super::{Lights, Lobes, Parts, Received, harmonic_weights};
 use crate::basis::{blurred, hemisphere, sh};
 use crate::kinds::BrdfTensor;
 use crate::state::{Brdf, Rgb};
 use glam::{Mat3, Vec3};
 
 /// What a vertex shows, W/(sr·m²), without the direct light of suns.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
     /// By its diffuse function, if that were white.
     pub diffuse: Rgb,
-    /// By its highlights.
+    /// By its highlights, but for what cones have of the map itself, which [`Parts::mirrored`] tells of any point.
     pub glossy: Rgb,
+    /// The visible part of each cone of its space.
+    pub seen: Vec<f32>,
 }
 
 /// Up to this standard deviation, degrees, what is seen of a cone is looked up in its middle alone: texels are as wide.
@@ -33,24 +35,17 @@ struct Prepared<'a> {
 }
 
 /// What every vertex shows.
-pub(super) fn shown(
-    parts: &Parts<'_>,
-    received: &Received,
-    lights: &Lights,
-    brdfs: &[Brdf],
-    eye: [f32; 3],
-) -> Vec<Shown> {
+pub(super) fn shown(parts: &Parts<'_>, received: &Received, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
     let prepared = |brdf: &Brdf| {
         let space = parts.space(brdf.model())?;
         Some(Prepared { lobes: Lobes::new(space, brdf)?, weights: harmonic_weights(space), space })
     };
     let prepared: Vec<Option<Prepared<'_>>> = brdfs.iter().map(prepared).collect();
-    let widths = widths(parts.spaces);
     let materials = parts.scene.materials_of_vertices();
     let of_vertex = |(vertex, material): (usize, &u32)| {
         let material = prepared.get(*material as usize).and_then(Option::as_ref);
-        let dark = Shown { diffuse: [0.0; 3], glossy: [0.0; 3] };
-        material.map_or(dark, |material| {
+        let dark = || Shown { diffuse: [0.0; 3], glossy: [0.0; 3], seen: Vec::new() };
+        material.map_or_else(dark, |material| {
             let normal = Vec3::from(parts.scene.normals[vertex]);
             let (tangent, bitangent) = normal.any_orthonormal_pair();
             let columns = parts.transfer.meta.columns as usize;
@@ -62,7 +57,7 @@ pub(super) fn shown(
                 seen: &parts.transfer.seen[vertex * hemisphere::TEXELS..][..hemisphere::TEXELS],
             };
             let way = Vec3::from(eye) - Vec3::from(parts.scene.positions[vertex]);
-            material.shown(&place, (lights, &widths), way.normalize_or(normal))
+            material.shown(&place, way.normalize_or(normal))
         })
     };
     materials.iter().enumerate().map(of_vertex).collect()
@@ -81,16 +76,17 @@ struct Place<'a> {
 impl Prepared<'_> {
     /// What it shows towards the unit vector `outgoing` in world space, from behind what it shows along the surface: a
     /// triangle may be seen of which a vertex faces away.
-    fn shown(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Shown {
-        let Vec3 { x, y, z } = place.world_from_frame.transpose() * outgoing;
-        let outgoing = Vec3::new(x, y, z.max(LEAST_HEIGHT)).normalize();
+    fn shown(&self, place: &Place<'_>, outgoing: Vec3) -> Shown {
+        let outgoing = above(place.world_from_frame.transpose() * outgoing);
         let arriving = self.arriving(place);
         let even = BrdfTensor::seen_from(&self.space.even, outgoing).first().copied().unwrap_or_default();
         let first = arriving.first().copied().unwrap_or_default();
-        let (rest, cones) = (self.residual(&arriving, outgoing), self.cones(place, light, outgoing));
+        let rest = self.residual(&arriving, outgoing);
+        let (reflected, seen) = self.cones(place, outgoing);
         Shown {
             diffuse: first.map(|value| (even * value).max(0.0)),
-            glossy: std::array::from_fn(|c| (rest[c] + cones[c]).max(0.0)),
+            glossy: std::array::from_fn(|c| rest[c] + reflected[c]),
+            seen,
         }
     }
 
@@ -117,43 +113,75 @@ impl Prepared<'_> {
         })
     }
 
-    fn cones(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Rgb {
+    /// What cones have of light that other surfaces reflect, and the visible part of each.
+    fn cones(&self, place: &Place<'_>, outgoing: Vec3) -> (Rgb, Vec<f32>) {
         let shares = self.lobes.cones.each_ref().map(|table| BrdfTensor::seen_from(table, outgoing));
-        let mut sum = [0.0; 3];
+        let (mut sum, mut seen) = ([0.0; 3], Vec::new());
         for (number, cone) in self.space.cones.iter().enumerate() {
+            let part = 1.0 / cone.count() as f32;
+            let mut of_cone = 0.0;
             for direction in cone.directions(outgoing) {
-                let radiance = self.of_cone(place, light, direction, cone.width_deg);
-                (0..3).for_each(|c| sum[c] += shares[c][number] / cone.count() as f32 * radiance[c]);
+                let [visible, above] = parts_of(place.seen, direction, cone.width_deg);
+                of_cone += part * visible;
+                let towards = place.world_from_frame * direction;
+                let once = harmonics_at(place.once, towards, |band| shrunk(band, cone.width_deg));
+                (0..3).for_each(|c| sum[c] += part * shares[c][number] * (once[c] + above * place.twice[c]));
             }
+            seen.push(of_cone);
         }
-        sum
+        (sum, seen)
     }
+}
 
-    /// What arrives in a cone about the unit vector `direction`, which may point below the surface.
-    fn of_cone(
-        &self,
-        place: &Place<'_>,
-        (lights, widths): (&Lights, &[f32]),
-        direction: Vec3,
-        width_deg: f32,
-    ) -> Rgb {
-        let (mut seen, mut above, mut points) = (0.0, 0.0, 0.0);
-        for point in cone_points(direction, width_deg) {
-            points += 1.0;
-            if point.z > 0.0 {
-                (seen, above) = (seen + hemisphere::sample(place.seen, point), above + 1.0);
-            }
+/// What the highlights of a point with the unit shading `normal` have of the map itself towards the unit vector `outgoing`, where
+/// `seen` is the visible part of each cone there.
+pub(super) fn mirrored(
+    (space, lobes): (&BrdfTensor, &Lobes),
+    (lights, widths): (&Lights, &[f32]),
+    normal: Vec3,
+    outgoing: Vec3,
+    seen: &[f32],
+) -> Rgb {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    let world_from_frame = Mat3::from_cols(tangent, bitangent, normal);
+    let outgoing = above(world_from_frame.transpose() * outgoing);
+    let shares = lobes.cones.each_ref().map(|table| BrdfTensor::seen_from(table, outgoing));
+    let mut sum = [0.0; 3];
+    for (number, (cone, seen)) in space.cones.iter().zip(seen).enumerate() {
+        let map =
+            widths.iter().position(|width| *width == cone.width_deg).and_then(|at| lights.blurred.get(at));
+        let Some(map) = map else { continue };
+        for direction in cone.directions(outgoing) {
+            let radiance = blurred::radiance(map, lights.rotation_deg, world_from_frame * direction);
+            let part = seen / cone.count() as f32;
+            (0..3).for_each(|c| sum[c] += part * shares[c][number] * lights.gain[c] * radiance[c]);
         }
-        let map = widths.iter().position(|width| *width == width_deg).and_then(|at| lights.blurred.get(at));
-        let towards = place.world_from_frame * direction;
-        let direct = map.map_or([0.0; 3], |map| blurred::radiance(map, lights.rotation_deg, towards));
-        let variance = width_deg.to_radians() * width_deg.to_radians();
-        let shrunk = |band: usize| (-0.5 * (band * (band + 1)) as f32 * variance).exp();
-        let once = harmonics_at(place.once, towards, shrunk);
-        std::array::from_fn(|c| {
-            (lights.gain[c] * direct[c] * seen + above * place.twice[c]) / points + once[c]
-        })
     }
+    sum
+}
+
+/// A unit vector in the frame of a surface, no lower than eyes may be.
+fn above(Vec3 { x, y, z }: Vec3) -> Vec3 {
+    Vec3::new(x, y, z.max(LEAST_HEIGHT)).normalize()
+}
+
+/// What is left of a band of harmonics in a cone.
+fn shrunk(band: usize, width_deg: f32) -> f32 {
+    let sigma = width_deg.to_radians();
+    (-0.5 * (band * (band + 1)) as f32 * sigma * sigma).exp()
+}
+
+/// Of a cone about the unit vector `direction`, which may point below the surface, the part that is visible, and that which is above
+/// the surface.
+fn parts_of(texels: &[u8], direction: Vec3, width_deg: f32) -> [f32; 2] {
+    let (mut seen, mut above, mut points) = (0.0, 0.0, 0.0);
+    for point in cone_points(direction, width_deg) {
+        points += 1.0;
+        if point.z > 0.0 {
+            (seen, above) = (seen + hemisphere::sample(texels, point), above + 1.0);
+        }
+    }
+    [seen / points, above / points]
 }
 
 /// Radiance of `harmonics` in a direction, a band times what `scale` gives for it.

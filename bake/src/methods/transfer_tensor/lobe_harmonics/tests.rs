@@ -3,8 +3,8 @@ use crate::trace::sampler::PixelSampler;
 use std::f32::consts::TAU;
 
 /// Against sums over many directions in the world, for surfaces and outgoing directions of any turn. Nodes of
-/// the outgoing angle are 2.8° apart, where a lobe of 8° moves by a third of its width: that is what a linear
-/// blend loses, some parts in a thousand of its harmonics.
+/// the outgoing angle are 2.8° apart: harmonics of the third band change by (3·0.05)²/8 = 0.3 % of themselves
+/// between, and where the horizon cuts off a lobe of 8° what is left of it by up to (2.8/8)²/8 = 1.5 %.
 #[test]
 fn harmonics_are_those_of_the_lobe_in_the_world() {
     let turns = Turns::new().unwrap();
@@ -16,7 +16,7 @@ fn harmonics_are_those_of_the_lobe_in_the_world() {
     ];
     for functions in all {
         let table = LobeHarmonics::new(&functions);
-        let mut worst = 0.0f64;
+        let mut worst = [0.0f64; 2];
         for number in 0..12 {
             let sample = PixelSampler::new(3, 7).sample(number);
             let [u, v] = sample.pair(0);
@@ -43,16 +43,18 @@ fn harmonics_are_those_of_the_lobe_in_the_world() {
                     sums.iter_mut().zip(y).for_each(|(sum, y)| *sum += weight * f64::from(y));
                 }
             }
+            // In parts of all functions: some are next to nothing, and change fast, near the normal.
+            let (mut off, mut norm) = (0.0, 0.0);
             for (exact, towards) in exact.iter().zip(&towards).take(functions.count()) {
                 let found = turned(&turn, towards);
-                let norm = exact.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let off =
-                    exact.iter().zip(found).map(|(a, b)| (a - f64::from(b)).powi(2)).sum::<f64>().sqrt();
-                worst = worst.max(off / norm);
+                norm += exact.iter().map(|x| x * x).sum::<f64>();
+                off += exact.iter().zip(found).map(|(a, b)| (a - f64::from(b)).powi(2)).sum::<f64>();
             }
+            let worst = &mut worst[usize::from(cos < 0.5)];
+            *worst = worst.max((off / norm).sqrt());
         }
-        println!("{functions:?}: worst {worst:.5}");
-        assert!(worst < 0.01, "{functions:?}: {worst}");
+        println!("{functions:?}: worst {worst:.5?}");
+        assert!(worst[0] < 0.004 && worst[1] < 0.016, "{functions:?}: {worst:?}");
     }
 }
 

@@ -1,6 +1,5 @@
 use super::*;
 use crate::brdf::basis::Space;
-use crate::methods::sparse_transfer::texels::FACE_SIZE as FINE;
 use crate::methods::transfer_tensor::{BASES, FACE_SIZE};
 use crate::trace::sampler::PixelSampler;
 use relume_formats::state::Model;
@@ -76,9 +75,11 @@ fn norm(values: impl Iterator<Item = f32>) -> f64 {
 }
 
 /// Lobes of all sharpnesses: what each reflects from every texel, as a norm over texels in parts of the
-/// lobe's own, and what it reflects of a white sky. A texel is no disc, the cosine changes within it, and
-/// nodes are 2.8° apart; a lobe as sharp as they may be, of 8° across, thereby errs by some per cent from
-/// texel to texel, its whole much less.
+/// lobe's own, and what it reflects of a white sky. A texel is no disc and nodes are 2.8° apart, so that
+/// lobes as sharp as they may be, 8° across, err by some per cent from texel to texel. Discs neither cover
+/// the sky evenly nor twice: what a lobe reflects of it depends on where among texels it is, ever more as it
+/// narrows towards the horizon, to 3° across at 70° and 1.4° at 80°, a tenth of a texel. In the mean over
+/// places it stays.
 #[test]
 fn lobes_are_near_their_means_and_keep_their_energy() {
     let points = points();
@@ -92,9 +93,10 @@ fn lobes_are_near_their_means_and_keep_their_energy() {
         Functions::CookTorrance(0.3, 0.1),
         Functions::CookTorrance(0.3, 0.5),
     ];
+    let mut failed = false;
     for functions in lobes {
         let table = LobeTable::new(&functions, &discs);
-        for (most_deg, bound, of_energy) in [(70.0, 0.06, 0.01), (85.0, 0.15, 0.02)] {
+        for (most_deg, bound, of_energy) in [(50.0, 0.03, 0.03), (85.0, 0.06, 0.2)] {
             let (mut mean, mut worst, mut worst_energy, mut mean_energy) = (0.0, 0.0f64, 0.0f64, 0.0);
             for number in 0..40 {
                 let sample = PixelSampler::new(3, 7).sample(number);
@@ -111,9 +113,10 @@ fn lobes_are_near_their_means_and_keep_their_energy() {
                 "{functions:?} to {most_deg}°: mean {mean:.4}, worst {worst:.4}; energy {mean_energy:+.4}, \
                  worst {worst_energy:.4}"
             );
-            assert!(mean < bound && worst_energy < of_energy, "{functions:?} to {most_deg}°");
+            failed |= mean > bound || worst_energy > of_energy || mean_energy.abs() > 0.1 * of_energy;
         }
     }
+    assert!(!failed);
 }
 
 /// The functions of the bases of all models, which change their signs: errors in parts of all functions' norm.

@@ -153,7 +153,8 @@ impl Picture {
 
 /// Both sides are drawn: a surface hides what is behind it, wherever it is seen from.
 fn surface_pipeline(gpu: &Gpu, surface: &Surface) -> RenderPipeline {
-    let of_mesh = [VertexFormat::Float32x3, VertexFormat::Float32x2, VertexFormat::Float32x3].map(|f| vec![f]);
+    let of_mesh =
+        [VertexFormat::Float32x3, VertexFormat::Float32x2, VertexFormat::Float32x3].map(|f| vec![f]);
     let known = surface.vertices.iter().map(|(_, count)| vec![VertexFormat::Float32x4; *count]);
     let mut location = 0;
     let attributes = of_mesh.into_iter().chain(known).map(|formats| {

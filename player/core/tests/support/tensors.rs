@@ -196,6 +196,32 @@ pub fn random_transfer(meta: Meta) -> TransferTensor {
     }
 }
 
+/// Tensors whose vertices are all as the first one.
+pub fn even_transfer(vertices: u32) -> TransferTensor {
+    let mut transfer = transfer(vertices);
+    let count = vertices as usize;
+    fn repeat<T: Copy>(values: &mut Vec<T>, count: usize) {
+        let of_first = values[..values.len() / count].to_vec();
+        *values = of_first.repeat(count);
+    }
+    for (block, terms) in transfer.blocks.iter_mut().zip(&transfer.meta.blocks) {
+        repeat(&mut block.scales, count);
+        let (terms, columns) = (*terms as usize, COLUMNS as usize);
+        let first = |term: usize| block.indices[term * count];
+        let indices: Vec<u16> = (0..terms).flat_map(|term| vec![first(term); count]).collect();
+        let steps =
+            (0..terms).flat_map(|term| block.steps[term * count * columns..][..columns].repeat(count));
+        (block.steps, block.indices) = (steps.collect(), indices);
+    }
+    repeat(&mut transfer.seen, count);
+    if let Some(once) = &mut transfer.once {
+        repeat(&mut once.clusters, count);
+        repeat(&mut once.shares, count);
+    }
+    transfer.twice.iter_mut().for_each(|twice| repeat(&mut twice.shares, count));
+    transfer
+}
+
 fn block(random: &mut Random, terms: usize, vertices: usize, columns: usize) -> Block {
     Block {
         // Coarse functions are more common, as they are in a bake.

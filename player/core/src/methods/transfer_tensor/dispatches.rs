@@ -18,31 +18,28 @@ impl Dispatches {
 
     /// Adds a piece with `buffers` in the order of the shader's bindings.
     pub(super) fn push(&mut self, gpu: &Gpu, buffers: &[&Buffer], workgroups: [u32; 2]) {
-        let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-        self.pieces.push((gpu.bind(&self.pipeline.get_bind_group_layout(0), resources), workgroups));
+        self.push_at(gpu, (0..).zip(buffers.iter().copied()), workgroups);
+    }
+
+    /// Adds a piece with buffers at the numbers of their bindings.
+    pub(super) fn push_at<'a>(
+        &mut self,
+        gpu: &Gpu,
+        buffers: impl IntoIterator<Item = (u32, &'a Buffer)>,
+        workgroups: [u32; 2],
+    ) {
+        let resources = buffers.into_iter().map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+        self.pieces.push((gpu.bind_at(&self.pipeline.get_bind_group_layout(0), resources), workgroups));
     }
 
     /// Encodes all of them.
     pub(super) fn encode(&self, passes: &mut Passes<'_>) {
-        self.encode_with(passes, None);
-    }
-
-    /// Encodes all of them with what they have in common.
-    pub(super) fn encode_with(&self, passes: &mut Passes<'_>, common: Option<&BindGroup>) {
         let mut pass = passes.compute(self.label);
         pass.set_pipeline(&self.pipeline);
-        if let Some(common) = common {
-            pass.set_bind_group(1, common, &[]);
-        }
         for (bindings, [x, y]) in &self.pieces {
             pass.set_bind_group(0, bindings, &[]);
             pass.dispatch_workgroups(*x, *y, 1);
         }
-    }
-
-    /// What pieces have in common: `buffer`.
-    pub(super) fn common(&self, gpu: &Gpu, buffer: &Buffer) -> BindGroup {
-        gpu.bind(&self.pipeline.get_bind_group_layout(1), [buffer.as_entire_binding()])
     }
 }
 

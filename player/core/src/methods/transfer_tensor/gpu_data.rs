@@ -94,6 +94,18 @@ pub(super) struct Space {
     pub(super) unused: u32,
 }
 
+/// All spaces, and how the light is turned about +Y.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Spaces {
+    pub(super) sin_rotation: f32,
+    pub(super) cos_rotation: f32,
+    /// Where the directions of harmonics begin in the tables.
+    pub(super) directions: u32,
+    pub(super) unused: u32,
+    pub(super) spaces: [Space; 3],
+}
+
 /// How the vertices of a band are looked at.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -101,11 +113,7 @@ pub(super) struct Look {
     pub(super) eye: [f32; 3],
     pub(super) first_vertex: u32,
     pub(super) vertices: u32,
-    pub(super) sin_rotation: f32,
-    pub(super) cos_rotation: f32,
-    /// Where the directions of harmonics begin in the tables.
-    pub(super) directions: u32,
-    pub(super) spaces: [Space; 3],
+    pub(super) unused: [u32; 3],
 }
 
 /// A vertex.
@@ -120,7 +128,7 @@ pub(super) struct Place {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BOUNCE, CORE, DIRECT, GATHER, LOOK, PAIRS, SECOND};
+    use super::super::{BOUNCE, CORE, DIRECT, GATHER, GLOSSY, LOOK, PAIRS, SECOND};
     use super::*;
     use crate::gpu::layout::{expect, layout_of};
 
@@ -137,11 +145,13 @@ mod tests {
         expect(SECOND, "Second", &layout_of!(Second { vertices, vectors, quads }));
         let space =
             layout_of!(Space { columns, profiles, cones, harmonics, orders, even, first_cone, unused });
-        let look =
-            layout_of!(Look { eye, first_vertex, vertices, sin_rotation, cos_rotation, directions, spaces });
-        for shader in [GATHER, LOOK] {
+        let spaces = layout_of!(Spaces { sin_rotation, cos_rotation, directions, unused, spaces });
+        for shader in [GATHER, LOOK, GLOSSY] {
             expect(shader, "Space", &space);
-            expect(shader, "Look", &look);
+            expect(shader, "Spaces", &spaces);
+        }
+        for shader in [GATHER, LOOK] {
+            expect(shader, "Look", &layout_of!(Look { eye, first_vertex, vertices } unused));
             expect(shader, "Place", &layout_of!(Place { position, material, normal } unused));
         }
     }

@@ -3,8 +3,8 @@
 //!
 //! What a frame costs depends on what has changed. The light is transformed and multiplied with blocks ([`direct`])
 //! and clusters ([`once`]); materials come in where clusters' functions meet at vertices ([`once`], [`twice`]); all
-//! that a vertex receives is gathered in the columns of its BRDF space, and what of it goes towards the eye is
-//! looked up there and in cones of the filtered map ([`shown`]). A map or its rotation asks for all of it, a
+//! that a vertex receives is gathered in the columns of its BRDF space, which tell what of it goes towards the eye
+//! ([`shown`]); what highlights have of the map itself every point that is drawn looks up in cones. A map or its rotation asks for all of it, a
 //! material for all but the sums under the light, the camera for the last pass alone.
 //!
 //! Blocks arrive the most important first, with the first what vertices see, then reflected light; any prefix
@@ -28,12 +28,13 @@ use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use crate::lit::{Surroundings, belongs};
 use crate::stream::{Arrival, decode_all, decode_sections};
-use relume_formats::Place;
 use relume_formats::bundle::expect_spaces;
 use relume_formats::container::{Kind, Section};
-use relume_formats::kinds::Environment;
 use relume_formats::kinds::transfer_tensor::{BLOCK_SECTIONS, Meta, ONCE_SECTIONS, TWICE_SECTIONS};
+use relume_formats::kinds::{BrdfTensor, Environment};
 use relume_formats::state::Rgb;
+use relume_formats::{Error as FormatError, Place};
+use shown::VISIBLE_WORDS;
 use stage::{Stage, Waiting};
 
 /// The method's line in the registry.
@@ -52,6 +53,7 @@ const PAIRS: &str = include_str!("pairs.wgsl");
 const SECOND: &str = include_str!("second.wgsl");
 const GATHER: &str = include_str!("gather.wgsl");
 const LOOK: &str = include_str!("look.wgsl");
+const GLOSSY: &str = include_str!("glossy.wgsl");
 
 /// What has arrived of a bake, on its way to and on the GPU.
 struct TransferTensor {
@@ -153,11 +155,26 @@ impl TransferTensor {
         let Waiting { surroundings, spaces, bases } = &waiting;
         surroundings.expect_bake("tensors", meta.vertices.into(), place)?;
         expect_spaces(&meta, spaces, bases, &surroundings.scene.meta, place)?;
+        expect_cones(spaces, place)?;
         surroundings.settings.expect_tensors(&meta)?;
         self.maps = Some(surroundings.map_names());
         self.next = Piece::Meta.next(&meta);
         self.stage = Some(Stage::new(gpu, waiting, meta, place)?);
         Ok(())
+    }
+}
+
+/// Fails if a space has more cones than points are drawn with.
+fn expect_cones(spaces: &[BrdfTensor], place: &Place) -> relume_formats::Result<()> {
+    match spaces.iter().map(|space| space.cones.len()).find(|cones| *cones > 4 * VISIBLE_WORDS) {
+        None => Ok(()),
+        Some(cones) => Err(FormatError::unsupported(
+            place,
+            format!(
+                "comes after a BRDF tensor of {cones} cones, {} are drawn; bake it again",
+                4 * VISIBLE_WORDS
+            ),
+        )),
     }
 }
 

@@ -2,14 +2,19 @@
 //! make of it.
 
 use super::bands::TILE;
+use super::blurs::Blurs;
 use super::dispatches::{Dispatches, uniform};
 use super::gpu_data::{Look, Place};
 use super::stage::Band;
 use super::tables::Tables;
-use super::{GATHER, LOOK};
+use super::{GATHER, GLOSSY, LOOK};
 use crate::gpu::{Gpu, Passes};
+use crate::lit::Surface;
 use relume_formats::kinds::StoredScene;
-use wgpu::{BindGroup, Buffer, BufferUsages};
+use wgpu::{Buffer, BufferUsages};
+
+/// Wide words of the visible parts of a vertex: of 16 cones.
+pub(super) const VISIBLE_WORDS: usize = 4;
 
 /// What makes what is seen of what arrives.
 pub(super) struct Shown {
@@ -17,12 +22,12 @@ pub(super) struct Shown {
     show: Dispatches,
     /// By band.
     looks: Vec<(Look, Buffer)>,
-    /// By environment map, as soon as it has shone.
-    maps: Vec<Option<BindGroup>>,
     /// By vertex of the scene, four floats each, before the light's gain: what the diffuse part shows.
     pub(super) radiance: Buffer,
     /// What the glossy part shows.
     pub(super) glossy: Buffer,
+    /// [vertices, 16] visible parts of cones.
+    pub(super) visible: Buffer,
 }
 
 impl Shown {
@@ -35,8 +40,8 @@ impl Shown {
         let mut shown = Self {
             gather: Dispatches::new(gpu, GATHER, "gather"),
             show: Dispatches::new(gpu, LOOK, "show"),
-            maps: Vec::new(),
             looks: Vec::new(),
+            visible: gpu.buffer("visible parts", VISIBLE_WORDS as u64 * bytes, usage),
             radiance,
             glossy,
         };
@@ -45,38 +50,48 @@ impl Shown {
                 eye: [0.0; 3],
                 first_vertex: band.vertices.start,
                 vertices: band.vertices.len() as u32,
-                sin_rotation: 0.0,
-                cos_rotation: 1.0,
-                directions: tables.directions,
-                spaces: tables.places,
+                unused: [0; 3],
             };
             let place = uniform(gpu, "look", &look);
             let workgroups = gpu.workgroups(look.vertices, TILE);
             let Band { direct, arriving, received, seen, .. } = band;
-            let common = [&place, &places, &tables.buffer];
-            let buffers = [&common[..], &[direct, arriving, received]].concat();
-            shown.gather.push(gpu, &buffers, workgroups);
-            let buffers = [&common[..], &[received, arriving, seen, &shown.radiance, &shown.glossy]].concat();
-            shown.show.push(gpu, &buffers, workgroups);
+            let bound = |buffers: &[&'_ Buffer]| -> Vec<(u32, Buffer)> {
+                let own = [&place, &places].into_iter().chain(buffers.iter().copied());
+                (0..)
+                    .zip(own)
+                    .chain(tables.bound())
+                    .map(|(number, buffer)| (number, buffer.clone()))
+                    .collect()
+            };
+            let buffers = bound(&[direct, arriving, received]);
+            shown.gather.push_at(gpu, buffers.iter().map(|(number, buffer)| (*number, buffer)), workgroups);
+            let shows = [received, arriving, seen, &shown.radiance, &shown.glossy, &shown.visible];
+            let buffers = bound(&shows);
+            shown.show.push_at(gpu, buffers.iter().map(|(number, buffer)| (*number, buffer)), workgroups);
             shown.looks.push((look, place));
         }
         shown
     }
 
-    /// Sets where the eye is, metres in world space, and how far the light is turned.
-    pub(super) fn set(&mut self, gpu: &Gpu, eye: [f32; 3], rotation_deg: f32) {
-        for (look, place) in &mut self.looks {
-            let (sin_rotation, cos_rotation) = rotation_deg.to_radians().sin_cos();
-            *look = Look { eye, sin_rotation, cos_rotation, ..*look };
-            gpu.queue.write_buffer(place, 0, bytemuck::bytes_of(look));
+    /// What surfaces are drawn with, whose points have highlights of the map in `blurs`.
+    pub(super) fn surface(&self, tables: &Tables, blurs: &Blurs) -> Surface {
+        let bound = tables.bound().into_iter().chain([(12, &blurs.buffer)]);
+        Surface {
+            shader: GLOSSY,
+            vertices: vec![
+                (self.radiance.clone(), 1),
+                (self.glossy.clone(), 1),
+                (self.visible.clone(), VISIBLE_WORDS),
+            ],
+            bound: bound.map(|(number, buffer)| (number, buffer.clone())).collect(),
         }
     }
 
-    /// Takes map number `index`, [filtered](super::blurs).
-    pub(super) fn set_map(&mut self, gpu: &Gpu, index: usize, map: &Buffer) {
-        self.maps.resize(self.maps.len().max(index + 1), None);
-        if let Some(known) = self.maps.get_mut(index) {
-            *known = Some(self.show.common(gpu, map));
+    /// Sets where the eye is, metres in world space.
+    pub(super) fn set_eye(&mut self, gpu: &Gpu, eye: [f32; 3]) {
+        for (look, place) in &mut self.looks {
+            look.eye = eye;
+            gpu.queue.write_buffer(place, 0, bytemuck::bytes_of(look));
         }
     }
 
@@ -85,11 +100,9 @@ impl Shown {
         self.gather.encode(passes);
     }
 
-    /// Encodes what the eye sees under map number `map`.
-    pub(super) fn encode(&self, map: usize, passes: &mut Passes<'_>) {
-        if let Some(Some(map)) = self.maps.get(map) {
-            self.show.encode_with(passes, Some(map));
-        }
+    /// Encodes what the eye sees.
+    pub(super) fn encode(&self, passes: &mut Passes<'_>) {
+        self.show.encode(passes);
     }
 }
 

@@ -6,13 +6,13 @@ use super::blurs::Blurs;
 use super::clusters::Members;
 use super::direct::Direct;
 use super::once::{Once, largest_bytes};
-use super::shown::Shown;
+use super::shown::{Shown, VISIBLE_WORDS};
 use super::tables::Tables;
 use super::twice::Twice;
 use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
-use crate::lit::{Light, Map, Picture, Surface, Surroundings};
+use crate::lit::{Light, Map, Picture, Surroundings};
 use relume_formats::basis::hemisphere::TEXELS;
 use relume_formats::basis::sh;
 use relume_formats::bundle::Brdfs;
@@ -58,7 +58,7 @@ pub(super) struct Stage {
     pub(super) picture: Picture,
     gain: Rgb,
     /// What is set now.
-    set: Option<([f32; 3], f32, u64)>,
+    set: Option<([f32; 3], u64)>,
     changed: Changed,
 }
 
@@ -124,19 +124,19 @@ impl Stage {
             )
         };
         let ranges = bands::cut(&meta, gpu.binding_bytes).map_err(too_much)?;
-        // `places` has two wide words a vertex.
-        let whole = largest_bytes(&meta).max(u64::from(meta.vertices) * 2 * size_of::<[f32; 4]>() as u64);
+        let words = u64::from(meta.vertices) * VISIBLE_WORDS as u64;
+        let whole = largest_bytes(&meta).max(words * size_of::<[f32; 4]>() as u64);
         if whole > gpu.binding_bytes {
             return Err(too_much(whole).into());
         }
-        let blurs = Blurs::new(widths(&spaces), surroundings.take_environments());
+        let blurs = Blurs::new(gpu, widths(&spaces), surroundings.take_environments());
         let light = surroundings.light(gpu, FACE_SIZE as u32, true);
         let materials = &surroundings.scene.meta.materials;
         let tables = Tables::new(gpu, materials, spaces, &blurs);
         let bands: Vec<Band> = ranges.iter().map(|range| Band::new(gpu, &meta, range.clone())).collect();
         let direct: Vec<Buffer> = bands.iter().map(|band| band.direct.clone()).collect();
         let shown = Shown::new(gpu, &surroundings.scene, &bands, &tables);
-        let surface = Surface::Glossy { radiance: &shown.radiance, glossy: &shown.glossy };
+        let surface = shown.surface(&tables, &blurs);
         let wide = |label, rows: usize| {
             let bytes = (rows * size_of::<[f32; 4]>()) as u64;
             gpu.buffer(label, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST)
@@ -213,22 +213,19 @@ impl Stage {
         if let Some(environment) = &look.environment {
             if self.light.set(gpu, environment) {
                 self.picture.set_suns(gpu, &self.light);
-                let map = self.light.map();
-                if let Some(filtered) = self.blurs.filtered(gpu, map) {
-                    self.shown.set_map(gpu, map, &filtered);
-                }
+                self.blurs.shine(gpu, self.light.map());
+                self.tables.set_rotation(gpu, environment.rotation_deg);
                 self.changed.light = true;
             }
             self.gain = environment.gain;
         }
         let (eye, revision) = (look.camera.position, look.materials.revision());
-        let rotation_deg = look.environment.as_ref().map_or(0.0, |environment| environment.rotation_deg);
-        let before = self.set.replace((eye, rotation_deg, revision));
-        if before.is_none_or(|(.., materials)| materials != revision) {
+        let before = self.set.replace((eye, revision));
+        if before.is_none_or(|(_, materials)| materials != revision) {
             self.set_materials(gpu, &look.materials);
         }
-        if before.is_none_or(|(position, turned, _)| (position, turned) != (eye, rotation_deg)) {
-            self.shown.set(gpu, eye, rotation_deg);
+        if before.is_none_or(|(position, _)| position != eye) {
+            self.shown.set_eye(gpu, eye);
             self.changed.eye = true;
         }
         self.picture.set(gpu, &look.camera, self.gain);
@@ -279,7 +276,7 @@ impl Stage {
             self.shown.encode_received(passes);
         }
         if receives || materials || eye {
-            self.shown.encode(self.light.map(), passes);
+            self.shown.encode(passes);
         }
         self.picture.encode(self.light.map(), passes);
     }

@@ -1,7 +1,8 @@
 //! Tables of BRDF spaces and of the materials in them, all in one buffer of wide words.
 
 use super::blurs::{self, Blurs};
-use super::gpu_data::Space;
+use super::dispatches::uniform;
+use super::gpu_data::{Space, Spaces};
 use crate::gpu::Gpu;
 use relume_formats::basis::sh;
 use relume_formats::bundle::Brdfs;
@@ -21,12 +22,11 @@ pub(super) const SPACES: usize = 3;
 pub(super) struct Tables {
     spaces: Vec<BrdfTensor>,
     materials: Vec<Material>,
-    /// Of the spaces.
-    pub(super) places: [Space; SPACES],
-    /// Where the directions of harmonics begin.
-    pub(super) directions: u32,
+    /// Where they are, and how the light is turned.
+    known: Spaces,
+    known_buffer: Buffer,
     /// All words.
-    pub(super) buffer: Buffer,
+    buffer: Buffer,
 }
 
 /// A material, and where its tables are.
@@ -70,11 +70,24 @@ impl Tables {
         let mut words = vec![Word::default(); end];
         let directions = words.len() as u32;
         words.extend(sh::directions().map(|direction| numbers(direction.extend(0.0).to_array())));
-        let mut places = [bytemuck::Zeroable::zeroed(); SPACES];
-        for (place, space) in places.iter_mut().zip(&spaces) {
+        let mut of_spaces: [Space; SPACES] = bytemuck::Zeroable::zeroed();
+        for (place, space) in of_spaces.iter_mut().zip(&spaces) {
             *place = add_space(&mut words, space, blurs);
         }
-        Self { buffer: gpu.storage("tables", &words), spaces, materials, places, directions }
+        let known = Spaces { sin_rotation: 0.0, cos_rotation: 1.0, directions, unused: 0, spaces: of_spaces };
+        let known_buffer = uniform(gpu, "spaces", &known);
+        Self { buffer: gpu.storage("tables", &words), spaces, materials, known, known_buffer }
+    }
+
+    /// What shaders take of them, by number of the binding.
+    pub(super) fn bound(&self) -> [(u32, &Buffer); 2] {
+        [(10, &self.known_buffer), (11, &self.buffer)]
+    }
+
+    /// Sets how far the light is turned.
+    pub(super) fn set_rotation(&mut self, gpu: &Gpu, rotation_deg: f32) {
+        (self.known.sin_rotation, self.known.cos_rotation) = rotation_deg.to_radians().sin_cos();
+        gpu.queue.write_buffer(&self.known_buffer, 0, bytemuck::bytes_of(&self.known));
     }
 
     /// Writes what is of materials.

@@ -24,6 +24,7 @@ struct Spaces {
     cos_rotation: f32,
     // [16] xyz: directions in a frame, in `tables`.
     directions: u32,
+    unused: u32,
     spaces: array<Space, 3>,
 }
 

@@ -1,20 +1,26 @@
 //! Surfaces that shine, against the analytic formula at the very points that are seen.
 
-use super::*;
-use crate::lit::Map;
+use super::super::GLOSSY;
+use super::super::dispatches::uniform;
+use super::super::gpu_data::Spaces;
+use super::super::shown::VISIBLE_WORDS;
+use super::super::tables::SPACES;
+use crate::gpu::{Gpu, Passes};
+use crate::lit::{Light, Map, Mesh, Picture, Surface};
 use crate::support::sparse;
 use crate::testing::{gpu, read_radiance};
 use glam::Vec3;
 use relume_formats::basis::microfacet::{Facets, schlick};
 use relume_formats::basis::suns::split;
 use relume_formats::basis::{Angles, Filter, Texture, Wrap};
+use relume_formats::bundle::Brdfs;
 use relume_formats::evaluate::suns::towards;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial};
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{StoredScene, Textures};
-use relume_formats::state::{BlinnPhong, Brdf, CookTorrance, Ggx};
+use relume_formats::state::{BlinnPhong, Brdf, Camera, CookTorrance, Ggx, Rgb};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
-use wgpu::BufferUsages;
+use wgpu::{Buffer, BufferUsages};
 
 const SIZE: [u32; 2] = [48, 40];
 /// Vertices along the equator, and from pole to pole.
@@ -143,6 +149,23 @@ fn brdf_value(brdf: &Brdf, colour: Vec3, incoming: Vec3, outgoing: Vec3, normal:
     }
 }
 
+/// Surfaces whose materials have no cones.
+fn shining(gpu: &Gpu, scene: &StoredScene, radiance: Buffer, glossy: Buffer) -> Surface {
+    let bytes = VISIBLE_WORDS as u64 * radiance.size();
+    let visible = gpu.buffer("visible", bytes, BufferUsages::VERTEX);
+    let no_space = vec![[SPACES as u32; 4]; scene.meta.materials.len()];
+    let spaces: Spaces = bytemuck::Zeroable::zeroed();
+    Surface {
+        shader: GLOSSY,
+        vertices: vec![(radiance, 1), (glossy, 1), (visible, VISIBLE_WORDS)],
+        bound: vec![
+            (10, uniform(gpu, "spaces", &spaces)),
+            (11, gpu.storage("tables", &no_space)),
+            (12, gpu.storage("filtered", &[[0.0_f32; 4]])),
+        ],
+    }
+}
+
 /// A picture of a scene, and its light.
 struct Shown {
     light: Light,
@@ -172,11 +195,9 @@ impl Shown {
             gpu.write(&buffer, 0, bytemuck::cast_slice(&values));
             buffer
         };
-        let (radiance, glossy) = (&buffer(0), &buffer(1));
-        let surface = match shines {
-            true => Surface::Glossy { radiance, glossy },
-            false => Surface::Diffuse { radiance },
-        };
+        let (radiance, glossy) = (buffer(0), buffer(1));
+        let surface =
+            if shines { shining(gpu, scene, radiance, glossy) } else { Surface::diffuse(&radiance) };
         let mut picture = Picture::new(gpu, SIZE, Mesh::new(gpu, scene, textures), surface, &light);
         picture.set_suns(gpu, &light);
         Self { light, picture }

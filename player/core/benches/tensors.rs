@@ -1,6 +1,6 @@
-//! What frames of `transfer-tensor` take when nothing has changed since the last one, the view, a material, or the light:
-//! a synthetic bundle of the size of a bake. Prints for each the least of all frames, and what the device itself
-//! says of its passes, if that can be believed.
+//! What frames of `transfer-tensor` take when nothing has changed since the last one, the view, a material, or the
+//! light: a synthetic bundle of the size of a bake, at 512 x 512. Prints for each the least of all frames, and what
+//! the device itself says of its passes, if that can be believed.
 #![allow(clippy::unwrap_used, reason = "a program that only developers run")]
 #![allow(clippy::disallowed_methods, reason = "it has files and waits, which the library has not")]
 #![allow(clippy::disallowed_types, reason = "and a clock")]
@@ -79,7 +79,9 @@ fn main() {
         vectors: VECTORS,
     });
     let parts = (tensors::spaces(), tensors::bases());
-    let bundle = Bundle::of(tensors::scene(VERTICES), support::sparse::maps(), parts, transfer);
+    let mut scene = tensors::scene(VERTICES);
+    scene.meta.size = [512; 2];
+    let bundle = Bundle::of(scene, support::sparse::maps(), parts, transfer);
     let start = Instant::now();
     let mut player = load(&device, &queue, &bundle);
     println!("{}; loaded in {:.0} ms", adapter.get_info().name, 1e3 * start.elapsed().as_secs_f64());

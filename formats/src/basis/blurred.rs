@@ -9,14 +9,20 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 /// Standard deviations up to which texels count.
 const REACH: f32 = 4.0;
 
+/// Columns and rows of what [`blurred`] makes for `width_deg`.
+pub fn size(width_deg: f32) -> [u32; 2] {
+    let width = ((400.0 / width_deg).ceil() as u32).next_power_of_two().clamp(32, 256);
+    [width, width / 2]
+}
+
 /// `map` filtered by a Gaussian of the angle with a standard deviation of `width_deg` degrees, which is above 0: some
 /// 1.1 to 2.2 texels to a deviation. What is filtered is the map on a cube of texels half as wide as that, so that
 /// suns are to be taken out of it first.
 pub fn blurred(map: &EquirectMap, width_deg: f32) -> EquirectMap {
     let side = ((180.0 / width_deg).ceil() as usize).next_power_of_two().clamp(8, 64);
-    let width = ((400.0 / width_deg).ceil() as usize).next_power_of_two().clamp(32, 256);
+    let [width, height] = size(width_deg).map(|texels| texels as usize);
     let texels = by_height(&cubemap::from_equirect(map, 0.0, side), side);
-    let (sigma, height) = (width_deg.to_radians(), width / 2);
+    let sigma = width_deg.to_radians();
     let row = |row: usize| {
         let height_of = |theta: f32| theta.clamp(0.0, PI).cos();
         let theta = PI * (row as f32 + 0.5) / height as f32;

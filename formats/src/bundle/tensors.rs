@@ -6,7 +6,8 @@ use crate::kinds::transfer_tensor::{Meta, Source};
 use crate::kinds::{BrdfBasis, BrdfTensor, scene};
 use crate::state::Model;
 
-/// Fails unless there is one of `spaces` for every model that objects of `scene` wear, and what reflects light, by the tensors
+/// Fails unless there is one of `spaces` for every model that objects of `scene` wear, none has more columns than there
+/// are, and what reflects light, by the tensors
 /// at `place`, are functions of `bases` for materials that vary.
 pub fn expect_spaces(
     meta: &Meta,
@@ -28,6 +29,10 @@ pub fn expect_spaces(
             place,
             format!("has no BRDF tensor of {model} before it, which material `{name}` is of"),
         );
+    }
+    if let Some(space) = spaces.iter().find(|space| space.columns() > meta.columns as usize) {
+        let (needed, there) = (space.columns(), meta.columns);
+        return refuse(place, format!("has {there} columns, a BRDF tensor before it needs {needed}"));
     }
     let fault = meta.sources.iter().find_map(|source| fault_of(source, bases, scene));
     fault.map_or(Ok(()), |fault| refuse(&place.part("section `meta`"), fault))

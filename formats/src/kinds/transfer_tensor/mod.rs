@@ -29,7 +29,7 @@ mod direct;
 mod reflected;
 
 pub use direct::{BLOCK_SECTIONS, Block};
-pub use reflected::{Once, Source, Twice, pairs, weights};
+pub use reflected::{ONCE_SECTIONS, Once, Source, TWICE_SECTIONS, Twice, pairs, weights};
 
 use crate::basis::cubemap::FACES;
 use crate::basis::hemisphere;

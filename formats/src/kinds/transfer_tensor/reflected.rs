@@ -4,6 +4,11 @@ use crate::state::Rgb;
 use half::f16;
 use serde::{Deserialize, Serialize};
 
+/// Number of sections of light reflected once.
+pub const ONCE_SECTIONS: usize = 4;
+/// The same of light reflected twice.
+pub const TWICE_SECTIONS: usize = 2;
+
 /// What reflected light: a function of a material, or the fixed materials together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {

@@ -1,19 +1,31 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 14] = [
+const SNIPPETS: [(&str, &str); 26] = [
+    ("angle", include_str!("../lit/angle.wgsl")),
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
+    ("brdf", include_str!("../lit/brdf.wgsl")),
+    ("bytes", include_str!("bytes.wgsl")),
+    ("cones", include_str!("../methods/transfer_tensor/cones.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
+    ("frame", include_str!("../methods/transfer_tensor/frame.wgsl")),
+    ("harmonics", include_str!("../methods/transfer_tensor/harmonics.wgsl")),
+    ("hemisphere", include_str!("../methods/transfer_tensor/hemisphere.wgsl")),
     ("invocation", include_str!("invocation.wgsl")),
     ("lobes", include_str!("../methods/sphere_shadows/lobes.wgsl")),
     ("material", include_str!("../lit/material.wgsl")),
+    ("pi", include_str!("pi.wgsl")),
+    ("places", include_str!("../methods/transfer_tensor/places.wgsl")),
     ("rows", include_str!("../methods/sphere_shadows/rows.wgsl")),
     ("spans", include_str!("../methods/sphere_shadows/spans.wgsl")),
     ("square", include_str!("../methods/sphere_shadows/square.wgsl")),
     ("sun", include_str!("../lit/sun.wgsl")),
     ("sunlight", include_str!("../lit/sunlight.wgsl")),
+    ("surface", include_str!("../lit/surface.wgsl")),
+    ("tables", include_str!("../methods/transfer_tensor/tables.wgsl")),
     ("texture", include_str!("../lit/texture.wgsl")),
+    ("tile", include_str!("../methods/transfer_tensor/tile.wgsl")),
     ("triangle", include_str!("../methods/sphere_shadows/triangle.wgsl")),
     ("view", include_str!("../lit/view.wgsl")),
 ];
@@ -121,8 +133,8 @@ mod tests {
         let text = expand("#import corner\n#import view\nfn f() {}\n");
         assert_eq!(text.matches("struct View {").count(), 1);
         assert!(
-            text.find("struct View {") < text.find("fn corner(")
-                && text.find("fn corner(") < text.find("fn f()")
+            text.find("struct View {") < text.find("fn on_film(")
+                && text.find("fn on_film(") < text.find("fn f()")
         );
         assert_eq!(expand("#import nothing"), "#import nothing\n");
     }

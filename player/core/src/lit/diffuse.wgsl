@@ -1,40 +1,41 @@
 // Surfaces that reflect alike in all directions: the radiance of a vertex, interpolated, and what each point has of the suns, times the diffuse albedo of
 // the material and its texture.
 
-#import corner
-#import sunlight
-#import texture
+#import surface
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) radiance: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) material: u32,
+    // Where it is, metres, and its shading normal, in world space.
+    @location(3) point: vec3<f32>,
+    @location(4) normal: vec3<f32>,
+}
+
+@vertex
+fn corner(
+    @location(0) position: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) normal: vec3<f32>,
+    @location(3) radiance: vec4<f32>,
+    @builtin(instance_index) material: u32,
+) -> Corner {
+    return Corner(on_film(position, normal), radiance.rgb, uv, material, position, normal);
+}
 
 @fragment
 fn surface(seen: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
-    // Where neighbours may take another branch, there are no derivatives.
-    let across = dpdx(seen.uv);
-    let down = dpdy(seen.uv);
-    let across_face = cross(dpdx(seen.point), dpdy(seen.point));
-    let material = materials[seen.material];
-    var albedo = material.albedo;
-    if material.levels > 0u {
-        // Holes are cut by the texture itself: the mean of alpha would close them, or open all, far away.
-        if material.alpha_cutoff > 0.0
-            && sample(seen.uv, level_of(0u, material, false), material.wrap).a < material.alpha_cutoff {
-            discard;
-        }
-        albedo *= mean(seen.uv, across, down, material);
-    }
+    let facing = towards_eye_side(seen.point);
+    let albedo = albedo_at(seen.uv, materials[seen.material]);
     // What is known is the light on the side that the normal points to; the other side gets none.
     if !front {
         return vec4<f32>(vec3<f32>(0.0), 1.0);
     }
-    // That side is the one that the eye sees.
-    let facing = select(-1.0, 1.0, dot(across_face, view.eye_in_world - seen.point) > 0.0) * across_face;
-    let place = vec2<u32>(seen.clip.xy) % 2u;
-    let direct = sunlight(seen.point, unit(seen.normal), unit(facing), 2u * place.y + place.x);
+    let normal = unit(seen.normal);
+    var direct = vec3<f32>(0.0);
+    for (var layer = 0u; layer < suns.count; layer += 1u) {
+        direct += sunlight(layer, seen.point, normal, facing, sample_number(seen.clip));
+    }
     return vec4<f32>(view.gain * albedo * (seen.radiance + direct), 1.0);
-}
-
-fn unit(v: vec3<f32>) -> vec3<f32> {
-    // First to a size whose square is a number, whatever the scene's.
-    let largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
-    let scaled = v / select(1.0, largest, largest > 0.0);
-    return scaled / max(length(scaled), 1e-30);
 }

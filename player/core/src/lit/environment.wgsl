@@ -11,6 +11,7 @@ struct Environment {
     points: u32,
 }
 
+#import angle
 #import everywhere
 #import invocation
 #import view
@@ -23,37 +24,6 @@ struct Environment {
 @group(1) @binding(0) var map: texture_2d<f32>;
 // The same without its suns.
 @group(1) @binding(1) var rest: texture_2d<f32>;
-
-const PI = 3.14159265358979;
-
-// atan on 0..=1, to 1e-7: a least-maximum fit of atan(t)/t by a polynomial in t².
-fn atan_of_share(t: f32) -> f32 {
-    let z = t * t;
-    var sum = 0.0024567190557718277;
-    sum = sum * z - 0.014401335269212723;
-    sum = sum * z + 0.03978118672966957;
-    sum = sum * z - 0.07234854251146317;
-    sum = sum * z + 0.1049894466996193;
-    sum = sum * z - 0.14161229133605957;
-    sum = sum * z + 0.19985906779766083;
-    sum = sum * z - 0.33332598209381104;
-    sum = sum * z + 0.9999998807907104;
-    return sum * t;
-}
-
-// The angle of (x, y), −π..=π. The built-in function may be off by far more than a texel's hundredth.
-fn angle_of(y: f32, x: f32) -> f32 {
-    let largest = max(abs(x), abs(y));
-    let share = min(abs(x), abs(y)) / select(largest, 1.0, largest == 0.0);
-    var angle = atan_of_share(share);
-    if abs(y) > abs(x) {
-        angle = 0.5 * PI - angle;
-    }
-    if x < 0.0 {
-        angle = PI - angle;
-    }
-    return select(angle, -angle, y < 0.0);
-}
 
 fn texel(column: i32, row: i32, size: vec2<i32>, whole: bool) -> vec3<f32> {
     let wrapped = ((column % size.x) + size.x) % size.x;

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use relume_formats::basis::suns::MAX_SUNS;
+use relume_formats::state::{Brdf, Model};
 
 /// How the environment stands.
 #[repr(C)]
@@ -68,9 +69,31 @@ pub(crate) struct Material {
     pub(crate) alpha_cutoff: f32,
     pub(crate) wrap: [u32; 2],
     pub(crate) size: [u32; 2],
+    pub(crate) specular: [f32; 3],
+    pub(crate) model: u32,
+    pub(crate) f0: [f32; 3],
+    pub(crate) sharpness: f32,
     pub(crate) levels: u32,
     pub(crate) nearest: u32,
     pub(crate) unused: [u32; 2],
+}
+
+impl Material {
+    /// Makes it reflect as `brdf` does; its texture stays.
+    pub(crate) fn set_brdf(&mut self, brdf: &Brdf) {
+        self.albedo = brdf.diffuse_albedo();
+        (self.specular, self.f0, self.sharpness) = match brdf {
+            Brdf::BlinnPhong(brdf) => (brdf.ks, [1.0; 3], brdf.shininess),
+            Brdf::Ggx(brdf) => ([1.0; 3], brdf.f0(), brdf.roughness),
+            Brdf::CookTorrance(brdf) => (brdf.ks, [brdf.fresnel; 3], brdf.roughness),
+        };
+        // As `brdf.wgsl` numbers them.
+        self.model = match brdf.model() {
+            Model::BlinnPhong => 0,
+            Model::Ggx => 1,
+            Model::CookTorrance => 2,
+        };
+    }
 }
 
 #[cfg(test)]
@@ -91,10 +114,9 @@ mod tests {
             expect(shader, "Sun", &sun);
             expect(shader, "Suns", &layout_of!(Suns { suns, count } unused));
         }
-        expect(
-            super::super::DIFFUSE,
-            "Material",
-            &layout_of!(Material { albedo, alpha_cutoff, wrap, size, levels, nearest } unused),
-        );
+        let material = layout_of!(Material { albedo, alpha_cutoff, wrap, size, specular, model, f0, sharpness, levels, nearest } unused);
+        for shader in [super::super::CAST, super::super::DIFFUSE] {
+            expect(shader, "Material", &material);
+        }
     }
 }

@@ -8,6 +8,14 @@ struct Material {
     wrap: vec2<u32>,
     // Texels of a row, and rows.
     size: vec2<u32>,
+    // What multiplies the glossy lobe.
+    specular: vec3<f32>,
+    // Which reflectance model it has: a constant of the snippet `brdf`.
+    model: u32,
+    // How much facets reflect at normal incidence.
+    f0: vec3<f32>,
+    // Exponent of Blinn-Phong, glTF's perceptual roughness, or the slope of Cook and Torrance's facets.
+    sharpness: f32,
     // In how many sizes there is a texture: 0 if there is none.
     levels: u32,
     // 1 if texels are sharp, 0 if one flows into the next.

@@ -4,8 +4,10 @@ use super::gpu_data::Material;
 use super::mips::{Sheet, levels};
 use crate::gpu::Gpu;
 use relume_formats::basis::{Filter, Wrap};
+use relume_formats::bundle::Brdfs;
 use relume_formats::kinds::textures::MaterialTexture;
 use relume_formats::kinds::{StoredScene, Textures};
+use relume_formats::state::Brdf;
 use std::ops::Range;
 use wgpu::{BufferUsages, TextureFormat};
 
@@ -21,6 +23,8 @@ pub(crate) struct Mesh {
     pub(crate) triangles: wgpu::Buffer,
     /// By material.
     pub(crate) materials: wgpu::Buffer,
+    /// What these hold.
+    of_materials: Vec<Material>,
     /// By material its [sheet](Sheet); a single white texel where there is none.
     pub(crate) textures: Vec<wgpu::TextureView>,
     /// By material: whether its texture cuts holes.
@@ -51,7 +55,7 @@ impl Mesh {
         let uvs = textures.map_or_else(no_uvs, |textures| textures.uvs.clone());
         let materials = scene.meta.materials.iter().enumerate();
         let materials: Vec<Material> =
-            materials.map(|(index, m)| material(m.brdf.diffuse_albedo(), texture_of(index))).collect();
+            materials.map(|(index, m)| material(&m.brdf, texture_of(index))).collect();
         // What moves shapes, and what shadows are computed from.
         let placed = BufferUsages::VERTEX | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         Self {
@@ -64,7 +68,17 @@ impl Mesh {
             cuts: materials.iter().map(|material| material.alpha_cutoff > 0.0).collect(),
             objects: objects(scene),
             near: NEAR * extent(&scene.positions).max(f32::MIN_POSITIVE / NEAR),
+            of_materials: materials,
         }
+    }
+
+    /// Makes materials reflect as `brdfs` says, which are in the order of the scene; textures stay.
+    pub(super) fn set_materials(&mut self, gpu: &Gpu, brdfs: &Brdfs) {
+        for (name, brdf) in brdfs.iter() {
+            let material = brdfs.index_of(name).and_then(|index| self.of_materials.get_mut(index));
+            material.into_iter().for_each(|material| material.set_brdf(brdf));
+        }
+        gpu.queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&self.of_materials));
     }
 }
 
@@ -74,21 +88,22 @@ fn upload<T: bytemuck::Pod>(gpu: &Gpu, label: &str, usage: BufferUsages, values:
     buffer
 }
 
-fn material(albedo: [f32; 3], texture: Option<&MaterialTexture>) -> Material {
+fn material(brdf: &Brdf, texture: Option<&MaterialTexture>) -> Material {
     let wrap = |wrap: Wrap| match wrap {
         Wrap::Repeat => 0,
         Wrap::Mirror => 1,
         Wrap::Clamp => 2,
     };
-    Material {
-        albedo,
+    let mut material = Material {
         alpha_cutoff: texture.and_then(|texture| texture.alpha_cutoff).unwrap_or(0.0),
         wrap: texture.map_or([0; 2], |texture| texture.texture.wrap.map(wrap)),
         size: texture.map_or([1; 2], |texture| texture.texture.size),
         levels: texture.map_or(0, |texture| levels(texture.texture.size)),
-        unused: [0; 2],
         nearest: u32::from(texture.is_some_and(|texture| texture.texture.filter == Filter::Nearest)),
-    }
+        ..bytemuck::Zeroable::zeroed()
+    };
+    material.set_brdf(brdf);
+    material
 }
 
 fn texture(gpu: &Gpu, texture: Option<&MaterialTexture>) -> wgpu::TextureView {

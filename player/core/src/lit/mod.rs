@@ -2,6 +2,8 @@
 //! vertex: the map turned, brought to a cube and to Haar coefficients, and the meshes drawn with what comes
 //! of it.
 
+#[cfg(test)]
+mod brdf_tests;
 mod gpu_data;
 mod light;
 mod mesh;
@@ -9,12 +11,14 @@ mod mips;
 mod picture;
 mod pipeline;
 mod suns;
+mod surface;
 mod surroundings;
 mod targets;
 
 pub(crate) use light::{Light, Map};
 pub(crate) use mesh::Mesh;
 pub(crate) use picture::Picture;
+pub(crate) use surface::Surface;
 pub(crate) use surroundings::{Surroundings, belongs};
 pub(crate) use targets::drawable;
 #[cfg(test)]
@@ -24,6 +28,5 @@ const ENVIRONMENT: &str = include_str!("environment.wgsl");
 const HAAR: &str = include_str!("haar.wgsl");
 const CAST: &str = include_str!("cast.wgsl");
 const EXTENT: &str = include_str!("extent.wgsl");
-/// Surfaces that reflect the radiance of their vertices alike in all directions.
-pub(crate) const DIFFUSE: &str = include_str!("diffuse.wgsl");
+const DIFFUSE: &str = include_str!("diffuse.wgsl");
 const AVERAGE: &str = include_str!("average.wgsl");

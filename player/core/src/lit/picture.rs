@@ -6,10 +6,12 @@
 use super::light::{Light, halves_of, put};
 use super::mesh::{Mesh, Object};
 use super::suns::Suns;
+use super::surface::Surface;
 use super::targets::{Band, COLOUR, Pipelines, SAMPLES, Targets, expect_drawable};
 use super::{AVERAGE, ENVIRONMENT, pipeline};
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
+use relume_formats::bundle::Brdfs;
 use relume_formats::state::{Camera, Rgb};
 use wgpu::{BindingResource, CompareFunction, RenderPipeline, VertexFormat};
 
@@ -19,7 +21,8 @@ pub(crate) struct Picture {
     pipelines: Pipelines,
     mesh: Mesh,
     suns: Suns,
-    radiance: wgpu::Buffer,
+    /// What the surfaces' shader takes of vertices beside those of the mesh.
+    vertices: Vec<wgpu::Buffer>,
     /// By material.
     textures: Vec<wgpu::BindGroup>,
     /// By environment map.
@@ -27,22 +30,15 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// A picture of `size` pixels, which is [drawable](expect_drawable), of meshes with this `radiance` by
-    /// vertex, before the maps of `light`. The shader `surface` says how a surface looks: its fragment entry
-    /// point is `surface`, its vertices are those of the snippet `corner`.
-    pub(crate) fn new(
-        gpu: &Gpu,
-        size: [u32; 2],
-        mesh: Mesh,
-        radiance: &wgpu::Buffer,
-        light: &Light,
-        surface: &'static str,
-    ) -> Self {
+    /// A picture of `size` pixels, which is [drawable](expect_drawable), of meshes that look like
+    /// `surface`, before the maps of `light`.
+    pub(crate) fn new(gpu: &Gpu, size: [u32; 2], mesh: Mesh, surface: Surface, light: &Light) -> Self {
         let pipelines = Pipelines {
-            surface: surface_pipeline(gpu, surface),
+            surface: surface_pipeline(gpu, &surface),
             background: background_pipeline(gpu),
             average: gpu.compute_pipeline(AVERAGE, "average"),
             materials: mesh.materials.clone(),
+            bound: surface.bound,
             environment: light.uniform().clone(),
         };
         let background = pipelines.background.get_bind_group_layout(1);
@@ -55,7 +51,7 @@ impl Picture {
             suns: Suns::new(gpu, &mesh, &pipelines.surface),
             pipelines,
             mesh,
-            radiance: radiance.clone(),
+            vertices: surface.vertices.into_iter().map(|(buffer, _)| buffer).collect(),
         }
     }
 
@@ -83,6 +79,11 @@ impl Picture {
     /// Sets where the camera stands, and the factor on all light.
     pub(crate) fn set(&self, gpu: &Gpu, camera: &Camera, gain: Rgb) {
         self.targets.set(gpu, camera, gain, self.mesh.near);
+    }
+
+    /// Sets how materials reflect; textures stay.
+    pub(crate) fn set_materials(&mut self, gpu: &Gpu, brdfs: &Brdfs) {
+        self.mesh.set_materials(gpu, brdfs);
     }
 
     /// Takes the suns of `light` as it stands now.
@@ -115,7 +116,7 @@ impl Picture {
         pass.set_bind_group(0, &band.surface, &[]);
         pass.set_bind_group(2, &self.suns.bindings, &[]);
         let Mesh { positions, uvs, normals, .. } = &self.mesh;
-        for (slot, buffer) in (0..).zip([positions, &self.radiance, uvs, normals]) {
+        for (slot, buffer) in (0..).zip([positions, uvs, normals].into_iter().chain(&self.vertices)) {
             pass.set_vertex_buffer(slot, buffer.slice(..));
         }
         pass.set_index_buffer(self.mesh.triangles.slice(..), wgpu::IndexFormat::Uint32);
@@ -151,14 +152,27 @@ impl Picture {
 }
 
 /// Both sides are drawn: a surface hides what is behind it, wherever it is seen from.
-fn surface_pipeline(gpu: &Gpu, shader: &str) -> RenderPipeline {
-    let formats =
-        [VertexFormat::Float32x3, VertexFormat::Float32x4, VertexFormat::Float32x2, VertexFormat::Float32x3];
-    let mut location = 0..;
-    let attributes = formats.map(|format| pipeline::vertices(location.next().unwrap_or(0), format));
-    let buffers = attributes.each_ref().map(pipeline::buffer);
+fn surface_pipeline(gpu: &Gpu, surface: &Surface) -> RenderPipeline {
+    let of_mesh =
+        [VertexFormat::Float32x3, VertexFormat::Float32x2, VertexFormat::Float32x3].map(|f| vec![f]);
+    let known = surface.vertices.iter().map(|(_, count)| vec![VertexFormat::Float32x4; *count]);
+    let mut location = 0;
+    let attributes = of_mesh.into_iter().chain(known).map(|formats| {
+        let attributes = pipeline::vertices(location, &formats);
+        location += formats.len() as u32;
+        attributes
+    });
+    let attributes: Vec<_> = attributes.collect();
+    let buffers: Vec<_> = attributes.iter().map(|attributes| pipeline::buffer(attributes)).collect();
     let targets = [Some(COLOUR.into())];
-    pipeline::new(gpu, shader, ("corner", Some("surface")), &buffers, &targets, CompareFunction::Greater)
+    pipeline::new(
+        gpu,
+        surface.shader,
+        ("corner", Some("surface")),
+        &buffers,
+        &targets,
+        CompareFunction::Greater,
+    )
 }
 
 /// Drawn last, where nothing is.

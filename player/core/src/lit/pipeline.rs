@@ -7,15 +7,21 @@ use wgpu::{
     VertexStepMode,
 };
 
-/// The one attribute, number `location`, of a vertex buffer that has nothing else.
-pub(super) fn vertices(location: u32, format: VertexFormat) -> [VertexAttribute; 1] {
-    [VertexAttribute { format, offset: 0, shader_location: location }]
+/// The attributes of a vertex buffer, from number `location` on, that has nothing else.
+pub(super) fn vertices(location: u32, formats: &[VertexFormat]) -> Vec<VertexAttribute> {
+    let mut offset = 0;
+    let attribute = |(shader_location, format): (u32, &VertexFormat)| {
+        let attribute = VertexAttribute { format: *format, offset, shader_location };
+        offset += format.size();
+        attribute
+    };
+    (location..).zip(formats).map(attribute).collect()
 }
 
-/// The buffer of such an attribute.
-pub(super) fn buffer(attribute: &[VertexAttribute; 1]) -> Option<VertexBufferLayout<'_>> {
-    let array_stride = attribute.iter().map(|attribute| attribute.format.size()).sum();
-    Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes: attribute })
+/// The buffer of such attributes.
+pub(super) fn buffer(attributes: &[VertexAttribute]) -> Option<VertexBufferLayout<'_>> {
+    let array_stride = attributes.iter().map(|attribute| attribute.format.size()).sum();
+    Some(VertexBufferLayout { array_stride, step_mode: VertexStepMode::Vertex, attributes })
 }
 
 /// A pipeline of entry points of `shader`, drawing on depth too, and on depth alone if no fragments are shaded

@@ -6,14 +6,13 @@
 // the plane of the surface at their own centre, not with the point itself, so that a surface does not shadow itself however it is turned, and shadows
 // begin where things touch.
 
+#import pi
 #import sun
 
 @group(2) @binding(0) var<uniform> suns: Suns;
 // A layer for each sun.
 @group(2) @binding(1) var shadows: texture_depth_2d_array;
 
-const PI = 3.14159265358979;
-const FRAC_1_PI = 0.318309886183791;
 // The angle between neighbours of a spiral that fills a disc evenly.
 const GOLDEN_ANGLE = 2.39996322972865;
 // Looks for what stands before the disc, and most looks at its shadow, from each sample of a pixel; the samples of a pixel look at different places.
@@ -140,31 +139,27 @@ fn share_above(height: f32) -> f32 {
     return 0.5 + FRAC_1_PI * (h * sqrt(1.0 - h * h) + asin(h));
 }
 
-// Radiance that a white diffuse surface shows of all suns, before the gain. The surface's triangle faces along `facing`, what it reflects goes by
-// `normal`; both are unit vectors. `sample` numbers the samples of a pixel.
-fn sunlight(point: vec3<f32>, normal: vec3<f32>, facing: vec3<f32>, sample: u32) -> vec3<f32> {
-    var sum = vec3<f32>(0.0);
-    for (var layer = 0u; layer < suns.count; layer += 1u) {
-        let sun = suns.suns[layer];
-        let cosine = dot(normal, sun.towards);
-        let sine = sun.tangent / sqrt(1.0 + sun.tangent * sun.tangent);
-        let above = share_above(dot(facing, sun.towards) / sine);
-        if cosine <= 0.0 || above <= 0.0 {
-            continue;
-        }
-        let place = in_box(sun, point);
-        let size = vec2<f32>(textureDimensions(shadows));
-        let texel = 2.0 * vec2<f32>(sun.half_width, sun.half_height) / size;
-        // A surface that the sun hardly reaches is as steep as its disc's edge.
-        let least = max(dot(facing, sun.towards), sine);
-        // Rows of the map go down.
-        let slope = vec2<f32>(-dot(facing, sun.right), dot(facing, sun.up)) / least;
-        let at = vec2<f32>(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y) * size;
-        // Far from the origin coordinates are rounded more than the scene is deep.
-        let largest = max(max(abs(point.x), abs(point.y)), abs(point.z));
-        let rounding = 4e-6 * sun.half_depth + 5e-7 * largest + 0.5 * dot(abs(slope) + FACET_RISE, texel);
-        let lit = Lit(layer, at, texel, place.z * sun.half_depth, slope, sun.tangent, sun.half_depth, rounding);
-        sum += FRAC_1_PI * cosine * above * unshadowed(lit, sample) * sun.irradiance;
+// Radiance that a white diffuse surface shows of sun number `layer`, before the gain. The surface's triangle faces along `facing`, what it reflects goes
+// by `normal`; both are unit vectors. `sample` numbers the samples of a pixel.
+fn sunlight(layer: u32, point: vec3<f32>, normal: vec3<f32>, facing: vec3<f32>, sample: u32) -> vec3<f32> {
+    let sun = suns.suns[layer];
+    let cosine = dot(normal, sun.towards);
+    let sine = sun.tangent / sqrt(1.0 + sun.tangent * sun.tangent);
+    let above = share_above(dot(facing, sun.towards) / sine);
+    if cosine <= 0.0 || above <= 0.0 {
+        return vec3<f32>(0.0);
     }
-    return sum;
+    let place = in_box(sun, point);
+    let size = vec2<f32>(textureDimensions(shadows));
+    let texel = 2.0 * vec2<f32>(sun.half_width, sun.half_height) / size;
+    // A surface that the sun hardly reaches is as steep as its disc's edge.
+    let least = max(dot(facing, sun.towards), sine);
+    // Rows of the map go down.
+    let slope = vec2<f32>(-dot(facing, sun.right), dot(facing, sun.up)) / least;
+    let at = vec2<f32>(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y) * size;
+    // Far from the origin coordinates are rounded more than the scene is deep.
+    let largest = max(max(abs(point.x), abs(point.y)), abs(point.z));
+    let rounding = 4e-6 * sun.half_depth + 5e-7 * largest + 0.5 * dot(abs(slope) + FACET_RISE, texel);
+    let lit = Lit(layer, at, texel, place.z * sun.half_depth, slope, sun.tangent, sun.half_depth, rounding);
+    return FRAC_1_PI * cosine * above * unshadowed(lit, sample) * sun.irradiance;
 }

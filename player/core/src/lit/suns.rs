@@ -165,8 +165,8 @@ fn bindings(gpu: &Gpu, surface: &RenderPipeline, uniform: &Buffer, shadows: &Tex
 /// Both sides cast shadows.
 fn caster_pipeline(gpu: &Gpu, fragment: Option<&'static str>) -> RenderPipeline {
     let [position, uv] = [
-        pipeline::vertices(0, wgpu::VertexFormat::Float32x3),
-        pipeline::vertices(1, wgpu::VertexFormat::Float32x2),
+        pipeline::vertices(0, &[wgpu::VertexFormat::Float32x3]),
+        pipeline::vertices(1, &[wgpu::VertexFormat::Float32x2]),
     ];
     let buffers = [pipeline::buffer(&position), pipeline::buffer(&uv)];
     pipeline::new(gpu, CAST, ("caster", fragment), &buffers, &[], wgpu::CompareFunction::Greater)

@@ -1,7 +1,7 @@
 //! What arrives before the main file of a method: the scene, its maps and its textures.
 
 use super::targets::expect_drawable;
-use super::{Light, Map, Mesh, Picture};
+use super::{Light, Map, Mesh, Picture, Surface};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::methods::Setup;
@@ -23,6 +23,7 @@ pub(crate) struct Surroundings {
     known: Maps,
     /// The same for the CPU, if it is to work with them.
     environments: Vec<Environment>,
+    keeps_environments: bool,
     textures: Option<Textures>,
     /// Sections of the file that is arriving.
     pending: Vec<Section>,
@@ -34,11 +35,12 @@ pub(crate) fn belongs(kind: Kind) -> bool {
 }
 
 impl Surroundings {
-    /// Those of `setup`, without maps yet.
+    /// Those of `setup`, without maps yet; these are kept for [`Surroundings::take_environments`] if it
+    /// `keeps_environments`.
     ///
     /// # Errors
     /// If films of the size that is asked for [cannot be drawn](expect_drawable).
-    pub(crate) fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
+    pub(crate) fn new(gpu: &Gpu, setup: Setup, keeps_environments: bool) -> Result<Self> {
         let size = setup.size.unwrap_or(setup.scene.meta.size);
         expect_drawable(gpu, size)?;
         Ok(Self {
@@ -48,6 +50,7 @@ impl Surroundings {
             maps: Vec::new(),
             known: Maps::default(),
             environments: Vec::new(),
+            keeps_environments,
             textures: None,
             pending: Vec::new(),
         })
@@ -83,7 +86,7 @@ impl Surroundings {
     fn map_arrived(&mut self, gpu: &Gpu, environment: Environment, place: &Place) -> Result<()> {
         self.known.add(&environment, place)?;
         self.maps.push(Map::new(gpu, &environment));
-        self.environments.extend(gpu.radiance_on_cpu.then_some(environment));
+        self.environments.extend(self.keeps_environments.then_some(environment));
         Ok(())
     }
 
@@ -98,8 +101,7 @@ impl Surroundings {
         self.known.names().to_vec()
     }
 
-    /// The maps for the CPU, if it is to work with them; that takes them away.
-    #[cfg_attr(not(feature = "cpu"), allow(dead_code, reason = "only the CPU's sums take them"))]
+    /// The maps for the CPU, if they were kept; that takes them away.
     pub(crate) fn take_environments(&mut self) -> Vec<Environment> {
         std::mem::take(&mut self.environments)
     }
@@ -109,22 +111,8 @@ impl Surroundings {
         Light::new(gpu, std::mem::take(&mut self.maps), face_size, with_whole)
     }
 
-    /// The picture of the meshes with `radiance` by vertex, before the maps of `light`; `surface` is the
-    /// shader of surfaces.
-    pub(crate) fn picture(
-        &self,
-        gpu: &Gpu,
-        radiance: &wgpu::Buffer,
-        light: &Light,
-        surface: &'static str,
-    ) -> Picture {
-        Picture::new(
-            gpu,
-            self.size,
-            Mesh::new(gpu, &self.scene, self.textures.as_ref()),
-            radiance,
-            light,
-            surface,
-        )
+    /// The picture of the meshes, whose surfaces look like `surface`, before the maps of `light`.
+    pub(crate) fn picture(&self, gpu: &Gpu, surface: Surface, light: &Light) -> Picture {
+        Picture::new(gpu, self.size, Mesh::new(gpu, &self.scene, self.textures.as_ref()), surface, light)
     }
 }

@@ -43,6 +43,8 @@ pub(super) struct Pipelines {
     pub(super) average: wgpu::ComputePipeline,
     /// By material.
     pub(super) materials: wgpu::Buffer,
+    /// What surfaces take besides, by number of the binding.
+    pub(super) bound: Vec<(u32, wgpu::Buffer)>,
     /// The struct `Environment` of the shaders.
     pub(super) environment: wgpu::Buffer,
 }
@@ -145,12 +147,14 @@ impl Band {
         let pixels = (film.size() / Film::PIXEL_BYTES) as u32;
         let view =
             gpu.buffer("view", size_of::<View>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let surface = [&view, &pipelines.materials].map(wgpu::Buffer::as_entire_binding);
+        let surface = [(0, &view), (1, &pipelines.materials)].into_iter();
+        let surface = surface.chain(pipelines.bound.iter().map(|(binding, buffer)| (*binding, buffer)));
+        let surface = surface.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
         let average = [BindingResource::TextureView(colour), film.as_entire_binding()];
         Self {
             first_row,
             rows: pixels / width,
-            surface: gpu.bind(&pipelines.surface.get_bind_group_layout(0), surface),
+            surface: gpu.bind_at(&pipelines.surface.get_bind_group_layout(0), surface),
             background: background_bindings(gpu, pipelines, &view),
             average: gpu.bind(&pipelines.average.get_bind_group_layout(0), average),
             workgroups: gpu.workgroups(pixels, WORKGROUP),

@@ -6,6 +6,7 @@
 mod sparse_transfer;
 mod sphere_shadows;
 mod transfer_images;
+mod transfer_tensor;
 
 use crate::controls::Look;
 use crate::error::{Error, Result};
@@ -19,7 +20,8 @@ use relume_formats::method::Card;
 use relume_formats::state::Rgb;
 
 /// Every method that this player knows.
-pub const METHODS: [Method; 3] = [transfer_images::METHOD, sparse_transfer::METHOD, sphere_shadows::METHOD];
+pub const METHODS: [Method; 4] =
+    [transfer_images::METHOD, sparse_transfer::METHOD, transfer_tensor::METHOD, sphere_shadows::METHOD];
 
 /// A method's line in the registry.
 #[derive(Debug, Clone, Copy)]

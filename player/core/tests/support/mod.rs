@@ -4,6 +4,7 @@
 
 pub mod shadows;
 pub mod sparse;
+pub mod tensors;
 
 use half::f16;
 use relume_formats::Place;

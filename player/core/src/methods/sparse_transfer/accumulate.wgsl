@@ -5,6 +5,7 @@
 // sixteen such rows of lanes take the units of columns in turn, so that many loads are under way. In the end the rows of lanes are added up in their
 // order: the sum of a vertex does not depend on how tiles are spread over bands.
 
+#import bytes
 #import invocation
 
 struct Dispatch {
@@ -65,10 +66,6 @@ const TILE = 64u;
 
 // [ROWS, 3, TILE]
 var<workgroup> partial: array<f32, 3072>;
-
-fn bytes_of(word: u32) -> vec4<f32> {
-    return vec4<f32>(vec4<i32>(vec4<u32>(word << 24u, word << 16u, word << 8u, word)) >> vec4<u32>(24u));
-}
 
 fn integers_of(pair: vec2<u32>) -> vec4<f32> {
     return vec4<f32>(vec4<i32>(vec4<u32>(pair.x << 16u, pair.x, pair.y << 16u, pair.y)) >> vec4<u32>(16u));

@@ -15,7 +15,7 @@ use super::{Method, Pieces, Playback, Setup};
 use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
-use crate::lit::{DIFFUSE, Surroundings, belongs};
+use crate::lit::{Surface, Surroundings, belongs};
 use crate::stream::{Arrival, decode_sections};
 use relume_formats::Place;
 use relume_formats::container::{Kind, Section};
@@ -48,7 +48,7 @@ struct SparseTransfer {
 impl SparseTransfer {
     fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
         Ok(Self {
-            waiting: Some(Surroundings::new(gpu, setup)?),
+            waiting: Some(Surroundings::new(gpu, setup, false)?),
             pending: Vec::new(),
             maps: None,
             stage: None,
@@ -83,7 +83,7 @@ impl SparseTransfer {
 fn set_up(gpu: &Gpu, mut surroundings: Surroundings, meta: Meta, place: &Place) -> Result<Stage> {
     let light = surroundings.light(gpu, meta.face_size, meta.bounces > 0);
     let columns = columns::Columns::new(gpu, meta, light.coefficients(), place)?;
-    let picture = surroundings.picture(gpu, columns.radiance(), &light, DIFFUSE);
+    let picture = surroundings.picture(gpu, Surface::diffuse(columns.radiance()), &light);
     Ok(Stage::new(light, columns, picture))
 }
 

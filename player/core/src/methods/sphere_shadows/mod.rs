@@ -21,7 +21,7 @@ use super::{Method, Pieces, Playback, Setup};
 use crate::controls::Look;
 use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
-use crate::lit::{DIFFUSE, Surroundings, belongs};
+use crate::lit::{Surface, Surroundings, belongs};
 use crate::stream::{Arrival, decode_all};
 use receivers::{Receivers, Sets, Shapes};
 use relume_formats::Place;
@@ -71,7 +71,7 @@ struct Waiting {
 
 impl SphereShadows {
     fn new(gpu: &Gpu, setup: Setup) -> Result<Self> {
-        let surroundings = Surroundings::new(gpu, setup)?;
+        let surroundings = Surroundings::new(gpu, setup, gpu.radiance_on_cpu)?;
         let objects = Objects::new(&surroundings.scene);
         let waiting = Waiting { surroundings, objects, sets: Sets::new(), shapes: Shapes::new() };
         Ok(Self { waiting: Some(waiting), pending: Vec::new(), maps: None, stage: None })
@@ -136,7 +136,7 @@ impl Waiting {
         let usage =
             BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let radiance = gpu.buffer("radiance", (receivers.now().len() * size_of::<[f32; 4]>()) as u64, usage);
-        let picture = self.surroundings.picture(gpu, &radiance, &light, DIFFUSE);
+        let picture = self.surroundings.picture(gpu, Surface::diffuse(&radiance), &light);
         let on_gpu = || -> Result<_> {
             let placed = [picture.positions(), picture.normals()];
             let blockers = blockers::Blockers::new(gpu, &receivers, placed, place)?;

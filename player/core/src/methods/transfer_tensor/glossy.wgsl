@@ -1,0 +1,116 @@
+// Surfaces that shine: what the diffuse and the glossy part of a material reflect of all light but suns and the map itself towards the eye, both
+// interpolated between vertices; at each point what highlights have of the map, as far as vertices see of it, the GPU twin of
+// `relume_formats::evaluate::transfer_tensor::Parts::mirrored`; and what the whole material reflects of the suns. Textures colour the diffuse part alone.
+
+#import brdf
+#import cones
+#import frame
+#import surface
+
+// The map without suns as cones of each width see it, not turned; the fourth component is unused.
+@group(0) @binding(12) var<storage, read> filtered: array<vec4<f32>>;
+
+struct GlossyCorner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) radiance: vec3<f32>,
+    @location(1) glossy: vec3<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(3) @interpolate(flat) material: u32,
+    // Where it is, metres, and its shading normal, in world space.
+    @location(4) point: vec3<f32>,
+    @location(5) normal: vec3<f32>,
+    // The visible parts of 16 cones.
+    @location(6) visible_a: vec4<f32>,
+    @location(7) visible_b: vec4<f32>,
+    @location(8) visible_c: vec4<f32>,
+    @location(9) visible_d: vec4<f32>,
+}
+
+@vertex
+fn corner(
+    @location(0) position: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) normal: vec3<f32>,
+    @location(3) radiance: vec4<f32>,
+    @location(4) glossy: vec4<f32>,
+    @location(5) visible_a: vec4<f32>,
+    @location(6) visible_b: vec4<f32>,
+    @location(7) visible_c: vec4<f32>,
+    @location(8) visible_d: vec4<f32>,
+    @builtin(instance_index) material: u32,
+) -> GlossyCorner {
+    let clip = on_film(position, normal);
+    return GlossyCorner(
+        clip, radiance.rgb, glossy.rgb, uv, material, position, normal, visible_a, visible_b, visible_c, visible_d,
+    );
+}
+
+// The light as a cone sees it in a direction in world space: the GPU twin of `relume_formats::basis::blurred::radiance`.
+fn light_towards(cone: Cone, direction: vec3<f32>) -> vec3<f32> {
+    let x = known.cos_rotation * direction.x - known.sin_rotation * direction.z;
+    let z = known.cos_rotation * direction.z + known.sin_rotation * direction.x;
+    let size = vec2<f32>(f32(cone.width), f32(cone.height));
+    let uv = vec2<f32>(0.5 + 0.5 * FRAC_1_PI * angle_of(x, -z), FRAC_1_PI * angle_of(length(vec2<f32>(x, z)), direction.y));
+    let at = uv * size - 0.5;
+    let first = floor(at);
+    let share = at - first;
+    let left = u32(i32(first.x) + i32(cone.width)) % cone.width;
+    let right = (left + 1u) % cone.width;
+    let upper = cone.map + cone.width * u32(clamp(first.y, 0.0, size.y - 1.0));
+    let lower = cone.map + cone.width * u32(clamp(first.y + 1.0, 0.0, size.y - 1.0));
+    let top = mix(filtered[upper + left].rgb, filtered[upper + right].rgb, share.x);
+    let bottom = mix(filtered[lower + left].rgb, filtered[lower + right].rgb, share.x);
+    return mix(top, bottom, share.y);
+}
+
+// What highlights have of the map at a point with a unit normal, seen from a unit vector.
+fn mirrored(material: u32, normal: vec3<f32>, towards_eye: vec3<f32>, visible: array<vec4<f32>, 4>) -> vec3<f32> {
+    let lobes = lobes_of(material);
+    if lobes.space >= NO_SPACE {
+        return vec3<f32>(0.0);
+    }
+    let space = known.spaces[lobes.space];
+    let frame = frame_about(normal);
+    let aspect = aspect_of(frame_from_world(frame, towards_eye));
+    var parts = visible;
+    var sum = vec3<f32>(0.0);
+    for (var number = 0u; number < space.cones; number += 1u) {
+        let share = parts[number / 4u][number % 4u] * at_angle(aspect, lobes.shares, space.cones, number);
+        if all(share == vec3<f32>(0.0)) {
+            continue;
+        }
+        let cone = cone_of(space.first_cone + 4u * number);
+        var light = light_towards(cone, world_from_frame(frame, middle_of(cone, aspect, 1.0)));
+        if cone.count > 1u {
+            light = 0.5 * (light + light_towards(cone, world_from_frame(frame, middle_of(cone, aspect, -1.0))));
+        }
+        sum += share * light;
+    }
+    return sum;
+}
+
+@fragment
+fn surface(seen: GlossyCorner, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let facing = towards_eye_side(seen.point);
+    let material = materials[seen.material];
+    let albedo = albedo_at(seen.uv, material);
+    // What is known is the light on the side that the normal points to; the other side gets none.
+    if !front {
+        return vec4<f32>(vec3<f32>(0.0), 1.0);
+    }
+    let normal = unit(seen.normal);
+    let towards_eye = unit(view.eye_in_world - seen.point);
+    var diffuse = seen.radiance;
+    let visible = array<vec4<f32>, 4>(seen.visible_a, seen.visible_b, seen.visible_c, seen.visible_d);
+    var glossy = max(seen.glossy + mirrored(seen.material, normal, towards_eye, visible), vec3<f32>(0.0));
+    for (var layer = 0u; layer < suns.count; layer += 1u) {
+        let white = sunlight(layer, seen.point, normal, facing, sample_number(seen.clip));
+        // The lobe is that of the disc's middle, not its mean over the disc: of materials that a state may set none is as narrow. Exponent 200, slope 0.1
+        // and roughness 0.32 have standard deviations of 8° in the plane of incidence, which a sun of the largest radius, 3.25°, would widen by 2 %; across
+        // it, a cosine of the angle narrower, by a tenth at 60°.
+        let angles = angles_between(suns.suns[layer].towards, towards_eye, normal);
+        diffuse += diffuse_lobe(material, angles) * white;
+        glossy += PI * glossy_lobe(material, angles) * white;
+    }
+    return vec4<f32>(view.gain * (albedo * diffuse + glossy), 1.0);
+}

@@ -282,7 +282,10 @@ mod tests {
         };
         let room = library("cornell-knot");
         assert_eq!(names(&room, &[]), Ok(vec!["transfer-images"]));
-        assert_eq!(names(&library("knot-outdoors"), &[]), Ok(vec!["sparse-transfer", "sphere-shadows"]));
+        assert_eq!(
+            names(&library("knot-outdoors"), &[]),
+            Ok(vec!["sparse-transfer", "transfer-tensor", "sphere-shadows"])
+        );
         let mut twist = library("knot-twist");
         assert_eq!(names(&twist, &[]), Ok(vec!["sphere-shadows"]));
         assert!(
@@ -291,9 +294,12 @@ mod tests {
                 .contains("[vary] names more than sparse-transfer lets vary")
         );
         twist.vary.shape = false;
-        assert_eq!(names(&twist, &[]), Ok(vec!["sparse-transfer", "sphere-shadows"]), "the two are compared");
+        let all = vec!["sparse-transfer", "transfer-tensor", "sphere-shadows"];
+        assert_eq!(names(&twist, &[]), Ok(all), "they are compared");
         assert_eq!(names(&twist, &["sphere-shadows"]), Ok(vec!["sphere-shadows"]));
         twist.vary.materials = vec![0];
+        assert_eq!(names(&twist, &[]), Ok(vec!["transfer-tensor"]));
+        twist.vary.shape = true;
         assert!(names(&twist, &[]).unwrap_err().contains("no method shows everything that varies"));
         twist.vary = relume_scenes::Vary::default();
         assert!(names(&twist, &[]).unwrap_err().contains("varies nothing"));

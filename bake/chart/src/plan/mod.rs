@@ -134,7 +134,8 @@ fn not_modelled(scene: &Scene, chosen: Option<&Candidate>) -> Vec<String> {
         .into_iter()
         .filter(|(_, varies)| *varies);
     let moves: Vec<&str> = moves.map(|(what, _)| what).collect();
-    let both = !moves.is_empty() && !vary.materials.is_empty();
+    let served = METHODS.into_iter().any(|method| method.serves_all(vary));
+    let both = !served && !moves.is_empty() && !vary.materials.is_empty();
     let together = both.then(|| format!("no method varies materials together with {}", moves.join(", ")));
     let meta = bundle::stored_scene(scene, scene.size).meta;
     let animations =

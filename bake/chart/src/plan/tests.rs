@@ -49,18 +49,9 @@ fn a_scene_that_varies_nothing_is_told_so() {
 
 #[test]
 fn what_no_method_does_is_said() {
-    let scene = ball("light = true\nview = true\nmaterials = ['white']", "reflections = 1", "");
+    let mut scene = ball("light = true\nview = true\nmaterials = ['white']", "reflections = 1", "");
     let value = json_of(&scene, Path::new("none"));
-    assert_eq!(value["chosen"], "sparse-transfer");
-    let left_out: Vec<&str> =
-        value["not_modelled"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-    assert_eq!(
-        left_out,
-        [
-            "[vary] names material `white`, but sparse-transfer keeps materials as the scene has them",
-            "no method varies materials together with light, view"
-        ]
-    );
+    assert_eq!((&value["chosen"], &value["not_modelled"]), (&json!("transfer-tensor"), &json!([])));
     let methods = value["methods"].as_array().unwrap();
     let fits: Vec<_> = methods
         .iter()
@@ -68,16 +59,33 @@ fn what_no_method_does_is_said() {
         .collect();
     assert_eq!(
         fits,
-        [("transfer-images", true, false), ("sparse-transfer", true, false), ("sphere-shadows", true, false)]
+        [
+            ("transfer-images", true, false),
+            ("sparse-transfer", true, false),
+            ("transfer-tensor", true, true),
+            ("sphere-shadows", true, false)
+        ]
     );
     let tells: Vec<&str> =
-        methods[2]["predicted"]["tells"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+        methods[3]["predicted"]["tells"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert!(
         tells.len() == 2
             && tells[0].starts_with("`plane` casts by ")
             && tells[0].ends_with(" triangles, 0.00 % off")
             && tells[1].starts_with("`ball` casts by "),
         "{tells:?}"
+    );
+    scene.vary.shape = true;
+    let value = json_of(&scene, Path::new("none"));
+    assert_eq!(value["chosen"], "sphere-shadows");
+    let left_out: Vec<&str> =
+        value["not_modelled"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert_eq!(
+        left_out,
+        [
+            "[vary] names material `white`, but sphere-shadows keeps materials as the scene has them",
+            "no method varies materials together with light, view, shape"
+        ]
     );
 }
 

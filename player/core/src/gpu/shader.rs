@@ -3,10 +3,10 @@
 /// What may be imported, by name.
 const SNIPPETS: [(&str, &str); 26] = [
     ("angle", include_str!("../lit/angle.wgsl")),
+    ("aspect", include_str!("../methods/transfer_tensor/aspect.wgsl")),
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
     ("brdf", include_str!("../lit/brdf.wgsl")),
     ("bytes", include_str!("bytes.wgsl")),
-    ("cones", include_str!("../methods/transfer_tensor/cones.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
     ("frame", include_str!("../methods/transfer_tensor/frame.wgsl")),

@@ -18,7 +18,7 @@ mod targets;
 pub(crate) use light::{Light, Map};
 pub(crate) use mesh::Mesh;
 pub(crate) use picture::Picture;
-pub(crate) use surface::Surface;
+pub(crate) use surface::{Bound, Surface};
 pub(crate) use surroundings::{Surroundings, belongs};
 pub(crate) use targets::drawable;
 #[cfg(test)]

@@ -38,14 +38,18 @@ impl Picture {
             background: background_pipeline(gpu),
             average: gpu.compute_pipeline(AVERAGE, "average"),
             materials: mesh.materials.clone(),
-            bound: surface.bound,
+            bound: surface.bound.clone(),
             environment: light.uniform().clone(),
         };
         let background = pipelines.background.get_bind_group_layout(1);
         let textures = pipelines.surface.get_bind_group_layout(1);
-        let texture = |view| gpu.bind(&textures, [BindingResource::TextureView(view)]);
+        let texture = |(index, view): (usize, &wgpu::TextureView)| {
+            let of_material = surface.of_materials.get(index).map_or(&[][..], Vec::as_slice);
+            let bound = of_material.iter().map(|(binding, bound)| (*binding, bound.resource()));
+            gpu.bind_at(&textures, [(0, BindingResource::TextureView(view))].into_iter().chain(bound))
+        };
         Self {
-            textures: mesh.textures.iter().map(texture).collect(),
+            textures: mesh.textures.iter().enumerate().map(texture).collect(),
             maps: light.maps().iter().map(|map| halves_of(gpu, &background, map)).collect(),
             targets: Targets::new(gpu, size, &pipelines),
             suns: Suns::new(gpu, &mesh, &pipelines.surface),

@@ -1,6 +1,7 @@
 //! What depends on the size of a picture: the film, and what its bands are drawn on.
 
 use super::gpu_data::View;
+use super::surface::Bound;
 use crate::error::{Error, Result};
 use crate::gpu::{Film, Gpu};
 use relume_formats::kinds::scene::{MAX_PIXELS, MAX_SIDE, is_legal_size};
@@ -44,7 +45,7 @@ pub(super) struct Pipelines {
     /// By material.
     pub(super) materials: wgpu::Buffer,
     /// What surfaces take besides, by number of the binding.
-    pub(super) bound: Vec<(u32, wgpu::Buffer)>,
+    pub(super) bound: Vec<(u32, Bound)>,
     /// The struct `Environment` of the shaders.
     pub(super) environment: wgpu::Buffer,
 }
@@ -147,14 +148,13 @@ impl Band {
         let pixels = (film.size() / Film::PIXEL_BYTES) as u32;
         let view =
             gpu.buffer("view", size_of::<View>() as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let surface = [(0, &view), (1, &pipelines.materials)].into_iter();
-        let surface = surface.chain(pipelines.bound.iter().map(|(binding, buffer)| (*binding, buffer)));
-        let surface = surface.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+        let surface = (0..).zip([&view, &pipelines.materials].map(wgpu::Buffer::as_entire_binding));
+        let bound = pipelines.bound.iter().map(|(binding, bound)| (*binding, bound.resource()));
         let average = [BindingResource::TextureView(colour), film.as_entire_binding()];
         Self {
             first_row,
             rows: pixels / width,
-            surface: gpu.bind_at(&pipelines.surface.get_bind_group_layout(0), surface),
+            surface: gpu.bind_at(&pipelines.surface.get_bind_group_layout(0), surface.chain(bound)),
             background: background_bindings(gpu, pipelines, &view),
             average: gpu.bind(&pipelines.average.get_bind_group_layout(0), average),
             workgroups: gpu.workgroups(pixels, WORKGROUP),

@@ -1,29 +1,33 @@
 //! Environment maps as cones see them: filtered on the CPU, each when it first shines, and kept.
 
+use super::dispatches::uniform;
 use crate::gpu::Gpu;
 use relume_formats::basis::blurred::{blurred, size};
 use relume_formats::basis::suns::split;
 use relume_formats::kinds::Environment;
-use wgpu::{Buffer, BufferUsages};
+use wgpu::{Buffer, TextureView};
 
 /// What filters maps, and the one that shines.
 pub(super) struct Blurs {
     widths_deg: Vec<f32>,
     maps: Vec<Map>,
-    /// [texels] of all widths, four floats of which the last is unused: the map that shines.
-    pub(super) buffer: Buffer,
+    /// The map that shines for all widths, one below the other.
+    pub(super) texture: TextureView,
+    size: [u32; 2],
+    /// Sine and cosine of what it is turned by.
+    pub(super) rotation: Buffer,
 }
 
-/// A map as it comes, or filtered.
+/// A map as it comes, or filtered: rows of all widths, each filled up to the longest.
 enum Map {
     Whole(Environment),
     Filtered(Vec<[f32; 4]>),
 }
 
-/// Where a map, filtered for cones of one width, is in its buffer, in texels, and its size: the same for all maps.
+/// Where a map, filtered for cones of one width, begins, and its size: the same for all maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
-    pub(super) first: u32,
+    pub(super) row: u32,
     pub(super) width: u32,
     pub(super) height: u32,
 }
@@ -31,11 +35,18 @@ pub(super) struct Place {
 impl Blurs {
     /// Of `maps` for cones of `widths_deg`; none is filtered yet.
     pub(super) fn new(gpu: &Gpu, widths_deg: Vec<f32>, maps: Vec<Environment>) -> Self {
-        let texels: u32 = widths_deg.iter().map(|width_deg| size(*width_deg).iter().product::<u32>()).sum();
-        let bytes = u64::from(texels) * size_of::<[f32; 4]>() as u64;
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        let buffer = gpu.buffer("filtered map", bytes.max(size_of::<[f32; 4]>() as u64), usage);
-        Self { widths_deg, maps: maps.into_iter().map(Map::Whole).collect(), buffer }
+        let sizes = widths_deg.iter().map(|width_deg| size(*width_deg));
+        let size = sizes.fold([1, 0], |[most, rows], [width, height]| [width.max(most), rows + height]);
+        let size = [size[0], size[1].max(1)];
+        let dark = vec![[0.0_f32; 4]; size[0] as usize * size[1] as usize];
+        let format = wgpu::TextureFormat::Rgba32Float;
+        Self {
+            widths_deg,
+            maps: maps.into_iter().map(Map::Whole).collect(),
+            texture: gpu.texture("filtered map", size, format, bytemuck::cast_slice(&dark)),
+            size,
+            rotation: uniform(gpu, "rotation", &[0.0_f32, 1.0]),
+        }
     }
 
     /// Takes map number `index`, which is one of those that there are or the next.
@@ -49,28 +60,48 @@ impl Blurs {
 
     /// Where maps are filtered for cones of `width_deg`, if they are.
     pub(super) fn place(&self, width_deg: f32) -> Option<Place> {
-        let mut first = 0;
+        let mut row = 0;
         for known in &self.widths_deg {
             let [width, height] = size(*known);
             if *known == width_deg {
-                return Some(Place { first, width, height });
+                return Some(Place { row, width, height });
             }
-            first += width * height;
+            row += height;
         }
         None
     }
 
-    /// Lets map number `index` shine, filtered without its suns.
-    pub(super) fn shine(&mut self, gpu: &Gpu, index: usize) {
-        let Some(map) = self.maps.get_mut(index) else { return };
+    /// Lets map number `index` shine, filtered without its suns and turned so far.
+    pub(super) fn shine(&mut self, gpu: &Gpu, index: usize, rotation_deg: f32) {
+        let (sin, cos) = rotation_deg.to_radians().sin_cos();
+        gpu.queue.write_buffer(&self.rotation, 0, bytemuck::bytes_of(&[sin, cos]));
+        let ([width, height], Some(map)) = (self.size, self.maps.get_mut(index)) else { return };
         if let Map::Whole(environment) = map {
             let rest = split(&environment.map).rest;
-            let filtered = self.widths_deg.iter().flat_map(|width_deg| blurred(&rest, *width_deg).texels);
-            let texels = filtered.map(|[r, g, b]| [r, g, b, 0.0]).collect();
+            let mut texels = Vec::new();
+            for filtered in self.widths_deg.iter().map(|width_deg| blurred(&rest, *width_deg)) {
+                for row in filtered.texels.chunks_exact(filtered.width as usize) {
+                    let end = texels.len() + width as usize;
+                    texels.extend(row.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]));
+                    texels.resize(end, [0.0; 4]);
+                }
+            }
             *map = Map::Filtered(texels);
         }
         if let Map::Filtered(texels) = map {
-            gpu.queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(texels));
+            write(gpu, &self.texture, [width, height], texels);
         }
     }
+}
+
+/// Writes all texels of a texture of `size`, row by row.
+pub(super) fn write(gpu: &Gpu, texture: &TextureView, [width, height]: [u32; 2], texels: &[[f32; 4]]) {
+    if texels.len() as u64 != u64::from(width) * u64::from(height) {
+        return;
+    }
+    let row_bytes = width * size_of::<[f32; 4]>() as u32;
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    gpu.queue.write_texture(texture.texture().as_image_copy(), bytemuck::cast_slice(texels), layout, size);
 }

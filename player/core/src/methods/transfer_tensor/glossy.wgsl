@@ -2,13 +2,37 @@
 // interpolated between vertices; at each point what highlights have of the map, as far as vertices see of it, the GPU twin of
 // `relume_formats::evaluate::transfer_tensor::Parts::mirrored`; and what the whole material reflects of the suns. Textures colour the diffuse part alone.
 
+#import aspect
 #import brdf
-#import cones
 #import frame
 #import surface
 
-// The map without suns as cones of each width see it, not turned; the fourth component is unused.
-@group(0) @binding(12) var<storage, read> filtered: array<vec4<f32>>;
+// One or two Gaussians of the angle.
+struct Cone {
+    // How they are turned away from the mirror direction.
+    turned: vec4<f32>,
+    // The row where the map filtered for them begins, and its size.
+    row: u32,
+    width: u32,
+    height: u32,
+    // Number of Gaussians.
+    count: u32,
+}
+
+// What highlights of a material are made of. A struct of the material that is drawn, and textures rather than buffers: software adapters look up what is
+// the same for all lanes once, and texels whole.
+struct Mirror {
+    cones: array<Cone, 16>,
+    count: u32,
+}
+
+// Sine and cosine of what the light is turned by about +Y.
+@group(0) @binding(10) var<uniform> rotation: vec2<f32>;
+// The map without suns as cones of each width see it, one below the other, not turned.
+@group(0) @binding(11) var filtered: texture_2d<f32>;
+@group(1) @binding(1) var<uniform> mirror: Mirror;
+// [nodes, cones] what each cone reflects.
+@group(1) @binding(2) var shares: texture_2d<f32>;
 
 struct GlossyCorner {
     @builtin(position) clip: vec4<f32>,
@@ -45,44 +69,44 @@ fn corner(
     );
 }
 
+fn filtered_at(column: i32, row: f32, cone: Cone) -> vec3<f32> {
+    let width = i32(cone.width);
+    let at = vec2<i32>((column + width) % width, i32(cone.row) + i32(clamp(row, 0.0, f32(cone.height) - 1.0)));
+    return textureLoad(filtered, at, 0).rgb;
+}
+
 // The light as a cone sees it in a direction in world space: the GPU twin of `relume_formats::basis::blurred::radiance`.
 fn light_towards(cone: Cone, direction: vec3<f32>) -> vec3<f32> {
-    let x = known.cos_rotation * direction.x - known.sin_rotation * direction.z;
-    let z = known.cos_rotation * direction.z + known.sin_rotation * direction.x;
-    let size = vec2<f32>(f32(cone.width), f32(cone.height));
-    let uv = vec2<f32>(0.5 + 0.5 * FRAC_1_PI * angle_of(x, -z), FRAC_1_PI * angle_of(length(vec2<f32>(x, z)), direction.y));
-    let at = uv * size - 0.5;
+    let x = rotation.y * direction.x - rotation.x * direction.z;
+    let z = rotation.y * direction.z + rotation.x * direction.x;
+    let u = 0.5 + 0.5 * FRAC_1_PI * angle_of(x, -z);
+    let v = FRAC_1_PI * angle_of(length(vec2<f32>(x, z)), direction.y);
+    let at = vec2<f32>(u, v) * vec2<f32>(f32(cone.width), f32(cone.height)) - 0.5;
     let first = floor(at);
     let share = at - first;
-    let left = u32(i32(first.x) + i32(cone.width)) % cone.width;
-    let right = (left + 1u) % cone.width;
-    let upper = cone.map + cone.width * u32(clamp(first.y, 0.0, size.y - 1.0));
-    let lower = cone.map + cone.width * u32(clamp(first.y + 1.0, 0.0, size.y - 1.0));
-    let top = mix(filtered[upper + left].rgb, filtered[upper + right].rgb, share.x);
-    let bottom = mix(filtered[lower + left].rgb, filtered[lower + right].rgb, share.x);
+    let column = i32(first.x);
+    let top = mix(filtered_at(column, first.y, cone), filtered_at(column + 1, first.y, cone), share.x);
+    let bottom = mix(filtered_at(column, first.y + 1.0, cone), filtered_at(column + 1, first.y + 1.0, cone), share.x);
     return mix(top, bottom, share.y);
 }
 
 // What highlights have of the map at a point with a unit normal, seen from a unit vector.
-fn mirrored(material: u32, normal: vec3<f32>, towards_eye: vec3<f32>, visible: array<vec4<f32>, 4>) -> vec3<f32> {
-    let lobes = lobes_of(material);
-    if lobes.space >= NO_SPACE {
-        return vec3<f32>(0.0);
-    }
-    let space = known.spaces[lobes.space];
+fn mirrored(normal: vec3<f32>, towards_eye: vec3<f32>, visible: array<vec4<f32>, 4>) -> vec3<f32> {
     let frame = frame_about(normal);
     let aspect = aspect_of(frame_from_world(frame, towards_eye));
     var parts = visible;
     var sum = vec3<f32>(0.0);
-    for (var number = 0u; number < space.cones; number += 1u) {
-        let share = parts[number / 4u][number % 4u] * at_angle(aspect, lobes.shares, space.cones, number);
+    for (var number = 0u; number < mirror.count; number += 1u) {
+        let before = textureLoad(shares, vec2<u32>(number, aspect.node), 0).rgb;
+        let after = textureLoad(shares, vec2<u32>(number, aspect.node + 1u), 0).rgb;
+        let share = parts[number / 4u][number % 4u] * mix(before, after, aspect.between);
         if all(share == vec3<f32>(0.0)) {
             continue;
         }
-        let cone = cone_of(space.first_cone + 4u * number);
-        var light = light_towards(cone, world_from_frame(frame, middle_of(cone, aspect, 1.0)));
+        let cone = mirror.cones[number];
+        var light = light_towards(cone, world_from_frame(frame, middle_of(cone.turned, aspect, 1.0)));
         if cone.count > 1u {
-            light = 0.5 * (light + light_towards(cone, world_from_frame(frame, middle_of(cone, aspect, -1.0))));
+            light = 0.5 * (light + light_towards(cone, world_from_frame(frame, middle_of(cone.turned, aspect, -1.0))));
         }
         sum += share * light;
     }
@@ -102,7 +126,7 @@ fn surface(seen: GlossyCorner, @builtin(front_facing) front: bool) -> @location(
     let towards_eye = unit(view.eye_in_world - seen.point);
     var diffuse = seen.radiance;
     let visible = array<vec4<f32>, 4>(seen.visible_a, seen.visible_b, seen.visible_c, seen.visible_d);
-    var glossy = max(seen.glossy + mirrored(seen.material, normal, towards_eye, visible), vec3<f32>(0.0));
+    var glossy = max(seen.glossy + mirrored(normal, towards_eye, visible), vec3<f32>(0.0));
     for (var layer = 0u; layer < suns.count; layer += 1u) {
         let white = sunlight(layer, seen.point, normal, facing, sample_number(seen.clip));
         // The lobe is that of the disc's middle, not its mean over the disc: of materials that a state may set none is as narrow. Exponent 200, slope 0.1

@@ -2,6 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// Most cones that points are drawn with.
+pub(super) const MAX_CONES: usize = 16;
+
 /// The sum over blocks for the vertices of a band.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -94,16 +97,36 @@ pub(super) struct Space {
     pub(super) unused: u32,
 }
 
-/// All spaces, and how the light is turned about +Y.
+/// All spaces.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub(super) struct Spaces {
-    pub(super) sin_rotation: f32,
-    pub(super) cos_rotation: f32,
+    pub(super) spaces: [Space; 3],
     /// Where the directions of harmonics begin in the tables.
     pub(super) directions: u32,
-    pub(super) unused: u32,
-    pub(super) spaces: [Space; 3],
+}
+
+/// A cone of highlights.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Cone {
+    /// Sine and cosine of its tilt, sine and cosine of what it is turned to the side.
+    pub(super) turned: [f32; 4],
+    /// Where the map filtered for it begins.
+    pub(super) row: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// Number of Gaussians.
+    pub(super) count: u32,
+}
+
+/// What highlights of a material are made of.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub(super) struct Mirror {
+    pub(super) cones: [Cone; MAX_CONES],
+    pub(super) count: u32,
+    pub(super) unused: [u32; 3],
 }
 
 /// How the vertices of a band are looked at.
@@ -145,8 +168,10 @@ mod tests {
         expect(SECOND, "Second", &layout_of!(Second { vertices, vectors, quads }));
         let space =
             layout_of!(Space { columns, profiles, cones, harmonics, orders, even, first_cone, unused });
-        let spaces = layout_of!(Spaces { sin_rotation, cos_rotation, directions, unused, spaces });
-        for shader in [GATHER, LOOK, GLOSSY] {
+        let spaces = layout_of!(Spaces { spaces, directions });
+        expect(GLOSSY, "Cone", &layout_of!(Cone { turned, row, width, height, count }));
+        expect(GLOSSY, "Mirror", &layout_of!(Mirror { cones, count } unused));
+        for shader in [GATHER, LOOK] {
             expect(shader, "Space", &space);
             expect(shader, "Spaces", &spaces);
         }

@@ -1,11 +1,12 @@
 // What vertices show the eye, but for what their highlights have of the map itself: the GPU twin of `relume_formats::evaluate::transfer_tensor::shown`.
 
-#import cones
+#import aspect
 #import frame
 #import harmonics
 #import hemisphere
 #import invocation
 #import places
+#import tables
 
 // [columns, vertices of the band]; the fourth component is unused.
 @group(0) @binding(2) var<storage, read> received: array<vec4<f32>>;
@@ -31,6 +32,32 @@ const SIXTHS = array<vec2<f32>, 6>(
 );
 // Wide words of the visible parts of a vertex.
 const VISIBLE_WORDS = 4u;
+
+// One or two Gaussians of the angle.
+struct Cone {
+    // How they are turned away from the mirror direction.
+    turned: vec4<f32>,
+    // Sine and cosine of the ring of points that stand for one beside its middle, if there is one.
+    sin_ring: f32,
+    cos_ring: f32,
+    points: u32,
+    // Number of Gaussians.
+    count: u32,
+    // What each band of harmonics shrinks to.
+    shrunk: vec4<f32>,
+}
+
+fn cone_of(first: u32) -> Cone {
+    let ring = row(first + 1u);
+    let counts = tables[first + 1u].zw;
+    return Cone(row(first), ring.x, ring.y, counts.x, counts.y, row(first + 2u));
+}
+
+// Of a table by angle with so many columns.
+fn at_angle(aspect: Aspect, table: u32, columns: u32, column: u32) -> vec3<f32> {
+    let at = table + aspect.node * columns + column;
+    return mix(row(at).rgb, row(at + columns).rgb, aspect.between);
+}
 
 // The cosine and sine of a multiple of the angle that `turn` has these of.
 fn multiple(turn: vec2<f32>, times: u32) -> vec2<f32> {
@@ -109,10 +136,10 @@ fn reflected(vertex: u32, frame: Frame, aspect: Aspect, space: Space, shares: u3
         var of_word = vec4<f32>(0.0);
         for (var k = 0u; k < 4u && 4u * word + k < space.cones; k += 1u) {
             let number = 4u * word + k;
-            let cone = cone_of(space.first_cone + 4u * number);
+            let cone = cone_of(space.first_cone + 3u * number);
             let share = at_angle(aspect, shares, space.cones, number) / f32(cone.count);
             for (var which = 0u; which < cone.count; which += 1u) {
-                let direction = middle_of(cone, aspect, 1.0 - 2.0 * f32(which));
+                let direction = middle_of(cone.turned, aspect, 1.0 - 2.0 * f32(which));
                 let parts = parts_of(vertex, cone, direction);
                 of_word[k] += parts.x / f32(cone.count);
                 if any(share != vec3<f32>(0.0)) {

@@ -28,13 +28,13 @@ use crate::error::Result;
 use crate::gpu::{Film, Gpu, Passes};
 use crate::lit::{Surroundings, belongs};
 use crate::stream::{Arrival, decode_all, decode_sections};
+use gpu_data::MAX_CONES;
 use relume_formats::bundle::expect_spaces;
 use relume_formats::container::{Kind, Section};
 use relume_formats::kinds::transfer_tensor::{BLOCK_SECTIONS, Meta, ONCE_SECTIONS, TWICE_SECTIONS};
 use relume_formats::kinds::{BrdfTensor, Environment};
 use relume_formats::state::Rgb;
 use relume_formats::{Error as FormatError, Place};
-use shown::VISIBLE_WORDS;
 use stage::{Stage, Waiting};
 
 /// The method's line in the registry.
@@ -166,14 +166,11 @@ impl TransferTensor {
 
 /// Fails if a space has more cones than points are drawn with.
 fn expect_cones(spaces: &[BrdfTensor], place: &Place) -> relume_formats::Result<()> {
-    match spaces.iter().map(|space| space.cones.len()).find(|cones| *cones > 4 * VISIBLE_WORDS) {
+    match spaces.iter().map(|space| space.cones.len()).find(|cones| *cones > MAX_CONES) {
         None => Ok(()),
         Some(cones) => Err(FormatError::unsupported(
             place,
-            format!(
-                "comes after a BRDF tensor of {cones} cones, {} are drawn; bake it again",
-                4 * VISIBLE_WORDS
-            ),
+            format!("comes after a BRDF tensor of {cones} cones, {} are drawn; bake it again", MAX_CONES),
         )),
     }
 }

@@ -9,7 +9,7 @@ use super::stage::Band;
 use super::tables::Tables;
 use super::{GATHER, GLOSSY, LOOK};
 use crate::gpu::{Gpu, Passes};
-use crate::lit::Surface;
+use crate::lit::{Bound, Surface};
 use relume_formats::kinds::StoredScene;
 use wgpu::{Buffer, BufferUsages};
 
@@ -75,7 +75,6 @@ impl Shown {
 
     /// What surfaces are drawn with, whose points have highlights of the map in `blurs`.
     pub(super) fn surface(&self, tables: &Tables, blurs: &Blurs) -> Surface {
-        let bound = tables.bound().into_iter().chain([(12, &blurs.buffer)]);
         Surface {
             shader: GLOSSY,
             vertices: vec![
@@ -83,7 +82,11 @@ impl Shown {
                 (self.glossy.clone(), 1),
                 (self.visible.clone(), VISIBLE_WORDS),
             ],
-            bound: bound.map(|(number, buffer)| (number, buffer.clone())).collect(),
+            bound: vec![
+                (10, Bound::Buffer(blurs.rotation.clone())),
+                (11, Bound::Texture(blurs.texture.clone())),
+            ],
+            of_materials: tables.of_materials(),
         }
     }
 

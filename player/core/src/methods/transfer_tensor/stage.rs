@@ -213,8 +213,7 @@ impl Stage {
         if let Some(environment) = &look.environment {
             if self.light.set(gpu, environment) {
                 self.picture.set_suns(gpu, &self.light);
-                self.blurs.shine(gpu, self.light.map());
-                self.tables.set_rotation(gpu, environment.rotation_deg);
+                self.blurs.shine(gpu, self.light.map(), environment.rotation_deg);
                 self.changed.light = true;
             }
             self.gain = environment.gain;

@@ -2,8 +2,9 @@
 
 use super::blurs::{self, Blurs};
 use super::dispatches::uniform;
-use super::gpu_data::{Space, Spaces};
+use super::gpu_data::{Cone as ConeData, MAX_CONES, Mirror, Space, Spaces};
 use crate::gpu::Gpu;
+use crate::lit::Bound;
 use relume_formats::basis::sh;
 use relume_formats::bundle::Brdfs;
 use relume_formats::evaluate::transfer_tensor::{Lobes, cone_points, harmonic_weights};
@@ -11,7 +12,7 @@ use relume_formats::kinds::BrdfTensor;
 use relume_formats::kinds::brdf_tensor::Cone;
 use relume_formats::kinds::brdf_tensor::angles::NODES;
 use relume_formats::kinds::scene::StoredMaterial;
-use wgpu::Buffer;
+use wgpu::{Buffer, TextureView};
 
 /// A row of a table: numbers, or their bits.
 type Word = [u32; 4];
@@ -22,9 +23,8 @@ pub(super) const SPACES: usize = 3;
 pub(super) struct Tables {
     spaces: Vec<BrdfTensor>,
     materials: Vec<Material>,
-    /// Where they are, and how the light is turned.
-    known: Spaces,
-    known_buffer: Buffer,
+    /// Where they are.
+    known: Buffer,
     /// All words.
     buffer: Buffer,
 }
@@ -37,6 +37,10 @@ struct Material {
     weights: usize,
     shares: usize,
     end: usize,
+    /// Cones, and what each reflects by angle, for what is drawn.
+    mirror: Buffer,
+    cones: TextureView,
+    cones_size: [u32; 2],
 }
 
 fn numbers([a, b, c, d]: [f32; 4]) -> Word {
@@ -45,6 +49,35 @@ fn numbers([a, b, c, d]: [f32; 4]) -> Word {
 
 fn single(value: f32) -> Word {
     numbers([value, 0.0, 0.0, 0.0])
+}
+
+impl Material {
+    /// Of `spaces` it has the one of its model; its tables begin at `first`.
+    fn new(gpu: &Gpu, material: &StoredMaterial, spaces: &[BrdfTensor], blurs: &Blurs, first: usize) -> Self {
+        let space = spaces.iter().position(|space| space.meta.model == material.brdf.model());
+        let (profiles, cones) = space
+            .and_then(|space| spaces.get(space))
+            .map_or((0, &[][..]), |space| (space.orders.len(), space.cones.as_slice()));
+        let shares = first + NODES * profiles;
+        let mut mirror: Mirror = bytemuck::Zeroable::zeroed();
+        mirror.count = cones.len().min(MAX_CONES) as u32;
+        for (place, cone) in mirror.cones.iter_mut().zip(cones) {
+            *place = cone_data(cone, blurs);
+        }
+        let cones_size = [cones.len().max(1) as u32, NODES as u32];
+        let dark = vec![[0.0_f32; 4]; cones.len().max(1) * NODES];
+        let format = wgpu::TextureFormat::Rgba32Float;
+        Self {
+            name: material.name.clone(),
+            space,
+            weights: first,
+            shares,
+            end: shares + NODES * cones.len(),
+            mirror: uniform(gpu, "mirror", &mirror),
+            cones: gpu.texture("cones", cones_size, format, bytemuck::cast_slice(&dark)),
+            cones_size,
+        }
+    }
 }
 
 impl Tables {
@@ -57,14 +90,9 @@ impl Tables {
     ) -> Self {
         let mut end = materials.len();
         let mut place = |material: &StoredMaterial| {
-            let model = material.brdf.model();
-            let space = spaces.iter().position(|space| space.meta.model == model);
-            let [profiles, cones] = space
-                .and_then(|space| spaces.get(space))
-                .map_or([0; 2], |space| [space.orders.len(), space.cones.len()]);
-            let (weights, shares) = (end, end + NODES * profiles);
-            end = shares + NODES * cones;
-            Material { name: material.name.clone(), space, weights, shares, end }
+            let placed = Material::new(gpu, material, &spaces, blurs, end);
+            end = placed.end;
+            placed
         };
         let materials: Vec<Material> = materials.iter().map(&mut place).collect();
         let mut words = vec![Word::default(); end];
@@ -72,22 +100,24 @@ impl Tables {
         words.extend(sh::directions().map(|direction| numbers(direction.extend(0.0).to_array())));
         let mut of_spaces: [Space; SPACES] = bytemuck::Zeroable::zeroed();
         for (place, space) in of_spaces.iter_mut().zip(&spaces) {
-            *place = add_space(&mut words, space, blurs);
+            *place = add_space(&mut words, space);
         }
-        let known = Spaces { sin_rotation: 0.0, cos_rotation: 1.0, directions, unused: 0, spaces: of_spaces };
-        let known_buffer = uniform(gpu, "spaces", &known);
-        Self { buffer: gpu.storage("tables", &words), spaces, materials, known, known_buffer }
+        let known = Spaces { spaces: of_spaces, directions };
+        let known = uniform(gpu, "spaces", &known);
+        Self { buffer: gpu.storage("tables", &words), spaces, materials, known }
     }
 
     /// What shaders take of them, by number of the binding.
     pub(super) fn bound(&self) -> [(u32, &Buffer); 2] {
-        [(10, &self.known_buffer), (11, &self.buffer)]
+        [(10, &self.known), (11, &self.buffer)]
     }
 
-    /// Sets how far the light is turned.
-    pub(super) fn set_rotation(&mut self, gpu: &Gpu, rotation_deg: f32) {
-        (self.known.sin_rotation, self.known.cos_rotation) = rotation_deg.to_radians().sin_cos();
-        gpu.queue.write_buffer(&self.known_buffer, 0, bytemuck::bytes_of(&self.known));
+    /// By material what points are drawn with, by number of the binding.
+    pub(super) fn of_materials(&self) -> Vec<Vec<(u32, Bound)>> {
+        let bound = |material: &Material| {
+            vec![(1, Bound::Buffer(material.mirror.clone())), (2, Bound::Texture(material.cones.clone()))]
+        };
+        self.materials.iter().map(bound).collect()
     }
 
     /// Writes what is of materials.
@@ -110,6 +140,12 @@ impl Tables {
             words.resize(material.end, Word::default());
         }
         gpu.queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&words));
+        for material in &self.materials {
+            // A row of cones for each angle, as the tables have them.
+            let shares = words.get(material.shares..material.end).unwrap_or_default();
+            let shares: Vec<[f32; 4]> = shares.iter().map(|word| word.map(f32::from_bits)).collect();
+            blurs::write(gpu, &material.cones, material.cones_size, &shares);
+        }
     }
 }
 
@@ -119,7 +155,7 @@ fn coloured([red, green, blue]: &[Vec<f32>; 3]) -> impl Iterator<Item = Word> {
 }
 
 /// Appends the tables of a space, as the shaders' `Space` says.
-fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: &Blurs) -> Space {
+fn add_space(words: &mut Vec<Word>, space: &BrdfTensor) -> Space {
     let mut add = |rows: &mut dyn Iterator<Item = Word>| {
         let first = words.len() as u32;
         words.extend(rows);
@@ -132,27 +168,33 @@ fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: &Blurs) -> Space 
         harmonics: add(&mut harmonic_weights(space).into_iter().map(single)),
         orders: add(&mut space.orders.iter().map(|order| [*order, 0, 0, 0])),
         even: add(&mut space.even.iter().map(|share| numbers([*share; 4]))),
-        first_cone: add(&mut space.cones.iter().flat_map(|cone| of_cone(cone, blurs))),
+        first_cone: add(&mut space.cones.iter().flat_map(of_cone)),
         unused: 0,
     }
 }
 
-/// A cone in the words that the shader makes one of.
-fn of_cone(cone: &Cone, blurs: &Blurs) -> [Word; 4] {
+/// Sine and cosine of a cone's tilt, sine and cosine of what it is turned to the side.
+fn turned(cone: &Cone) -> [f32; 4] {
     let ((sin_tilt, cos_tilt), (sin_side, cos_side)) =
         (cone.tilt_deg.to_radians().sin_cos(), cone.side_deg.to_radians().sin_cos());
-    let nowhere = blurs::Place { first: 0, width: 1, height: 1 };
-    let blurs::Place { first, width, height } = blurs.place(cone.width_deg).unwrap_or(nowhere);
+    [sin_tilt, cos_tilt, sin_side, cos_side]
+}
+
+/// A cone as points are drawn with it.
+fn cone_data(cone: &Cone, blurs: &Blurs) -> ConeData {
+    let nowhere = blurs::Place { row: 0, width: 1, height: 1 };
+    let blurs::Place { row, width, height } = blurs.place(cone.width_deg).unwrap_or(nowhere);
+    ConeData { turned: turned(cone), row, width, height, count: cone.count() as u32 }
+}
+
+/// A cone in the words that the shader makes one of.
+fn of_cone(cone: &Cone) -> [Word; 3] {
     // About an axis, the sine and cosine of the angle that the others are away from the middle.
     let points: Vec<_> = cone_points(glam::Vec3::Z, cone.width_deg).collect();
     let aside = points.last().copied().unwrap_or(glam::Vec3::Z);
     let variance = cone.width_deg.to_radians().powi(2);
     let shrunk = [0.0, 1.0, 2.0, 3.0].map(|band: f32| (-0.5 * band * (band + 1.0) * variance).exp());
-    let ring = [aside.truncate().length().to_bits(), aside.z.to_bits(), points.len() as u32, 0];
-    [
-        numbers([sin_tilt, cos_tilt, sin_side, cos_side]),
-        [first, width, height, cone.count() as u32],
-        ring,
-        numbers(shrunk),
-    ]
+    let counts = [points.len() as u32, cone.count() as u32];
+    let ring = [aside.truncate().length().to_bits(), aside.z.to_bits(), counts[0], counts[1]];
+    [numbers(turned(cone)), ring, numbers(shrunk)]
 }

@@ -12,20 +12,16 @@ struct Space {
     orders: u32,
     // [nodes] rgb: what the diffuse part reflects of a white sky.
     even: u32,
-    // [cones, 4]: what `cone_of` makes a `Cone` of.
+    // [cones, 3]: what the shader that looks makes a `Cone` of.
     first_cone: u32,
     // Structs of a uniform array are whole wide words.
     unused: u32,
 }
 
 struct Spaces {
-    // Of the light about +Y.
-    sin_rotation: f32,
-    cos_rotation: f32,
+    spaces: array<Space, 3>,
     // [16] xyz: directions in a frame, in `tables`.
     directions: u32,
-    unused: u32,
-    spaces: array<Space, 3>,
 }
 
 // Where the tables of a material are: [nodes, profiles] what each profile counts for, and [nodes, cones] what each cone reflects, rgb.

@@ -2,11 +2,10 @@
 
 use super::super::GLOSSY;
 use super::super::dispatches::uniform;
-use super::super::gpu_data::Spaces;
+use super::super::gpu_data::Mirror;
 use super::super::shown::VISIBLE_WORDS;
-use super::super::tables::SPACES;
 use crate::gpu::{Gpu, Passes};
-use crate::lit::{Light, Map, Mesh, Picture, Surface};
+use crate::lit::{Bound, Light, Map, Mesh, Picture, Surface};
 use crate::support::sparse;
 use crate::testing::{gpu, read_radiance};
 use glam::Vec3;
@@ -153,16 +152,17 @@ fn brdf_value(brdf: &Brdf, colour: Vec3, incoming: Vec3, outgoing: Vec3, normal:
 fn shining(gpu: &Gpu, scene: &StoredScene, radiance: Buffer, glossy: Buffer) -> Surface {
     let bytes = VISIBLE_WORDS as u64 * radiance.size();
     let visible = gpu.buffer("visible", bytes, BufferUsages::VERTEX);
-    let no_space = vec![[SPACES as u32; 4]; scene.meta.materials.len()];
-    let spaces: Spaces = bytemuck::Zeroable::zeroed();
+    let mirror: Mirror = bytemuck::Zeroable::zeroed();
+    let texel = |label| {
+        let format = wgpu::TextureFormat::Rgba32Float;
+        Bound::Texture(gpu.texture(label, [1, 1], format, bytemuck::bytes_of(&[0.0_f32; 4])))
+    };
+    let of_material = vec![(1, Bound::Buffer(uniform(gpu, "mirror", &mirror))), (2, texel("cones"))];
     Surface {
         shader: GLOSSY,
         vertices: vec![(radiance, 1), (glossy, 1), (visible, VISIBLE_WORDS)],
-        bound: vec![
-            (10, uniform(gpu, "spaces", &spaces)),
-            (11, gpu.storage("tables", &no_space)),
-            (12, gpu.storage("filtered", &[[0.0_f32; 4]])),
-        ],
+        bound: vec![(10, Bound::Buffer(uniform(gpu, "rotation", &[0.0_f32, 1.0]))), (11, texel("filtered"))],
+        of_materials: vec![of_material; scene.meta.materials.len()],
     }
 }
 

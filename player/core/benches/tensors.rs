@@ -93,7 +93,7 @@ fn main() {
         // The least of each pass.
         let mut passes: BTreeMap<&str, f64> = BTreeMap::new();
         for frame in 0..FRAMES {
-            change(&mut look, frame as f32);
+            change(&mut look, (frame + 1) as f32);
             let mut encoder = device.create_command_encoder(&Default::default());
             player.draw(&mut encoder, &look).unwrap();
             let start = Instant::now();

@@ -181,6 +181,6 @@ fn shown(scene: &Scene, bundle: &Bundle, brdfs: &[Brdf], reflections: u32) -> (L
     if reflections < 3 {
         received.twice.fill([0.0; 3]);
     }
-    let shown = parts.shown(&received, brdfs, scene.camera.position);
+    let shown = parts.shown(&received, &lights, brdfs, scene.camera.position);
     (lights, shown)
 }

@@ -66,7 +66,7 @@ fn reflected(space: &BrdfTensor, lobes: &Lobes, outgoing: Vec3, channel: usize) 
     let shares = BrdfTensor::seen_from(&lobes.cones[channel], outgoing);
     for (cone, share) in space.cones.iter().zip(shares) {
         for direction in cone.directions(outgoing) {
-            let points: Vec<Vec3> = cone_points(direction, cone.width_deg).collect();
+            let points: Vec<Vec3> = cone_points(direction, cone.width_deg).map(|(point, _)| point).collect();
             let above = points.iter().filter(|point| point.z > 0.0).count() as f32;
             sum += f64::from(share / cone.count() as f32 * above / points.len() as f32);
         }
@@ -112,7 +112,7 @@ fn a_white_sky_shows_what_a_space_reflects() {
         let (tangent, bitangent) = Vec3::Y.any_orthonormal_pair();
         let outgoing = Vec3::new(way.dot(tangent), way.dot(bitangent), way.y);
         for (number, (received, lights)) in cases.iter().enumerate() {
-            let shown = parts.shown(received, &[material()], eye).swap_remove(0);
+            let shown = parts.shown(received, lights, &[material()], eye).swap_remove(0);
             let mirrored = parts.mirrored(lights, &material(), Vec3::Y, way, &shown.seen);
             for c in 0..3 {
                 assert!(
@@ -139,7 +139,7 @@ fn below(space: &BrdfTensor, lobes: &Lobes, outgoing: Vec3, channel: usize) -> f
     let shares = BrdfTensor::seen_from(&lobes.cones[channel], outgoing);
     let of_cone = |(cone, share): (&Cone, f32)| {
         let below = |direction: Vec3| {
-            let points: Vec<Vec3> = cone_points(direction, cone.width_deg).collect();
+            let points: Vec<Vec3> = cone_points(direction, cone.width_deg).map(|(point, _)| point).collect();
             points.iter().filter(|point| point.z <= 0.0).count() as f32 / points.len() as f32
         };
         share / cone.count() as f32 * cone.directions(outgoing).map(below).sum::<f32>()

@@ -20,7 +20,8 @@ use support::tensors::{self, Bundle, COLUMNS};
 /// Frames of each kind.
 const FRAMES: usize = 12;
 /// Vertices, and those of a cluster, terms, and functions of a cluster, as bakes have them (thesis, table 5-1).
-const VERTICES: u32 = 13_000;
+const GRID: [u32; 2] = [130, 100];
+const VERTICES: u32 = GRID[0] * GRID[1];
 const OF_CLUSTER: u32 = 1000;
 const BLOCKS: [u32; 6] = [16; 6];
 const RANKS: [u32; 2] = [32, 32];
@@ -79,7 +80,7 @@ fn main() {
         vectors: VECTORS,
     });
     let parts = (tensors::spaces(), tensors::bases());
-    let mut scene = tensors::scene(VERTICES);
+    let mut scene = tensors::sheet(GRID, 1e-3);
     scene.meta.size = [512; 2];
     let bundle = Bundle::of(scene, support::sparse::maps(), parts, transfer);
     let start = Instant::now();
@@ -92,7 +93,7 @@ fn main() {
         // The least of each pass.
         let mut passes: BTreeMap<&str, f64> = BTreeMap::new();
         for frame in 0..FRAMES {
-            change(&mut look, frame as f32);
+            change(&mut look, (frame + 1) as f32);
             let mut encoder = device.create_command_encoder(&Default::default());
             player.draw(&mut encoder, &look).unwrap();
             let start = Instant::now();

@@ -90,8 +90,8 @@ impl Parts<'_> {
     }
 
     /// What every vertex shows an eye at the point `eye`, metres, world space.
-    pub fn shown(&self, received: &Received, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
-        shown::shown(self, received, brdfs, eye)
+    pub fn shown(&self, received: &Received, lights: &Lights, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
+        shown::shown(self, received, lights, brdfs, eye)
     }
 
     /// What the highlights of a point have of the map itself, W/(sr·m²): its material is `brdf`, its unit shading normal `normal`, `outgoing` the

@@ -1,10 +1,11 @@
 //! What vertices show.
 
-use super::{Lights, Lobes, Parts, Received, harmonic_weights};
-use crate::basis::{blurred, hemisphere, sh};
+use super::{Lights, Lobes, Parts, Received, harmonic_weights, widths};
+use crate::basis::{EquirectMap, blurred, hemisphere, sh};
 use crate::kinds::BrdfTensor;
 use crate::state::{Brdf, Rgb};
 use glam::{Mat3, Vec3};
+use std::f32::consts::FRAC_PI_3;
 
 /// What a vertex shows, W/(sr·m²), without the direct light of suns.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,15 +14,17 @@ pub struct Shown {
     pub diffuse: Rgb,
     /// By its highlights, but for what cones have of the map itself, which [`Parts::mirrored`] tells of any point.
     pub glossy: Rgb,
-    /// The visible part of each cone of its space.
+    /// Of the light of the map in each cone of its space, the part that is visible.
     pub seen: Vec<f32>,
 }
 
-/// Up to this standard deviation, degrees, what is seen of a cone is looked up in its middle alone: texels are as wide.
+/// Up to this standard deviation, degrees, a cone stands for itself: texels of what is seen are as wide.
 const NARROW_DEG: f32 = 4.5;
-/// How far from the middle the other places are, in standard deviations: with seven of equal weight their variance is
-/// that of the Gaussian, √(7/3).
-const RING: f32 = 1.527_525_2;
+/// From this one on, the cones that stand for a cone are divided again.
+const WIDE_DEG: f32 = 20.0;
+/// How far from the middle six of the seven cones are that stand for one, each half as wide, in its standard deviations: their
+/// variance and that of these places make up its own, √(3/4 · 7/3).
+const RING: f32 = 1.322_875_7;
 
 /// How far above the surface the eye is at least, as a cosine.
 const LEAST_HEIGHT: f32 = 1e-3;
@@ -35,12 +38,19 @@ struct Prepared<'a> {
 }
 
 /// What every vertex shows.
-pub(super) fn shown(parts: &Parts<'_>, received: &Received, brdfs: &[Brdf], eye: [f32; 3]) -> Vec<Shown> {
+pub(super) fn shown(
+    parts: &Parts<'_>,
+    received: &Received,
+    lights: &Lights,
+    brdfs: &[Brdf],
+    eye: [f32; 3],
+) -> Vec<Shown> {
     let prepared = |brdf: &Brdf| {
         let space = parts.space(brdf.model())?;
         Some(Prepared { lobes: Lobes::new(space, brdf)?, weights: harmonic_weights(space), space })
     };
     let prepared: Vec<Option<Prepared<'_>>> = brdfs.iter().map(prepared).collect();
+    let widths = widths(parts.spaces);
     let materials = parts.scene.materials_of_vertices();
     let of_vertex = |(vertex, material): (usize, &u32)| {
         let material = prepared.get(*material as usize).and_then(Option::as_ref);
@@ -57,7 +67,7 @@ pub(super) fn shown(parts: &Parts<'_>, received: &Received, brdfs: &[Brdf], eye:
                 seen: &parts.transfer.seen[vertex * hemisphere::TEXELS..][..hemisphere::TEXELS],
             };
             let way = Vec3::from(eye) - Vec3::from(parts.scene.positions[vertex]);
-            material.shown(&place, way.normalize_or(normal))
+            material.shown(&place, (lights, &widths), way.normalize_or(normal))
         })
     };
     materials.iter().enumerate().map(of_vertex).collect()
@@ -76,13 +86,13 @@ struct Place<'a> {
 impl Prepared<'_> {
     /// What it shows towards the unit vector `outgoing` in world space, from behind what it shows along the surface: a
     /// triangle may be seen of which a vertex faces away.
-    fn shown(&self, place: &Place<'_>, outgoing: Vec3) -> Shown {
+    fn shown(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> Shown {
         let outgoing = above(place.world_from_frame.transpose() * outgoing);
         let arriving = self.arriving(place);
         let even = BrdfTensor::seen_from(&self.space.even, outgoing).first().copied().unwrap_or_default();
         let first = arriving.first().copied().unwrap_or_default();
         let rest = self.residual(&arriving, outgoing);
-        let (reflected, seen) = self.cones(place, outgoing);
+        let (reflected, seen) = self.cones(place, light, outgoing);
         Shown {
             diffuse: first.map(|value| (even * value).max(0.0)),
             glossy: std::array::from_fn(|c| rest[c] + reflected[c]),
@@ -114,14 +124,14 @@ impl Prepared<'_> {
     }
 
     /// What cones have of light that other surfaces reflect, and the visible part of each.
-    fn cones(&self, place: &Place<'_>, outgoing: Vec3) -> (Rgb, Vec<f32>) {
+    fn cones(&self, place: &Place<'_>, light: (&Lights, &[f32]), outgoing: Vec3) -> (Rgb, Vec<f32>) {
         let shares = self.lobes.cones.each_ref().map(|table| BrdfTensor::seen_from(table, outgoing));
         let (mut sum, mut seen) = ([0.0; 3], Vec::new());
         for (number, cone) in self.space.cones.iter().enumerate() {
             let part = 1.0 / cone.count() as f32;
             let mut of_cone = 0.0;
             for direction in cone.directions(outgoing) {
-                let [visible, above] = parts_of(place.seen, direction, cone.width_deg);
+                let [visible, above] = parts_of(place, light, direction, cone.width_deg);
                 of_cone += part * visible;
                 let towards = place.world_from_frame * direction;
                 let once = harmonics_at(place.once, towards, |band| shrunk(band, cone.width_deg));
@@ -171,17 +181,29 @@ fn shrunk(band: usize, width_deg: f32) -> f32 {
     (-0.5 * (band * (band + 1)) as f32 * sigma * sigma).exp()
 }
 
-/// Of a cone about the unit vector `direction`, which may point below the surface, the part that is visible, and that which is above
-/// the surface.
-fn parts_of(texels: &[u8], direction: Vec3, width_deg: f32) -> [f32; 2] {
-    let (mut seen, mut above, mut points) = (0.0, 0.0, 0.0);
-    for point in cone_points(direction, width_deg) {
-        points += 1.0;
-        if point.z > 0.0 {
-            (seen, above) = (seen + hemisphere::sample(texels, point), above + 1.0);
-        }
+/// Of a cone about the unit vector `direction`, which may point below the surface, the part of its light from the map that is
+/// visible, of red, green and blue together, and the part of it that is above the surface.
+fn parts_of(
+    place: &Place<'_>,
+    (lights, widths): (&Lights, &[f32]),
+    direction: Vec3,
+    width_deg: f32,
+) -> [f32; 2] {
+    let (mut light, mut lit, mut seen, mut above, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (point, width_deg) in cone_points(direction, width_deg) {
+        let radiance = map_of(lights, widths, width_deg).map_or(0.0, |map| {
+            blurred::radiance(map, lights.rotation_deg, place.world_from_frame * point).iter().sum()
+        });
+        let visible = if point.z > 0.0 { hemisphere::sample(place.seen, point) } else { 0.0 };
+        (light, lit) = (light + radiance, lit + radiance * visible);
+        (seen, above, count) = (seen + visible, above + f32::from(u8::from(point.z > 0.0)), count + 1.0);
     }
-    [seen / points, above / points]
+    [if light > 0.0 { lit / light } else { seen / count }, above / count]
+}
+
+/// The map that cones of a width see, or the next narrower ones.
+fn map_of<'a>(lights: &'a Lights, widths: &[f32], width_deg: f32) -> Option<&'a EquirectMap> {
+    lights.blurred.get(widths.iter().rposition(|width| *width <= width_deg).unwrap_or(0))
 }
 
 /// Radiance of `harmonics` in a direction, a band times what `scale` gives for it.
@@ -195,14 +217,20 @@ fn harmonics_at(harmonics: &[Rgb; sh::COUNT], direction: Vec3, scale: impl Fn(us
     sum
 }
 
-/// Unit vectors that stand for a cone about `direction`, of equal weight: its middle, and for a wide one six around it.
-pub fn cone_points(direction: Vec3, width_deg: f32) -> impl Iterator<Item = Vec3> {
+/// The middles and widths of the cones, alike in weight, that stand for one about `direction`: itself if it is narrow, else seven half as
+/// wide, or seven times seven.
+pub fn cone_points(direction: Vec3, width_deg: f32) -> impl Iterator<Item = (Vec3, f32)> {
+    let (first, again) = (width_deg > NARROW_DEG, width_deg > WIDE_DEG);
+    divided(direction, width_deg, first).flat_map(move |(part, width_deg)| divided(part, width_deg, again))
+}
+
+fn divided(direction: Vec3, width_deg: f32, divides: bool) -> impl Iterator<Item = (Vec3, f32)> {
     let (right, up) = direction.any_orthonormal_pair();
     let (sin, cos) = (RING * width_deg.to_radians()).sin_cos();
-    let around = if width_deg > NARROW_DEG { 6 } else { 0 };
-    let ring = (0..around).map(move |k| {
-        let (s, c) = (std::f32::consts::FRAC_PI_3 * k as f32).sin_cos();
-        cos * direction + sin * (c * right + s * up)
+    let width_deg = if divides { 0.5 * width_deg } else { width_deg };
+    let ring = (0..if divides { 6 } else { 0 }).map(move |k| {
+        let (s, c) = (FRAC_PI_3 * k as f32).sin_cos();
+        (cos * direction + sin * (c * right + s * up), width_deg)
     });
-    std::iter::once(direction).chain(ring)
+    std::iter::once((direction, width_deg)).chain(ring)
 }

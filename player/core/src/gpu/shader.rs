@@ -1,7 +1,7 @@
 //! WGSL that shaders share: a line `#import name` stands for the snippet of that name.
 
 /// What may be imported, by name.
-const SNIPPETS: [(&str, &str); 26] = [
+const SNIPPETS: [(&str, &str); 27] = [
     ("angle", include_str!("../lit/angle.wgsl")),
     ("aspect", include_str!("../methods/transfer_tensor/aspect.wgsl")),
     ("batch", include_str!("../methods/sphere_shadows/batch.wgsl")),
@@ -9,6 +9,7 @@ const SNIPPETS: [(&str, &str); 26] = [
     ("bytes", include_str!("bytes.wgsl")),
     ("corner", include_str!("../lit/corner.wgsl")),
     ("everywhere", include_str!("everywhere.wgsl")),
+    ("filtered", include_str!("../methods/transfer_tensor/filtered.wgsl")),
     ("frame", include_str!("../methods/transfer_tensor/frame.wgsl")),
     ("harmonics", include_str!("../methods/transfer_tensor/harmonics.wgsl")),
     ("hemisphere", include_str!("../methods/transfer_tensor/hemisphere.wgsl")),

@@ -27,7 +27,7 @@ pub(crate) enum Bound {
 }
 
 impl Bound {
-    pub(super) fn resource(&self) -> BindingResource<'_> {
+    pub(crate) fn resource(&self) -> BindingResource<'_> {
         match self {
             Self::Buffer(buffer) => buffer.as_entire_binding(),
             Self::Texture(view) => BindingResource::TextureView(view),

@@ -108,18 +108,23 @@ pub fn materials() -> Vec<StoredMaterial> {
     named.map(material).to_vec()
 }
 
-/// A sheet of `vertices` vertices, a multiple of [`ROWS`], whose normals point hither and thither, one of them along
-/// −Z in the one of its two ways that is less common.
+/// A sheet of `vertices` vertices, a multiple of [`ROWS`].
 pub fn scene(vertices: u32) -> StoredScene {
+    let mut scene = sheet([vertices / ROWS, ROWS], 0.1);
+    scene.normals[1] = [0.6, 0.8, -0.0];
+    scene.normals[2] = [0.0, 0.0, -1.0];
+    scene
+}
+
+/// A sheet of so many vertices two ways, up to `height` above and below a plane, whose normals point hither and thither.
+pub fn sheet(vertices: [u32; 2], height: f32) -> StoredScene {
     let mut random = Random(9);
-    let mut scene = sparse::scene([vertices / ROWS, ROWS]);
+    let mut scene = sparse::scene(vertices);
     for (place, normal) in scene.positions.iter_mut().zip(&mut scene.normals) {
-        place[2] = 0.1 * signed(&mut random);
+        place[2] = height * signed(&mut random);
         let turned = Vec3::new(signed(&mut random), signed(&mut random), 0.3 + random.unit());
         *normal = turned.normalize().to_array();
     }
-    scene.normals[1] = [0.6, 0.8, -0.0];
-    scene.normals[2] = [0.0, 0.0, -1.0];
     scene.meta.materials = materials();
     let triangles = scene.triangles.len() as u32;
     let part = |(material, name): (u32, &str)| StoredObject {

@@ -2,6 +2,7 @@
 
 use super::dispatches::uniform;
 use crate::gpu::Gpu;
+use crate::lit::Bound;
 use relume_formats::basis::blurred::{blurred, size};
 use relume_formats::basis::suns::split;
 use relume_formats::kinds::Environment;
@@ -12,24 +13,16 @@ pub(super) struct Blurs {
     widths_deg: Vec<f32>,
     maps: Vec<Map>,
     /// The map that shines for all widths, one below the other.
-    pub(super) texture: TextureView,
+    texture: TextureView,
     size: [u32; 2],
     /// Sine and cosine of what it is turned by.
-    pub(super) rotation: Buffer,
+    rotation: Buffer,
 }
 
 /// A map as it comes, or filtered: rows of all widths, each filled up to the longest.
 enum Map {
     Whole(Environment),
     Filtered(Vec<[f32; 4]>),
-}
-
-/// Where a map, filtered for cones of one width, begins, and its size: the same for all maps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
-    pub(super) row: u32,
-    pub(super) width: u32,
-    pub(super) height: u32,
 }
 
 impl Blurs {
@@ -58,17 +51,18 @@ impl Blurs {
         }
     }
 
-    /// Where maps are filtered for cones of `width_deg`, if they are.
-    pub(super) fn place(&self, width_deg: f32) -> Option<Place> {
-        let mut row = 0;
-        for known in &self.widths_deg {
-            let [width, height] = size(*known);
-            if *known == width_deg {
-                return Some(Place { row, width, height });
-            }
-            row += height;
-        }
-        None
+    /// Where maps are filtered for cones of `width_deg`, or the next narrower ones, or the narrowest: the row where they
+    /// begin, columns and rows.
+    pub(super) fn place(&self, width_deg: f32) -> [u32; 3] {
+        let number = self.widths_deg.iter().rposition(|known| *known <= width_deg).unwrap_or(0);
+        let before = self.widths_deg.iter().take(number).map(|known| size(*known)[1]).sum();
+        let [width, height] = self.widths_deg.get(number).map_or([1; 2], |known| size(*known));
+        [before, width, height]
+    }
+
+    /// What shaders take of the map that shines, by number of the binding.
+    pub(super) fn bound(&self) -> [(u32, Bound); 2] {
+        [(12, Bound::Buffer(self.rotation.clone())), (13, Bound::Texture(self.texture.clone()))]
     }
 
     /// Lets map number `index` shine, filtered without its suns and turned so far.

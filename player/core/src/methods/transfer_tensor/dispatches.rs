@@ -1,6 +1,7 @@
 //! A pipeline, and what it is dispatched over.
 
 use crate::gpu::{Gpu, Passes};
+use crate::lit::Bound;
 use wgpu::{BindGroup, Buffer, BufferUsages, ComputePipeline};
 
 /// One pipeline, over one piece after the other.
@@ -18,17 +19,19 @@ impl Dispatches {
 
     /// Adds a piece with `buffers` in the order of the shader's bindings.
     pub(super) fn push(&mut self, gpu: &Gpu, buffers: &[&Buffer], workgroups: [u32; 2]) {
-        self.push_at(gpu, (0..).zip(buffers.iter().copied()), workgroups);
+        let bound = (0..).zip(buffers.iter().map(|buffer| Bound::Buffer((*buffer).clone())));
+        self.push_at(gpu, bound, workgroups);
     }
 
-    /// Adds a piece with buffers at the numbers of their bindings.
-    pub(super) fn push_at<'a>(
+    /// Adds a piece with what the shader takes at the numbers of its bindings.
+    pub(super) fn push_at(
         &mut self,
         gpu: &Gpu,
-        buffers: impl IntoIterator<Item = (u32, &'a Buffer)>,
+        bound: impl IntoIterator<Item = (u32, Bound)>,
         workgroups: [u32; 2],
     ) {
-        let resources = buffers.into_iter().map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+        let bound: Vec<(u32, Bound)> = bound.into_iter().collect();
+        let resources = bound.iter().map(|(binding, bound)| (*binding, bound.resource()));
         self.pieces.push((gpu.bind_at(&self.pipeline.get_bind_group_layout(0), resources), workgroups));
     }
 

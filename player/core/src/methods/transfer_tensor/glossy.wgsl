@@ -4,6 +4,7 @@
 
 #import aspect
 #import brdf
+#import filtered
 #import frame
 #import surface
 
@@ -11,12 +12,8 @@
 struct Cone {
     // How they are turned away from the mirror direction.
     turned: vec4<f32>,
-    // The row where the map filtered for them begins, and its size.
-    row: u32,
-    width: u32,
-    height: u32,
-    // Number of Gaussians.
-    count: u32,
+    // The row where the map filtered for them begins, and its columns and rows; number of Gaussians.
+    map: vec4<u32>,
 }
 
 // What highlights of a material are made of. A struct of the material that is drawn, and textures rather than buffers: software adapters look up what is
@@ -26,10 +23,6 @@ struct Mirror {
     count: u32,
 }
 
-// Sine and cosine of what the light is turned by about +Y.
-@group(0) @binding(10) var<uniform> rotation: vec2<f32>;
-// The map without suns as cones of each width see it, one below the other, not turned.
-@group(0) @binding(11) var filtered: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> mirror: Mirror;
 // [nodes, cones] what each cone reflects.
 @group(1) @binding(2) var shares: texture_2d<f32>;
@@ -69,27 +62,6 @@ fn corner(
     );
 }
 
-fn filtered_at(column: i32, row: f32, cone: Cone) -> vec3<f32> {
-    let width = i32(cone.width);
-    let at = vec2<i32>((column + width) % width, i32(cone.row) + i32(clamp(row, 0.0, f32(cone.height) - 1.0)));
-    return textureLoad(filtered, at, 0).rgb;
-}
-
-// The light as a cone sees it in a direction in world space: the GPU twin of `relume_formats::basis::blurred::radiance`.
-fn light_towards(cone: Cone, direction: vec3<f32>) -> vec3<f32> {
-    let x = rotation.y * direction.x - rotation.x * direction.z;
-    let z = rotation.y * direction.z + rotation.x * direction.x;
-    let u = 0.5 + 0.5 * FRAC_1_PI * angle_of(x, -z);
-    let v = FRAC_1_PI * angle_of(length(vec2<f32>(x, z)), direction.y);
-    let at = vec2<f32>(u, v) * vec2<f32>(f32(cone.width), f32(cone.height)) - 0.5;
-    let first = floor(at);
-    let share = at - first;
-    let column = i32(first.x);
-    let top = mix(filtered_at(column, first.y, cone), filtered_at(column + 1, first.y, cone), share.x);
-    let bottom = mix(filtered_at(column, first.y + 1.0, cone), filtered_at(column + 1, first.y + 1.0, cone), share.x);
-    return mix(top, bottom, share.y);
-}
-
 // What highlights have of the map at a point with a unit normal, seen from a unit vector.
 fn mirrored(normal: vec3<f32>, towards_eye: vec3<f32>, visible: array<vec4<f32>, 4>) -> vec3<f32> {
     let frame = frame_about(normal);
@@ -104,9 +76,9 @@ fn mirrored(normal: vec3<f32>, towards_eye: vec3<f32>, visible: array<vec4<f32>,
             continue;
         }
         let cone = mirror.cones[number];
-        var light = light_towards(cone, world_from_frame(frame, middle_of(cone.turned, aspect, 1.0)));
-        if cone.count > 1u {
-            light = 0.5 * (light + light_towards(cone, world_from_frame(frame, middle_of(cone.turned, aspect, -1.0))));
+        var light = light_towards(cone.map.xyz, world_from_frame(frame, middle_of(cone.turned, aspect, 1.0)));
+        if cone.map.w > 1u {
+            light = 0.5 * (light + light_towards(cone.map.xyz, world_from_frame(frame, middle_of(cone.turned, aspect, -1.0))));
         }
         sum += share * light;
     }

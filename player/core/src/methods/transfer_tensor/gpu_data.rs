@@ -112,12 +112,8 @@ pub(super) struct Spaces {
 pub(super) struct Cone {
     /// Sine and cosine of its tilt, sine and cosine of what it is turned to the side.
     pub(super) turned: [f32; 4],
-    /// Where the map filtered for it begins.
-    pub(super) row: u32,
-    pub(super) width: u32,
-    pub(super) height: u32,
-    /// Number of Gaussians.
-    pub(super) count: u32,
+    /// Where the map filtered for it begins, and its columns and rows; number of Gaussians.
+    pub(super) map: [u32; 4],
 }
 
 /// What highlights of a material are made of.
@@ -169,7 +165,7 @@ mod tests {
         let space =
             layout_of!(Space { columns, profiles, cones, harmonics, orders, even, first_cone, unused });
         let spaces = layout_of!(Spaces { spaces, directions });
-        expect(GLOSSY, "Cone", &layout_of!(Cone { turned, row, width, height, count }));
+        expect(GLOSSY, "Cone", &layout_of!(Cone { turned, map }));
         expect(GLOSSY, "Mirror", &layout_of!(Mirror { cones, count } unused));
         for shader in [GATHER, LOOK] {
             expect(shader, "Space", &space);

@@ -1,6 +1,7 @@
 // What vertices show the eye, but for what their highlights have of the map itself: the GPU twin of `relume_formats::evaluate::transfer_tensor::shown`.
 
 #import aspect
+#import filtered
 #import frame
 #import harmonics
 #import hemisphere
@@ -37,20 +38,18 @@ const VISIBLE_WORDS = 4u;
 struct Cone {
     // How they are turned away from the mirror direction.
     turned: vec4<f32>,
-    // Sine and cosine of the ring of points that stand for one beside its middle, if there is one.
-    sin_ring: f32,
-    cos_ring: f32,
-    points: u32,
-    // Number of Gaussians.
-    count: u32,
+    // The cones that stand for one: its middle and a ring about it, and each of these and a ring about that. Sine and cosine of both.
+    rings: vec4<f32>,
+    // How many they are, 1 or 7, of each kind; number of Gaussians.
+    counts: vec3<u32>,
+    // Where the map filtered for them is.
+    map: vec3<u32>,
     // What each band of harmonics shrinks to.
     shrunk: vec4<f32>,
 }
 
 fn cone_of(first: u32) -> Cone {
-    let ring = row(first + 1u);
-    let counts = tables[first + 1u].zw;
-    return Cone(row(first), ring.x, ring.y, counts.x, counts.y, row(first + 2u));
+    return Cone(row(first), row(first + 1u), tables[first + 2u].xyz, tables[first + 3u].xyz, row(first + 4u));
 }
 
 // Of a table by angle with so many columns.
@@ -107,21 +106,35 @@ fn visibility(vertex: u32, direction: vec3<f32>) -> f32 {
     return mix(top, bottom, share.y) / 255.0;
 }
 
-// Of a cone about a unit vector in the frame, which may point below the surface, the part that is visible, and the part above the surface.
-fn parts_of(vertex: u32, cone: Cone, direction: vec3<f32>) -> vec2<f32> {
-    let around = frame_about(direction);
-    var parts = vec2<f32>(0.0);
-    for (var number = 0u; number < cone.points; number += 1u) {
-        var point = direction;
-        if number > 0u {
-            let turn = SIXTHS[number - 1u];
-            point = cone.cos_ring * direction + cone.sin_ring * (turn.y * around.tangent + turn.x * around.bitangent);
-        }
+// Place number `number` of a middle and a ring about it, by the ring's sine and cosine.
+fn on_ring(middle: vec3<f32>, number: u32, ring: vec2<f32>) -> vec3<f32> {
+    if number == 0u {
+        return middle;
+    }
+    let around = frame_about(middle);
+    let turn = SIXTHS[number - 1u];
+    return ring.y * middle + ring.x * (turn.y * around.tangent + turn.x * around.bitangent);
+}
+
+// Of a cone about a unit vector in the frame, which may point below the surface, the part of its light from the map that is visible, of red, green and blue
+// together, and the part of it that is above the surface.
+fn parts_of(vertex: u32, frame: Frame, cone: Cone, direction: vec3<f32>) -> vec2<f32> {
+    let count = cone.counts.x * cone.counts.y;
+    // Light, what of it is visible, visible places, and those above.
+    var sums = vec4<f32>(0.0);
+    for (var number = 0u; number < count; number += 1u) {
+        let part = on_ring(direction, number / cone.counts.y, cone.rings.xy);
+        let point = on_ring(part, number % cone.counts.y, cone.rings.zw);
+        let light = dot(light_towards(cone.map, world_from_frame(frame, point)), vec3<f32>(1.0));
         if point.z > 0.0 {
-            parts += vec2<f32>(visibility(vertex, point), 1.0);
+            let seen_there = visibility(vertex, point);
+            sums += vec4<f32>(light, light * seen_there, seen_there, 1.0);
+        } else {
+            sums.x += light;
         }
     }
-    return parts / f32(cone.points);
+    let visible_part = select(sums.z / f32(count), sums.y / sums.x, sums.x > 0.0);
+    return vec2<f32>(visible_part, sums.w / f32(count));
 }
 
 // What cones have of light that other surfaces reflect; stores their visible parts.
@@ -136,12 +149,12 @@ fn reflected(vertex: u32, frame: Frame, aspect: Aspect, space: Space, shares: u3
         var of_word = vec4<f32>(0.0);
         for (var k = 0u; k < 4u && 4u * word + k < space.cones; k += 1u) {
             let number = 4u * word + k;
-            let cone = cone_of(space.first_cone + 3u * number);
-            let share = at_angle(aspect, shares, space.cones, number) / f32(cone.count);
-            for (var which = 0u; which < cone.count; which += 1u) {
+            let cone = cone_of(space.first_cone + 5u * number);
+            let share = at_angle(aspect, shares, space.cones, number) / f32(cone.counts.z);
+            for (var which = 0u; which < cone.counts.z; which += 1u) {
                 let direction = middle_of(cone.turned, aspect, 1.0 - 2.0 * f32(which));
-                let parts = parts_of(vertex, cone, direction);
-                of_word[k] += parts.x / f32(cone.count);
+                let parts = parts_of(vertex, frame, cone, direction);
+                of_word[k] += parts.x / f32(cone.counts.z);
                 if any(share != vec3<f32>(0.0)) {
                     let after_once = radiance_of(&once, world_from_frame(frame, direction), cone.shrunk);
                     sum += share * (after_once + parts.y * twice);

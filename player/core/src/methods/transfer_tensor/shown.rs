@@ -31,8 +31,14 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// For the `bands` of the vertices of `scene`.
-    pub(super) fn new(gpu: &Gpu, scene: &StoredScene, bands: &[Band], tables: &Tables) -> Self {
+    /// For the `bands` of the vertices of `scene`, under the map in `blurs`.
+    pub(super) fn new(
+        gpu: &Gpu,
+        scene: &StoredScene,
+        bands: &[Band],
+        tables: &Tables,
+        blurs: &Blurs,
+    ) -> Self {
         let places = gpu.storage("places", &places(scene));
         let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC;
         let bytes = (scene.positions.len() * size_of::<[f32; 4]>()) as u64;
@@ -55,19 +61,15 @@ impl Shown {
             let place = uniform(gpu, "look", &look);
             let workgroups = gpu.workgroups(look.vertices, TILE);
             let Band { direct, arriving, received, seen, .. } = band;
-            let bound = |buffers: &[&'_ Buffer]| -> Vec<(u32, Buffer)> {
-                let own = [&place, &places].into_iter().chain(buffers.iter().copied());
-                (0..)
-                    .zip(own)
-                    .chain(tables.bound())
-                    .map(|(number, buffer)| (number, buffer.clone()))
-                    .collect()
+            let own = |buffers: &[&Buffer]| -> Vec<(u32, Bound)> {
+                let own = (0..).zip([&place, &places].into_iter().chain(buffers.iter().copied()));
+                let own =
+                    own.chain(tables.bound()).map(|(number, buffer)| (number, Bound::Buffer(buffer.clone())));
+                own.collect()
             };
-            let buffers = bound(&[direct, arriving, received]);
-            shown.gather.push_at(gpu, buffers.iter().map(|(number, buffer)| (*number, buffer)), workgroups);
-            let shows = [received, arriving, seen, &shown.radiance, &shown.glossy, &shown.visible];
-            let buffers = bound(&shows);
-            shown.show.push_at(gpu, buffers.iter().map(|(number, buffer)| (*number, buffer)), workgroups);
+            shown.gather.push_at(gpu, own(&[direct, arriving, received]), workgroups);
+            let shows = own(&[received, arriving, seen, &shown.radiance, &shown.glossy, &shown.visible]);
+            shown.show.push_at(gpu, shows.into_iter().chain(blurs.bound()), workgroups);
             shown.looks.push((look, place));
         }
         shown
@@ -82,10 +84,7 @@ impl Shown {
                 (self.glossy.clone(), 1),
                 (self.visible.clone(), VISIBLE_WORDS),
             ],
-            bound: vec![
-                (10, Bound::Buffer(blurs.rotation.clone())),
-                (11, Bound::Texture(blurs.texture.clone())),
-            ],
+            bound: blurs.bound().to_vec(),
             of_materials: tables.of_materials(),
         }
     }

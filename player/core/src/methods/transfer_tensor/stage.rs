@@ -135,7 +135,7 @@ impl Stage {
         let tables = Tables::new(gpu, materials, spaces, &blurs);
         let bands: Vec<Band> = ranges.iter().map(|range| Band::new(gpu, &meta, range.clone())).collect();
         let direct: Vec<Buffer> = bands.iter().map(|band| band.direct.clone()).collect();
-        let shown = Shown::new(gpu, &surroundings.scene, &bands, &tables);
+        let shown = Shown::new(gpu, &surroundings.scene, &bands, &tables, &blurs);
         let surface = shown.surface(&tables, &blurs);
         let wide = |label, rows: usize| {
             let bytes = (rows * size_of::<[f32; 4]>()) as u64;

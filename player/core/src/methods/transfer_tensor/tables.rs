@@ -1,6 +1,6 @@
 //! Tables of BRDF spaces and of the materials in them, all in one buffer of wide words.
 
-use super::blurs::{self, Blurs};
+use super::blurs::{Blurs, write};
 use super::dispatches::uniform;
 use super::gpu_data::{Cone as ConeData, MAX_CONES, Mirror, Space, Spaces};
 use crate::gpu::Gpu;
@@ -100,7 +100,7 @@ impl Tables {
         words.extend(sh::directions().map(|direction| numbers(direction.extend(0.0).to_array())));
         let mut of_spaces: [Space; SPACES] = bytemuck::Zeroable::zeroed();
         for (place, space) in of_spaces.iter_mut().zip(&spaces) {
-            *place = add_space(&mut words, space);
+            *place = add_space(&mut words, space, blurs);
         }
         let known = Spaces { spaces: of_spaces, directions };
         let known = uniform(gpu, "spaces", &known);
@@ -144,7 +144,7 @@ impl Tables {
             // A row of cones for each angle, as the tables have them.
             let shares = words.get(material.shares..material.end).unwrap_or_default();
             let shares: Vec<[f32; 4]> = shares.iter().map(|word| word.map(f32::from_bits)).collect();
-            blurs::write(gpu, &material.cones, material.cones_size, &shares);
+            write(gpu, &material.cones, material.cones_size, &shares);
         }
     }
 }
@@ -155,7 +155,7 @@ fn coloured([red, green, blue]: &[Vec<f32>; 3]) -> impl Iterator<Item = Word> {
 }
 
 /// Appends the tables of a space, as the shaders' `Space` says.
-fn add_space(words: &mut Vec<Word>, space: &BrdfTensor) -> Space {
+fn add_space(words: &mut Vec<Word>, space: &BrdfTensor, blurs: &Blurs) -> Space {
     let mut add = |rows: &mut dyn Iterator<Item = Word>| {
         let first = words.len() as u32;
         words.extend(rows);
@@ -168,7 +168,7 @@ fn add_space(words: &mut Vec<Word>, space: &BrdfTensor) -> Space {
         harmonics: add(&mut harmonic_weights(space).into_iter().map(single)),
         orders: add(&mut space.orders.iter().map(|order| [*order, 0, 0, 0])),
         even: add(&mut space.even.iter().map(|share| numbers([*share; 4]))),
-        first_cone: add(&mut space.cones.iter().flat_map(of_cone)),
+        first_cone: add(&mut space.cones.iter().flat_map(|cone| of_cone(cone, blurs))),
         unused: 0,
     }
 }
@@ -182,19 +182,29 @@ fn turned(cone: &Cone) -> [f32; 4] {
 
 /// A cone as points are drawn with it.
 fn cone_data(cone: &Cone, blurs: &Blurs) -> ConeData {
-    let nowhere = blurs::Place { row: 0, width: 1, height: 1 };
-    let blurs::Place { row, width, height } = blurs.place(cone.width_deg).unwrap_or(nowhere);
-    ConeData { turned: turned(cone), row, width, height, count: cone.count() as u32 }
+    let [row, width, height] = blurs.place(cone.width_deg);
+    ConeData { turned: turned(cone), map: [row, width, height, cone.count() as u32] }
 }
 
 /// A cone in the words that the shader makes one of.
-fn of_cone(cone: &Cone) -> [Word; 3] {
-    // About an axis, the sine and cosine of the angle that the others are away from the middle.
+fn of_cone(cone: &Cone, blurs: &Blurs) -> [Word; 5] {
+    // About an axis: one that stands for itself, seven, or seven times seven.
     let points: Vec<_> = cone_points(glam::Vec3::Z, cone.width_deg).collect();
-    let aside = points.last().copied().unwrap_or(glam::Vec3::Z);
+    let again = if points.len() > 7 { 7 } else { 1 };
+    let ring = |number: usize| {
+        let point = points.get(number).map_or(glam::Vec3::Z, |(point, _)| *point);
+        [point.truncate().length(), point.z]
+    };
+    let ([sin, cos], [sin_again, cos_again]) = (ring(again), ring(if again > 1 { 1 } else { 0 }));
+    let [row, width, height] =
+        blurs.place(points.first().map_or(cone.width_deg, |(_, width_deg)| *width_deg));
     let variance = cone.width_deg.to_radians().powi(2);
     let shrunk = [0.0, 1.0, 2.0, 3.0].map(|band: f32| (-0.5 * band * (band + 1.0) * variance).exp());
-    let counts = [points.len() as u32, cone.count() as u32];
-    let ring = [aside.truncate().length().to_bits(), aside.z.to_bits(), counts[0], counts[1]];
-    [numbers(turned(cone)), ring, numbers(shrunk)]
+    [
+        numbers(turned(cone)),
+        numbers([sin, cos, sin_again, cos_again]),
+        [points.len() / again, again, cone.count(), 0].map(|count| count as u32),
+        [row, width, height, 0],
+        numbers(shrunk),
+    ]
 }

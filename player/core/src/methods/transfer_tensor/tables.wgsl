@@ -12,7 +12,7 @@ struct Space {
     orders: u32,
     // [nodes] rgb: what the diffuse part reflects of a white sky.
     even: u32,
-    // [cones, 3]: what the shader that looks makes a `Cone` of.
+    // [cones, 5]: what the shader that looks makes a `Cone` of.
     first_cone: u32,
     // Structs of a uniform array are whole wide words.
     unused: u32,

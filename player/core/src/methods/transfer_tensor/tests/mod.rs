@@ -86,8 +86,8 @@ impl State {
     /// What the CPU says that vertices show.
     fn expected(&self, bundle: &Bundle, transfer: &Tensors) -> Vertices {
         let brdfs: Vec<Brdf> = self.brdfs.into_iter().chain([tensors::materials()[3].brdf]).collect();
-        let parts = bundle.parts(transfer);
-        let shown = parts.shown(&parts.received(&self.lights(bundle), &brdfs), &brdfs, self.eye);
+        let (parts, lights) = (bundle.parts(transfer), self.lights(bundle));
+        let shown = parts.shown(&parts.received(&lights, &brdfs), &lights, &brdfs, self.eye);
         let visible = shown
             .iter()
             .map(|shown| std::array::from_fn(|cone| shown.seen.get(cone).copied().unwrap_or_default()));

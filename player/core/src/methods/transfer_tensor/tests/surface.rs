@@ -161,7 +161,7 @@ fn shining(gpu: &Gpu, scene: &StoredScene, radiance: Buffer, glossy: Buffer) -> 
     Surface {
         shader: GLOSSY,
         vertices: vec![(radiance, 1), (glossy, 1), (visible, VISIBLE_WORDS)],
-        bound: vec![(10, Bound::Buffer(uniform(gpu, "rotation", &[0.0_f32, 1.0]))), (11, texel("filtered"))],
+        bound: vec![(12, Bound::Buffer(uniform(gpu, "rotation", &[0.0_f32, 1.0]))), (13, texel("filtered"))],
         of_materials: vec![of_material; scene.meta.materials.len()],
     }
 }

@@ -34,6 +34,7 @@ mod plan;
 mod relighting;
 mod reuse;
 mod shadows;
+mod shining;
 mod sphere_motion;
 mod spheres;
 mod stability;

@@ -47,10 +47,17 @@ const ORDER: [u32; 7] = [4, 7, 1, 6, 3, 2, 5];
 const KILLED: [u32; 2] = [6, 2];
 
 /// Method, what varies, reflections, spheres, options.
-const BAKES: [(&str, &str, u32, &str, &[&str]); 4] = [
+const BAKES: [(&str, &str, u32, &str, &[&str]); 5] = [
     ("transfer-images", "materials = ['clay']", 2, "", &["--spp", "64", "--bases", "4"]),
     ("sparse-transfer", "light = true", 1, "", &["--spp", "16"]),
     ("sparse-transfer", "view = true", 2, "", &["--spp", "4"]),
+    (
+        "transfer-tensor",
+        "light = true\n    materials = ['clay']",
+        3,
+        "",
+        &["--quality", "draft", "--terms", "40"],
+    ),
     ("sphere-shadows", "light = true", 1, "spheres = 4", &[]),
 ];
 

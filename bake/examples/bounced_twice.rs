@@ -1,5 +1,5 @@
-//! The figures of docs/notes/TRANSFER-TENSOR.md on what light after one and two reflections costs to make, and
-//! what is lost of it as it is stored:
+//! The figures of docs/notes/TRANSFER-TENSOR.md on what light after one and two reflections costs to make,
+//! and what is lost of it as it is stored:
 //!
 //! `cargo run --release --example bounced_twice -- SCENE [blinn-phong|ggx|cook-torrance]`
 //!

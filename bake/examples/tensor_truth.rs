@@ -2,10 +2,11 @@
 //!
 //! `cargo run --release --example tensor_truth -- SCENE BUNDLE [states] [paths]`
 //!
-//! SCENE is a `scene.toml`, or the name of a scene of the library, and BUNDLE the folder that `bake run` made of it. Every state has
-//! random materials, another turn of the scene's map without its suns, whose light a player draws by itself, and the eye
-//! in another place. Errors are relative L2 over triangles that the eye sees, in per cent, with the noise of the paths
-//! taken off, for 1, 2 and 3 reflections: below 0 where noise hides them.
+//! SCENE is a `scene.toml`, or the name of a scene of the library, and BUNDLE the folder that `bake run` made
+//! of it. Every state has random materials, another turn of the scene's map without its suns, whose light a
+//! player draws by itself, and the eye in another place. Errors are relative L2 over triangles that the eye
+//! sees, in per cent, with the noise of the paths taken off, for 1, 2 and 3 reflections: below 0 where noise
+//! hides them.
 
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;

@@ -1,8 +1,9 @@
-//! Spherical harmonics of the bands 0 to 4, for the rivals that Relume's methods are measured beside: precomputed
-//! radiance transfer (Sloan, Kautz, Snyder 2002) and shadows by exponentiation ([`exponentiation`], Ren et al. 2006).
-//! No bundle has any of it.
+//! Spherical harmonics of the bands 0 to 4, for the rivals that Relume's methods are measured beside:
+//! precomputed radiance transfer (Sloan, Kautz, Snyder 2002) and shadows by exponentiation
+//! ([`exponentiation`], Ren et al. 2006). No bundle has any of it.
 //!
-//! Functions are real and orthonormal on the sphere, z is the axis of the zonal ones, y_lm has index l² + l + m.
+//! Functions are real and orthonormal on the sphere, z is the axis of the zonal ones, y_lm has index l² + l +
+//! m.
 
 pub mod exponentiation;
 
@@ -52,8 +53,8 @@ pub fn basis_of<const LANES: usize>([xs, ys, zs]: [[f32; LANES]; 3]) -> [[f32; L
     values
 }
 
-/// All functions at the centres of the texels of a cube of `side` texels a side, [6·side²], and each texel's solid
-/// angle in steradians.
+/// All functions at the centres of the texels of a cube of `side` texels a side, [6·side²], and each texel's
+/// solid angle in steradians.
 pub fn of_texels(side: usize) -> Vec<(Coefficients, f32)> {
     let angles = solid_angles(side);
     let of = |texel: usize| {
@@ -73,8 +74,8 @@ pub fn project(integrals: &[f32], texels: &[(Coefficients, f32)]) -> Coefficient
     sums.map(|sum| sum as f32)
 }
 
-/// What the coefficients of a zonal function are multiplied with, band by band, to turn its axis: times the values
-/// of all functions in that direction they are those of the turned one.
+/// What the coefficients of a zonal function are multiplied with, band by band, to turn its axis: times the
+/// values of all functions in that direction they are those of the turned one.
 pub fn turned_by(zonal: &Zonal) -> Zonal {
     std::array::from_fn(|band| zonal[band] * (4.0 * PI / (2 * band + 1) as f64).sqrt())
 }
@@ -98,8 +99,8 @@ pub fn open_but_for_cap(cos: f64) -> Zonal {
     })
 }
 
-/// Directions and weights in steradians that integrate over the sphere whatever is made of three of the functions:
-/// polynomials of degree 3·4, by eight heights of Gauss and Legendre and sixteen azimuths.
+/// Directions and weights in steradians that integrate over the sphere whatever is made of three of the
+/// functions: polynomials of degree 3·4, by eight heights of Gauss and Legendre and sixteen azimuths.
 fn quadrature() -> Vec<(DVec3, f64)> {
     let (heights, azimuths) = (gauss_legendre(), 16);
     let mut points = Vec::new();
@@ -135,7 +136,8 @@ fn gauss_legendre() -> Vec<(f64, f64)> {
 
 /// Products of functions, cut off to the bands that there are.
 pub struct Product {
-    /// ∫ y_i·y_j·y_k for i ≤ j and every k where that is not 0; twice it for i < j, so that it holds for a square.
+    /// ∫ y_i·y_j·y_k for i ≤ j and every k where that is not 0; twice it for i < j, so that it holds for a
+    /// square.
     terms: Vec<([u8; 3], f32)>,
 }
 
@@ -266,7 +268,8 @@ mod tests {
             for index in 0..COUNT {
                 let turned = scale[BAND[index]] * f64::from(y[index]);
                 // Texels of 1.3e-4 sr are in or out whole: along a cap's edge of at most 2π, where a texel is
-                // 0.012 wide, errors of half of one each add as random ones do: ±6e-5·√(2π/0.012) = 1.4e-3 in all.
+                // 0.012 wide, errors of half of one each add as random ones do: ±6e-5·√(2π/0.012) = 1.4e-3 in
+                // all.
                 assert!((turned - f64::from(projected[index])).abs() < 4e-3, "{cos} {index}: {turned}");
             }
         }
@@ -278,8 +281,8 @@ mod tests {
         let f: Coefficients = std::array::from_fn(|k| ((7 * k + 3) % 11) as f32 / 11.0 - 0.4);
         let square = product.square(&f.map(|value| [value])).map(|[value]| value);
         let by_matrix = product.matrix(&f).map(|row| row.iter().zip(&f).map(|(m, f)| m * f).sum::<f32>());
-        // An independent integral: the midpoint rule on 6·64² texels, of functions smooth enough that it is off by
-        // (1/64)² of them.
+        // An independent integral: the midpoint rule on 6·64² texels, of functions smooth enough that it is
+        // off by (1/64)² of them.
         let texels = of_texels(64);
         let values: Vec<f32> = texels
             .iter()

@@ -110,9 +110,9 @@ fn tabulated_lobes_have_the_albedo_of_the_closed_form() {
     }
 }
 
-/// A white sky shows what it should, from straight above to 5° from the surface: to 2 % of the brightest that the
-/// lobe is, and to 4 % beyond 80°, where sharp lobes are narrower across than any cone and their brightness is traded
-/// for their shape.
+/// A white sky shows what it should, from straight above to 5° from the surface: to 2 % of the brightest that
+/// the lobe is, and to 4 % beyond 80°, where sharp lobes are narrower across than any cone and their
+/// brightness is traded for their shape.
 #[test]
 fn a_white_sky_shows_the_albedo() {
     let mut beyond = Vec::new();

@@ -119,7 +119,7 @@ fn project(
     let weights = importance::weights(FACE_SIZE, 1);
     let columns: Vec<Columns> =
         scene.materials.iter().enumerate().map(|(m, _)| columns_of(scene, m, spaces)).collect();
-    let most = columns.iter().map(Columns::count).max().unwrap_or(1);
+    let most = spaces.iter().map(BrdfTensor::columns).max().unwrap_or(1);
     let materials = materials_of_vertices(scene);
     let measured = spread(MEASURED, receivers.len());
     let pieces = receivers.len().div_ceil(PIECE);

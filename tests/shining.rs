@@ -56,6 +56,9 @@ const SCENE: &str = "
     file = 'clear-sky'
 ";
 
+/// Lobes alone err by 1 to 2 % on open spheres, and direct light by the 2 % that the scene asks for at worst.
+const BOUND: f64 = 0.03;
+
 const STATES: [&str; 2] = [
     "environment = { rotation_deg = 0.0 }",
     "
@@ -80,7 +83,7 @@ fn pixels(path: &Path) -> Vec<f64> {
 /// the picture is off, without their noise, which is half of what they differ by.
 #[test]
 fn pictures_are_those_of_the_path_tracer_whatever_is_edited() {
-    for (reflections, bound) in [(1, 1.0), (2, 1.0)] {
+    for reflections in [1, 2] {
         let folder = tempfile::tempdir().unwrap();
         let scene = write_scene(folder.path(), &SCENE.replace("REFLECTIONS", &reflections.to_string()));
         let at = |name: &str| folder.path().join(name).display().to_string();
@@ -109,7 +112,7 @@ fn pictures_are_those_of_the_path_tracer_whatever_is_edited() {
             let off = sum(&|i| (found[i] - a[i]) * (found[i] - b[i]));
             let error = (off.max(0.0) / sum(&|i| a[i] * b[i])).sqrt();
             println!("{reflections} reflections, state {number}: {:.2} %", 100.0 * error);
-            assert!(error > 0.0 && error < bound, "{reflections} reflections, state {number}: {error}");
+            assert!(error > 0.0 && error < BOUND, "{reflections} reflections, state {number}: {error}");
         }
     }
 }

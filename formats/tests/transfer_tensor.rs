@@ -282,8 +282,9 @@ fn broken_tensors_are_refused() {
     refused(&|t| t.twice.as_mut().unwrap().vectors[1] = f16::INFINITY, "section `twice`: element 1 is not a");
     refused(&|t| t.meta.reflections = 4, "section `meta`: 4 reflections");
     refused(&|t| t.meta.unit = 0.0, "section `meta`: 2 columns in units of 0");
-    refused(&|t| t.meta.vectors = 0, "do not go together");
-    refused(&|t| t.meta.sources[0].channel = Some(3), "is no source of reflected light");
+    let without_vectors = |t: &mut TransferTensor| (t.meta.vectors, t.twice) = (0, None);
+    refused(&without_vectors, "do not go together");
+    refused(&|t| t.meta.sources[2].basis = 1, "is no source of reflected light");
     let bytes = sound.to_bytes(Place::file("x")).unwrap();
     let raw = RawFile::parse(&bytes);
     let seen = raw.sections.iter().position(|section| section.name == "seen").unwrap();

@@ -114,12 +114,14 @@ pub struct RunArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Method to bake; may be given several times, the one that the player should prefer first [default:
-    /// sphere-shadows if shapes vary, else sparse-transfer if light or view vary, else transfer-images]
+    /// sphere-shadows if shapes vary, transfer-tensor if materials vary together with light or view,
+    /// sparse-transfer if only these do, else transfer-images]
     #[arg(long, value_name = "NAME", value_parser = method_parser())]
     pub method: Vec<&'static Registered>,
     /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024;
-    /// sparse-transfer, rays for a texel of the light at whose border visibility changes: draft 1, preview
-    /// 16, final 64; sphere-shadows has none
+    /// sparse-transfer and transfer-tensor, rays for a texel of the light at whose border visibility changes:
+    /// draft 1, preview 16, final 64, and of the latter for reflected light 256, 1024, 4096; sphere-shadows has
+    /// none
     #[arg(long, default_value = "preview", value_parser = one_of(&QUALITIES))]
     pub quality: Quality,
     /// Largest relative L2 error that the method may make on states that it was not made for; chooses bases
@@ -130,7 +132,8 @@ pub struct RunArgs {
     /// [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub bases: Option<u32>,
-    /// sparse-transfer: number of terms a vertex: more is more exact and larger [default: from --max-error]
+    /// sparse-transfer and transfer-tensor, which has 512 at most: number of terms a vertex: more is more exact
+    /// and larger [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub terms: Option<u32>,
     /// Film size [default: the scene's]

@@ -50,7 +50,7 @@ pub struct Asked {
     pub max_error: f64,
     /// Bases of transfer-images.
     pub bases: Option<u32>,
-    /// Terms of sparse-transfer.
+    /// Terms of sparse-transfer and transfer-tensor.
     pub terms: Option<u32>,
 }
 

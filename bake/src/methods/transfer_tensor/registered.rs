@@ -37,7 +37,8 @@ fn method(asked: &Asked) -> TransferTensorMethod {
         Quality::Preview => RAYS,
         Quality::Final => 4 * RAYS,
     };
-    let terms = asked.terms.map_or(Terms::Error(asked.max_error), |n| Terms::Number(n as usize));
+    let terms =
+        asked.terms.map_or(Terms::Error(asked.max_error), |n| Terms::Number((n as usize).min(MAX_TERMS)));
     TransferTensorMethod {
         settings: Settings { rays_per_texel: side * side, samples, seed: asked.seed, terms },
     }

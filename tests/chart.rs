@@ -38,7 +38,7 @@ fn what_cannot_be_charted_is_refused() {
     );
     let bounced = outdoors().replace("reflections = 1", "reflections = 2");
     assert!(chart(&bounced, &["--method", "sphere-shadows"]).contains("models direct light only"));
-    let both = outdoors().replace("view = true", "view = true\n    materials = ['ball']");
+    let both = outdoors().replace("view = true", "view = true\n    shape = true\n    materials = ['ball']");
     assert!(chart(&both, &[]).contains("no method shows everything that varies"));
 }
 

@@ -5,9 +5,11 @@ use super::coarse;
 use crate::compress::statistics::{median, worst};
 use crate::error::{BakeError, Result};
 use crate::methods::registered::Bundled;
+use crate::unfinished::Work;
 use relume_formats::Place;
 use relume_formats::bundle::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_textures};
 use relume_formats::container::{Kind, Stored};
+use relume_formats::kinds::manifest::FileEntry;
 use relume_formats::kinds::textures::{MAX_SIDE, MAX_TEXTURES, MaterialTexture};
 use relume_formats::kinds::{Environment, Textures};
 use relume_formats::state::Brdf;
@@ -126,8 +128,28 @@ pub fn environments(scene: &Scene) -> Vec<Environment> {
     maps.map(|named: &NamedMap| Environment::kept(named.name.clone(), &named.map)).collect()
 }
 
+/// Writes the maps, which are `environments`, and the textures of `scene`: the first files of a method.
+///
+/// # Errors
+/// If one cannot be written.
+pub(super) fn files(
+    scene: &Scene,
+    environments: &[Environment],
+    work: &Work<'_>,
+) -> Result<Vec<(String, FileEntry)>> {
+    let mut files = Vec::new();
+    for (number, environment) in environments.iter().enumerate() {
+        let written = work.write(environment, &format!("environment-{number}.relume"))?;
+        files.push((Environment::KIND.name().to_owned(), written));
+    }
+    if let Some(textures) = textures(scene) {
+        files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
+    }
+    Ok(files)
+}
+
 /// What the player needs to draw textures; `None` if there are none.
-pub(super) fn textures(scene: &Scene) -> Option<Textures> {
+fn textures(scene: &Scene) -> Option<Textures> {
     let textures: Vec<MaterialTexture> = (0..)
         .zip(&scene.materials)
         .filter_map(|(material, m)| {

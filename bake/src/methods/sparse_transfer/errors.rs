@@ -86,7 +86,10 @@ fn norms(rows: &Rows) -> [f64; STATES] {
 }
 
 /// NaN under a light that shows nothing: there is no error.
-fn relative<'a>(squares: impl Iterator<Item = &'a [f64; STATES]>, norms: &[f64; STATES]) -> Errors {
+pub(in crate::methods) fn relative<'a>(
+    squares: impl Iterator<Item = &'a [f64; STATES]>,
+    norms: &[f64; STATES],
+) -> Errors {
     let mut total = [0.0; STATES];
     squares.for_each(|squares| total.iter_mut().zip(squares).for_each(|(t, s)| *t += s));
     std::array::from_fn(

@@ -11,8 +11,6 @@ use crate::method::{Method, Predicted, Product};
 use crate::methods::environment_lit;
 use crate::scene_hash::{Part, hash_of};
 use crate::unfinished::Work;
-use relume_formats::container::Stored;
-use relume_formats::kinds::{Environment, Textures};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
@@ -78,16 +76,7 @@ impl Method for SparseTransferMethod {
         let Some(baked) = bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else {
             return Ok(None);
         };
-        let mut files = Vec::new();
-        for (number, environment) in baked.environments.iter().enumerate() {
-            files.push((
-                Environment::KIND.name().to_owned(),
-                work.write(environment, &format!("environment-{number}.relume"))?,
-            ));
-        }
-        if let Some(textures) = environment_lit::textures(scene) {
-            files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
-        }
+        let mut files = environment_lit::files(scene, &baked.environments, work)?;
         files.push((NAME.to_owned(), work.write(&baked.transfer, "sparse-transfer.relume")?));
         let mut recorded = self.asked_for();
         recorded.insert(TERMS.to_owned(), baked.transfer.meta.terms().into());

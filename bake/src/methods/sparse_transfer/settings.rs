@@ -35,7 +35,7 @@ pub enum Terms {
 
 impl Terms {
     /// How many these are for rows with errors `by_terms`, those of the first 1, 2, … terms.
-    pub(super) fn of(self, by_terms: &[Errors]) -> usize {
+    pub(in crate::methods) fn of(self, by_terms: &[Errors]) -> usize {
         match self {
             Self::Number(terms) => terms.min(by_terms.len()),
             Self::Error(max) => {
@@ -66,6 +66,6 @@ pub(super) fn cubes(scene: &Scene) -> usize {
 }
 
 /// Of all meshes.
-pub(super) fn vertices(scene: &Scene) -> usize {
+pub(in crate::methods) fn vertices(scene: &Scene) -> usize {
     scene.objects.iter().map(|o| o.mesh.positions.len()).sum()
 }

@@ -12,9 +12,9 @@ use crate::method::{Method, Predicted, Product};
 use crate::methods::environment_lit;
 use crate::scene_hash::{Part, hash_of};
 use crate::unfinished::Work;
-use relume_formats::container::{Kind, Stored};
+use relume_formats::container::Kind;
+use relume_formats::kinds::SphereSet;
 use relume_formats::kinds::manifest::shape_file;
-use relume_formats::kinds::{Environment, SphereSet, Textures};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
@@ -118,16 +118,7 @@ impl Method for SphereShadowsMethod {
             .map(|(_, set)| set)
             .collect();
         let measured = measuring.errors(&shadows, &sets, &truth, work.job)?;
-        let mut files = Vec::new();
-        for (number, environment) in environments.iter().enumerate() {
-            files.push((
-                Environment::KIND.name().to_owned(),
-                work.write(environment, &format!("environment-{number}.relume"))?,
-            ));
-        }
-        if let Some(textures) = environment_lit::textures(scene) {
-            files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
-        }
+        let mut files = environment_lit::files(scene, &environments, work)?;
         for (object, shape) in
             scene.objects.iter().filter_map(|object| Some((object, object.shape.as_deref()?)))
         {

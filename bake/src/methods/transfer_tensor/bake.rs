@@ -1,22 +1,21 @@
 //! From a scene to tensors as they are stored.
 
 use super::classes::Column;
-use super::errors::{self, Errors};
+use super::errors;
 use super::packed::{RANKS, SECOND_RANK};
 use super::rows::Rows;
-use super::settings::{Settings, Terms, materials_of_vertices, vertices};
+use super::settings::{Settings, materials_of_vertices};
 use super::spaces::{Columns, spaces};
 use super::stages::{Once, Run, Twice, seen};
 use super::{Arriving, Classes, cluster, quantise, seen_texels};
 use crate::compress::quantise::unit_for;
-use crate::compress::statistics::worst;
 use crate::error::Result;
 use crate::job::Job;
 use crate::methods::environment_lit::environments;
 use crate::methods::receiver_pieces::{PIECE, receivers_of};
-use crate::methods::sparse_transfer::importance;
 use crate::methods::sparse_transfer::texels::{FACE_SIZE, Texels};
 use crate::methods::sparse_transfer::visibility::rows_of;
+use crate::methods::sparse_transfer::{Errors, Terms, importance, vertices};
 use crate::methods::spread::spread;
 use crate::trace::held_out_lights::HeldOutLights;
 use crate::trace::receivers::{Receiver, receivers};
@@ -177,19 +176,6 @@ fn pack(
     let stored = errors::of_stored(&transfer, &rows, lights);
     progress.advance(1);
     Ok((transfer, [stored, by_terms[terms - 1]]))
-}
-
-impl Terms {
-    /// How many these are for rows with errors `by_terms`, those of the first 1, 2, … terms.
-    pub(super) fn of(self, by_terms: &[Errors]) -> usize {
-        match self {
-            Self::Number(terms) => terms.clamp(1, by_terms.len()),
-            Self::Error(max) => {
-                let enough = |errors: &&Errors| worst(&errors[..]) * super::settings::ROUNDING > max;
-                1 + by_terms[..by_terms.len() - 1].iter().take_while(enough).count()
-            }
-        }
-    }
 }
 
 /// Light that other surfaces reflect, as far as `scene` asks for it; `None` if others make pieces of it.

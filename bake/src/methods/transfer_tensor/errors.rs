@@ -2,12 +2,10 @@
 //! by what they usually count for, in parts of what white diffuse surfaces show. Direct light of suns is in the latter.
 
 use super::rows::{Exact, MAX_TERMS, Rows};
+use crate::methods::sparse_transfer::errors::{Errors, light_of, relative};
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES, add};
 use rayon::prelude::*;
 use relume_formats::kinds::TransferTensor;
-
-/// Errors over all vertices, relative L2, one per held-out light; NaN where nothing is seen.
-pub type Errors = [f64; STATES];
 
 /// Errors of the first 1, 2, … terms of `rows`, before they are rounded.
 pub fn by_terms(rows: &Rows, lights: &HeldOutLights) -> Vec<Errors> {
@@ -50,10 +48,6 @@ pub fn of_stored(stored: &TransferTensor, rows: &Rows, lights: &HeldOutLights) -
     relative(each.iter(), &norms(rows))
 }
 
-fn light_of(lights: &HeldOutLights, index: u16) -> &[f32] {
-    &lights.coefficients[usize::from(index) * RADIANCES..][..RADIANCES]
-}
-
 fn add_squares(squares: &mut Errors, sums: &[[f32; RADIANCES]], exact: &Exact) {
     for ((sum, given), weight) in sums.iter().zip(&exact.given).zip(&exact.importance) {
         let pairs = sum.as_chunks::<3>().0.iter().zip(given.as_chunks::<3>().0);
@@ -71,15 +65,6 @@ fn norms(rows: &Rows) -> Errors {
         }
     }
     norms
-}
-
-/// NaN under a light that shows nothing: there is no error.
-fn relative<'a>(squares: impl Iterator<Item = &'a Errors>, norms: &Errors) -> Errors {
-    let mut total = [0.0; STATES];
-    squares.for_each(|squares| total.iter_mut().zip(squares).for_each(|(t, s)| *t += s));
-    std::array::from_fn(
-        |state| if norms[state] > 0.0 { (total[state] / norms[state]).sqrt() } else { f64::NAN },
-    )
 }
 
 /// What [`of_stored`] compares.

@@ -3,9 +3,10 @@
 use super::cluster;
 use super::packed::RANKS;
 use super::rows::MAX_TERMS;
-use super::settings::{NAME, vertices};
+use super::settings::NAME;
 use crate::error::{BakeError, Result};
 use crate::methods::environment_lit;
+use crate::methods::sparse_transfer::vertices;
 use relume_formats::Place;
 use relume_formats::basis::sh;
 use relume_formats::container::MAX_SECTION_BYTES;

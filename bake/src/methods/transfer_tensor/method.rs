@@ -2,17 +2,18 @@
 
 use super::bake::bake;
 use super::fit::{expect_fit, expect_sizes, predicted_bytes};
-use super::settings::{NAME, REVISION, Settings, Terms};
+use super::settings::{NAME, REVISION, Settings};
 use super::{errors, prediction};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
 use crate::methods::environment_lit;
+use crate::methods::sparse_transfer::Terms;
 use crate::scene_hash::{Part, hash_of};
 use crate::unfinished::Work;
 use relume_formats::container::Stored;
-use relume_formats::kinds::{BrdfBasis, BrdfTensor, Environment, Textures};
+use relume_formats::kinds::{BrdfBasis, BrdfTensor};
 use relume_formats::method::Card;
 use relume_scenes::Scene;
 use serde_json::{Value, json};
@@ -77,16 +78,7 @@ impl Method for TransferTensorMethod {
         let Some(baked) = bake(scene, &self.settings, work.job, &|stage| work.run(stage))? else {
             return Ok(None);
         };
-        let mut files = Vec::new();
-        for (number, environment) in baked.environments.iter().enumerate() {
-            files.push((
-                Environment::KIND.name().to_owned(),
-                work.write(environment, &format!("environment-{number}.relume"))?,
-            ));
-        }
-        if let Some(textures) = environment_lit::textures(scene) {
-            files.push((Textures::KIND.name().to_owned(), work.write(&textures, "textures.relume")?));
-        }
+        let mut files = environment_lit::files(scene, &baked.environments, work)?;
         for (number, space) in baked.spaces.iter().enumerate() {
             let name = format!("brdf-tensor-{number}.relume");
             files.push((BrdfTensor::KIND.name().to_owned(), work.write(space, &name)?));

@@ -51,7 +51,7 @@ pub use lobe_table::LobeTable;
 pub use method::TransferTensorMethod;
 pub use registered::METHOD;
 pub use second::Second;
-pub use settings::{NAME, REVISION, Settings, Terms};
+pub use settings::{NAME, REVISION, Settings};
 
 /// Texels along a side of a face of the light (thesis §5.3.3.4).
 pub const FACE_SIZE: usize = 8;

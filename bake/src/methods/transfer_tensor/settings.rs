@@ -1,14 +1,12 @@
 //! What decides what a bake makes: settings, and what follows from the scene.
 
+use crate::methods::sparse_transfer::Terms;
 use relume_scenes::Scene;
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_TENSOR.name;
 /// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs.
 pub const REVISION: u32 = 0;
-/// What rounding to bytes may add to an error, as a factor: the number of terms is chosen to leave room for it.
-pub(super) const ROUNDING: f64 = 1.05;
-
 /// The settings that change results.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -20,20 +18,6 @@ pub struct Settings {
     pub seed: u64,
     /// How many terms of direct light to keep.
     pub terms: Terms,
-}
-
-/// How many terms to keep.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Terms {
-    /// This many.
-    Number(usize),
-    /// As many as keep the relative L2 error under every held-out light below this.
-    Error(f64),
-}
-
-/// Of all meshes.
-pub(super) fn vertices(scene: &Scene) -> usize {
-    scene.objects.iter().map(|object| object.mesh.positions.len()).sum()
 }
 
 /// By vertex the index of its material.

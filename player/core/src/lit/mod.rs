@@ -2,8 +2,6 @@
 //! vertex: the map turned, brought to a cube and to Haar coefficients, and the meshes drawn with what comes
 //! of it.
 
-#[cfg(test)]
-mod brdf_tests;
 mod gpu_data;
 mod light;
 mod mesh;
@@ -14,6 +12,8 @@ mod suns;
 mod surface;
 mod surroundings;
 mod targets;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use light::{Light, Map};
 pub(crate) use mesh::Mesh;

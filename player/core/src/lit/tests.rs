@@ -1,0 +1,3 @@
+//! Tests of what methods with lit meshes share.
+
+mod brdf;

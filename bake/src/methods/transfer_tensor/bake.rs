@@ -1,13 +1,15 @@
 //! From a scene to tensors as they are stored.
 
-use super::classes::Column;
 use super::errors;
 use super::packed::{RANKS, SECOND_RANK};
+use super::ranks;
+use super::reflected::{Reflected, Stages};
 use super::rows::Rows;
 use super::settings::{Settings, materials_of_vertices};
+use super::sizes::Sizes;
 use super::spaces::{Columns, spaces};
-use super::stages::{Once, Run, Twice, seen};
-use super::{Arriving, Classes, cluster, quantise, seen_texels};
+use super::stages::{Run, seen};
+use super::{quantise, seen_texels};
 use crate::compress::quantise::unit_for;
 use crate::error::Result;
 use crate::job::Job;
@@ -21,10 +23,9 @@ use crate::trace::held_out_lights::HeldOutLights;
 use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::world::World;
 use crate::work_log::WorkLog;
-use half::f16;
 use rayon::prelude::*;
 use relume_formats::basis::hemisphere;
-use relume_formats::kinds::transfer_tensor::{self, Meta, Source};
+use relume_formats::kinds::transfer_tensor::Meta;
 use relume_formats::kinds::{BrdfBasis, BrdfTensor, Environment, TransferTensor};
 use relume_scenes::Scene;
 
@@ -41,8 +42,16 @@ pub struct Baked {
     pub bases: Vec<BrdfBasis>,
     /// The maps, the scene's own first.
     pub environments: Vec<Environment>,
-    /// Errors of direct light as stored, and before rounding.
-    pub errors: [Errors; 2],
+    /// Errors as stored.
+    pub errors: Measured,
+}
+
+/// Errors under the held-out lights, as stored, in parts of what white diffuse surfaces show of their direct light.
+pub struct Measured {
+    /// Of direct light.
+    pub direct: Errors,
+    /// Of what other surfaces reflect.
+    pub reflected: Errors,
 }
 
 /// Direct light before it is packed.
@@ -50,16 +59,6 @@ struct Direct {
     rows: Rows,
     /// [vertices, [`hemisphere::TEXELS`]].
     seen: Vec<u8>,
-}
-
-/// Reflected light.
-#[derive(Default)]
-struct Reflected {
-    sources: Vec<Source>,
-    bases: Vec<BrdfBasis>,
-    clusters: u32,
-    once: Option<transfer_tensor::Once>,
-    twice: Option<transfer_tensor::Twice>,
 }
 
 /// Bakes `scene`. `run` makes the pieces of a stage and gives the log that has them; what is `None` there ends the bake
@@ -73,38 +72,34 @@ pub fn bake(scene: &Scene, settings: &Settings, job: &Job, run: Run<'_>) -> Resu
     let texels = Texels::new(settings.rays_per_texel.isqrt() as usize);
     drop(preparing);
     let Some(log) = seen(scene, (&world, &receivers), &texels, settings, run)? else { return Ok(None) };
-    let places = (&world, &receivers[..]);
-    let Some(reflected) = reflected(scene, places, (&log, &texels), settings, job, run)? else {
-        return Ok(None);
-    };
     let preparing = job.step("preparing");
-    let spaces = spaces(scene)?;
-    let environments = environments(scene);
+    let (spaces, environments) = (spaces(scene)?, environments(scene));
+    drop(preparing);
+    let stages = Stages { scene, world: &world, receivers: &receivers, texels: &texels, settings, job, run };
+    let Some(reflected) = stages.reflected(&log, &spaces, &environments)? else { return Ok(None) };
+    let preparing = job.step("preparing");
     let lights = HeldOutLights::new(&environments, FACE_SIZE, false);
     drop(preparing);
     let direct = project(scene, (&log, &receivers, &texels), &spaces, &lights, job)?;
-    let meta = Meta {
+    let (bases, meta) = (reflected.bases.clone(), meta(scene, settings, &direct.rows, &reflected));
+    let (transfer, errors) = pack((direct, reflected), &lights, settings.terms, meta, job)?;
+    Ok(Some(Baked { transfer, spaces, bases, environments, errors }))
+}
+
+/// The small print but for what [`pack`] chooses.
+fn meta(scene: &Scene, settings: &Settings, rows: &Rows, reflected: &Reflected) -> Meta {
+    Meta {
         vertices: vertices(scene) as u32,
-        columns: direct.rows.columns as u32,
+        columns: rows.columns as u32,
         blocks: Vec::new(),
-        unit: unit_for(&direct.rows.values),
+        unit: unit_for(&rows.values),
         rays_per_texel: settings.rays_per_texel,
         reflections: scene.reflections,
-        clusters: reflected.clusters,
-        ranks: if reflected.once.is_some() { RANKS.map(|rank| rank as u32) } else { [0; 2] },
-        vectors: if reflected.twice.is_some() { SECOND_RANK as u32 } else { 0 },
-        sources: reflected.sources,
-    };
-    let bases = reflected.bases;
-    let (once, twice) = (reflected.once, reflected.twice);
-    let (transfer, errors) = pack(direct, &lights, settings.terms, &meta, job)?;
-    Ok(Some(Baked {
-        transfer: TransferTensor { once, twice, ..transfer },
-        spaces,
-        bases,
-        environments,
-        errors,
-    }))
+        clusters: reflected.clusters as u32,
+        ranks: [0; 2],
+        vectors: 0,
+        sources: reflected.sources.clone(),
+    }
 }
 
 /// The most important terms of all vertices, and what they see.
@@ -155,119 +150,37 @@ pub(super) fn columns_of(scene: &Scene, material: usize, spaces: &[BrdfTensor]) 
     space.map_or_else(Columns::even, Columns::new)
 }
 
-/// Rounds as many terms as are wanted and measures what that leaves.
+/// Rounds as many terms, functions and vectors as are wanted and measures what that leaves.
 fn pack(
-    direct: Direct,
+    (direct, reflected): (Direct, Reflected),
     lights: &HeldOutLights,
     terms: Terms,
-    meta: &Meta,
+    meta: Meta,
     job: &Job,
-) -> Result<(TransferTensor, [Errors; 2])> {
+) -> Result<(TransferTensor, Measured)> {
     let progress = job.progress("packing", 2);
     let Direct { rows, seen } = direct;
     let by_terms = errors::by_terms(&rows, lights);
     progress.advance(1);
     progress.check()?;
-    let terms = terms.of(&by_terms);
-    let shapes = quantise::shapes(terms);
+    let sizes = Sizes {
+        vertices: f64::from(meta.vertices),
+        columns: f64::from(meta.columns),
+        clusters: f64::from(meta.clusters),
+        sources: meta.sources.len() as f64,
+        pairs: meta.pairs().len() as f64,
+    };
+    let tried = (&reflected.tried.0, &reflected.tried.1);
+    let chosen = ranks::choose(&by_terms, tried, &errors::mean_squares(&rows), &sizes, terms);
+    let shapes = quantise::shapes(chosen.terms);
     let blocks = quantise::blocks(&rows, &shapes, meta.unit);
-    let meta = Meta { blocks: shapes, ..meta.clone() };
-    let transfer = TransferTensor { meta, blocks, seen, once: None, twice: None };
-    let stored = errors::of_stored(&transfer, &rows, lights);
+    let ranks = chosen.ranks.map(|rank| rank as u32);
+    let meta = Meta { blocks: shapes, ranks, vectors: chosen.vectors as u32, ..meta };
+    let once = reflected.once.as_ref().map(|once| ranks::cut_once(once, RANKS, chosen.ranks));
+    let vectors = [SECOND_RANK, chosen.vectors];
+    let twice = reflected.twice.as_ref().map(|twice| ranks::cut_twice(twice, reflected.clusters, vectors));
+    let transfer = TransferTensor { meta, blocks, seen, once, twice };
+    let direct = errors::of_stored(&transfer, &rows, lights);
     progress.advance(1);
-    Ok((transfer, [stored, by_terms[terms - 1]]))
-}
-
-/// Light that other surfaces reflect, as far as `scene` asks for it; `None` if others make pieces of it.
-fn reflected(
-    scene: &Scene,
-    places: (&World, &[Receiver]),
-    (log, texels): (&WorkLog, &Texels),
-    settings: &Settings,
-    job: &Job,
-    run: Run<'_>,
-) -> Result<Option<Reflected>> {
-    if scene.reflections < 2 {
-        return Ok(Some(Reflected::default()));
-    }
-    let preparing = job.step("preparing");
-    let classes = Classes::new(scene)?;
-    let receivers = places.1;
-    let arriving = Arriving::of_rows(receivers.len().div_ceil(PIECE), super::FACE_SIZE, |piece, give| {
-        let read = rows_of(&log.read(piece as u32)?, receivers_of(receivers, piece), texels, give);
-        Ok(read.ok_or_else(|| log.refuse("holds rows of another length; bake again with --force"))?)
-    })?;
-    let clusters = cluster::near(receivers, (cluster::VERTICES, RANKS[0]))?;
-    drop(preparing);
-    let stage = Once::new(scene, places, (&arriving, &classes), &clusters, settings);
-    let Some(log) = run(&stage)? else { return Ok(None) };
-    let (once, coarse) = gather_once(&stage, &log, &clusters, &classes)?;
-    let mut reflected = Reflected {
-        sources: sources(scene, &classes),
-        bases: classes.bases.clone(),
-        clusters: clusters.len() as u32,
-        once: Some(once),
-        twice: None,
-    };
-    if scene.reflections > 2 {
-        let stage = Twice::new(scene, places, &classes, &coarse, &stage, settings)?;
-        let Some(log) = run(&stage)? else { return Ok(None) };
-        reflected.twice = Some(gather_twice(&stage, &log, &clusters)?);
-    }
-    Ok(Some(reflected))
-}
-
-/// All pieces together, and the light by coarse texels at all vertices.
-fn gather_once(
-    stage: &Once<'_>,
-    log: &WorkLog,
-    clusters: &[Vec<usize>],
-    classes: &Classes,
-) -> Result<(transfer_tensor::Once, Vec<f16>)> {
-    let vertices: usize = clusters.iter().map(Vec::len).sum();
-    let of_vertex = classes.columns.len() * RANKS[0];
-    let mut once = transfer_tensor::Once {
-        clusters: vec![0; vertices],
-        shares: vec![0; vertices * of_vertex],
-        core: Vec::new(),
-        light: Vec::new(),
-    };
-    let mut coarse = Vec::new();
-    for (number, members) in clusters.iter().enumerate() {
-        let mut piece = stage.read(log, number)?;
-        once.core.append(&mut piece.core);
-        once.light.append(&mut piece.light);
-        let of_coarse = piece.coarse.len() / members.len().max(1);
-        coarse.resize(vertices * of_coarse, f16::ZERO);
-        let rows = piece.shares.chunks_exact(of_vertex).zip(piece.coarse.chunks_exact(of_coarse.max(1)));
-        for (vertex, (shares, light)) in members.iter().zip(rows) {
-            once.clusters[*vertex] = number as u16;
-            once.shares[vertex * of_vertex..][..of_vertex].copy_from_slice(shares);
-            coarse[vertex * of_coarse..][..of_coarse].copy_from_slice(light);
-        }
-    }
-    Ok((once, coarse))
-}
-
-fn gather_twice(stage: &Twice<'_>, log: &WorkLog, clusters: &[Vec<usize>]) -> Result<transfer_tensor::Twice> {
-    let vertices: usize = clusters.iter().map(Vec::len).sum();
-    let mut twice = transfer_tensor::Twice { shares: vec![0; vertices * SECOND_RANK], vectors: Vec::new() };
-    for (number, members) in clusters.iter().enumerate() {
-        let mut piece = stage.read(log, number)?;
-        twice.vectors.append(&mut piece.vectors);
-        for (vertex, shares) in members.iter().zip(piece.shares.chunks_exact(SECOND_RANK)) {
-            twice.shares[vertex * SECOND_RANK..][..SECOND_RANK].copy_from_slice(shares);
-        }
-    }
-    Ok(twice)
-}
-
-/// What the columns of reflected light are called in files.
-pub(super) fn sources(scene: &Scene, classes: &Classes) -> Vec<Source> {
-    let source = |column: &Column| Source {
-        material: scene.vary.materials.get(column.class).map(|material| *material as u32),
-        basis: column.basis as u32,
-        channel: column.channel.map(|channel| channel as u32),
-    };
-    classes.columns.iter().map(source).collect()
+    Ok((transfer, Measured { direct, reflected: chosen.reflected }))
 }

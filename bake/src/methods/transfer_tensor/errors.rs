@@ -67,10 +67,15 @@ fn norms(rows: &Rows) -> Errors {
     norms
 }
 
-/// What [`of_stored`] compares.
+/// Mean square of what errors are in parts of: what a white diffuse surface shows, channels together.
+pub fn mean_squares(rows: &Rows) -> Errors {
+    norms(rows).map(|norm| norm / rows.exact.len().max(1) as f64)
+}
+
+/// What errors are of.
 pub fn measured_on() -> String {
     format!(
-        "direct light of {STATES} held-out lights, the scene's maps turned, at some vertices, against their whole rows; shadow \
-         maps of suns are taken to be exact, reflected light and the BRDF's columns are not in it"
+        "{STATES} held-out lights, the scene's maps turned, and as many random materials, at some vertices, against whole rows and \
+         tensors; shadow maps of suns are taken to be exact, and the light's coarse texels and the BRDF's columns are not in it"
     )
 }

@@ -1,9 +1,9 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
-use super::bake::bake;
+use super::bake::{Measured, bake};
 use super::fit::{expect_fit, expect_sizes, predicted_bytes};
 use super::settings::{NAME, REVISION, Settings};
-use super::{errors, prediction};
+use super::{errors, prediction, ranks};
 use crate::error::Result;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
@@ -90,8 +90,13 @@ impl Method for TransferTensorMethod {
         files.push((NAME.to_owned(), work.write(&baked.transfer, "transfer-tensor.relume")?));
         let mut recorded = self.asked_for();
         recorded.insert(TERMS.to_owned(), baked.transfer.meta.terms().into());
-        let [stored, unrounded] = &baked.errors;
-        let errors = environment_lit::figures(&[("", stored), ("_before_rounding", unrounded)]);
+        let Measured { direct, reflected } = &baked.errors;
+        let all: [(&str, &[f64]); 3] = [
+            ("", &ranks::together(direct, reflected)),
+            ("_of_direct_light", direct),
+            ("_of_reflected_light", reflected),
+        ];
+        let errors = environment_lit::figures(&all[..if scene.reflections > 1 { 3 } else { 1 }]);
         Ok(Some(Product { files, settings: recorded, errors, measured_on: errors::measured_on() }))
     }
 }

@@ -33,11 +33,14 @@ mod method;
 pub mod packed;
 mod prediction;
 pub mod quantise;
+mod ranks;
+mod reflected;
 mod registered;
 pub mod rows;
 pub mod second;
 mod seen_texels;
 mod settings;
+mod sizes;
 pub mod spaces;
 mod stages;
 #[cfg(test)]

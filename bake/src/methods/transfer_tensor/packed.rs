@@ -182,5 +182,17 @@ pub fn coarse(tensor: &ArrayView3<'_, f32>) -> Vec<f16> {
     values.into_iter().map(f16::from_f32).collect()
 }
 
+/// The tensor of a vertex, [columns, 384 texels, harmonics], with Haar coefficients of the light for its texels.
+pub fn whole(tensor: &ArrayView3<'_, f32>) -> impl Iterator<Item = f16> + use<> {
+    let mut by_light = tensor.view().permuted_axes([0, 2, 1]).as_standard_layout().into_owned();
+    for mut row in by_light.rows_mut() {
+        if let Some(row) = row.as_slice_mut() {
+            haar::forward_cube(row, FACE_SIZE);
+        }
+    }
+    let values = by_light.permuted_axes([0, 2, 1]).as_standard_layout().into_owned();
+    values.into_iter().map(f16::from_f32)
+}
+
 #[cfg(test)]
 mod tests;

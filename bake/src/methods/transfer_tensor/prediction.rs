@@ -2,9 +2,10 @@
 
 use super::bake::columns_of;
 use super::fit::predicted_bytes;
-use super::packed::RANKS;
+use super::packed::{RANKS, SECOND_RANK};
 use super::rows::Rows;
 use super::settings::{Settings, materials_of_vertices};
+use super::sizes::Sizes;
 use super::spaces::{Columns, spaces};
 use super::{Arriving, Classes, Gather, cluster, errors};
 use crate::error::Result;
@@ -19,8 +20,6 @@ use crate::trace::held_out_lights::HeldOutLights;
 use crate::trace::receivers::{Receiver, receivers};
 use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
-use relume_formats::basis::{hemisphere, sh};
-use relume_formats::kinds::transfer_tensor::{ONCE_LIGHT, TWICE_LIGHT, pairs};
 use relume_scenes::Scene;
 use std::time::Instant;
 
@@ -30,12 +29,6 @@ const VERTICES: usize = 96;
 const GATHERED: usize = 24;
 /// Seconds that decomposing takes on one core, for a vertex and source of a cluster, from docs/notes/TRANSFER-TENSOR.md.
 const DECOMPOSED: f64 = 1.2e-3;
-/// Bytes on disk of a stored number, in parts of what it takes in memory: indices, bytes, halves, what is seen; from
-/// bundles of the library's scenes.
-const INDEX: f64 = 0.62;
-const VALUE: f64 = 0.55;
-const HALF: f64 = 0.93;
-const SEEN: f64 = 0.25;
 /// Bytes a second that are packed, compressed and written.
 const PACKED: f64 = 2e7;
 
@@ -73,8 +66,8 @@ pub fn predict(settings: &Settings, scene: &Scene, job: &Job) -> Result<Predicte
     traced.into_iter().for_each(|(rows, _)| all.append(rows));
     let terms = settings.terms.of(&errors::by_terms(&all, &lights));
     let vertices = receivers.len() as f64;
-    let mut own =
-        vertices * (terms as f64 * (2.0 * INDEX + most as f64 * VALUE) + hemisphere::TEXELS as f64 * SEEN);
+    let sizes = Sizes { vertices, columns: most as f64, clusters: 0.0, sources: 0.0, pairs: 0.0 };
+    let mut own = sizes.of_terms(terms) + sizes.of_seen();
     if scene.reflections > 1 {
         let reflected = reflected(settings, scene, &world, &receivers)?;
         (seconds, rays, own) = (seconds + reflected.seconds, rays + reflected.rays, own + reflected.bytes);
@@ -116,14 +109,10 @@ fn reflected(settings: &Settings, scene: &Scene, world: &World, receivers: &[Rec
     let (vertices, scale) = (receivers.len() as f64, receivers.len() as f64 / some.len().max(1) as f64);
     let sources = classes.columns.len() as f64;
     let decomposing = DECOMPOSED * vertices * sources / rayon::current_num_threads() as f64;
-    let clusters = vertices / cluster::VERTICES as f64;
-    let [m, n] = RANKS.map(|rank| rank as f64);
-    let once = clusters * sources * n * (m * sh::COUNT as f64 + ONCE_LIGHT as f64) * 2.0 * HALF;
-    let mut bytes = once + vertices * sources * m * VALUE;
-    if scene.reflections > 2 {
-        let pairs = pairs(&super::bake::sources(scene, &classes)).len() as f64;
-        bytes += clusters * (super::packed::SECOND_RANK * TWICE_LIGHT) as f64 * pairs * 2.0 * HALF;
-    }
+    let (clusters, pairs) = (vertices / cluster::VERTICES as f64, classes.pairs().len() as f64);
+    let sizes = Sizes { vertices, columns: 0.0, clusters, sources, pairs };
+    let vectors = if scene.reflections > 2 { SECOND_RANK } else { 0 };
+    let bytes = sizes.of_ranks(RANKS) + sizes.of_vectors(vectors);
     // Light that was reflected twice takes a quarter of the rays, and less for each.
     let again = if scene.reflections > 2 { 1.25 } else { 1.0 };
     let seconds = again * start.elapsed().as_secs_f64() * scale + decomposing;

@@ -6,7 +6,7 @@ use relume_scenes::Scene;
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_TENSOR.name;
 /// Changes whenever the same scene and settings give other bytes than before, in bundles or in logs.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 /// The settings that change results.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {

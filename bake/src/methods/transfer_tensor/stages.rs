@@ -1,7 +1,8 @@
 //! The stages of a bake: what vertices see, and the light that reaches the vertices of a cluster after one and after two
 //! reflections. Nothing in their logs depends on a map.
 
-use super::packed::{Packed, PackedSecond, RANKS, SECOND_RANK, coarse};
+use super::packed::{Packed, PackedSecond, RANKS, SECOND_RANK, coarse, whole};
+use super::ranks::sampled;
 use super::second::Second;
 use super::settings::{NAME, REVISION, Settings};
 use super::{Arriving, Classes, Gather, cluster};
@@ -68,6 +69,8 @@ pub struct OncePiece {
     pub light: Vec<f16>,
     /// [members, 16, sources, 24].
     pub coarse: Vec<f16>,
+    /// The tensors of [`sampled`] members, [some members, sources, 384 Haar coefficients, 16].
+    pub sampled: Vec<f16>,
 }
 
 impl<'a> Once<'a> {
@@ -85,13 +88,15 @@ impl<'a> Once<'a> {
         Self { gather, clusters, key: key(scene, &name, &[Part::Surfaces], &of_settings) }
     }
 
-    fn sizes(&self, members: usize) -> [usize; 4] {
+    fn sizes(&self, members: usize) -> [usize; 5] {
         let ([sources, ..], [m, n]) = (self.gather.shape(), RANKS);
+        let some = sampled(members).len();
         [
             members * sources * m,
             sources * m * n * sh::COUNT,
             sources * n * ONCE_LIGHT,
             members * sh::COUNT * sources * TWICE_LIGHT,
+            some * sources * ONCE_LIGHT * sh::COUNT,
         ]
     }
 
@@ -100,16 +105,18 @@ impl<'a> Once<'a> {
     /// # Errors
     /// If it cannot be read, or is of other clusters.
     pub fn read(&self, log: &WorkLog, number: usize) -> Result<OncePiece> {
-        let [shares, core, light, coarse] = self.sizes(self.clusters.get(number).map_or(0, Vec::len));
-        let bytes = opened(log, number, shares + 2 * (core + light + coarse))?;
+        let [shares, core, light, coarse, some] = self.sizes(self.clusters.get(number).map_or(0, Vec::len));
+        let bytes = opened(log, number, shares + 2 * (core + light + coarse + some))?;
         let (shares, rest) = bytes.split_at(shares);
         let (of_core, rest) = rest.split_at(2 * core);
-        let (of_light, of_coarse) = rest.split_at(2 * light);
+        let (of_light, rest) = rest.split_at(2 * light);
+        let (of_coarse, of_some) = rest.split_at(2 * coarse);
         Ok(OncePiece {
             shares: shares.iter().map(|byte| *byte as i8).collect(),
             core: halves_of(of_core),
             light: halves_of(of_light),
             coarse: halves_of(of_coarse),
+            sampled: halves_of(of_some),
         })
     }
 }
@@ -143,6 +150,9 @@ impl Stage for Once<'_> {
         for tensor in tensors.axis_iter(Axis(0)) {
             bytes.extend(coarse(&tensor).into_iter().flat_map(f16::to_le_bytes));
         }
+        for member in sampled(members.len()) {
+            bytes.extend(whole(&tensors.index_axis(Axis(0), member)).flat_map(f16::to_le_bytes));
+        }
         Ok(shrink(&bytes)?)
     }
 
@@ -165,6 +175,8 @@ pub struct TwicePiece {
     pub shares: Vec<i8>,
     /// [vectors, 24, pairs].
     pub vectors: Vec<f16>,
+    /// The tensors of [`sampled`] members, [some members, 24, pairs].
+    pub sampled: Vec<f16>,
 }
 
 impl<'a> Twice<'a> {
@@ -190,12 +202,16 @@ impl<'a> Twice<'a> {
     /// # Errors
     /// If it cannot be read, or is of other clusters.
     pub fn read(&self, log: &WorkLog, number: usize) -> Result<TwicePiece> {
-        let shares = SECOND_RANK * self.clusters.get(number).map_or(0, Vec::len);
-        let bytes = opened(log, number, shares + 2 * SECOND_RANK * TWICE_LIGHT * self.pairs)?;
-        let (shares, vectors) = bytes.split_at(shares);
+        let members = self.clusters.get(number).map_or(0, Vec::len);
+        let (shares, tensor) = (SECOND_RANK * members, TWICE_LIGHT * self.pairs);
+        let some = sampled(members).len();
+        let bytes = opened(log, number, shares + 2 * (SECOND_RANK + some) * tensor)?;
+        let (shares, rest) = bytes.split_at(shares);
+        let (vectors, some) = rest.split_at(2 * SECOND_RANK * tensor);
         Ok(TwicePiece {
             shares: shares.iter().map(|byte| *byte as i8).collect(),
             vectors: halves_of(vectors),
+            sampled: halves_of(some),
         })
     }
 }
@@ -227,7 +243,11 @@ impl Stage for Twice<'_> {
         }
         let packed = PackedSecond::new(&tensors.view())?;
         let mut bytes: Vec<u8> = packed.u.iter().map(|share| (127.0 * share).round() as i8 as u8).collect();
-        bytes.extend(packed.vectors.iter().flat_map(|value| f16::from_f32(*value).to_le_bytes()));
+        let rounded = |value: &f32| f16::from_f32(*value).to_le_bytes();
+        bytes.extend(packed.vectors.iter().flat_map(rounded));
+        for member in sampled(members.len()) {
+            bytes.extend(tensors.index_axis(Axis(0), member).t().iter().flat_map(rounded));
+        }
         Ok(shrink(&bytes)?)
     }
 

@@ -1,7 +1,7 @@
 //! Highlights in the shader against those of the CPU.
 
-use crate::lit::gpu_data::Material;
 use crate::gpu::Gpu;
+use crate::lit::gpu_data::Material;
 use crate::testing::{gpu, read_values};
 use glam::Vec3;
 use relume_formats::basis::Angles;

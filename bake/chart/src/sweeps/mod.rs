@@ -3,6 +3,7 @@
 pub mod sparse_transfer;
 pub mod sphere_shadows;
 pub mod transfer_images;
+pub mod transfer_tensor;
 
 use crate::sweep::{Bench, Sweep, Variant, by_default};
 use relume_bake::error::Result;
@@ -10,7 +11,8 @@ use relume_bake::methods::registered::Registered;
 use relume_scenes::Scene;
 
 /// The sweeps of methods whose settings trade speed for accuracy.
-const SWEEPS: [Sweep; 3] = [transfer_images::SWEEP, sparse_transfer::SWEEP, sphere_shadows::SWEEP];
+const SWEEPS: [Sweep; 4] =
+    [transfer_images::SWEEP, sparse_transfer::SWEEP, transfer_tensor::SWEEP, sphere_shadows::SWEEP];
 
 /// The bundles of `method` to chart: those of its sweep, or the one that it bakes by default.
 ///

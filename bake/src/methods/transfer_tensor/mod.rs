@@ -33,7 +33,7 @@ mod method;
 pub mod packed;
 mod prediction;
 pub mod quantise;
-mod ranks;
+pub mod ranks;
 mod reflected;
 mod registered;
 pub mod rows;

@@ -110,16 +110,14 @@ impl<'a> States<'a> {
     }
 
     /// Squared error at `vertex` where what arrives is `off` by these harmonics, [16, [`RADIANCES`]]: of what a white
-    /// diffuse surface shows, or, where the material may shine, of radiance in the mean over the hemisphere.
+    /// diffuse surface shows; where the material may shine, of one that is half that and half a mirror seen from anywhere.
     fn squares(&self, vertex: usize, off: &Array2<f32>) -> Errors {
         let normal = self.receivers[vertex].normal.into();
         let irradiance = ArrayView2::from(&sh::irradiance(normal).map(|weight| [weight])).t().dot(off);
         let of = |column: usize| {
-            if self.shines[vertex] {
-                off.column(column).iter().map(|x| f64::from(*x).powi(2)).sum::<f64>() / TAU
-            } else {
-                (f64::from(irradiance[[0, column]]) / PI).powi(2)
-            }
+            let diffuse = (f64::from(irradiance[[0, column]]) / PI).powi(2);
+            let mirrored: f64 = off.column(column).iter().map(|x| f64::from(*x).powi(2)).sum();
+            if self.shines[vertex] { 0.25 * (diffuse + mirrored / TAU) } else { diffuse }
         };
         std::array::from_fn(|state| (0..3).map(|channel| of(3 * state + channel)).sum())
     }

@@ -25,7 +25,10 @@ pub const METHOD: Registered = Registered {
     why: "light or view varies together with materials, which no other method serves",
     option: Some(("--terms", |asked| asked.terms.is_some())),
     new: |asked, _| Box::new(method(asked)),
-    remedy: |settings| more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64),
+    remedy: |settings| {
+        let more = more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64);
+        format!("{more}, which is for direct light alone: `bake info` tells what errs")
+    },
     verify,
     inspected: &[INSPECTED],
 };

@@ -51,8 +51,10 @@ fn by_directions(states: &States<'_>, vertex: usize, off: &Array2<f64>) -> [f64;
             *sums = [sums[0] + radiance * cosine * area / PI, sums[1] + radiance * radiance * area / TAU];
         }
     }
-    let square =
-        |[irradiance, mean]: [f64; 2]| if states.shines[vertex] { mean } else { irradiance * irradiance };
+    let square = |[irradiance, mean]: [f64; 2]| {
+        let diffuse = irradiance * irradiance;
+        if states.shines[vertex] { 0.25 * (diffuse + mean) } else { diffuse }
+    };
     std::array::from_fn(|state| sums[3 * state..][..3].iter().map(|sums| square(*sums)).sum())
 }
 

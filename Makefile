@@ -6,7 +6,7 @@ BAKE = target/release/bake
 PLAYER = target/release/player
 SECONDS ?= 600
 PREFIX ?= /usr/local
-.PHONY: help setup build install assets bake play chart gallery demo test test-long fuzz sweep bench lint
+.PHONY: help setup build install assets bake play chart gallery figures demo test test-long fuzz sweep bench lint
 
 help:   ## list the targets
 	@grep -E '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -44,6 +44,12 @@ chart: build  ## chart speed against accuracy of SCENE=<name> into charts/<name>
 	$(BAKE) chart $(SCENE)
 gallery: build  ## chart all scenes of the library, or SCENES="a b", into docs/gallery and say what changed; takes hours
 	$(BAKE) gallery $(SCENES)
+figures:  ## print the tables of docs/notes/TRANSFER-TENSOR.md: lobes, and reflected light by texels, clusters, ranks and bases; takes half an hour
+	cargo build --release --examples
+	@for model in cook-torrance ggx blinn-phong; do target/release/examples/brdf_tensor figures $$model || exit 1; done
+	target/release/examples/bounced_tensor bake/examples/open-box/scene.toml made
+	target/release/examples/bounced_tensor bake/examples/open-box/coarse.toml small
+	target/release/examples/bounced_twice bake/examples/open-box/coarse.toml
 demo: build  ## bake a small scene and play its animations in a window, or without a display to pictures in demo/
 	$(BAKE) run cornell-knot --quality final -o demo/cornell-knot
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \

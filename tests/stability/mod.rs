@@ -3,7 +3,7 @@
 //! docs/STABILITY.md shows the failures and lists which test holds which.
 //!
 //! * [`rays`]: what all methods stand on;
-//! * [`transfer_images`], [`sparse_transfer`], [`sphere_shadows`] and [`sphere_bundles`];
+//! * [`transfer_images`], [`sparse_transfer`], [`transfer_tensor`], [`sphere_shadows`] and [`sphere_bundles`];
 //! * [`corners`]: where surfaces meet, with the methods whose light is received at vertices;
 //! * [`turning`]: maps that turn slowly;
 //! * [`pictures`]: makes the pictures of the page.
@@ -15,4 +15,5 @@ mod sparse_transfer;
 mod sphere_bundles;
 mod sphere_shadows;
 mod transfer_images;
+mod transfer_tensor;
 mod turning;

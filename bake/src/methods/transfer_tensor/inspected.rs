@@ -66,10 +66,14 @@ fn facts(details: &Details) -> Facts {
     let mut facts = vec![("direct", rows)];
     if reflections > 1 {
         let [m, n] = details.ranks;
+        let vectors = match details.vectors {
+            0 => String::new(),
+            vectors => format!(", {}", many(vectors as usize, "vector", "vectors")),
+        };
         facts.push((
             "reflected",
             format!(
-                "{}, by {} in {}, ranks {m} and {n}",
+                "{}, by {} in {}, ranks {m} and {n}{vectors}",
                 many(reflections, "reflection", "reflections"),
                 many(details.sources.len(), "source", "sources"),
                 many(clusters, "cluster", "clusters")

@@ -25,7 +25,8 @@ def write_png(name, size, colour):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"PLTE", bytes(sum(palette, ()))), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
+    data = zlib.compress(rows, 9)
+    chunks = [(b"IHDR", header), (b"PLTE", bytes(sum(palette, ()))), (b"IDAT", data), (b"IEND", b"")]
     (HERE / name).write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*c) for c in chunks))
 
 
@@ -89,9 +90,9 @@ def rug(u, v):
 
 
 def wallpaper(u, v):
-    """Stripes with sprigs; repeats."""
-    x, y = (4 * u) % 1, (4 * v + 0.5 * (int(4 * u) % 2)) % 1
-    leaf = math.hypot((x - 0.5) / 0.7, y - 0.5 + 0.8 * abs(x - 0.5)) < 0.13
+    """Stripes with sprigs, once over a whole wall."""
+    x, y = (9 * u) % 1, (7 * v + 0.5 * (int(9 * u) % 2)) % 1
+    leaf = math.hypot((x - 0.5) / 0.7, y - 0.5 + 0.8 * abs(x - 0.5)) < 0.15
     stem = abs(x - 0.5) < 0.02 and 0.45 < y < 0.75
     if leaf or stem:
         return 96, 128, 98
@@ -103,7 +104,7 @@ def picture(u, v):
     if math.hypot(1.3 * (u - 0.7), v - 0.27) < 0.1:
         return 244, 208, 112
     for number, colour in enumerate(((126, 150, 176), (82, 116, 112), (44, 82, 60))):
-        ridge = 0.45 + 0.13 * number - 0.13 * noise(4 * u + number, number, 7) - 0.03 * noise(19 * u, number, 8)
+        ridge = 0.45 + 0.13 * number - 0.13 * noise(4 * u + number, number, 7)
         if ridge < v < ridge + 0.14:
             return colour
     if v > 0.6:
@@ -119,7 +120,8 @@ class Model:
 
     def add(self, corners):
         """A face of {"v": position, "vt": …, "vn": normal}, counter-clockwise from outside."""
-        self.faces.append("f " + " ".join("/".join(self.number(corner, tag) for tag in self.tables) for corner in corners))
+        numbers = ("/".join(self.number(corner, tag) for tag in self.tables) for corner in corners)
+        self.faces.append("f " + " ".join(numbers))
 
     def number(self, corner, tag):
         if tag not in corner:
@@ -209,7 +211,7 @@ def main():
     write_png("chess/board.png", (512, 512), board)
     write_png("room/planks.png", (256, 256), planks)
     write_png("room/rug.png", (256, 192), rug)
-    write_png("room/wallpaper.png", (256, 256), wallpaper)
+    write_png("room/wallpaper.png", (768, 512), wallpaper)
     write_png("room/picture.png", (192, 128), picture)
     sofa()
     cushion()

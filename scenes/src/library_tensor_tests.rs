@@ -20,7 +20,7 @@ fn check(scene: &Scene, materials: &[&str], model: Model, is_solid: impl Fn(&str
     let vertices: usize = scene.objects.iter().map(|object| object.mesh.positions.len()).sum();
     assert!(vertices <= MAX_VERTICES, "{vertices}");
     let lowest = |solid: bool| {
-        let some = scene.objects.iter().filter(move |object| is_solid(&object.name) == solid);
+        let some = scene.objects.iter().filter(|object| is_solid(&object.name) == solid);
         some.map(|object| bounds(object).0.y).fold(f32::INFINITY, f32::min)
     };
     assert!(lowest(true) >= lowest(false) - 0.002, "{} under {}", lowest(true), lowest(false));
@@ -40,8 +40,8 @@ fn check_animations(scene: &Scene) {
             state
         };
         assert_eq!(state(0.0), state(animation.duration_s), "{}", animation.name);
-        for moment in 0..=16 {
-            let time_s = animation.duration_s * f64::from(moment) / 16.0;
+        for moment in 0..=16u8 {
+            let time_s = animation.duration_s * f32::from(moment) / 16.0;
             let place = Place::file(&animation.name);
             scene.with_state(&animation.sample(time_s).unwrap(), &place).unwrap();
         }
@@ -95,7 +95,7 @@ fn room_loads() {
     check(&scene, &["sofa", "floor"], Model::CookTorrance, |_| false);
     assert_eq!(scene.materials.len(), 12);
     assert_eq!(scene.materials.iter().filter(|material| material.texture.is_some()).count(), 4);
-    closed(&scene, |name| ["sofa", "cushion-left", "table-top", "vase", "lamp-shade"].contains(&name));
+    closed(&scene, |name| ["cushion-left", "table-top", "vase", "lamp-shade"].contains(&name));
 }
 
 #[test]

@@ -158,14 +158,18 @@ fn check(profile: &[[f64; 2]]) -> std::result::Result<(), String> {
             profile.len()
         ));
     }
-    let inner = 1..profile.len() - 1;
+    let (inner, limit) = (1..profile.len() - 1, f64::from(MAX_COORDINATE));
     for (index, [radius, height]) in profile.iter().copied().enumerate() {
         let number = index + 1;
-        if !(0.0..=MAX_COORDINATE.into()).contains(&radius) {
-            return Err(format!("the radius {radius} of point {number} of the profile must be at least 0 m"));
+        if !(0.0..=limit).contains(&radius) {
+            return Err(format!(
+                "the radius {radius} of point {number} of the profile must be a number of 0 to {limit:e} m"
+            ));
         }
-        if !(height.abs() <= MAX_COORDINATE.into()) {
-            return Err(format!("the height {height} of point {number} of the profile must be a length in m"));
+        if !(-limit..=limit).contains(&height) {
+            return Err(format!(
+                "the height {height} of point {number} of the profile must be a number within {limit:e} m"
+            ));
         }
         if radius == 0.0 && inner.contains(&index) {
             return Err(format!(

@@ -65,8 +65,10 @@ fn a_cone_has_its_area_and_a_point() {
     assert_eq!((mesh.triangles.len(), mesh.positions.len()), (32, 33 + 32));
     // A 3-4-5 triangle; at the point every segment has the normal of its middle.
     let slope = |direction: DVec3| 0.8 * direction + 0.6 * DVec3::Y;
-    let middles: Vec<DVec3> =
-        (0..n).map(|i| (f64::from(i) + 0.5) * 2.0 * half).map(|a| DVec3::new(a.cos(), 0.0, -a.sin())).collect();
+    let middles: Vec<DVec3> = (0..n)
+        .map(|i| (f64::from(i) + 0.5) * 2.0 * half)
+        .map(|a| DVec3::new(a.cos(), 0.0, -a.sin()))
+        .collect();
     let off = worst_normal(&mesh, |p| match radial(p) {
         DVec3::ZERO => middles.iter().map(|middle| slope(*middle)).collect(),
         direction => vec![slope(direction)],
@@ -114,7 +116,8 @@ fn a_flat_profile_is_a_disc_that_faces_up() {
 
 #[test]
 fn counts_are_those_of_the_mesh() {
-    for profile in ["[[0, 0], [1, 0.1], [0.5, 1], [0, 1.1]]", "[[0.5, 0], [1, 1]]", "[[1, 0], [2, 0], [1, 1], [1, 0]]"]
+    for profile in
+        ["[[0, 0], [1, 0.1], [0.5, 1], [0, 1.1]]", "[[0.5, 0], [1, 1]]", "[[1, 0], [2, 0], [1, 1], [1, 0]]"]
     {
         let text = format!("shape = 'lathe'\nprofile = {profile}\nsegments = 7");
         let (counted, part) = (shape(&text).unwrap(), shape(&text).unwrap().part());
@@ -128,7 +131,7 @@ fn bad_profiles_are_refused() {
     for (profile, part) in [
         ("[]", "the profile has 0 of 2 to 4096 points; add or remove some"),
         ("[[1, 0]]", "the profile has 1 of 2 to 4096 points"),
-        ("[[-1, 0], [1, 1]]", "the radius -1 of point 1 of the profile must be at least 0 m"),
+        ("[[-1, 0], [1, 1]]", "the radius -1 of point 1 of the profile must be a number of 0 to 1e9 m"),
         ("[[1, 0], [nan, 1]]", "the radius NaN of point 2"),
         ("[[1, 0], [inf, 1]]", "the radius inf of point 2"),
         ("[[1, 0], [1, -inf]]", "the height -inf of point 2"),
@@ -145,7 +148,10 @@ fn bad_profiles_are_refused() {
         ("shape = 'lathe'".to_owned(), "needs a `profile`; add one, such as [[0, 0], [0.5, 0], [0, 1]]"),
         ("shape = 'box'\nprofile = [[0, 0], [1, 1]]".to_owned(), "`profile` is no parameter of this shape"),
         (format!("shape = 'lathe'\nprofile = [{many}]"), "the profile has 4098 of 2 to 4096 points"),
-        ("shape = 'lathe'\nprofile = [[1, 0], [1, 1]]\nsegments = 2".to_owned(), "segments 2 is outside 3..8192"),
+        (
+            "shape = 'lathe'\nprofile = [[1, 0], [1, 1]]\nsegments = 2".to_owned(),
+            "segments 2 is outside 3..8192",
+        ),
     ] {
         let message = shape(&text).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");

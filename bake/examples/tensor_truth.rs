@@ -126,13 +126,14 @@ fn errors(
         {
             return None;
         }
+        let textured = world.meet(origin, -Vec3A::from(outgoing))?.albedo;
         let halves = [0, 1].map(|half| {
             let sampler = PixelSampler::new(2 * state + half, number as u32);
             let path = |index| tracer.radiance(origin, -Vec3A::from(outgoing), &sampler.sample(index));
             (0..paths / 2).map(path).sum::<Vec3A>() / (paths / 2) as f32
         });
         let brdf = &brdfs[materials[corners[0]] as usize];
-        let albedo = Vec3::from(brdf.diffuse_albedo());
+        let albedo = Vec3::from(brdf.diffuse_albedo()) * Vec3::from(textured);
         let of_vertices = mean(&|v| albedo * Vec3::from(shown[v].diffuse) + Vec3::from(shown[v].glossy));
         let seen = |cone: usize| corners.into_iter().map(|v| shown[v].seen[cone]).sum::<f32>() / 3.0;
         let seen: Vec<f32> = (0..shown[corners[0]].seen.len()).map(seen).collect();

@@ -30,6 +30,8 @@ pub use shapes::icosphere;
 #[cfg(test)]
 mod library_shadow_tests;
 #[cfg(test)]
+mod library_tensor_tests;
+#[cfg(test)]
 mod library_tests;
 #[cfg(test)]
 mod test_support;

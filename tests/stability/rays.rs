@@ -11,13 +11,20 @@ use relume_formats::state::Camera;
 use relume_scenes::Scene;
 use std::sync::Arc;
 
-const CLOSED_SHAPES: [&str; 5] = ["torus-knot", "torus", "sphere", "box", "ring"];
+const CLOSED_SHAPES: [&str; 6] = [
+    "shape = 'torus-knot'",
+    "shape = 'torus'",
+    "shape = 'sphere'",
+    "shape = 'box'",
+    "shape = 'ring'",
+    "shape = 'lathe'\nprofile = [[0, -0.5], [0.5, -0.3], [0.2, 0.2], [0, 0.5]]",
+];
 
-/// A scene of nothing but one shape with its default parameters.
+/// A scene of nothing but one shape.
 fn lone_shape(shape: &str) -> Scene {
     scene(&format!(
         "[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 30\n[materials.m]\nbrdf = 'blinn-phong'\nkd = [1, 1, 1]\n\
-         [environment]\n[render]\nsize = [32, 32]\n[[object]]\nname = 'o'\nmaterial = 'm'\nshape = '{shape}'\n"
+         [environment]\n[render]\nsize = [32, 32]\n[[object]]\nname = 'o'\nmaterial = 'm'\n{shape}\n"
     ))
 }
 
@@ -200,7 +207,7 @@ fn far_from_the_origin() {
 /// Scenes at the edge of sense: nothing to see, no light, black light.
 #[test]
 fn nothing_to_see() {
-    let dark = lone_shape("sphere");
+    let dark = lone_shape("shape = 'sphere'");
     let mut away = dark.clone();
     away.camera.target = [0.0, 0.0, 20.0];
     assert!(

@@ -33,6 +33,7 @@ pub(crate) struct ObjectFile {
     pub inner_radius: Option<f64>,
     pub outer_radius: Option<f64>,
     pub height: Option<f64>,
+    pub profile: Option<Vec<[f64; 2]>>,
 }
 
 /// The procedural shapes.
@@ -45,6 +46,7 @@ pub(crate) enum ShapeName {
     Torus,
     TorusKnot,
     Ring,
+    Lathe,
 }
 
 impl ShapeName {
@@ -57,6 +59,7 @@ impl ShapeName {
             Self::Torus => &["major_radius", "minor_radius", "segments", "sides"],
             Self::TorusKnot => &["p", "q", "radius", "tube", "segments", "sides"],
             Self::Ring => &["inner_radius", "outer_radius", "height", "segments"],
+            Self::Lathe => &["profile", "segments"],
         }
     }
 }
@@ -77,6 +80,7 @@ impl ObjectFile {
             ("inner_radius", self.inner_radius.is_some()),
             ("outer_radius", self.outer_radius.is_some()),
             ("height", self.height.is_some()),
+            ("profile", self.profile.is_some()),
         ]
         .into_iter()
         .filter_map(|(name, given)| given.then_some(name))

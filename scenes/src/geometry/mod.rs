@@ -29,6 +29,7 @@ pub use gltf_deforming::{Deforming, load_deforming};
 pub(crate) use gltf_file::{GltfFile, MaterialPart};
 pub(crate) use gltf_materials::{GltfMaterial, MaterialReader, tidy_name};
 pub(crate) use gltf_nodes::PlacedNode;
+pub(crate) use normals::DEFAULT_CREASE_DEG;
 
 use crate::scene::Mesh;
 use glam::DAffine3;

@@ -1,9 +1,10 @@
-//! Procedural shapes, all centred at the origin, their axis along +Y. The closed ones are watertight: every
-//! edge is shared by exactly two triangles whose corners there have bit-identical positions. All have texture
-//! coordinates.
+//! Procedural shapes, their axis along +Y, all but lathed ones centred at the origin. The closed ones are
+//! watertight: every edge is shared by exactly two triangles whose corners there have bit-identical positions.
+//! All have texture coordinates.
 
 mod grid;
 mod knot;
+mod lathe;
 mod ring;
 mod simple;
 mod sphere;
@@ -20,7 +21,7 @@ use relume_formats::{Error, Place, Result};
 use std::ops::RangeInclusive;
 
 /// A shape and its parameters, lengths in local units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Shape {
     /// Unit square in the XZ plane, facing +Y, in so many by so many smaller ones.
     Quad { segments: u32 },
@@ -34,6 +35,8 @@ pub(crate) enum Shape {
     TorusKnot(knot::TorusKnot),
     /// The wall of a pipe along +Y.
     Ring(ring::Ring),
+    /// A profile turned about +Y.
+    Lathe(lathe::Lathe),
 }
 
 impl Shape {
@@ -101,6 +104,10 @@ impl Shape {
                     segments: segments(128)?,
                 })
             }
+            ShapeName::Lathe => match &object.profile {
+                Some(profile) => Self::Lathe(lathe::Lathe::new(profile, segments(64)?, place)?),
+                None => return refuse("needs a `profile`; add one, such as [[0, 0], [0.5, 0], [0, 1]]"),
+            },
         })
     }
 
@@ -116,6 +123,7 @@ impl Shape {
                 2 * u64::from(segments) * u64::from(sides)
             }
             Self::Ring(ring::Ring { segments, .. }) => 8 * u64::from(segments),
+            Self::Lathe(ref lathe) => lathe.triangles(),
         }
     }
 
@@ -129,6 +137,7 @@ impl Shape {
             Self::Torus { segments, sides, .. }
             | Self::TorusKnot(knot::TorusKnot { segments, sides, .. }) => grid(segments, sides),
             Self::Ring(ring::Ring { segments, .. }) => 8 * (u64::from(segments) + 1),
+            Self::Lathe(ref lathe) => lathe.vertices(),
         }
     }
 
@@ -143,6 +152,7 @@ impl Shape {
             }
             Self::TorusKnot(knot) => knot.part(),
             Self::Ring(ring) => ring.part(),
+            Self::Lathe(lathe) => lathe.part(),
         }
     }
 }
@@ -165,5 +175,7 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
+#[cfg(test)]
+mod lathe_tests;
 #[cfg(test)]
 mod tests;

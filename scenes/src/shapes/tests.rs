@@ -6,14 +6,14 @@ use crate::test_support::{enclosed_volume, open_edges};
 use glam::{DAffine3, Vec3};
 use std::f64::consts::PI;
 
-fn shape(text: &str) -> Result<Shape> {
+pub(super) fn shape(text: &str) -> Result<Shape> {
     let place = Place::file("scene.toml").part("object `it`");
     let object: ObjectFile =
         relume_formats::state::parse_toml(&format!("name = 'it'\nmaterial = 'm'\n{text}"), &place)?;
     Shape::from_object(object.shape.unwrap(), &object, &place)
 }
 
-fn mesh(text: &str) -> Mesh {
+pub(super) fn mesh(text: &str) -> Mesh {
     let (place, mut warnings, mut builder) = (Place::file("scene.toml"), Vec::new(), MeshBuilder::default());
     builder.append(&shape(text).unwrap().part(), &DAffine3::IDENTITY, &place).unwrap();
     let mesh = builder.finish(&place, &mut warnings).unwrap();
@@ -84,6 +84,7 @@ fn normals_are_unit_and_agree_with_the_faces() {
         "shape = 'torus'",
         "shape = 'torus-knot'",
         "shape = 'ring'",
+        "shape = 'lathe'\nprofile = [[0, 0], [0.5, 0.1], [0.6, 0.4], [0.2, 0.5], [0.2, 1], [0, 1]]",
     ] {
         let mesh = mesh(text);
         assert!(mesh.normals.iter().all(|n| (Vec3::from(*n).length() - 1.0).abs() < 1e-6), "{text}");
@@ -153,6 +154,7 @@ fn textures_stand_upright_on_every_shape() {
         "shape = 'torus'",
         "shape = 'torus-knot'",
         "shape = 'ring'",
+        "shape = 'lathe'\nprofile = [[0, 0], [0.5, 0.1], [0.6, 0.4], [0.2, 0.5], [0.2, 1], [0, 1]]",
     ] {
         let mesh = mesh(text);
         assert_eq!(mesh.uvs.len(), mesh.positions.len(), "{text}");

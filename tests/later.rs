@@ -2,8 +2,8 @@
 
 use crate::support::images::{bake, gathering, in_state, on_bases, settings};
 use crate::support::{job, library_scene, relative_l2, render, scene};
-use relume_bake::methods::transfer_images::held_out;
 use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
+use relume_bake::methods::transfer_images::held_out;
 use relume_bake::methods::transfer_images::later::albedos;
 use relume_bake::trace::reference::Paths;
 use relume_formats::Place;
@@ -59,7 +59,8 @@ fn closed_rooms_show_all_their_light_and_no_more() {
             assert!((shown / expected - 1.0).abs() < 0.02, "{kd}: {shown}, expected {expected}");
         }
     }
-    let [white, brighter] = [0.95, 1.0].map(|kd| mean(&evaluate(&images, &on_bases(&basis, &[matt([kd; 3])])))[0]);
+    let [white, brighter] =
+        [0.95, 1.0].map(|kd| mean(&evaluate(&images, &on_bases(&basis, &[matt([kd; 3])])))[0]);
     // The first two reflections alone know that it is whiter.
     assert!(brighter < white * 1.06, "{brighter} {white}");
 }
@@ -71,7 +72,9 @@ fn matt_rooms_are_those_of_the_path_tracer() {
     let mut scene = library_scene("cornell-knot");
     scene.reflections = ALL_REFLECTIONS;
     let (basis, images) = bake(&scene, &settings(24, 1024, 4, 1), true);
-    for state in [[[0.7, 0.5, 0.2], [0.6, 0.6, 0.6]], [[0.1, 0.8, 0.9], [0.9, 0.9, 0.9]], [[0.0; 3], [0.5; 3]]] {
+    for state in
+        [[[0.7, 0.5, 0.2], [0.6, 0.6, 0.6]], [[0.1, 0.8, 0.9], [0.9, 0.9, 0.9]], [[0.0; 3], [0.5; 3]]]
+    {
         let state = state.map(matt);
         let shown = evaluate(&images, &on_bases(&basis, &state));
         let [a, b] = [5, 6].map(|seed| {
@@ -79,7 +82,12 @@ fn matt_rooms_are_those_of_the_path_tracer() {
         });
         let lacking = render(&in_state(&scene, &state), [24, 24], 1024, 2, Paths::Best, 5).radiance;
         let (noise, error) = (relative_l2(&a, &b), relative_l2(&shown, &a));
-        println!("noise {:.2} %, error {:.2} %, two reflections {:.2} %", 100.0 * noise, 100.0 * error, 100.0 * relative_l2(&lacking, &a));
+        println!(
+            "noise {:.2} %, error {:.2} %, two reflections {:.2} %",
+            100.0 * noise,
+            100.0 * error,
+            100.0 * relative_l2(&lacking, &a)
+        );
         assert!(error < 2.0 * noise + 0.01 && relative_l2(&lacking, &a) > 2.0 * error, "{error} {noise}");
     }
 }
@@ -104,7 +112,8 @@ fn other_images_are_those_of_two_reflections() {
         let factor = two.head.scales[image.slot] / all.head.scales[at];
         for channel in 0..slot.channels() {
             for i in 0..fragments {
-                let [x, y] = [image.values[channel * n + i], other.values[channel * m + i]].map(half::f16::to_f32);
+                let [x, y] =
+                    [image.values[channel * n + i], other.values[channel * m + i]].map(half::f16::to_f32);
                 assert!((x * factor - y).abs() <= 1e-3 * y.abs() + 1e-2, "{slot:?}: {x} {factor} {y}");
             }
         }
@@ -181,5 +190,8 @@ fn bakes_tell_the_error_of_albedos_apart() {
     // Six bases and halves alone are off by 1 % at worst, nodes add half of that.
     assert!(of_bases.median < 0.01 && of_bases.worst < 0.02, "{of_bases:?}");
     // A fifth of the light is in later reflections, and states that send back more than they get are random, too.
-    assert!(of_albedos.median > 0.005 && of_albedos.median < 0.08 && of_albedos.worst < 0.4, "{of_albedos:?}");
+    assert!(
+        of_albedos.median > 0.005 && of_albedos.median < 0.08 && of_albedos.worst < 0.4,
+        "{of_albedos:?}"
+    );
 }

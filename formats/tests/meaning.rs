@@ -101,7 +101,11 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
                 let is_it = |(_, s): &&(usize, Slot)| s.eye_basis == eye_basis && s.first == first;
                 match slots.iter().find(is_it) {
                     Some((number, slot)) => {
-                        add(eye[eye_basis], first_coefficient, stored(bundle, slot, *number, fragment, channel));
+                        add(
+                            eye[eye_basis],
+                            first_coefficient,
+                            stored(bundle, slot, *number, fragment, channel),
+                        );
                     }
                     None => {
                         // Light that has been about has images of the first bases alone.
@@ -133,7 +137,15 @@ fn node_coefficients(later: &Later, on_bases: &[Vec<f64>], channel: usize) -> Ve
     let nodes: Vec<Vec<f64>> =
         later.node_albedos().iter().map(|node| node.iter().copied().map(f64::from).collect()).collect();
     // Exponents are the nodes' numbers.
-    let exponent = |albedo: f64| if albedo == 0.0 { 0 } else if albedo > 0.9 { 1 } else { 2 };
+    let exponent = |albedo: f64| {
+        if albedo == 0.0 {
+            0
+        } else if albedo > 0.9 {
+            1
+        } else {
+            2
+        }
+    };
     let product = |at: &[f64], powers: &[f64]| -> f64 {
         at.iter().zip(powers).map(|(x, power)| x.powi(exponent(*power))).product()
     };
@@ -148,20 +160,27 @@ fn node_coefficients(later: &Later, on_bases: &[Vec<f64>], channel: usize) -> Ve
         match count {
             1 => m(0, 0),
             2 => m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0),
-            _ => (0..3).map(|i| {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                m(0, i) * (m(1, j) * m(2, k) - m(1, k) * m(2, j))
-            }).sum(),
+            _ => (0..3)
+                .map(|i| {
+                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                    m(0, i) * (m(1, j) * m(2, k) - m(1, k) * m(2, j))
+                })
+                .sum(),
         }
     };
-    polynomial.iter().zip(&nodes).map(|(weight, node)| weight * denominator(node) / denominator(&at)).collect()
+    polynomial
+        .iter()
+        .zip(&nodes)
+        .map(|(weight, node)| weight * denominator(node) / denominator(&at))
+        .collect()
 }
 
 /// The solution of a linear system, the right side last in each row.
 fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     let count = rows.len();
     for column in 0..count {
-        let pivot = (column..count).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs())).unwrap();
+        let pivot =
+            (column..count).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs())).unwrap();
         rows.swap(column, pivot);
         let above = rows[column].clone();
         for row in (0..count).filter(|row| *row != column) {

@@ -89,7 +89,10 @@ fn what_cannot_be_baked_is_refused_by_name() {
         (fixed("brdf = 'ggx'\nroughness = 0.11"), "material `ball`: roughness 0.11 is outside 0.12..1"),
         (phong("ks = [0.7, 0.0, 0.0]"), "exceeds 1, more light than arrives"),
         (text(PHONG, PHONG, &lamp("sun", [1.1e12; 3], 2.0, 0.5)), "must be numbers of 0 to 1e12"),
-        (phong("").replace("reflections = 2", "reflections = 3"), "models at most 2 or all; set 1, 2 or \"all\""),
+        (
+            phong("").replace("reflections = 2", "reflections = 3"),
+            "models at most 2 or all; set 1, 2 or \"all\"",
+        ),
         (phong("").replace("materials = ['m']", "materials = ['m']\nshape = true"), "keeps shapes fixed"),
         (phong("").replace("materials = ['m']", ""), "names no materials"),
         (both, "materials of two models"),

@@ -121,7 +121,8 @@ impl<'a> Gather<'a> {
         let mixtures_by = |varying: fn() -> LobeMixture| -> Vec<LobeMixture> {
             fixed.iter().map(|fixed| fixed.as_ref().map_or_else(varying, LobeMixture::for_material)).collect()
         };
-        let (mixtures, later) = (mixtures_by(LobeMixture::for_any_material), mixtures_by(LobeMixture::cosine));
+        let (mixtures, later) =
+            (mixtures_by(LobeMixture::for_any_material), mixtures_by(LobeMixture::cosine));
         Self {
             world,
             lights,
@@ -222,7 +223,12 @@ impl<'a> Gather<'a> {
     }
 
     /// Light that a bounce met, `hit` being the first surface in its way.
-    pub(super) fn light_seen(&self, surface: &Surface, bounce: &Bounce, hit: Option<&Surface>) -> Option<Reflection> {
+    pub(super) fn light_seen(
+        &self,
+        surface: &Surface,
+        bounce: &Bounce,
+        hit: Option<&Surface>,
+    ) -> Option<Reflection> {
         let (radiance, density) = match hit {
             None => (
                 self.lights.background(bounce.direction),
@@ -263,7 +269,12 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
-    pub(super) fn sample(surface: &Surface, mixture: &LobeMixture, choice: f32, point: [f32; 2]) -> Option<Self> {
+    pub(super) fn sample(
+        surface: &Surface,
+        mixture: &LobeMixture,
+        choice: f32,
+        point: [f32; 2],
+    ) -> Option<Self> {
         let normal = surface.shading_normal;
         let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
         let cosine = direction.dot(normal);

@@ -46,7 +46,8 @@ impl FirstVertex {
             throughput *= brdf(material, albedo, &vertex.next_angles) * vertex.weight;
             (material, albedo) = (vertex.material, vertex.albedo);
             let reflections = vertex.reflections.iter().flatten();
-            sum += throughput * reflections.map(|r| r.light * brdf(material, albedo, &r.angles)).sum::<Vec3A>();
+            sum +=
+                throughput * reflections.map(|r| r.light * brdf(material, albedo, &r.angles)).sum::<Vec3A>();
         }
         sum
     }

@@ -4,9 +4,7 @@ use half::f16;
 use relume_formats::basis::lobe_table;
 use relume_formats::basis::microfacet::Facets;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions, MAX_SAMPLES, Meta as BasisMeta};
-use relume_formats::kinds::transfer_images::{
-    Head, Image, LARGEST_HALF, Later, Meta as ImagesMeta, Slot,
-};
+use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Later, Meta as ImagesMeta, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{BlinnPhong, CookTorrance, Ggx, ROUGHNESS_MIN, SLOPE_MIN};
 use std::sync::Arc;

@@ -54,7 +54,9 @@ fn one_line_error(scratch: &Scratch) -> String {
 #[test]
 fn reflections_are_a_number_or_all() {
     let loaded = |vary: &str, line: &str| {
-        let text = TEXT.replace("materials = [\"clay\"]", vary).replace("size = [64, 32]", &format!("size = [64, 32]\n{line}"));
+        let text = TEXT
+            .replace("materials = [\"clay\"]", vary)
+            .replace("size = [64, 32]", &format!("size = [64, 32]\n{line}"));
         Scratch::scene(&text).load().map(|scene| scene.reflections)
     };
     let materials = "materials = [\"clay\"]";
@@ -70,7 +72,10 @@ fn reflections_are_a_number_or_all() {
     }
     for wrong in ["\"any\"", "1.5", "-1", "[1]", "true"] {
         let error = loaded(materials, &format!("reflections = {wrong}")).unwrap_err().to_string();
-        assert!(error.contains("a whole number, or \"all\"") && error.contains("reflections"), "{wrong}: {error}");
+        assert!(
+            error.contains("a whole number, or \"all\"") && error.contains("reflections"),
+            "{wrong}: {error}"
+        );
     }
 }
 

@@ -65,7 +65,9 @@ fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
             let place = Place::file("--reflections");
             Err(BakeError::invalid(
                 &place,
-                format!("{n} with --paths gather, which traces at most {MAX_REFLECTIONS}, or what the scene says if that is \"all\"; use --paths best"),
+                format!(
+                    "{n} with --paths gather, which traces at most {MAX_REFLECTIONS}, or what the scene says if that is \"all\"; use --paths best"
+                ),
             ))
         }
     }

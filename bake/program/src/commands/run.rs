@@ -227,7 +227,8 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     };
     let of_albedos = error("relative_l2_median_of_albedos").zip(error("relative_l2_worst_of_albedos"));
     if let Some((median, worst)) = of_albedos.filter(|_| !is_black) {
-        text += &format!("third and later reflections, by albedos: median {median:.3} %, worst {worst:.3} %\n");
+        text +=
+            &format!("third and later reflections, by albedos: median {median:.3} %, worst {worst:.3} %\n");
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";

@@ -52,7 +52,8 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
 /// that measuring compares with, the hierarchy, and the environment.
 pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let later = later::images(scene, settings.bases);
-    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some(), later);
+    let layout =
+        Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some(), later);
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
     // A tenth of the pixels show a second class at most in all scenes seen so far.
     let fragments = pixels + pixels / 10;

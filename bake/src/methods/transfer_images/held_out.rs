@@ -119,7 +119,8 @@ pub fn measured_on(later: bool) -> String {
         "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths"
     );
     if later {
-        measured + ", third and later reflections by albedos; of_albedos is what these are off by, noise taken off"
+        measured
+            + ", third and later reflections by albedos; of_albedos is what these are off by, noise taken off"
     } else {
         measured
     }
@@ -146,7 +147,8 @@ pub fn measure(
         |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
     let looked_at = at_pixels(baked, &pixels);
     let images: Vec<_> = varying.par_iter().map(|state| evaluate(&looked_at, &on_bases(state))).collect();
-    let states: Vec<_> = varying.iter().map(|v| State::new(scene, v, baked.head.later.as_ref(), basis)).collect();
+    let states: Vec<_> =
+        varying.iter().map(|v| State::new(scene, v, baked.head.later.as_ref(), basis)).collect();
 
     let sums = pixels.par_iter().enumerate().map(|(number, &pixel)| {
         progress.check()?;

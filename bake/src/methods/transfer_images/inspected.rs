@@ -105,7 +105,8 @@ impl Details {
                 "images",
                 format!(
                     "{rgb_images} RGB, {single_channel_images} single-channel{}",
-                    later_images.map_or_else(String::new, |n| format!(", {n} of third and later reflections"))
+                    later_images
+                        .map_or_else(String::new, |n| format!(", {n} of third and later reflections"))
                 ),
             ),
             ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),

@@ -172,7 +172,8 @@ impl Exchange {
         let row = |channel: usize, row: usize| {
             let going_on = &self.going_on[row * materials..][..materials];
             // More than all that leaves is noise, or a fixed surface that gives more than it gets.
-            let most = going_on.iter().map(|share| share[channel]).sum::<f64>().max(self.arriving[row][channel]);
+            let most =
+                going_on.iter().map(|share| share[channel]).sum::<f64>().max(self.arriving[row][channel]);
             let share = move |share: &DVec3| if most > 0.0 { (share[channel] / most) as f32 } else { 0.0 };
             going_on.iter().map(share)
         };

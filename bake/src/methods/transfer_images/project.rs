@@ -178,7 +178,10 @@ impl<'a> Projector<'a> {
                 * match reflector {
                     Reflector::Fixed(material) => brdf::evaluate(&material, albedo, &vertex.next_angles),
                     Reflector::Editable(class) => {
-                        shares.iter_mut().zip(&self.node_albedos).for_each(|(s, albedos)| *s *= albedos[class]);
+                        shares
+                            .iter_mut()
+                            .zip(&self.node_albedos)
+                            .for_each(|(s, albedos)| *s *= albedos[class]);
                         lambert(Vec3A::ONE)
                     }
                 };

@@ -176,7 +176,8 @@ mod tests {
             assert_eq!(counts(&with), (29 + 6 * eye_bases, 55, 14 + 6));
             let is_later = |slot: &&Slot| matches!(slot.first, FirstReflection::Later { .. });
             assert!(with.slots.iter().filter(is_later).all(|s| s.eye_basis < eye_bases && s.rgb));
-            let others: Vec<_> = with.slots.iter().filter(|s| !is_later(s)).map(|s| (s.eye_basis, s.first)).collect();
+            let others: Vec<_> =
+                with.slots.iter().filter(|s| !is_later(s)).map(|s| (s.eye_basis, s.first)).collect();
             assert_eq!(others, without.slots.iter().map(|s| (s.eye_basis, s.first)).collect::<Vec<_>>());
             assert!(with.slots.iter().all(|s| s.fixed.is_none_or(|f| s.eye_basis == 0 && f == s.first)));
         }

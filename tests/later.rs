@@ -109,12 +109,13 @@ fn other_images_are_those_of_two_reflections() {
         let fragments = two.head.meta.editable_fragments as usize;
         // Fixed fragments share slots in another order.
         let (n, m) = (two.head.fragments_of(slot), all.head.fragments_of(&b.slots[at]));
-        let factor = two.head.scales[image.slot] / all.head.scales[at];
+        let [scale, other_scale] = [two.head.scales[image.slot], all.head.scales[at]];
         for channel in 0..slot.channels() {
             for i in 0..fragments {
-                let [x, y] =
-                    [image.values[channel * n + i], other.values[channel * m + i]].map(half::f16::to_f32);
-                assert!((x * factor - y).abs() <= 1e-3 * y.abs() + 1e-2, "{slot:?}: {x} {factor} {y}");
+                let x = image.values[channel * n + i].to_f32() * scale;
+                let y = other.values[channel * m + i].to_f32() * other_scale;
+                // Scales are powers of two, and halves below 6e-5 are rounded more.
+                assert!((x - y).abs() <= 1e-6 * scale.max(other_scale), "{slot:?}: {x} {y}");
             }
         }
     }
@@ -181,14 +182,17 @@ fn bakes_tell_the_error_of_albedos_apart() {
     let (basis, images) = bake(&scene, &settings, true);
     let pixels = held_out::one_pixel_in(2, settings.size);
     let later = images.head.later.as_ref().unwrap();
-    let (of_bases, of_albedos) = gathering(&scene, &settings, |gather| {
+    let (of_bases, of_nodes, of_albedos) = gathering(&scene, &settings, |gather| {
         let of_bases = held_out::measure(&scene, gather, &settings, &basis, &images, &job()).unwrap();
+        let of_nodes = held_out::measure_nodes(&scene, gather, &settings, &basis, &images, &job()).unwrap();
         let of_albedos = albedo_errors(&scene, gather, (&basis, later), 256, &pixels, &job()).unwrap();
-        (of_bases.unwrap(), of_albedos.unwrap())
+        (of_bases.unwrap(), of_nodes.unwrap(), of_albedos.unwrap())
     });
-    println!("{of_bases:?} {of_albedos:?}");
-    // Six bases and halves alone are off by 1 % at worst, nodes add half of that.
-    assert!(of_bases.median < 0.01 && of_bases.worst < 0.02, "{of_bases:?}");
+    println!("{of_bases:?} {of_nodes:?} {of_albedos:?}");
+    // Six bases are off by what they are with two reflections; nodes, and four of the bases, by some per cent
+    // of what was reflected more often, which is up to half of a state's light.
+    assert!(of_bases.median < 0.006 && of_bases.worst < 0.015, "{of_bases:?}");
+    assert!(of_nodes.median < 0.02 && of_nodes.worst < 0.04, "{of_nodes:?}");
     // A fifth of the light is in later reflections, and states that send back more than they get are random, too.
     assert!(
         of_albedos.median > 0.005 && of_albedos.median < 0.08 && of_albedos.worst < 0.4,

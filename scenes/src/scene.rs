@@ -67,8 +67,8 @@ impl Vary {
     /// The reflections of a scene that says nothing of them: all where materials alone vary, for that is
     /// cheap, else two.
     pub(crate) fn usual_reflections(&self) -> u32 {
-        let materials_alone = !self.materials.is_empty() && !(self.light || self.view || self.shape);
-        if materials_alone { ALL_REFLECTIONS } else { 2 }
+        let others_vary = self.light || self.view || self.shape;
+        if others_vary || self.materials.is_empty() { 2 } else { ALL_REFLECTIONS }
     }
 }
 

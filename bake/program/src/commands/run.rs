@@ -225,10 +225,12 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
             "no error figure: nothing that was compared is lit\n".to_owned()
         }
     };
-    let of_albedos = error("relative_l2_median_of_albedos").zip(error("relative_l2_worst_of_albedos"));
-    if let Some((median, worst)) = of_albedos.filter(|_| !is_black) {
-        text +=
-            &format!("third and later reflections, by albedos: median {median:.3} %, worst {worst:.3} %\n");
+    let more = [("nodes", "all reflections, at the nodes' albedos"), ("albedos", "albedos instead of lobes")];
+    for (ending, what) in more {
+        let error = |which: &str| error(&format!("relative_l2_{which}_of_{ending}"));
+        if let Some((median, worst)) = error("median").zip(error("worst")).filter(|_| !is_black) {
+            text += &format!("{what}: median {median:.3} %, worst {worst:.3} %\n");
+        }
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";

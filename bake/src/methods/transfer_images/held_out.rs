@@ -14,21 +14,21 @@ use crate::interrupted::Interrupted;
 use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::reference::{early_radiance_of, later_radiance_of};
-use crate::trace::sampler::{PixelSampler, Sample};
+use crate::trace::sampler::PixelSampler;
 use glam::{DVec3, Vec3A};
 use half::f16;
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
-use relume_formats::kinds::transfer_images::{Head, Image, Later, Meta};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Later, Meta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SLOPE_MIN,
-};
+use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 use std::collections::HashMap;
 use std::sync::Arc;
+
+pub use super::states::random_state;
 
 /// Number of held-out states.
 pub const STATES: u32 = 16;
@@ -60,58 +60,6 @@ impl HeldOutErrors {
     }
 }
 
-/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and
-/// glossy in any proportion, or dielectrics, metals and what is between in equal numbers; exponents and
-/// roughnesses evenly spread over octaves, which is how artists perceive them.
-pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
-    let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
-    let material = |(index, material): (u32, &usize)| {
-        let material = &scene.materials[*material];
-        let sample = sampler.sample(index);
-        match material.brdf.model() {
-            Model::BlinnPhong => random_blinn_phong(&sample),
-            Model::Ggx => random_ggx(&sample, material.texture.is_some()),
-            Model::CookTorrance => random_cook_torrance(&sample),
-        }
-    };
-    (0..).zip(&scene.vary.materials).map(material).collect()
-}
-
-fn random_blinn_phong(sample: &Sample) -> Brdf {
-    let ([kd, ks], exponent) = random_parts(sample);
-    let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);
-    Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
-}
-
-/// Colours of a diffuse and of a glossy part that share what is reflected, and how sharp that one is, 0..1.
-fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
-    let [share, sharpness] = sample.pair(0);
-    let [kr, kg] = sample.pair(1);
-    let [kb, sr] = sample.pair(2);
-    let [sg, sb] = sample.pair(3);
-    ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
-}
-
-fn random_cook_torrance(sample: &Sample) -> Brdf {
-    let ([kd, ks], octave) = random_parts(sample);
-    let [fresnel, _] = sample.pair(4);
-    let roughness = SLOPE_MIN.powf(octave).clamp(SLOPE_MIN, 1.0);
-    Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
-}
-
-fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
-    let [metal, octave] = sample.pair(0);
-    let [r, g] = sample.pair(1);
-    let [b, _] = sample.pair(2);
-    // A third each of dielectrics and metals, the rest evenly between.
-    let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
-    Brdf::Ggx(Ggx {
-        base_color: [r, g, b],
-        metallic,
-        roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0),
-    })
-}
-
 /// What [`measure`] compares.
 pub fn measured_on(later: bool) -> String {
     let one_in = SPACING * SPACING;
@@ -120,13 +68,13 @@ pub fn measured_on(later: bool) -> String {
     );
     if later {
         measured
-            + ", third and later reflections by albedos; of_albedos is what these are off by, noise taken off"
+            + " of at most two reflections; of_nodes: all light, later reflections by albedos; of_albedos: what these are off by, noise taken off"
     } else {
         measured
     }
 }
 
-/// Measures `baked` at one pixel in 16 of the paths of `gather`.
+/// Measures what `baked` has of at most two reflections, at one pixel in 16 of the paths of `gather`.
 ///
 /// `None` if no state shows anything at these pixels.
 ///
@@ -140,6 +88,43 @@ pub fn measure(
     baked: &TransferImages,
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
+    let layout = baked.head.layout();
+    let is_early = |image: &&Image| !matches!(layout.slots[image.slot].first, FirstReflection::Later { .. });
+    let images = baked.images.iter().filter(is_early).cloned().collect();
+    let early = TransferImages { head: baked.head.clone(), images };
+    measure_images(scene, gather, settings, basis, (&early, None), job)
+}
+
+/// Measures all light of `baked`, third and later reflections by the albedos that it knows them by, as
+/// [`measure`] does: what nodes, and the fewer bases that these have, add to its error.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn measure_nodes(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    baked: &TransferImages,
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
+    measure_images(scene, gather, settings, basis, (baked, baked.head.later.as_ref()), job)
+}
+
+/// Measures images, with later reflections or without.
+///
+/// `None` if no state shows anything at these pixels.
+///
+/// # Errors
+/// If the job is interrupted.
+fn measure_images(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    (baked, later): (&TransferImages, Option<&Later>),
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
     let pixels = one_pixel_in(SPACING, settings.size);
     let progress = job.progress("measuring", pixels.len() as u64);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
@@ -147,12 +132,11 @@ pub fn measure(
         |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
     let looked_at = at_pixels(baked, &pixels);
     let images: Vec<_> = varying.par_iter().map(|state| evaluate(&looked_at, &on_bases(state))).collect();
-    let states: Vec<_> =
-        varying.iter().map(|v| State::new(scene, v, baked.head.later.as_ref(), basis)).collect();
+    let states: Vec<_> = varying.iter().map(|v| State::new(scene, v, later, basis)).collect();
 
     let sums = pixels.par_iter().enumerate().map(|(number, &pixel)| {
         progress.check()?;
-        let truth = true_radiance(gather, pixel, settings.samples, &states);
+        let truth = true_radiance(gather, pixel, settings.samples, &states, later.is_some());
         progress.advance(1);
         let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
             let stored = DVec3::from_array(image[number].map(f64::from));
@@ -275,11 +259,19 @@ pub(super) fn trace(
 ) {
     let states: Vec<_> =
         (0..STATES).map(|s| State::new(scene, &random_state(s, scene), later, basis)).collect();
-    pixels.par_iter().for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states)));
+    pixels
+        .par_iter()
+        .for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states, later.is_some())));
 }
 
 /// What a pixel shows in every state; `None` if it shows a light or the background.
-fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State]) -> Option<Vec<DVec3>> {
+fn true_radiance(
+    gather: &Gather<'_>,
+    pixel: u32,
+    samples: u32,
+    states: &[State],
+    later: bool,
+) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
     let mut shows_light = false;
     gather.pixel(pixel, samples, |path| {
@@ -287,7 +279,10 @@ fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State]
         for (sum, state) in sums.iter_mut().zip(states) {
             let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
             let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| state.by_albedo(m, albedo, angles);
-            *sum += (early_radiance_of(path, brdf) + later_radiance_of(path, brdf, by_albedo)).as_dvec3();
+            *sum += early_radiance_of(path, brdf).as_dvec3();
+            if later {
+                *sum += later_radiance_of(path, brdf, by_albedo).as_dvec3();
+            }
         }
     });
     (!shows_light).then(|| sums.into_iter().map(|sum| sum / f64::from(samples)).collect())

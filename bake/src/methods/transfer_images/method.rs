@@ -112,19 +112,25 @@ impl Method for TransferImagesMethod {
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
-        let of_albedos = match &images.head.later {
+        let (of_nodes, of_albedos) = match &images.head.later {
             Some(later) => {
                 let pixels = held_out::one_pixel_in(held_out::SPACING, size);
-                albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?
+                (
+                    held_out::measure_nodes(scene, &gather, &settings, &basis, &images, job)?,
+                    albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?,
+                )
             }
-            None => None,
+            None => (None, None),
         };
         let figures = |(ending, errors): (&str, Option<HeldOutErrors>)| {
             let of = |errors: HeldOutErrors| [("median", errors.median), ("worst", errors.worst)];
             let named = |(which, error)| (format!("relative_l2_{which}{ending}"), error);
             errors.into_iter().flat_map(of).map(named).collect::<Vec<_>>()
         };
-        let errors = [("", errors), ("_of_albedos", of_albedos)].into_iter().flat_map(figures).collect();
+        let errors = [("", errors), ("_of_nodes", of_nodes), ("_of_albedos", of_albedos)]
+            .into_iter()
+            .flat_map(figures)
+            .collect();
         let measured_on = held_out::measured_on(images.head.later.is_some());
         Ok(Some(Product { files, settings: recorded, errors, measured_on }))
     }

@@ -281,6 +281,18 @@ mod tests {
     }
 
     #[test]
+    fn bases_and_degrees_that_are_not_there_are_faults() {
+        let sound = later(2, &[0.5]);
+        assert_eq!(sound.fault(1, 2), None);
+        for (degree, eye_bases) in [(0, 1), (3, 1), (2, 0), (2, 3)] {
+            assert!(
+                Later { degree, eye_bases, ..sound.clone() }.fault(1, 2).is_some(),
+                "{degree} {eye_bases}"
+            );
+        }
+    }
+
+    #[test]
     fn determinants_are_those_of_permutations_and_triangles() {
         assert_eq!(determinant(vec![vec![0.0, 1.0], vec![1.0, 0.0]]), -1.0);
         assert_eq!(determinant(vec![vec![2.0, 5.0, 1.0], vec![0.0, 3.0, 4.0], vec![0.0, 0.0, 0.5]]), 3.0);

@@ -12,19 +12,24 @@ use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::{BrdfBasis, Environment, SparseTransfer, TransferImages};
 use relume_formats::state::{EnvironmentState, MaterialState, State};
-use relume_scenes::Scene;
+use relume_scenes::{ALL_REFLECTIONS, Scene};
 
 #[test]
 fn shaders_equal_evaluate() {
+    for reflections in [2, ALL_REFLECTIONS] {
+        expect_equal_shaders(&Scene { reflections, ..library_scene("cornell-knot") });
+    }
+}
+
+fn expect_equal_shaders(scene: &Scene) {
     let folder = tempfile::tempdir().unwrap();
     let wanted = TransferImagesMethod { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
-    let scene = library_scene("cornell-knot");
-    bundle::run(&scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job())
-        .unwrap();
+    bundle::run(scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
+    assert_eq!(images.head.later.is_some(), scene.reflections == ALL_REFLECTIONS);
     let basis = BrdfBasis::read_file(&folder.path().join("brdf-basis.relume")).unwrap();
     for number in 0..8 {
-        let materials = held_out::random_state(number, &scene);
+        let materials = held_out::random_state(number, scene);
         let named =
             images.head.meta.materials.iter().cloned().zip(materials.iter().map(|m| MaterialState::from(*m)));
         let state = State { materials: named.collect(), ..State::default() };

@@ -8,6 +8,7 @@
 //! * [`shadows`]: sphere-shadows from bake to radiance;
 //! * [`plan`]: plans, and their predictions against bakes;
 //! * [`frame_cost`]: what bakes report of frames;
+//! * [`later`]: third and later reflections of transfer-images;
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
 //! * [`docs`]: links of the documentation, and the length of the README;
@@ -29,6 +30,7 @@ mod cpu_gpu;
 mod docs;
 mod first_scene;
 mod frame_cost;
+mod later;
 mod pieces;
 mod plan;
 mod relighting;

@@ -6,7 +6,7 @@ use crate::support::samples;
 use half::f16;
 use relume_formats::container::Stored as _;
 use relume_formats::kinds::brdf_basis::Functions;
-use relume_formats::kinds::transfer_images::{Head, Image};
+use relume_formats::kinds::transfer_images::{Head, Image, Later};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use std::sync::Arc;
 
@@ -261,4 +261,24 @@ fn images_that_do_not_fit_their_scales() {
     let slot = sound.head.layout().slots.iter().position(|slot| slot.eye_basis > 0).unwrap();
     signed.images[place(slot)].values.iter_mut().for_each(|v| *v = -*v);
     signed.to_bytes(relume_formats::Place::file("a.relume")).unwrap();
+}
+
+#[test]
+fn broken_later_reflections() {
+    type Change = fn(&mut Later);
+    let cases: [(Change, &str); 6] = [
+        (|l| l.degree = 3, "of degree 3"),
+        (|l| l.albedos.truncate(2), "of other bases or materials"),
+        (|l| l.returns.push(0.0), "of other bases or materials"),
+        (|l| l.albedos[0] = f32::NAN, "albedo of a basis function"),
+        (|l| l.textures[1][2] = 1.5, "mean of a texture"),
+        (|l| l.returns[0] = 1.2, "more light returns"),
+    ];
+    let sound = samples::images_of_all(3, 2, 3, true, [4, 3]);
+    for (change, expected) in cases {
+        let mut images = sound.clone();
+        let head = Arc::make_mut(&mut images.head);
+        change(head.later.as_mut().unwrap());
+        assert_refused(&images, expected);
+    }
 }

@@ -85,6 +85,7 @@ proptest! {
     #[test]
     fn transfer_images(seed: u64, materials in 1usize..4, bases in 2usize..5, one_colour: bool, width in 1u32..6, height in 1u32..6) {
         assert_round_trip(&samples::images(seed, materials, bases, one_colour, [width, height]));
+        assert_round_trip(&samples::images_of_all(seed, materials, bases, one_colour, [width, height]));
     }
 
     #[test]

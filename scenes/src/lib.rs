@@ -23,7 +23,8 @@ pub use library::{library, resolve};
 pub use loading::load;
 pub use relume_formats::basis::{EquirectMap, Filter, Texture, Wrap};
 pub use scene::{
-    Cone, Emitter, Environment, Glow, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object, Scene, Vary,
+    ALL_REFLECTIONS, Cone, Emitter, Environment, Glow, Light, MAX_SPHERES, Material, Mesh, NamedMap, Object,
+    Scene, Vary,
 };
 pub use shapes::icosphere;
 

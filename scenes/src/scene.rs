@@ -16,7 +16,7 @@ pub struct Scene {
     pub file: PathBuf,
     /// Film size in pixels, width and height.
     pub size: [u32; 2],
-    /// Number of reflections that methods model: 1 is direct light only.
+    /// Number of reflections that methods model: 1 is direct light only, [`ALL_REFLECTIONS`] all of them.
     pub reflections: u32,
     /// Largest relative L2 error that methods may make.
     pub max_error: f64,
@@ -40,6 +40,16 @@ pub struct Scene {
     pub warnings: Vec<String>,
 }
 
+/// The number of [`Scene::reflections`] that stands for all of them.
+pub const ALL_REFLECTIONS: u32 = u32::MAX;
+
+impl Scene {
+    /// [`Scene::reflections`] as a scene file has it.
+    pub fn reflections_written(&self) -> String {
+        if self.reflections == ALL_REFLECTIONS { "\"all\"".to_owned() } else { self.reflections.to_string() }
+    }
+}
+
 /// What varies at playback.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Vary {
@@ -51,6 +61,15 @@ pub struct Vary {
     pub shape: bool,
     /// Indices into [`Scene::materials`], in the order that the scene file names them.
     pub materials: Vec<usize>,
+}
+
+impl Vary {
+    /// The reflections of a scene that says nothing of them: all where materials alone vary, for that is
+    /// cheap, else two.
+    pub(crate) fn usual_reflections(&self) -> u32 {
+        let others_vary = self.light || self.view || self.shape;
+        if others_vary || self.materials.is_empty() { 2 } else { ALL_REFLECTIONS }
+    }
 }
 
 /// A material and its default parameters.

@@ -74,7 +74,7 @@ fn workshop() -> tempfile::TempDir {
     std::fs::write(folder.path().join("maps/Studio.hdr"), map).unwrap();
     let photo = [b"#?RADIANCE\n\n-Y 2 +X 3\n".as_slice(), &[128, 128, 128, 129].repeat(6)].concat();
     std::fs::write(folder.path().join("photo.hdr"), photo).unwrap();
-    let bright = SCENE.replace("size = [64, 64]", "size = [64, 64]\nreflections = 4294967295");
+    let bright = SCENE.replace("size = [64, 64]", "size = [64, 64]\nreflections = 1000");
     for (name, content) in [
         ("wood.png", ""),
         ("scene.toml", SCENE),

@@ -12,7 +12,7 @@ use relume_scenes::Scene;
 /// A floor whose material `m` varies, a ball of a material that does not, and what `more` says.
 fn text(vary: &str, ball: &str, more: &str) -> String {
     format!(
-        "[vary]\nmaterials = ['m']\n[camera]\nposition = [0, 1, 3]\ntarget = [0, 0.3, 0]\nfov_deg = 40\n[render]\nsize = [16, 16]\n\
+        "[vary]\nmaterials = ['m']\n[camera]\nposition = [0, 1, 3]\ntarget = [0, 0.3, 0]\nfov_deg = 40\n[render]\nsize = [16, 16]\nreflections = 2\n\
          [materials.m]\n{vary}\n[materials.ball]\n{ball}\n\
          [[object]]\nname = 'floor'\nmaterial = 'm'\nshape = 'quad'\ntransform = {{ scale = 4.0 }}\n\
          [[object]]\nname = 'ball'\nmaterial = 'ball'\nshape = 'sphere'\ntransform = {{ translation = [0, 0.5, 0], scale = 0.4 }}\n{more}"
@@ -89,7 +89,10 @@ fn what_cannot_be_baked_is_refused_by_name() {
         (fixed("brdf = 'ggx'\nroughness = 0.11"), "material `ball`: roughness 0.11 is outside 0.12..1"),
         (phong("ks = [0.7, 0.0, 0.0]"), "exceeds 1, more light than arrives"),
         (text(PHONG, PHONG, &lamp("sun", [1.1e12; 3], 2.0, 0.5)), "must be numbers of 0 to 1e12"),
-        (phong("").replace("[render]", "[render]\nreflections = 3"), "models at most 2; set 2 or 1"),
+        (
+            phong("").replace("reflections = 2", "reflections = 3"),
+            "models at most 2 or all; set 1, 2 or \"all\"",
+        ),
         (phong("").replace("materials = ['m']", "materials = ['m']\nshape = true"), "keeps shapes fixed"),
         (phong("").replace("materials = ['m']", ""), "names no materials"),
         (both, "materials of two models"),

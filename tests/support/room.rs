@@ -8,6 +8,7 @@ pub const ROOM: &str = "
     materials = ['ball', 'room']
     [render]
     size = [48, 40]
+    reflections = 2
     [camera]
     position = [0.0, 1.0, 3.5]
     target = [0.0, 0.8, 0.0]

@@ -17,6 +17,11 @@ pub struct LobeMixture {
 }
 
 impl LobeMixture {
+    /// For a matt surface.
+    pub fn cosine() -> Self {
+        Self { glossy: Vec::new() }
+    }
+
     /// For a surface whose material may become anything within the space that bases span.
     ///
     /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks

@@ -140,6 +140,7 @@ fn images() -> TransferImages {
     // Pixel 1 is seen by both editable materials and by the fixed one.
     let mut head = Head {
         meta,
+        later: None,
         pixel: vec![0, 1, 1, 4, 1, 2, 3, 5],
         class: vec![0, 0, 1, 1, 2, 2, 2, 2],
         coverage: vec![

@@ -1,10 +1,11 @@
-//! The paths of the method `transfer-images`: at most two reflections, with what each reflection needs to
-//! know left open.
+//! The paths of the method `transfer-images`: two reflections, with what each reflection needs to know left
+//! open, and, where all are asked for, the later ones ([`super::later`]).
 //!
 //! A path does not depend on the materials that vary: directions at these come from a fixed mixture of lobes.
 //! So one set of paths serves every basis, every state and the reference alike, and noise is the same in all
 //! of them.
 
+use super::later::LaterVertex;
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
 use super::world::{Owner, Surface, World};
@@ -12,10 +13,10 @@ use crate::brdf::angles;
 use crate::brdf::lobes::LobeMixture;
 use glam::Vec3A;
 use relume_formats::basis::Angles;
-use relume_formats::state::Film;
-use relume_scenes::Scene;
+use relume_formats::state::{Brdf, Film};
+use relume_scenes::{ALL_REFLECTIONS, Scene};
 
-/// Most reflections of a path.
+/// Most reflections of a path, unless it is to have all.
 pub const MAX_REFLECTIONS: u32 = 2;
 
 /// One path from the eye.
@@ -23,7 +24,7 @@ pub const MAX_REFLECTIONS: u32 = 2;
     clippy::large_enum_variant,
     reason = "lives on the stack for one sample; a box would allocate for every path"
 )]
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum GatherPath {
     /// The eye sees a light or the background: its radiance.
     Light(Vec3A),
@@ -42,7 +43,7 @@ impl GatherPath {
 }
 
 /// The surface that the eye sees.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct EyeVertex {
     /// Index of its material.
     pub material: u32,
@@ -70,7 +71,7 @@ pub struct Reflection {
 }
 
 /// The surface before the one that the eye sees.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct FirstVertex {
     /// Index of its material.
     pub material: u32,
@@ -80,6 +81,10 @@ pub struct FirstVertex {
     pub eye_angles: Angles,
     /// Light that this surface reflects towards the one that the eye sees, times cosine / density there.
     pub reflections: Reflections,
+    /// Cosine / density at the surface that the eye sees.
+    pub weight: f32,
+    /// The surfaces before this one, the next one first; none unless all reflections are asked for.
+    pub later: Vec<LaterVertex>,
 }
 
 /// Everything that traces the paths of one scene.
@@ -91,7 +96,11 @@ pub struct Gather<'a> {
     film: Film,
     width: u32,
     mixtures: Vec<LobeMixture>,
+    /// For each material: what it is, if it does not vary.
+    pub(super) fixed: Vec<Option<Brdf>>,
     indirect: bool,
+    /// For each material: where its later reflections are looked for, if they are at all.
+    later: Option<Vec<LobeMixture>>,
     seed: u64,
 }
 
@@ -105,23 +114,34 @@ impl<'a> Gather<'a> {
         reflections: u32,
         seed: u64,
     ) -> Self {
-        let mixture = |(index, material): (usize, &relume_scenes::Material)| {
-            if scene.vary.materials.contains(&index) {
-                LobeMixture::for_any_material()
-            } else {
-                LobeMixture::for_material(&material.brdf)
-            }
+        let of = |(index, material): (usize, &relume_scenes::Material)| {
+            (!scene.vary.materials.contains(&index)).then_some(material.brdf)
         };
-        let mixtures = scene.materials.iter().enumerate().map(mixture).collect();
+        let fixed: Vec<Option<Brdf>> = scene.materials.iter().enumerate().map(of).collect();
+        let mixtures_by = |varying: fn() -> LobeMixture| -> Vec<LobeMixture> {
+            fixed.iter().map(|fixed| fixed.as_ref().map_or_else(varying, LobeMixture::for_material)).collect()
+        };
+        let (mixtures, later) =
+            (mixtures_by(LobeMixture::for_any_material), mixtures_by(LobeMixture::cosine));
         Self {
             world,
             lights,
             film: scene.camera.film(size[0], size[1]),
             width: size[0],
             mixtures,
+            fixed,
             indirect: reflections >= 2,
+            later: (reflections == ALL_REFLECTIONS).then_some(later),
             seed,
         }
+    }
+
+    /// The same but for third and later reflections, which bakes look for as matt surfaces reflect; these
+    /// find the highlights of materials that vary, too.
+    #[must_use]
+    pub fn with_later_highlights(&self) -> Self {
+        let (mixtures, later) = (self.mixtures.clone(), self.later.as_ref().map(|_| self.mixtures.clone()));
+        Self { mixtures, later, film: self.film, fixed: self.fixed.clone(), ..*self }
     }
 
     /// Traces the first `samples` paths of pixel number `pixel`, in order.
@@ -174,12 +194,20 @@ impl<'a> Gather<'a> {
             .and_then(|b| self.light_along(first, &b));
         let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
         let reflections = [sampled.map(carried), seen.map(carried)];
-        let vertex = FirstVertex { material, albedo: first.albedo, eye_angles: bounce.angles, reflections };
-        reflections.iter().any(Option::is_some).then_some(vertex)
+        let later = self.later.as_ref().map(|later| self.later_vertices(later, first, material, sample));
+        let is_lit = later.is_some() || reflections.iter().any(Option::is_some);
+        is_lit.then(|| FirstVertex {
+            material,
+            albedo: first.albedo,
+            eye_angles: bounce.angles,
+            reflections,
+            weight: bounce.weight(),
+            later: later.unwrap_or_default(),
+        })
     }
 
     /// Light from a point chosen on a light.
-    fn light_sampled(
+    pub(super) fn light_sampled(
         &self,
         surface: &Surface,
         mixture: &LobeMixture,
@@ -195,7 +223,12 @@ impl<'a> Gather<'a> {
     }
 
     /// Light that a bounce met, `hit` being the first surface in its way.
-    fn light_seen(&self, surface: &Surface, bounce: &Bounce, hit: Option<&Surface>) -> Option<Reflection> {
+    pub(super) fn light_seen(
+        &self,
+        surface: &Surface,
+        bounce: &Bounce,
+        hit: Option<&Surface>,
+    ) -> Option<Reflection> {
         let (radiance, density) = match hit {
             None => (
                 self.lights.background(bounce.direction),
@@ -226,17 +259,22 @@ impl<'a> Gather<'a> {
 
 /// A direction chosen by a surface's lobes, above the surface.
 #[derive(Debug, Clone, Copy)]
-struct Bounce {
-    direction: Vec3A,
+pub(super) struct Bounce {
+    pub(super) direction: Vec3A,
     /// Per steradian.
     density: f32,
     /// With the shading normal.
     cosine: f32,
-    angles: Angles,
+    pub(super) angles: Angles,
 }
 
 impl Bounce {
-    fn sample(surface: &Surface, mixture: &LobeMixture, choice: f32, point: [f32; 2]) -> Option<Self> {
+    pub(super) fn sample(
+        surface: &Surface,
+        mixture: &LobeMixture,
+        choice: f32,
+        point: [f32; 2],
+    ) -> Option<Self> {
         let normal = surface.shading_normal;
         let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
         let cosine = direction.dot(normal);
@@ -249,7 +287,7 @@ impl Bounce {
         })
     }
 
-    fn weight(&self) -> f32 {
+    pub(super) fn weight(&self) -> f32 {
         self.cosine / self.density
     }
 }

@@ -4,6 +4,7 @@ mod coating;
 pub mod environment;
 pub mod gather;
 pub mod held_out_lights;
+pub mod later;
 mod light_mesh;
 pub mod lights;
 pub mod path;

@@ -1,6 +1,6 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
-use super::gather::{Gather, GatherPath, Reflections};
+use super::gather::{EyeVertex, Gather, GatherPath, Reflections};
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
@@ -18,7 +18,8 @@ use relume_scenes::Scene;
 pub enum Paths {
     /// The ones with the least noise for the materials at hand.
     Best,
-    /// The very ones that a bake with the same size, seed and samples traces.
+    /// The very ones that a bake with the same size, seed and samples traces, up to two reflections; later
+    /// ones are traced for the highlights that they may have, which bakes know nothing of.
     Gather,
 }
 
@@ -90,7 +91,8 @@ pub fn render(
         }
         Paths::Gather => {
             let gather =
-                Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed);
+                Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed)
+                    .with_later_highlights();
             let states: Vec<Vec<Brdf>> =
                 scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {
@@ -112,6 +114,11 @@ pub fn render(
 /// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a
 /// certain colour, at some angles.
 pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
+    early_radiance_of(path, &brdf) + later_radiance_of(path, &brdf, &brdf)
+}
+
+/// The part of it that was reflected at most twice.
+pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
     let reflect = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
         reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
     };
@@ -125,6 +132,22 @@ pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3
             eye.emitted + reflect(eye.material, eye.albedo, &eye.direct) + indirect
         }
     }
+}
+
+/// The part that was reflected more often, `before` being the BRDFs at all reflections but that towards the
+/// eye.
+pub fn later_radiance_of(
+    path: &GatherPath,
+    brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+    before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+) -> Vec3A {
+    let GatherPath::Surface(EyeVertex { material, albedo, indirect: Some(first), .. }) = path else {
+        return Vec3A::ZERO;
+    };
+    if first.later.is_empty() {
+        return Vec3A::ZERO;
+    }
+    first.later_light(before) * brdf(*material, *albedo, &first.eye_angles)
 }
 
 fn render_best(

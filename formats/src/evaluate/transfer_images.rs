@@ -11,9 +11,11 @@ use crate::state::Rgb;
 /// `on_bases` holds, for every editable material in the order of the file, its coefficients
 /// ([`crate::kinds::BrdfBasis::coefficients_of`]).
 pub fn coefficients(head: &Head, layout: &Layout, on_bases: &[Vec<Rgb>]) -> Vec<Rgb> {
+    let later = head.later.as_ref().map_or_else(Vec::new, |later| later.weights(&later.albedos_of(on_bases)));
     let of_first = |first: FirstReflection| match first {
         FirstReflection::None | FirstReflection::Fixed => [1.0; 3],
         FirstReflection::Editable { material, basis } => on_bases[material][basis],
+        FirstReflection::Later { node } => later[node],
     };
     let colour = head.meta.chromaticity.unwrap_or([1.0; 3]);
     let mut table = Vec::with_capacity((layout.materials + 1) * layout.slots.len());

@@ -4,7 +4,7 @@ use half::f16;
 use relume_formats::basis::lobe_table;
 use relume_formats::basis::microfacet::Facets;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions, MAX_SAMPLES, Meta as BasisMeta};
-use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta as ImagesMeta, Slot};
+use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Later, Meta as ImagesMeta, Slot};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{BlinnPhong, CookTorrance, Ggx, ROUGHNESS_MIN, SLOPE_MIN};
 use std::sync::Arc;
@@ -127,6 +127,37 @@ fn microfacet_basis(facets: Facets, least: f32, seed: u64, bases: usize, samples
 }
 
 pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size: [u32; 2]) -> TransferImages {
+    images_with(None, seed, materials, bases, one_colour, size)
+}
+
+/// With all reflections.
+pub fn images_of_all(
+    seed: u64,
+    materials: usize,
+    bases: usize,
+    one_colour: bool,
+    size: [u32; 2],
+) -> TransferImages {
+    let random = &mut Random(seed ^ 2);
+    let share = |random: &mut Random| random.unit() / materials as f32;
+    let later = Later {
+        degree: 1 + random.below(2) as u32,
+        eye_bases: 1 + random.below(bases) as u32,
+        albedos: (0..bases).map(|_| random.signed()).collect(),
+        textures: (0..materials).map(|_| [random.unit(), random.unit(), 1.0]).collect(),
+        returns: (0..3 * materials * materials).map(|_| share(random)).collect(),
+    };
+    images_with(Some(later), seed, materials, bases, one_colour, size)
+}
+
+fn images_with(
+    later: Option<Later>,
+    seed: u64,
+    materials: usize,
+    bases: usize,
+    one_colour: bool,
+    size: [u32; 2],
+) -> TransferImages {
     let random = &mut Random(seed);
     let fragments: Vec<(u32, u16)> = (0..size[0] * size[1])
         .flat_map(|pixel| (0..=materials as u16).map(move |class| (pixel, class)))
@@ -148,7 +179,7 @@ pub fn images(seed: u64, materials: usize, bases: usize, one_colour: bool, size:
         .iter()
         .map(|_| f16::from_f32((1 + random.below(64)) as f32 / (64 * (materials + 1)) as f32))
         .collect();
-    let mut head = Head { meta, pixel, class, coverage, scales: Vec::new() };
+    let mut head = Head { meta, later, pixel, class, coverage, scales: Vec::new() };
     let layout = head.layout();
     let image = |slot: usize, s: &Slot, random: &mut Random| {
         let mut values: Vec<f16> =

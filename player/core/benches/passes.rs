@@ -290,6 +290,7 @@ fn images(side: u32) -> TransferImages {
     };
     let mut head = Head {
         meta,
+        later: None,
         pixel: fragments.iter().map(|f| f.0).collect(),
         class: fragments.iter().map(|f| f.1).collect(),
         coverage: fragments.iter().map(|f| f.2).collect(),

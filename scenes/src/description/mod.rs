@@ -8,11 +8,14 @@ mod object;
 
 pub(crate) use object::{ObjectFile, ShapeName};
 
+use crate::scene::ALL_REFLECTIONS;
 use crate::transform::TransformFile;
 use relume_formats::display::Tonemap;
 use relume_formats::state::{Camera, Rgb};
-use serde::Deserialize;
+use serde::de::{self, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// A whole scene file.
 #[derive(Deserialize)]
@@ -50,12 +53,44 @@ pub(crate) struct VaryFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct RenderFile {
     pub size: [u32; 2],
-    #[serde(default = "two_reflections")]
-    pub reflections: u32,
+    /// `None` if the file says nothing of it.
+    #[serde(default)]
+    pub reflections: Option<Reflections>,
 }
 
-fn two_reflections() -> u32 {
-    2
+/// A number of reflections, or `"all"`, which is [`ALL_REFLECTIONS`].
+#[derive(Clone, Copy)]
+pub(crate) struct Reflections(pub u32);
+
+impl<'de> Deserialize<'de> for Reflections {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ReflectionsVisitor)
+    }
+}
+
+struct ReflectionsVisitor;
+
+impl Visitor<'_> for ReflectionsVisitor {
+    type Value = Reflections;
+
+    fn expecting(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+        text.write_str("a whole number, or \"all\"")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Reflections, E> {
+        match text {
+            "all" => Ok(Reflections(ALL_REFLECTIONS)),
+            _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
+        }
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Reflections, E> {
+        let is_count = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+        // Exact, as a count is.
+        is_count
+            .then_some(Reflections(number as u32))
+            .ok_or_else(|| E::invalid_value(Unexpected::Float(number), &self))
+    }
 }
 
 /// `[materials.NAME]`: the keys of all models; those of others than its own are refused by name. Without `brdf` it

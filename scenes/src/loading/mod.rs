@@ -125,7 +125,7 @@ fn load_unlocated(path: &Path, text: &str) -> Result<Scene> {
         name: scene_name(path, folder),
         file: path.to_path_buf(),
         size: file.render.size,
-        reflections: file.render.reflections,
+        reflections: file.render.reflections.map_or_else(|| vary.usual_reflections(), |written| written.0),
         max_error,
         vary,
         camera: file.camera,
@@ -189,7 +189,7 @@ fn check_render(render: &RenderFile, place: &Place) -> Result<()> {
             format!("size {:?}: a film has at most {MAX_PIXELS} pixels; lower it", render.size),
         ));
     }
-    if render.reflections == 0 {
+    if render.reflections.is_some_and(|reflections| reflections.0 == 0) {
         return Err(Error::invalid(
             place,
             "reflections 0 shows nothing but lights; 1 is direct light, 2 adds one bounce",

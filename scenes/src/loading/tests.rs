@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::Emitter;
+use crate::scene::{ALL_REFLECTIONS, Emitter};
 use crate::test_support::Scratch;
 use relume_formats::display::Tonemap;
 use relume_formats::state::{BlinnPhong, Brdf, State};
@@ -52,11 +52,39 @@ fn one_line_error(scratch: &Scratch) -> String {
 }
 
 #[test]
+fn reflections_are_a_number_or_all() {
+    let loaded = |vary: &str, line: &str| {
+        let text = TEXT
+            .replace("materials = [\"clay\"]", vary)
+            .replace("size = [64, 32]", &format!("size = [64, 32]\n{line}"));
+        Scratch::scene(&text).load().map(|scene| scene.reflections)
+    };
+    let materials = "materials = [\"clay\"]";
+    for (vary, line, expected) in [
+        (materials, "", ALL_REFLECTIONS),
+        ("materials = [\"clay\"]\nview = true", "", 2),
+        ("", "", 2),
+        (materials, "reflections = \"all\"", ALL_REFLECTIONS),
+        (materials, "reflections = 1", 1),
+        ("light = true", "reflections = \"all\"", ALL_REFLECTIONS),
+    ] {
+        assert_eq!(loaded(vary, line).unwrap(), expected, "{vary} {line}");
+    }
+    for wrong in ["\"any\"", "1.5", "-1", "[1]", "true"] {
+        let error = loaded(materials, &format!("reflections = {wrong}")).unwrap_err().to_string();
+        assert!(
+            error.contains("a whole number, or \"all\"") && error.contains("reflections"),
+            "{wrong}: {error}"
+        );
+    }
+}
+
+#[test]
 fn a_scene_loads_with_its_defaults() {
     let scratch = Scratch::scene(TEXT);
     let scene = scratch.load().unwrap();
     assert_eq!(scene.name, scratch.path("").file_name().unwrap().to_string_lossy());
-    assert_eq!((scene.size, scene.reflections, scene.max_error), ([64, 32], 2, 0.01));
+    assert_eq!((scene.size, scene.reflections, scene.max_error), ([64, 32], ALL_REFLECTIONS, 0.01));
     assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), ["clay", "gold"]);
     assert_eq!(
         scene.materials[0].brdf,

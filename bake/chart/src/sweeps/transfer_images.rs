@@ -8,7 +8,7 @@ use relume_bake::error::Result;
 use relume_bake::methods::transfer_images::pack::sort_by_importance;
 use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, space_for};
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{Head, Image, Later, Layout, Meta, Slot, TransferImages};
 use relume_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -64,8 +64,13 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
 fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImages {
     let old = &images.head;
     let meta = Meta { bases: basis.bases() as u32, ..old.meta.clone() };
-    let [from, to] = [&old.meta, &meta]
-        .map(|meta| Layout::new(meta.materials.len(), meta.bases as usize, meta.chromaticity.is_some()));
+    let later = old.later.as_ref().map(|later| Later {
+        eye_bases: later.eye_bases.min(meta.bases),
+        albedos: later.albedos.iter().take(basis.bases()).copied().collect(),
+        ..later.clone()
+    });
+    let head = Head { meta, later, scales: Vec::new(), ..(**old).clone() };
+    let [from, to] = [old.layout(), head.layout()];
     let find = |is: &dyn Fn(&Slot) -> bool| from.slots.iter().position(is);
     let (mut packed, mut scales, mut squares) = (Vec::new(), Vec::new(), Vec::new());
     for (number, slot) in to.slots.iter().enumerate() {
@@ -82,7 +87,7 @@ fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImage
         scales.push(scale);
     }
     sort_by_importance(&mut packed, &to, basis, |slot| squares[slot]);
-    TransferImages { head: Arc::new(Head { meta, scales, ..(**old).clone() }), images: packed }
+    TransferImages { head: Arc::new(Head { scales, ..head }), images: packed }
 }
 
 /// Of one channel of a slot the editable fragments, or the fixed ones behind them, in radiance; nothing
@@ -117,12 +122,20 @@ mod tests {
     use relume_bake::trace::gather::Gather;
     use relume_bake::trace::lights::Lights;
     use relume_bake::trace::world::World;
+    use relume_scenes::ALL_REFLECTIONS;
 
     /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last
     /// bit of a half or two.
     #[test]
     fn a_cut_bake_is_the_bake_with_fewer_bases() {
-        let scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+        for reflections in [2, ALL_REFLECTIONS] {
+            expect_cut_bakes(reflections);
+        }
+    }
+
+    fn expect_cut_bakes(reflections: u32) {
+        let mut scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+        scene.reflections = reflections;
         let world = World::new(&scene);
         let lights = Lights::new(&scene, &world);
         let bake_with = |bases: usize| {
@@ -143,7 +156,7 @@ mod tests {
         for bases in [2, 6] {
             let (few, basis) = bake_with(bases);
             let cut = with_fewer_bases(&many, &basis);
-            assert_eq!(cut.head.meta, few.head.meta);
+            assert_eq!((&cut.head.meta, &cut.head.later), (&few.head.meta, &few.head.later));
             assert_eq!(
                 (&cut.head.pixel, &cut.head.class, &cut.head.coverage),
                 (&few.head.pixel, &few.head.class, &few.head.coverage)

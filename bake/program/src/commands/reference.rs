@@ -11,7 +11,7 @@ use relume_bake::trace::gather::MAX_REFLECTIONS;
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_formats::Place;
 use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
-use relume_scenes::Scene;
+use relume_scenes::{ALL_REFLECTIONS, Scene};
 use std::path::{Path, PathBuf};
 
 /// `bake reference`.
@@ -57,14 +57,17 @@ fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
 
 fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
     match (args.paths, args.reflections) {
-        (Paths::Best, n) => Ok(n.unwrap_or(u32::MAX)),
+        (Paths::Best, n) => Ok(n.unwrap_or(ALL_REFLECTIONS)),
+        (Paths::Gather, None) if scene.reflections == ALL_REFLECTIONS => Ok(ALL_REFLECTIONS),
         (Paths::Gather, None) => Ok(scene.reflections.min(MAX_REFLECTIONS)),
         (Paths::Gather, Some(n)) if n <= MAX_REFLECTIONS => Ok(n),
         (Paths::Gather, Some(n)) => {
             let place = Place::file("--reflections");
             Err(BakeError::invalid(
                 &place,
-                format!("{n} with --paths gather, which traces at most {MAX_REFLECTIONS}; use --paths best"),
+                format!(
+                    "{n} with --paths gather, which traces at most {MAX_REFLECTIONS}, or what the scene says if that is \"all\"; use --paths best"
+                ),
             ))
         }
     }

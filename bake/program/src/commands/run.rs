@@ -225,6 +225,13 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
             "no error figure: nothing that was compared is lit\n".to_owned()
         }
     };
+    let more = [("nodes", "all reflections, at the nodes' albedos"), ("albedos", "albedos instead of lobes")];
+    for (ending, what) in more {
+        let error = |which: &str| error(&format!("relative_l2_{which}_of_{ending}"));
+        if let Some((median, worst)) = error("median").zip(error("worst")).filter(|_| !is_black) {
+            text += &format!("{what}: median {median:.3} %, worst {worst:.3} %\n");
+        }
+    }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";
     } else if let Some(traced) = traced {

@@ -6,7 +6,7 @@ use crate::inspected::ply::{PlyMesh, WORLD_SPACE};
 use crate::inspected::scene::MaterialFile;
 use relume_formats::Result;
 use relume_formats::state::{Camera, Rgb};
-use relume_scenes::{Cone, Emitter, Environment, Scene};
+use relume_scenes::{ALL_REFLECTIONS, Cone, Emitter, Environment, Scene};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 struct SceneFile<'a> {
     name: &'a str,
     size: [u32; 2],
-    reflections: u32,
+    /// A number, or "all".
+    reflections: serde_json::Value,
     max_error: f64,
     vary: VaryFile<'a>,
     camera: Camera,
@@ -152,7 +153,10 @@ fn scene_file<'a>(
     SceneFile {
         name: &scene.name,
         size: scene.size,
-        reflections: scene.reflections,
+        reflections: match scene.reflections {
+            ALL_REFLECTIONS => "all".into(),
+            number => number.into(),
+        },
         max_error: scene.max_error,
         vary: VaryFile { light: vary.light, view: vary.view, shape: vary.shape, materials: varying },
         camera: scene.camera,

@@ -23,7 +23,7 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
         let most = MAX_BOUNCES + 1;
         return refuse(format!(
             "[render] reflections = {}, {NAME} models at most {most}; lower it",
-            scene.reflections
+            scene.reflections_written()
         ));
     }
     Ok(())

@@ -12,7 +12,7 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     let refuse = |reason: String| Err(BakeError::invalid(&Place::file(&scene.file), reason));
     environment_lit::expect_fit(scene, NAME)?;
     if scene.reflections > 1 {
-        let reflections = scene.reflections;
+        let reflections = scene.reflections_written();
         return refuse(format!(
             "[render] reflections = {reflections}, {NAME} models direct light only; set it to 1"
         ));

@@ -1,6 +1,7 @@
 //! From a scene to images: tiles of traced and projected pixels, packed.
 
 use super::chromaticity::{chromaticity, grey_channel};
+use super::later::later;
 use super::pack;
 use super::project::Projector;
 use super::settings::{NAME, READS, REVISION, Settings};
@@ -14,7 +15,7 @@ use crate::work_log::WorkLog;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::content_hash;
-use relume_formats::kinds::transfer_images::{Layout, Meta, TransferImages};
+use relume_formats::kinds::transfer_images::{Later, Layout, Meta, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 use xxhash_rust::xxh3::xxh3_128;
@@ -36,8 +37,10 @@ pub fn bake(
     run: impl FnOnce(&dyn Stage) -> Result<Option<WorkLog>>,
 ) -> Result<Option<TransferImages>> {
     let chromaticity = chromaticity(scene);
-    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some());
-    let projector = projector(scene, basis, &layout, chromaticity);
+    let later = later(scene, gather, settings, basis, job)?;
+    let images = later.as_ref().map(Later::images);
+    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some(), images);
+    let projector = projector(scene, basis, &layout, chromaticity, later.as_ref());
     let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
     let Some(log) = run(&tiles)? else { return Ok(None) };
 
@@ -51,7 +54,7 @@ pub fn bake(
         editable_fragments: 0,
     };
     let progress = job.progress("packing", 2 * u64::from(tiles.pieces()));
-    pack::pack(&log, tiles.pieces(), &layout, basis, meta, &progress).map(Some)
+    pack::pack(&log, tiles.pieces(), &layout, basis, (meta, later), &progress).map(Some)
 }
 
 /// Everything that the tiles depend on.
@@ -112,9 +115,11 @@ pub(super) fn projector<'a>(
     basis: &'a BrdfBasis,
     layout: &'a Layout,
     chromaticity: Option<Rgb>,
+    later: Option<&Later>,
 ) -> Projector<'a> {
     let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel(chromaticity))
+    let nodes = later.map_or_else(Vec::new, Later::node_albedos);
+    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel(chromaticity), nodes)
 }
 
 /// The fragments of some pixels, projected.

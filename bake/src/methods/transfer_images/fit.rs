@@ -3,12 +3,13 @@
 use super::basis::model;
 use super::chromaticity::chromaticity;
 use super::held_out;
+use super::later;
 use super::settings::{NAME, Settings};
 use crate::error::{BakeError, Result};
 use crate::trace::gather::MAX_REFLECTIONS;
 use relume_formats::Place;
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS};
-use relume_scenes::Scene;
+use relume_scenes::{ALL_REFLECTIONS, Scene};
 
 /// Fails, naming what stands in the way, unless the method serves what `scene` varies.
 pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
@@ -38,10 +39,10 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
             other.brdf.model().name()
         ));
     }
-    if scene.reflections > MAX_REFLECTIONS {
+    if scene.reflections > MAX_REFLECTIONS && scene.reflections != ALL_REFLECTIONS {
         return refuse(format!(
-            "[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; set 2 or 1",
-            scene.reflections
+            "[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS} or all; set 1, 2 or \"all\"",
+            scene.reflections_written()
         ));
     }
     Ok(())
@@ -50,7 +51,9 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
 /// Bytes that a bake holds at most, which is while it writes: halves, their compressed copies, the images
 /// that measuring compares with, the hierarchy, and the environment.
 pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
-    let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some());
+    let later = later::images(scene, settings.bases);
+    let layout =
+        Layout::new(scene.vary.materials.len(), settings.bases, chromaticity(scene).is_some(), later);
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
     // A tenth of the pixels show a second class at most in all scenes seen so far.
     let fragments = pixels + pixels / 10;

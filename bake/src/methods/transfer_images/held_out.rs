@@ -6,28 +6,29 @@
 //! outshine, and so hide, the errors of a whole room.
 
 use super::settings::Settings;
+use super::states::{State, all_materials};
 use crate::brdf;
 use crate::compress::statistics::{median, worst};
 use crate::error::Result;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
-use crate::trace::reference::radiance_of;
-use crate::trace::sampler::{PixelSampler, Sample};
+use crate::trace::reference::{early_radiance_of, later_radiance_of};
+use crate::trace::sampler::PixelSampler;
 use glam::{DVec3, Vec3A};
 use half::f16;
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
-use relume_formats::kinds::transfer_images::{Head, Image, Meta};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Later, Meta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
-use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SLOPE_MIN,
-};
+use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 use std::collections::HashMap;
 use std::sync::Arc;
+
+pub use super::states::random_state;
 
 /// Number of held-out states.
 pub const STATES: u32 = 16;
@@ -38,7 +39,7 @@ const HALVES: f64 = 0.0003;
 /// About how many pixels [`choose_bases`] looks at in a bake.
 pub const CHOICE_PIXELS: u32 = 2048;
 /// Paths of each of these.
-const CHOICE_PATHS: u32 = 16;
+pub(super) const CHOICE_PATHS: u32 = 16;
 /// [`measure`] looks at one pixel of every square of so many a side.
 pub const SPACING: u32 = 4;
 
@@ -51,67 +52,29 @@ pub struct HeldOutErrors {
     pub worst: f64,
 }
 
-/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and
-/// glossy in any proportion, or dielectrics, metals and what is between in equal numbers; exponents and
-/// roughnesses evenly spread over octaves, which is how artists perceive them.
-pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
-    let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
-    let material = |(index, material): (u32, &usize)| {
-        let material = &scene.materials[*material];
-        let sample = sampler.sample(index);
-        match material.brdf.model() {
-            Model::BlinnPhong => random_blinn_phong(&sample),
-            Model::Ggx => random_ggx(&sample, material.texture.is_some()),
-            Model::CookTorrance => random_cook_torrance(&sample),
-        }
-    };
-    (0..).zip(&scene.vary.materials).map(material).collect()
-}
-
-fn random_blinn_phong(sample: &Sample) -> Brdf {
-    let ([kd, ks], exponent) = random_parts(sample);
-    let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);
-    Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
-}
-
-/// Colours of a diffuse and of a glossy part that share what is reflected, and how sharp that one is, 0..1.
-fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
-    let [share, sharpness] = sample.pair(0);
-    let [kr, kg] = sample.pair(1);
-    let [kb, sr] = sample.pair(2);
-    let [sg, sb] = sample.pair(3);
-    ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
-}
-
-fn random_cook_torrance(sample: &Sample) -> Brdf {
-    let ([kd, ks], octave) = random_parts(sample);
-    let [fresnel, _] = sample.pair(4);
-    let roughness = SLOPE_MIN.powf(octave).clamp(SLOPE_MIN, 1.0);
-    Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
-}
-
-fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
-    let [metal, octave] = sample.pair(0);
-    let [r, g] = sample.pair(1);
-    let [b, _] = sample.pair(2);
-    // A third each of dielectrics and metals, the rest evenly between.
-    let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
-    Brdf::Ggx(Ggx {
-        base_color: [r, g, b],
-        metallic,
-        roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0),
-    })
+impl HeldOutErrors {
+    /// Of those that there are; `None` without any.
+    pub(super) fn of(errors: &[Option<f64>]) -> Option<Self> {
+        let errors: Vec<f64> = errors.iter().flatten().copied().collect();
+        (!errors.is_empty()).then(|| Self { median: median(&errors), worst: worst(&errors) })
+    }
 }
 
 /// What [`measure`] compares.
-pub fn measured_on() -> String {
+pub fn measured_on(later: bool) -> String {
     let one_in = SPACING * SPACING;
-    format!(
+    let measured = format!(
         "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths"
-    )
+    );
+    if later {
+        measured
+            + " of at most two reflections; of_nodes: all light, later reflections by albedos; of_albedos: what these are off by, noise taken off"
+    } else {
+        measured
+    }
 }
 
-/// Measures `baked` at one pixel in 16 of the paths of `gather`.
+/// Measures what `baked` has of at most two reflections, at one pixel in 16 of the paths of `gather`.
 ///
 /// `None` if no state shows anything at these pixels.
 ///
@@ -125,6 +88,43 @@ pub fn measure(
     baked: &TransferImages,
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
+    let layout = baked.head.layout();
+    let is_early = |image: &&Image| !matches!(layout.slots[image.slot].first, FirstReflection::Later { .. });
+    let images = baked.images.iter().filter(is_early).cloned().collect();
+    let early = TransferImages { head: baked.head.clone(), images };
+    measure_images(scene, gather, settings, basis, (&early, None), job)
+}
+
+/// Measures all light of `baked`, third and later reflections by the albedos that it knows them by, as
+/// [`measure`] does: what nodes, and the fewer bases that these have, add to its error.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn measure_nodes(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    baked: &TransferImages,
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
+    measure_images(scene, gather, settings, basis, (baked, baked.head.later.as_ref()), job)
+}
+
+/// Measures images, with later reflections or without.
+///
+/// `None` if no state shows anything at these pixels.
+///
+/// # Errors
+/// If the job is interrupted.
+fn measure_images(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    (baked, later): (&TransferImages, Option<&Later>),
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
     let pixels = one_pixel_in(SPACING, settings.size);
     let progress = job.progress("measuring", pixels.len() as u64);
     let varying: Vec<_> = (0..STATES).map(|s| random_state(s, scene)).collect();
@@ -132,11 +132,11 @@ pub fn measure(
         |materials: &Vec<Brdf>| materials.iter().filter_map(|m| basis.coefficients_of(m)).collect::<Vec<_>>();
     let looked_at = at_pixels(baked, &pixels);
     let images: Vec<_> = varying.par_iter().map(|state| evaluate(&looked_at, &on_bases(state))).collect();
-    let states: Vec<_> = varying.iter().map(|v| all_materials(scene, v)).collect();
+    let states: Vec<_> = varying.iter().map(|v| State::new(scene, v, later, basis)).collect();
 
     let sums = pixels.par_iter().enumerate().map(|(number, &pixel)| {
         progress.check()?;
-        let truth = true_radiance(gather, pixel, settings.samples, &states);
+        let truth = true_radiance(gather, pixel, settings.samples, &states, later.is_some());
         progress.advance(1);
         let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
             let stored = DVec3::from_array(image[number].map(f64::from));
@@ -145,8 +145,7 @@ pub fn measure(
         Ok(truth.map_or_else(Vec::new, |truth| truth.iter().zip(&images).map(squares).collect()))
     });
     let sums = sums.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
-    let errors: Vec<f64> = relative_errors(&sums, states.len()).into_iter().flatten().collect();
-    Ok((!errors.is_empty()).then(|| HeldOutErrors { median: median(&errors), worst: worst(&errors) }))
+    Ok(HeldOutErrors::of(&relative_errors(&sums, states.len())))
 }
 
 /// The images of `baked` at `pixels` alone, in one row.
@@ -174,7 +173,14 @@ fn at_pixels(baked: &TransferImages, pixels: &[u32]) -> TransferImages {
     let (class, coverage) = kept.iter().map(of_kept).unzip();
     let pixel = kept.iter().map(|(_, number)| *number).collect();
     TransferImages {
-        head: Arc::new(Head { meta, pixel, class, coverage, scales: head.scales.clone() }),
+        head: Arc::new(Head {
+            meta,
+            later: head.later.clone(),
+            pixel,
+            class,
+            coverage,
+            scales: head.scales.clone(),
+        }),
         images: baked.images.par_iter().map(image).collect(),
     }
 }
@@ -205,7 +211,7 @@ pub fn choose_bases(
     let sums = pixels.par_iter().map(|&pixel| {
         progress.check()?;
         let mut paths = Vec::with_capacity(samples as usize);
-        gather.pixel(pixel, samples, |path| paths.push(*path));
+        gather.pixel(pixel, samples, |path| paths.push(path.clone()));
         let shows_light = paths.iter().any(GatherPath::shows_light);
         let squares = states
             .iter()
@@ -227,45 +233,63 @@ pub fn choose_bases(
 
 /// Squared difference and squared truth at one pixel.
 #[derive(Debug, Clone, Copy)]
-struct Squares {
-    difference: f64,
-    norm: f64,
+pub(super) struct Squares {
+    pub(super) difference: f64,
+    pub(super) norm: f64,
 }
 
 /// Relative L2 over all pixels that have values; none where everything is black.
-fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<Option<f64>> {
+pub(super) fn relative_errors(pixels: &[Vec<Squares>], states: usize) -> Vec<Option<f64>> {
     let relative = |state: usize| {
         let at = pixels.iter().filter_map(|squares| squares.get(state));
         let (difference, norm) = at.fold((0.0, 0.0), |(d, n), s| (d + s.difference, n + s.norm));
-        (norm > 0.0).then(|| (difference / norm).sqrt())
+        // An estimate of a square without bias may be below 0.
+        (norm > 0.0).then(|| (difference.max(0.0) / norm).sqrt())
     };
     (0..states).map(relative).collect()
 }
 
 /// What [`measure`] does at `pixels` before it compares.
-pub(super) fn trace(gather: &Gather<'_>, scene: &Scene, pixels: &[u32], samples: u32) {
-    let states: Vec<_> = (0..STATES).map(|s| all_materials(scene, &random_state(s, scene))).collect();
-    pixels.par_iter().for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states)));
+pub(super) fn trace(
+    gather: &Gather<'_>,
+    scene: &Scene,
+    (basis, later): (&BrdfBasis, Option<&Later>),
+    pixels: &[u32],
+    samples: u32,
+) {
+    let states: Vec<_> =
+        (0..STATES).map(|s| State::new(scene, &random_state(s, scene), later, basis)).collect();
+    pixels
+        .par_iter()
+        .for_each(|pixel| drop(true_radiance(gather, *pixel, samples, &states, later.is_some())));
 }
 
-/// Mean radiance of a pixel in every state with the analytic BRDF; `None` if it shows a light or the
-/// background.
-fn true_radiance(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[Vec<Brdf>]) -> Option<Vec<DVec3>> {
+/// What a pixel shows in every state; `None` if it shows a light or the background.
+fn true_radiance(
+    gather: &Gather<'_>,
+    pixel: u32,
+    samples: u32,
+    states: &[State],
+    later: bool,
+) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
     let mut shows_light = false;
     gather.pixel(pixel, samples, |path| {
         shows_light |= path.shows_light();
-        for (sum, materials) in sums.iter_mut().zip(states) {
-            *sum +=
-                radiance_of(path, |m, albedo, angles| brdf::evaluate(&materials[m as usize], albedo, angles))
-                    .as_dvec3();
+        for (sum, state) in sums.iter_mut().zip(states) {
+            let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+            let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| state.by_albedo(m, albedo, angles);
+            *sum += early_radiance_of(path, brdf).as_dvec3();
+            if later {
+                *sum += later_radiance_of(path, brdf, by_albedo).as_dvec3();
+            }
         }
     });
     (!shows_light).then(|| sums.into_iter().map(|sum| sum / f64::from(samples)).collect())
 }
 
-/// What each number of bases in [`CHOICE`] makes of the sum over `paths`, against the analytic BRDF; fixed
-/// materials stay analytic.
+/// What each number of bases in [`CHOICE`] makes of the sum over `paths`, up to two reflections, against the
+/// analytic BRDF; fixed materials stay analytic.
 fn compare_bases(
     paths: &[GatherPath],
     basis: &BrdfBasis,
@@ -276,12 +300,12 @@ fn compare_bases(
         brdf::evaluate(&materials[material as usize], albedo, angles)
     };
     let on = OnBases { basis, materials, coefficients };
-    let truth: DVec3 = paths.iter().map(|path| radiance_of(path, analytic).as_dvec3()).sum();
+    let truth: DVec3 = paths.iter().map(|path| early_radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
         let sum: DVec3 = paths
             .iter()
             .map(|path| {
-                radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
+                early_radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
             })
             .sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
@@ -318,15 +342,6 @@ pub fn editable_coefficients(scene: &Scene, basis: &BrdfBasis, materials: &[Brdf
     let of =
         |(index, material)| basis.coefficients_of(material).filter(|_| scene.vary.materials.contains(&index));
     materials.iter().enumerate().map(of).collect()
-}
-
-/// Every material's parameters with the varying ones replaced.
-fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
-    let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-    for (index, material) in scene.vary.materials.iter().zip(varying) {
-        all[*index] = *material;
-    }
-    all
 }
 
 /// About so many pixels of a film of `size`, spread over it; fewer rather than more.

@@ -4,7 +4,9 @@ use crate::inspected::out::{Out, file_name_part};
 use crate::inspected::words::{grouped, list, many, pixels};
 use crate::inspected::{Described, Facts, Inspected};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{
+    FirstReflection, Head, Image, LaterImages, Meta, Slot, TransferImages,
+};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
@@ -23,6 +25,9 @@ struct Details {
     seed: u64,
     rgb_images: usize,
     single_channel_images: usize,
+    /// Of the RGB images, those of third and later reflections.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    later_images: Option<usize>,
     fragments: usize,
     classes: Vec<ClassInfo>,
 }
@@ -54,6 +59,10 @@ impl Details {
             seed: head.meta.seed,
             rgb_images,
             single_channel_images: layout.slots.len() - rgb_images,
+            later_images: head.later.as_ref().map(|later| {
+                let LaterImages { nodes, eye_bases } = later.images();
+                nodes * eye_bases
+            }),
             fragments: head.pixel.len(),
             classes: materials
                 .enumerate()
@@ -71,6 +80,7 @@ impl Details {
             seed,
             rgb_images,
             single_channel_images,
+            later_images,
             fragments,
             classes,
         } = self;
@@ -91,7 +101,14 @@ impl Details {
                 "light",
                 chromaticity.map_or("of several colours".to_owned(), |c| format!("of one colour, {c:?}")),
             ),
-            ("images", format!("{rgb_images} RGB, {single_channel_images} single-channel")),
+            (
+                "images",
+                format!(
+                    "{rgb_images} RGB, {single_channel_images} single-channel{}",
+                    later_images
+                        .map_or_else(String::new, |n| format!(", {n} of third and later reflections"))
+                ),
+            ),
             ("fragments", format!("{}: {}", grouped(*fragments as u64), list(classes.iter().map(class)))),
         ]
     }
@@ -200,6 +217,7 @@ fn file_name(slot: usize, surface: Surface, meaning: &Slot, first: FirstReflecti
     let first = match first {
         FirstReflection::None => "direct".to_owned(),
         FirstReflection::Fixed => "first-fixed".to_owned(),
+        FirstReflection::Later { node } => format!("later-{node}"),
         FirstReflection::Editable { material, basis } => {
             format!(
                 "first-{}-b{basis}",
@@ -214,6 +232,7 @@ fn first_json(first: FirstReflection, meta: &Meta) -> Value {
     match first {
         FirstReflection::None => json!({ "on": "none" }),
         FirstReflection::Fixed => json!({ "on": "fixed" }),
+        FirstReflection::Later { node } => json!({ "on": "later", "node": node }),
         FirstReflection::Editable { material, basis } => {
             json!({ "on": "editable", "material": meta.materials.get(material), "basis": basis })
         }
@@ -262,7 +281,7 @@ fn picture(path: &LightPath, head: &Head, by_slot: &[&Image], out: &mut Out) -> 
 
 fn metadata(head: &Head, editable: &[LightPath], fixed: &[LightPath]) -> Value {
     let Meta { size, materials, bases, chromaticity, samples, seed, editable_fragments } = &head.meta;
-    json!({
+    let mut told = json!({
         "kind": "transfer-images",
         "meaning": "radiance of a fragment = sum over its paths of value * coefficients; on editable surfaces the coefficients are those \
             of the surface's own material on eye_basis and of the first reflection's material on its basis, on fixed surfaces the latter \
@@ -282,5 +301,10 @@ fn metadata(head: &Head, editable: &[LightPath], fixed: &[LightPath]) -> Value {
             "coverage": "fragments_coverage.npy: share of the pixel, multiplied into all values already",
         },
         "paths": editable.iter().chain(fixed).collect::<Vec<_>>(),
-    })
+    });
+    if let (Some(later), Some(told)) = (&head.later, told.as_object_mut()) {
+        told.insert("later".to_owned(), json!(later));
+        told.insert("later_nodes".to_owned(), json!(later.node_albedos()));
+    }
+    told
 }

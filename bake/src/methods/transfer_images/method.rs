@@ -1,5 +1,6 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
+use super::albedo_errors::albedo_errors;
 use super::bake::bake;
 use super::basis::space_for;
 use super::fit::{expect_fit, predicted_bytes};
@@ -111,11 +112,26 @@ impl Method for TransferImagesMethod {
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
-        let figures = |errors: HeldOutErrors| {
-            [("relative_l2_median".to_owned(), errors.median), ("relative_l2_worst".to_owned(), errors.worst)]
+        let (of_nodes, of_albedos) = match &images.head.later {
+            Some(later) => {
+                let pixels = held_out::one_pixel_in(held_out::SPACING, size);
+                (
+                    held_out::measure_nodes(scene, &gather, &settings, &basis, &images, job)?,
+                    albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?,
+                )
+            }
+            None => (None, None),
         };
-        let errors = errors.into_iter().flat_map(figures).collect();
-        let measured_on = held_out::measured_on();
+        let figures = |(ending, errors): (&str, Option<HeldOutErrors>)| {
+            let of = |errors: HeldOutErrors| [("median", errors.median), ("worst", errors.worst)];
+            let named = |(which, error)| (format!("relative_l2_{which}{ending}"), error);
+            errors.into_iter().flat_map(of).map(named).collect::<Vec<_>>()
+        };
+        let errors = [("", errors), ("_of_nodes", of_nodes), ("_of_albedos", of_albedos)]
+            .into_iter()
+            .flat_map(figures)
+            .collect();
+        let measured_on = held_out::measured_on(images.head.later.is_some());
         Ok(Some(Product { files, settings: recorded, errors, measured_on }))
     }
 }

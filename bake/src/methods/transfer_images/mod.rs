@@ -2,22 +2,25 @@
 //!
 //! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Compress:
 //! halves with a range per image, [`pack`]. What it cannot do: exponents above 200 or roughness below 0.32,
-//! more than two reflections, lights or views that vary.
+//! lights or views that vary. Third and later reflections know materials by their albedos alone, [`later`].
 //!
 //! [`pack`] is public for charts, which cut bundles with fewer bases out of one bake.
 
+pub mod albedo_errors;
 mod bake;
 mod basis;
 mod chromaticity;
 mod fit;
 pub mod held_out;
 mod inspected;
+pub mod later;
 mod method;
 pub mod pack;
 mod prediction;
 mod project;
 mod registered;
 mod settings;
+mod states;
 mod tiles;
 
 pub use bake::bake;

@@ -10,7 +10,7 @@ use half::f16;
 use rayon::prelude::*;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::{
-    FirstReflection, Head, Image, LARGEST_HALF, Layout, MAX_SCALE, Meta, Slot, TransferImages,
+    FirstReflection, Head, Image, LARGEST_HALF, Later, Layout, MAX_SCALE, Meta, Slot, TransferImages,
 };
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ pub fn pack(
     tiles: u32,
     layout: &Layout,
     basis: &BrdfBasis,
-    mut meta: Meta,
+    (mut meta, later): (Meta, Option<Later>),
     progress: &Progress,
 ) -> crate::error::Result<TransferImages> {
     let channel_starts = channel_starts(layout);
@@ -103,6 +103,7 @@ pub fn pack(
     sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
     let head = Head {
         meta,
+        later,
         pixel: fragments.iter().map(|f| f.pixel).collect(),
         class: fragments.iter().map(|f| f.class).collect(),
         // Fragments that only show what others emit have no samples of their own.
@@ -187,7 +188,7 @@ fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
 fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {
     let first = |first: FirstReflection| match first {
         FirstReflection::Editable { basis, .. } => weights[basis],
-        FirstReflection::None | FirstReflection::Fixed => 1.0,
+        FirstReflection::None | FirstReflection::Fixed | FirstReflection::Later { .. } => 1.0,
     };
     let editable = weights[slot.eye_basis] * first(slot.first);
     slot.fixed.map_or(editable, |fixed| editable.max(first(fixed)))

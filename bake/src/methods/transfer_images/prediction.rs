@@ -1,10 +1,12 @@
 //! What a bake will take, from the paths of a few of its pixels.
 
+use super::albedo_errors::albedo_errors;
 use super::bake::{projector, trace_pixels};
 use super::basis::space_for;
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
-use super::held_out;
+use super::held_out::{self, HeldOutErrors};
+use super::later::later;
 use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
 use crate::job::Job;
@@ -16,7 +18,7 @@ use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::Stored;
-use relume_formats::kinds::transfer_images::Layout;
+use relume_formats::kinds::transfer_images::{Later, LaterImages, Layout};
 use relume_scenes::Scene;
 use std::time::Instant;
 
@@ -55,11 +57,19 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let start = Instant::now();
     let basis = space.basis(chosen);
     let chromaticity = chromaticity(scene);
-    let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some());
+    let later = later(scene, &gather, &Settings { size, samples, seed, bases: chosen }, &basis, job)?;
+    let images = later.as_ref().map(Later::images);
+    let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some(), images);
     let preparing = preparing + start.elapsed().as_secs_f64();
-    let projector = projector(scene, &basis, &layout, chromaticity);
+    let projector = projector(scene, &basis, &layout, chromaticity, later.as_ref());
     let all = size[0] as usize * size[1] as usize;
     let pixels: Vec<u32> = spread(PIXELS, all).into_iter().map(|pixel| pixel as u32).collect();
+
+    let mut tells = Vec::new();
+    if let Some(later) = &later {
+        let errors = albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?;
+        tells.push(tell(later, layout.channels(), errors));
+    }
 
     reset_ray_counts();
     let start = Instant::now();
@@ -76,16 +86,28 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
 
     let start = Instant::now();
     let few: Vec<u32> = pixels.iter().copied().step_by(MEASURED).collect();
-    held_out::trace(&gather, scene, &few, samples);
+    held_out::trace(&gather, scene, (&basis, later.as_ref()), &few, samples);
     let per_pixel = start.elapsed().as_secs_f64() / few.len() as f64;
     let measuring = per_pixel * all as f64 / f64::from(held_out::SPACING.pow(2));
     let packing = 2.0 * values / (PACKED * rayon::current_num_threads() as f64);
     Ok(Predicted {
-        tells: Vec::new(),
+        tells,
         rays,
         seconds: preparing + choosing + tracing + measuring + packing,
         bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,
         memory: predicted_bytes(scene, &Settings { size, samples, seed, bases: chosen }),
         chosen: Some(chosen),
     })
+}
+
+/// What later reflections cost, and how far off they are where materials shine.
+fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String {
+    let LaterImages { nodes, eye_bases } = later.images();
+    let (images, share) = (nodes * eye_bases, 100.0 * (3 * nodes * eye_bases) as f64 / channels as f64);
+    let errors = errors.map_or_else(String::new, |HeldOutErrors { median, worst }| {
+        format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
+    });
+    format!(
+        "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there{errors}"
+    )
 }

@@ -1,6 +1,7 @@
 //! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with
 //! every basis (thesis eq. 4-26, 4-27).
 
+use super::later::lambert;
 use crate::brdf;
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
 use glam::Vec3A;
@@ -21,6 +22,8 @@ pub struct Projector<'a> {
     channels: Vec<Channels>,
     /// Which channel of the light single-channel slots follow: the one where the chromaticity is 1.
     grey_channel: usize,
+    /// The albedo of every class at every node of later reflections, [nodes, classes].
+    node_albedos: Vec<Vec<f32>>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -46,13 +49,15 @@ pub struct PixelRecords {
 
 impl<'a> Projector<'a> {
     /// Prepares the projection. `editable` lists the materials that vary in order of their class;
-    /// `grey_channel` is the largest of the light's chromaticity.
+    /// `grey_channel` is the largest of the light's chromaticity; `node_albedos` are those of
+    /// [`relume_formats::kinds::transfer_images::Later`], if `layout` has later reflections.
     pub fn new(
         basis: &'a BrdfBasis,
         layout: &'a Layout,
         materials: &[Brdf],
         editable: &[usize],
         grey_channel: usize,
+        node_albedos: Vec<Vec<f32>>,
     ) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
         let materials = materials
@@ -67,7 +72,7 @@ impl<'a> Projector<'a> {
                 Channels { start, rgb: slot.rgb };
             start += slot.channels();
         }
-        Self { basis, layout, materials, channels, grey_channel }
+        Self { basis, layout, materials, channels, grey_channel, node_albedos }
     }
 
     /// Records with nothing in them.
@@ -153,6 +158,47 @@ impl<'a> Projector<'a> {
                 }
             }
         }
+        if !first.later.is_empty() && !self.node_albedos.is_empty() {
+            for (node, light) in self.later_light(first).into_iter().enumerate() {
+                each(FirstReflection::Later { node }, light);
+            }
+        }
+    }
+
+    /// What `first` sends on after more reflections, at every node; see [`FirstVertex::later_light`], which
+    /// takes one state at a time.
+    fn later_light(&self, first: &FirstVertex) -> Vec<Vec3A> {
+        let mut sums = vec![Vec3A::ZERO; self.node_albedos.len()];
+        // What of the light goes on: by fixed surfaces, and by those that vary.
+        let mut throughput = Vec3A::splat(first.weight);
+        let mut shares = vec![1.0; self.node_albedos.len()];
+        let (mut reflector, mut albedo) = (self.materials[first.material as usize], first.albedo);
+        for vertex in &first.later {
+            throughput *= vertex.weight
+                * match reflector {
+                    Reflector::Fixed(material) => brdf::evaluate(&material, albedo, &vertex.next_angles),
+                    Reflector::Editable(class) => {
+                        shares
+                            .iter_mut()
+                            .zip(&self.node_albedos)
+                            .for_each(|(s, albedos)| *s *= albedos[class]);
+                        lambert(Vec3A::ONE)
+                    }
+                };
+            (reflector, albedo) = (self.materials[vertex.material as usize], vertex.albedo);
+            let (light, class) = match reflector {
+                Reflector::Fixed(material) => (reflect(&vertex.reflections, albedo, &material), None),
+                Reflector::Editable(class) => {
+                    let light: Vec3A = vertex.reflections.iter().flatten().map(|r| r.light).sum();
+                    (light * lambert(Vec3A::ONE), Some(class))
+                }
+            };
+            let light = throughput * light;
+            for ((sum, share), albedos) in sums.iter_mut().zip(&shares).zip(&self.node_albedos) {
+                *sum += light * (share * class.map_or(1.0, |class| albedos[class]));
+            }
+        }
+        sums
     }
 
     /// Adds `light`, weighed with every eye basis, to the slots of one first reflection. The eye's `albedo`
@@ -165,8 +211,9 @@ impl<'a> Projector<'a> {
         albedo: Vec3A,
         at_eye: &Values,
     ) {
+        let bases = self.layout.eye_bases(first);
         let (firsts, first) = (self.layout.firsts(), self.layout.first_index(first));
-        for (eye_basis, value) in at_eye[..self.layout.bases].iter().enumerate() {
+        for (eye_basis, value) in at_eye[..bases].iter().enumerate() {
             let channels = self.channels[eye_basis * firsts + first];
             if channels.rgb {
                 let light = if eye_basis == 0 { light * albedo } else { light };

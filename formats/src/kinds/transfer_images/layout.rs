@@ -10,6 +10,9 @@
 //!
 //! Fixed fragments need 2 + E + EG images in RGB. As no fragment is both, these share the slots of the first
 //! RGB images: 29 RGB and 55 single-channel slots for E = 2, G = 5.
+//!
+//! Bakes of all reflections have one more RGB image for each node of [`super::Later`] and each of the eye's
+//! bases that it keeps.
 
 /// Where light was reflected before it reached the surface that the eye sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +27,12 @@ pub enum FirstReflection {
         material: usize,
         /// Index of the basis.
         basis: usize,
+    },
+    /// Anywhere, and at least once more before: light after three reflections and more, at a node of
+    /// [`super::Later`].
+    Later {
+        /// Index of the node.
+        node: usize,
     },
 }
 
@@ -54,6 +63,15 @@ impl Slot {
     }
 }
 
+/// How many images light after three reflections and more has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LaterImages {
+    /// Nodes of [`super::Later`].
+    pub nodes: usize,
+    /// The eye's bases that have an image at each node: the first ones, at least one.
+    pub eye_bases: usize,
+}
+
 /// All slots of a bake.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
@@ -63,23 +81,30 @@ pub struct Layout {
     pub materials: usize,
     /// Number of bases.
     pub bases: usize,
+    /// Nodes of later reflections; 0 in bakes of one or two.
+    later_nodes: usize,
+    /// Bases of the eye that have images of later reflections.
+    later_bases: usize,
 }
 
 impl Layout {
     /// The layout for `materials` editable materials and `bases` bases; `one_colour` if all light has one
-    /// chromaticity.
-    pub fn new(materials: usize, bases: usize, one_colour: bool) -> Self {
-        use FirstReflection::{Editable, Fixed, None};
+    /// chromaticity. With `later` it has images of all reflections.
+    pub fn new(materials: usize, bases: usize, one_colour: bool, later: Option<LaterImages>) -> Self {
+        use FirstReflection::{Editable, Fixed, Later, None};
+        let LaterImages { nodes, eye_bases } = later.unwrap_or_default();
         let editable = |material| move |basis| Editable { material, basis };
         let firsts: Vec<_> = [None, Fixed]
             .into_iter()
             .chain((0..materials).flat_map(|m| (0..bases).map(editable(m))))
+            .chain((0..nodes).map(|node| Later { node }))
             .collect();
         let grey = |eye_basis: usize, first: FirstReflection| {
             one_colour && eye_basis > 0 && matches!(first, None | Editable { basis: 1.., .. })
         };
         let mut slots: Vec<Slot> = (0..bases)
             .flat_map(|eye_basis| firsts.iter().map(move |&first| (eye_basis, first)))
+            .filter(|(eye_basis, first)| *eye_basis < eye_bases || !matches!(first, Later { .. }))
             .map(|(eye_basis, first)| Slot {
                 eye_basis,
                 first,
@@ -91,12 +116,17 @@ impl Layout {
         for (slot, &first) in slots.iter_mut().zip(&firsts) {
             slot.fixed = Some(first);
         }
-        Self { slots, materials, bases }
+        Self { slots, materials, bases, later_nodes: nodes, later_bases: eye_bases }
     }
 
     /// Number of possible first reflections.
     pub fn firsts(&self) -> usize {
-        2 + self.materials * self.bases
+        2 + self.materials * self.bases + self.later_nodes
+    }
+
+    /// The eye's bases that have an image of this first reflection: the first ones, so many.
+    pub fn eye_bases(&self, first: FirstReflection) -> usize {
+        if matches!(first, FirstReflection::Later { .. }) { self.later_bases } else { self.bases }
     }
 
     /// A dense number for a first reflection, below [`Layout::firsts`].
@@ -105,6 +135,7 @@ impl Layout {
             FirstReflection::None => 0,
             FirstReflection::Fixed => 1,
             FirstReflection::Editable { material, basis } => 2 + material * self.bases + basis,
+            FirstReflection::Later { node } => 2 + self.materials * self.bases + node,
         }
     }
 
@@ -126,19 +157,35 @@ mod tests {
 
     #[test]
     fn counts_are_those_of_the_thesis() {
-        assert_eq!(counts(&Layout::new(2, 6, true)), (29, 55, 14));
-        assert_eq!(counts(&Layout::new(2, 6, false)), (84, 0, 14));
+        assert_eq!(counts(&Layout::new(2, 6, true, None)), (29, 55, 14));
+        assert_eq!(counts(&Layout::new(2, 6, false, None)), (84, 0, 14));
         for (e, g) in [(1, 1), (1, 5), (3, 8), (4, 2)] {
             assert_eq!(
-                counts(&Layout::new(e, g + 1, true)),
+                counts(&Layout::new(e, g + 1, true, None)),
                 (2 + e + 2 * e * g + g, g + e * g * g, 2 + e + e * g)
             );
         }
     }
 
     #[test]
+    fn later_reflections_add_rgb_images_for_each_node_and_basis() {
+        let without = Layout::new(2, 6, true, None);
+        for eye_bases in [1, 4, 6] {
+            let with = Layout::new(2, 6, true, Some(LaterImages { nodes: 6, eye_bases }));
+            assert_eq!(with.channels(), without.channels() + 3 * 6 * eye_bases);
+            assert_eq!(counts(&with), (29 + 6 * eye_bases, 55, 14 + 6));
+            let is_later = |slot: &&Slot| matches!(slot.first, FirstReflection::Later { .. });
+            assert!(with.slots.iter().filter(is_later).all(|s| s.eye_basis < eye_bases && s.rgb));
+            let others: Vec<_> =
+                with.slots.iter().filter(|s| !is_later(s)).map(|s| (s.eye_basis, s.first)).collect();
+            assert_eq!(others, without.slots.iter().map(|s| (s.eye_basis, s.first)).collect::<Vec<_>>());
+            assert!(with.slots.iter().all(|s| s.fixed.is_none_or(|f| s.eye_basis == 0 && f == s.first)));
+        }
+    }
+
+    #[test]
     fn every_path_has_exactly_one_slot_and_fixed_ones_are_rgb() {
-        let layout = Layout::new(3, 4, true);
+        let layout = Layout::new(3, 4, true, None);
         let mut seen = std::collections::BTreeSet::new();
         for slot in &layout.slots {
             assert!(seen.insert((slot.eye_basis, layout.first_index(slot.first))));

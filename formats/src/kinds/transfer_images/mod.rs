@@ -2,7 +2,7 @@
 //!
 //! | section              | type | shape                 | content |
 //! |----------------------|------|-----------------------|---------|
-//! | `meta`               | u8   | record                | [`Meta`] |
+//! | `meta`               | u8   | record                | [`Meta`]; in bakes of all reflections [`Later`] behind it |
 //! | `fragments/pixel`    | u32  | [fragments]           | y·width + x |
 //! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
 //! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0; of a pixel 1 at most in all. The least half where the fixed class only shows what others emit |
@@ -15,11 +15,15 @@
 //! The largest half of a slot is from [`LARGEST_HALF`]/2 to [`LARGEST_HALF`] in size, which is what its scale is for. Slots of the diffuse basis alone
 //! ([`Slot::is_positive`]) hold no value below 0; the others may, for basis functions are negative in places.
 //!
+//! Bakes of one or two reflections have nothing of [`Later`]; those of all have its images beside theirs, which are the same.
+//!
 //! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
 
+mod later;
 mod layout;
 
-pub use layout::{FirstReflection, Layout, Slot};
+pub use later::{Later, MAX_ALBEDO, MAX_DEGREE, node_count};
+pub use layout::{FirstReflection, LaterImages, Layout, Slot};
 
 use super::names::fault_of_names;
 use super::scene::{MAX_PIXELS, is_legal_size};
@@ -72,6 +76,8 @@ pub struct Meta {
 pub struct Head {
     /// The small print.
     pub meta: Meta,
+    /// In bakes of all reflections: what the images of three and more are of.
+    pub later: Option<Later>,
     /// Pixel of each fragment.
     pub pixel: Vec<u32>,
     /// Class of each fragment.
@@ -103,7 +109,9 @@ pub struct TransferImages {
 impl Head {
     /// The meaning of the slots.
     pub fn layout(&self) -> Layout {
-        Layout::new(self.meta.materials.len(), self.meta.bases as usize, self.meta.chromaticity.is_some())
+        let Meta { materials, bases, chromaticity, .. } = &self.meta;
+        let later = self.later.as_ref().map(|later| later.images());
+        Layout::new(materials.len(), *bases as usize, chromaticity.is_some(), later)
     }
 
     /// Number of fragments that `slot` holds values for.
@@ -114,8 +122,10 @@ impl Head {
     /// Reads the sections before the first image.
     pub fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let section = sections.take("meta")?;
-        let meta: Meta = section.record()?;
+        let (meta, later) = small_print(&section)?;
         meta.validate(&section)?;
+        let (materials, bases) = (meta.materials.len(), meta.bases as usize);
+        section.expect(later.as_ref().and_then(|later| later.fault(materials, bases)))?;
 
         let section = sections.take("fragments/pixel")?;
         let pixel = section.u32s()?;
@@ -156,7 +166,7 @@ impl Head {
 
         let section = sections.take("scales")?;
         let scales = section.f32s()?;
-        let head = Self { meta, pixel, class, coverage, scales };
+        let head = Self { meta, later, pixel, class, coverage, scales };
         section.expect_shape(&[head.layout().slots.len() as u64])?;
         section.expect_at_most(&head.scales, MAX_SCALE)?;
         if head.scales.iter().any(|s| *s < 0.0) {
@@ -194,6 +204,18 @@ impl Head {
             return Err(section.invalid("radiance of diffuse paths is below 0"));
         }
         Ok(Image { slot, values })
+    }
+}
+
+/// What the section `meta` holds: a record, or two. The first ends where the second begins, so that one is
+/// never taken for the other.
+fn small_print(section: &Section) -> Result<(Meta, Option<Later>)> {
+    match section.record() {
+        Ok(meta) => Ok((meta, None)),
+        Err(error) => {
+            let (meta, later) = section.record().map_err(|_| error)?;
+            Ok((meta, Some(later)))
+        }
     }
 }
 
@@ -269,7 +291,10 @@ impl Stored for TransferImages {
     fn encode(&self, out: &mut Writer) -> Result<()> {
         let head = &self.head;
         let fragments = head.pixel.len() as u64;
-        out.record("meta", &head.meta)?;
+        match &head.later {
+            None => out.record("meta", &head.meta)?,
+            Some(later) => out.record("meta", &(&head.meta, later))?,
+        }
         out.u32s("fragments/pixel", &[fragments], &head.pixel)?;
         out.u16s("fragments/class", &[fragments], &head.class)?;
         out.f16s("fragments/coverage", &[fragments], &head.coverage)?;

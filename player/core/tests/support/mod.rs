@@ -191,6 +191,7 @@ pub fn images(one_colour: bool) -> TransferImages {
     };
     let mut head = Head {
         meta,
+        later: None,
         pixel: fragments.iter().map(|f| f.0).collect(),
         class: fragments.iter().map(|f| f.1).collect(),
         coverage: coverage(&fragments),

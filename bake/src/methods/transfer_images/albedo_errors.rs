@@ -1,0 +1,73 @@
+//! What effective albedos leave of the light after three reflections and more: its error against the analytic
+//! BRDF at all of them, on paths that find highlights.
+
+use super::held_out::{HeldOutErrors, STATES, Squares, random_state, relative_errors};
+use super::states::State;
+use crate::error::Result;
+use crate::interrupted::Interrupted;
+use crate::job::Job;
+use crate::trace::gather::Gather;
+use crate::trace::reference::{early_radiance_of, later_radiance_of};
+use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
+use relume_formats::basis::Angles;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::transfer_images::Later;
+use relume_scenes::Scene;
+
+/// Errors over the held-out states at `pixels`, relative to all light there; pixels that show a light are left
+/// out. The noise of two halves of the samples is independent, so that the product of what they show has no
+/// bias by it, and none of it is in the errors but for what they are uncertain by. `None` with a single
+/// sample.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn albedo_errors(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    (basis, later): (&BrdfBasis, &Later),
+    samples: u32,
+    pixels: &[u32],
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
+    if samples < 2 {
+        return Ok(None);
+    }
+    let progress = job.progress("measuring albedos", pixels.len() as u64);
+    let gather = gather.with_later_highlights();
+    let state = |state| State::new(scene, &random_state(state, scene), Some(later), basis);
+    let states: Vec<State> = (0..STATES).map(state).collect();
+    let squares = pixels.par_iter().map(|pixel| {
+        progress.check()?;
+        let squares = changes(&gather, *pixel, samples, &states);
+        progress.advance(1);
+        Ok(squares)
+    });
+    let squares = squares.collect::<std::result::Result<Vec<Vec<Squares>>, Interrupted>>()?;
+    Ok(HeldOutErrors::of(&relative_errors(&squares, states.len())))
+}
+
+/// By state: what albedos change, squared, and all light, squared; nothing if the pixel shows a light.
+fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State]) -> Vec<Squares> {
+    let mut sums = vec![([DVec3::ZERO; 2], DVec3::ZERO); states.len()];
+    let (mut shows_light, mut number) = (false, 0);
+    gather.pixel(pixel, samples, |path| {
+        shows_light |= path.shows_light();
+        let half = usize::from(2 * number >= samples);
+        number += 1;
+        for ((changes, light), state) in sums.iter_mut().zip(states) {
+            let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+            let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| state.by_albedo(m, albedo, angles);
+            let later = later_radiance_of(path, brdf, brdf);
+            changes[half] += (later - later_radiance_of(path, brdf, by_albedo)).as_dvec3();
+            *light += (early_radiance_of(path, brdf) + later).as_dvec3();
+        }
+    });
+    let first = samples.div_ceil(2);
+    let pairs = f64::from(first) * f64::from(samples - first);
+    let squares = |([a, b], light): &([DVec3; 2], DVec3)| Squares {
+        difference: a.dot(*b) / pairs,
+        norm: light.length_squared() / f64::from(samples).powi(2),
+    };
+    if shows_light { Vec::new() } else { sums.iter().map(squares).collect() }
+}

@@ -1,0 +1,187 @@
+//! Light after three reflections and more: what is to be known of a scene before its images are made, found on
+//! some paths of it.
+
+use super::held_out::{CHOICE_PATHS, CHOICE_PIXELS, some_pixels};
+use super::settings::Settings;
+use crate::brdf;
+use crate::error::Result;
+use crate::interrupted::Interrupted;
+use crate::job::Job;
+use crate::trace::gather::{FirstVertex, Gather, GatherPath};
+use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
+use relume_formats::basis::half_difference::HalfDifference;
+use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::brdf_basis::MAX_BASES;
+use relume_formats::kinds::transfer_images::{Later, LaterImages, node_count};
+use relume_scenes::{ALL_REFLECTIONS, Scene};
+use std::f32::consts::FRAC_1_PI;
+
+/// Most materials for which the numerator is of degree 2: with more, its nodes would be more than the images
+/// of first reflections.
+const MOST_OF_DEGREE_2: usize = 8;
+/// Bases of the eye that keep later reflections: light that has been about is smooth, and the first functions
+/// tell all of it that shows.
+const EYE_BASES: u32 = 4;
+/// A typical albedo: how much light counts that was reflected before.
+const TYPICAL_ALBEDO: f64 = 0.5;
+
+/// What `scene` needs for its later reflections; `None` if it is not asked for them, or there are none.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn later(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    settings: &Settings,
+    basis: &BrdfBasis,
+    job: &Job,
+) -> Result<Option<Later>> {
+    let Some(images) = images(scene, settings.bases) else { return Ok(None) };
+    let pixels = some_pixels(CHOICE_PIXELS, settings.size);
+    let progress = job.progress("light between materials", pixels.len() as u64);
+    let found = pixels.par_iter().map(|pixel| {
+        progress.check()?;
+        let mut light = Exchange::new(scene.vary.materials.len());
+        gather.pixel(*pixel, settings.samples.min(CHOICE_PATHS), |path| light.add_path(path, scene));
+        progress.advance(1);
+        Ok(light)
+    });
+    let found = found.collect::<std::result::Result<Vec<Exchange>, Interrupted>>()?;
+    let mut all = Exchange::new(scene.vary.materials.len());
+    found.iter().for_each(|light| all.add(light));
+    Ok(all.is_lit.then(|| Later {
+        degree: degree(scene),
+        eye_bases: images.eye_bases as u32,
+        albedos: albedos(basis),
+        textures: all.textures(),
+        returns: all.returns(),
+    }))
+}
+
+/// The images that later reflections of `scene` take, if it is asked for them and has any.
+pub fn images(scene: &Scene, bases: usize) -> Option<LaterImages> {
+    let nodes = node_count(scene.vary.materials.len(), degree(scene));
+    let images = LaterImages { nodes, eye_bases: bases.min(EYE_BASES as usize) };
+    (scene.reflections == ALL_REFLECTIONS).then_some(images)
+}
+
+fn degree(scene: &Scene) -> u32 {
+    if scene.vary.materials.len() <= MOST_OF_DEGREE_2 { 2 } else { 1 }
+}
+
+/// The hemispherical-hemispherical reflectance of every basis function, in units of what a white Lambert
+/// surface's comes to on the same pairs of directions.
+pub fn albedos(basis: &BrdfBasis) -> Vec<f32> {
+    let pairs = HalfDifference::new();
+    let mut sums = vec![0.0; basis.bases()];
+    let mut white = 0.0;
+    let mut values = [0.0; MAX_BASES];
+    for (angles, weight) in pairs.angles.iter().zip(&pairs.weight) {
+        basis.evaluate(angles, &mut values[..sums.len()]);
+        let weight = weight * weight;
+        sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight * f64::from(*value));
+        white += weight * f64::from(FRAC_1_PI);
+    }
+    sums.iter().map(|sum| (sum / white) as f32).collect()
+}
+
+/// Light that goes from material to material, as paths find it.
+struct Exchange {
+    /// Arriving at each material, by channel.
+    arriving: Vec<DVec3>,
+    /// The same times the colour of its texture.
+    coloured: Vec<DVec3>,
+    /// Of what arrives at the row's material, what goes on to the column's, row-major.
+    going_on: Vec<DVec3>,
+    /// Whether any of it is light at all.
+    is_lit: bool,
+}
+
+impl Exchange {
+    fn new(materials: usize) -> Self {
+        Self {
+            arriving: vec![DVec3::ZERO; materials],
+            coloured: vec![DVec3::ZERO; materials],
+            going_on: vec![DVec3::ZERO; materials * materials],
+            is_lit: false,
+        }
+    }
+
+    fn add_path(&mut self, path: &GatherPath, scene: &Scene) {
+        if let GatherPath::Surface(eye) = path
+            && let Some(first) = &eye.indirect
+        {
+            self.add_surfaces(first, scene);
+        }
+    }
+
+    /// Follows a path away from the eye. What comes back is what goes: reflectances are symmetric.
+    fn add_surfaces(&mut self, first: &FirstVertex, scene: &Scene) {
+        let materials = self.arriving.len();
+        let varying = |material: u32| scene.vary.materials.iter().position(|m| *m == material as usize);
+        let mut weight = DVec3::ONE;
+        // The last material that varies, and what of its light arrived since.
+        let mut before: Option<usize> = None;
+        let (mut material, mut albedo) = (first.material, first.albedo);
+        let mut ahead = first.later.iter();
+        loop {
+            let here = varying(material);
+            if let Some(here) = here {
+                if let Some(before) = before {
+                    self.going_on[before * materials + here] += weight / TYPICAL_ALBEDO;
+                }
+                self.arriving[here] += weight;
+                self.coloured[here] += weight * albedo.as_dvec3();
+                before = Some(here);
+            }
+            let Some(next) = ahead.next() else { return };
+            self.is_lit |= next.reflections.iter().any(Option::is_some);
+            let reflectance = match here {
+                Some(_) => DVec3::splat(TYPICAL_ALBEDO * f64::from(FRAC_1_PI)),
+                None => {
+                    let fixed = &scene.materials[material as usize].brdf;
+                    brdf::evaluate(fixed, albedo, &next.next_angles).as_dvec3()
+                }
+            };
+            weight *= reflectance * f64::from(next.weight);
+            (material, albedo) = (next.material, next.albedo);
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        let sum = |all: &mut [DVec3], more: &[DVec3]| all.iter_mut().zip(more).for_each(|(a, b)| *a += *b);
+        sum(&mut self.arriving, &other.arriving);
+        sum(&mut self.coloured, &other.coloured);
+        sum(&mut self.going_on, &other.going_on);
+        self.is_lit |= other.is_lit;
+    }
+
+    /// See [`Later::textures`].
+    fn textures(&self) -> Vec<[f32; 3]> {
+        let mean = |(coloured, arriving): (&DVec3, &DVec3)| {
+            let share = |k: usize| if arriving[k] > 0.0 { coloured[k] / arriving[k] } else { 1.0 };
+            std::array::from_fn(|k| share(k).clamp(0.0, 1.0) as f32)
+        };
+        self.coloured.iter().zip(&self.arriving).map(mean).collect()
+    }
+
+    /// See [`Later::returns`].
+    fn returns(&self) -> Vec<f32> {
+        let materials = self.arriving.len();
+        let row = |channel: usize, row: usize| {
+            let going_on = &self.going_on[row * materials..][..materials];
+            // More than all that leaves is noise, or a fixed surface that gives more than it gets.
+            let most =
+                going_on.iter().map(|share| share[channel]).sum::<f64>().max(self.arriving[row][channel]);
+            let share = move |share: &DVec3| if most > 0.0 { (share[channel] / most) as f32 } else { 0.0 };
+            going_on.iter().map(share)
+        };
+        (0..3).flat_map(|channel| (0..materials).flat_map(move |i| row(channel, i))).collect()
+    }
+}
+
+/// The BRDF of a Lambert surface of this albedo.
+pub fn lambert(albedo: Vec3A) -> Vec3A {
+    albedo * FRAC_1_PI
+}

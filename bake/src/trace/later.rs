@@ -1,0 +1,103 @@
+//! The rest of a gather path: what surfaces send on to the one before the eye's after three reflections and
+//! more.
+//!
+//! Directions at materials that vary do not depend on these, so that one path serves every state: bakes, which
+//! know these materials by their albedos from here on, look where matt surfaces reflect, and every reflection
+//! carries its albedo. Paths end by chance: at such a material they go on with that of the largest albedo that
+//! any state may have, else with what the fixed material carries on, at most that. So nothing is cut off, and
+//! the variance is finite even in a closed room.
+
+use super::gather::{Bounce, FirstVertex, Gather, Reflections};
+use super::sampler::Sample;
+use super::world::{Owner, Surface};
+use crate::brdf;
+use crate::brdf::lobes::LobeMixture;
+use glam::Vec3A;
+use relume_formats::basis::Angles;
+use relume_formats::kinds::transfer_images::MAX_ALBEDO;
+
+/// Dimension pairs before those of later reflections, and how many each of these uses.
+const FIRST_PAIR: u32 = 7;
+const PAIRS_PER_REFLECTION: u32 = 4;
+
+/// A surface that light met before it came to the one before the eye's.
+#[derive(Debug, Clone, Copy)]
+pub struct LaterVertex {
+    /// Index of its material.
+    pub material: u32,
+    /// What its texture multiplies the diffuse colour with.
+    pub albedo: Vec3A,
+    /// Between the directions and the normal of the surface that its light goes to.
+    pub next_angles: Angles,
+    /// Cosine / density there, over the chance that the path went on.
+    pub weight: f32,
+    /// Light that it reflects, not yet weighed by what is between it and the eye.
+    pub reflections: Reflections,
+}
+
+impl FirstVertex {
+    /// Light that it sends on after at least one more reflection, times cosine / density at the surface that
+    /// the eye sees. `brdf` gives the BRDF of a material, by its index, where its texture has a certain
+    /// colour, at some angles.
+    pub fn later_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
+        let (mut throughput, mut sum) = (Vec3A::splat(self.weight), Vec3A::ZERO);
+        let (mut material, mut albedo) = (self.material, self.albedo);
+        for vertex in &self.later {
+            throughput *= brdf(material, albedo, &vertex.next_angles) * vertex.weight;
+            (material, albedo) = (vertex.material, vertex.albedo);
+            let reflections = vertex.reflections.iter().flatten();
+            sum +=
+                throughput * reflections.map(|r| r.light * brdf(material, albedo, &r.angles)).sum::<Vec3A>();
+        }
+        sum
+    }
+}
+
+impl Gather<'_> {
+    /// The surfaces behind `first`, of this material, until the path ends; directions are those of `mixtures`.
+    pub(super) fn later_vertices(
+        &self,
+        mixtures: &[LobeMixture],
+        first: &Surface,
+        mut material: u32,
+        sample: &Sample,
+    ) -> Vec<LaterVertex> {
+        let mut vertices: Vec<LaterVertex> = Vec::new();
+        let mut surface = *first;
+        for pair in (FIRST_PAIR..).step_by(PAIRS_PER_REFLECTION as usize) {
+            let mixture = &mixtures[material as usize];
+            let [end, choice] = sample.pair(pair);
+            let bounce = Bounce::sample(&surface, mixture, choice, sample.pair(pair + 1));
+            let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
+            if let Some(vertex) = vertices.last_mut() {
+                let choice = sample.pair(pair + 2)[0];
+                let sampled = self.light_sampled(&surface, mixture, choice, sample.pair(pair + 3));
+                let seen = bounce.and_then(|b| self.light_seen(&surface, &b, hit.as_ref()));
+                vertex.reflections = [sampled, seen];
+            }
+            let Some((bounce, next)) = bounce.zip(hit) else { break };
+            let Owner::Material(owner) = next.owner else { break };
+            let chance = self.chance_of_going_on(material, surface.albedo, &bounce);
+            if end >= chance {
+                break;
+            }
+            vertices.push(LaterVertex {
+                material: owner,
+                albedo: next.albedo,
+                next_angles: bounce.angles,
+                weight: bounce.weight() / chance,
+                reflections: [None; 2],
+            });
+            (surface, material) = (next, owner);
+        }
+        vertices
+    }
+
+    /// See the module.
+    fn chance_of_going_on(&self, material: u32, albedo: Vec3A, bounce: &Bounce) -> f32 {
+        self.fixed[material as usize].map_or(MAX_ALBEDO, |fixed| {
+            let carried = brdf::evaluate(&fixed, albedo, &bounce.angles) * bounce.weight();
+            carried.max_element().min(MAX_ALBEDO)
+        })
+    }
+}

@@ -1,0 +1,201 @@
+//! All reflections of transfer-images: third and later ones by effective albedos.
+
+use crate::support::images::{bake, gathering, in_state, on_bases, settings};
+use crate::support::{job, library_scene, relative_l2, render, scene};
+use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
+use relume_bake::methods::transfer_images::held_out;
+use relume_bake::methods::transfer_images::later::albedos;
+use relume_bake::trace::reference::Paths;
+use relume_formats::Place;
+use relume_formats::container::Stored as _;
+use relume_formats::evaluate::transfer_images::evaluate;
+use relume_formats::kinds::TransferImages;
+use relume_formats::state::{BlinnPhong, Brdf, Model, Rgb};
+use relume_scenes::{ALL_REFLECTIONS, Emitter, Light, Scene};
+use std::sync::Arc;
+
+fn matt(kd: Rgb) -> Brdf {
+    Brdf::BlinnPhong(BlinnPhong { kd, ks: [0.0; 3], shininess: 1.0 })
+}
+
+/// The inside of a box that emits 2 and whose material varies.
+fn closed_room() -> Scene {
+    let mut scene = scene(
+        "[vary]\nmaterials = ['m']\n[camera]\nposition = [0.1, 0.2, 0.3]\ntarget = [0, 0.1, -1]\nfov_deg = 60\n\
+         [render]\nsize = [12, 12]\nreflections = 'all'\n[materials.m]\nbrdf = 'blinn-phong'\nkd = [0.5, 0.5, 0.5]\n\
+         [[object]]\nname = 'box'\nmaterial = 'm'\nshape = 'box'\ntransform = { scale = 2.0 }\n",
+    );
+    let mesh = Arc::make_mut(&mut scene.objects[0].mesh);
+    mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    mesh.normals.iter_mut().flatten().for_each(|x| *x = -*x);
+    scene.lights.push(Light {
+        name: "walls".to_owned(),
+        emitter: Emitter::Mesh { object: 0, radiance: [2.0; 3], glow: None },
+    });
+    scene
+}
+
+fn mean(image: &[Rgb]) -> [f64; 3] {
+    std::array::from_fn(|k| image.iter().map(|pixel| f64::from(pixel[k])).sum::<f64>() / image.len() as f64)
+}
+
+/// A room that reflects the share a of the light that it emits shows L / (1 − a) everywhere: white of 0.95,
+/// black, and each channel for itself. Beyond 0.95 it gets no brighter.
+#[test]
+fn closed_rooms_show_all_their_light_and_no_more() {
+    let scene = closed_room();
+    assert_eq!(scene.reflections, ALL_REFLECTIONS);
+    let (basis, images) = bake(&scene, &settings(12, 256, 4, 1), true);
+    let later = images.head.later.as_ref().unwrap();
+    // All that leaves the walls meets them again.
+    assert!(later.returns.iter().all(|share| (share - 1.0).abs() < 0.02), "{:?}", later.returns);
+    for kd in [[0.95; 3], [0.8; 3], [0.3; 3], [0.0; 3], [0.9, 0.5, 0.0]] {
+        let shown = mean(&evaluate(&images, &on_bases(&basis, &[matt(kd)])));
+        for (shown, kd) in shown.iter().zip(kd) {
+            let expected = 2.0 / (1.0 - f64::from(kd));
+            println!("{kd}: {shown:.4}, expected {expected:.4}");
+            // Paths go on by chance 0.95: about as many reflections as their spread, over 36,864 paths, is
+            // half a per cent of 20; halves and bases are another tenth.
+            assert!((shown / expected - 1.0).abs() < 0.02, "{kd}: {shown}, expected {expected}");
+        }
+    }
+    let [white, brighter] =
+        [0.95, 1.0].map(|kd| mean(&evaluate(&images, &on_bases(&basis, &[matt([kd; 3])])))[0]);
+    // The first two reflections alone know that it is whiter.
+    assert!(brighter < white * 1.06, "{brighter} {white}");
+}
+
+/// Light that is fixed does not depend on states, and every path has it: against the reference on paths of
+/// its own, in states where albedos are exact, matt ones.
+#[test]
+fn matt_rooms_are_those_of_the_path_tracer() {
+    let mut scene = library_scene("cornell-knot");
+    scene.reflections = ALL_REFLECTIONS;
+    let (basis, images) = bake(&scene, &settings(24, 1024, 4, 1), true);
+    for state in
+        [[[0.7, 0.5, 0.2], [0.6, 0.6, 0.6]], [[0.1, 0.8, 0.9], [0.9, 0.9, 0.9]], [[0.0; 3], [0.5; 3]]]
+    {
+        let state = state.map(matt);
+        let shown = evaluate(&images, &on_bases(&basis, &state));
+        let [a, b] = [5, 6].map(|seed| {
+            render(&in_state(&scene, &state), [24, 24], 1024, u32::MAX, Paths::Best, seed).radiance
+        });
+        let lacking = render(&in_state(&scene, &state), [24, 24], 1024, 2, Paths::Best, 5).radiance;
+        let (noise, error) = (relative_l2(&a, &b), relative_l2(&shown, &a));
+        println!(
+            "noise {:.2} %, error {:.2} %, two reflections {:.2} %",
+            100.0 * noise,
+            100.0 * error,
+            100.0 * relative_l2(&lacking, &a)
+        );
+        assert!(error < 2.0 * noise + 0.01 && relative_l2(&lacking, &a) > 2.0 * error, "{error} {noise}");
+    }
+}
+
+/// The images of two reflections are the same, and files without the others have not a byte of them.
+#[test]
+fn other_images_are_those_of_two_reflections() {
+    let mut scene = library_scene("cornell-knot");
+    let bake_of = |scene: &Scene| bake(scene, &settings(16, 8, 4, 1), true).1;
+    let two = bake_of(&scene);
+    scene.reflections = ALL_REFLECTIONS;
+    let all = bake_of(&scene);
+    assert!(two.head.later.is_none() && all.head.later.is_some());
+    let (a, b) = (two.head.layout(), all.head.layout());
+    for image in &two.images {
+        let slot = &a.slots[image.slot];
+        let at = b.slots.iter().position(|s| (s.eye_basis, s.first) == (slot.eye_basis, slot.first)).unwrap();
+        let other = all.images.iter().find(|image| image.slot == at).unwrap();
+        let fragments = two.head.meta.editable_fragments as usize;
+        // Fixed fragments share slots in another order.
+        let (n, m) = (two.head.fragments_of(slot), all.head.fragments_of(&b.slots[at]));
+        let [scale, other_scale] = [two.head.scales[image.slot], all.head.scales[at]];
+        for channel in 0..slot.channels() {
+            for i in 0..fragments {
+                let x = image.values[channel * n + i].to_f32() * scale;
+                let y = other.values[channel * m + i].to_f32() * other_scale;
+                // Scales are powers of two, and halves below 6e-5 are rounded more.
+                assert!((x - y).abs() <= 1e-6 * scale.max(other_scale), "{slot:?}: {x} {y}");
+            }
+        }
+    }
+    // And they come back from their files.
+    for images in [two, all] {
+        let bytes = images.to_bytes(Place::file("images")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a"), &bytes).unwrap();
+        assert_eq!(TransferImages::read_file(&folder.path().join("a")).unwrap(), images);
+    }
+}
+
+/// The hemispherical reflectance of basis functions, put together, is that of the material: matt ones reflect
+/// kd, and a lobe what a million pairs of directions find.
+#[test]
+fn albedos_of_bases_make_those_of_materials() {
+    let basis = relume_bake::brdf::basis::build(Model::BlinnPhong, 12, true).unwrap();
+    let albedos = albedos(&basis);
+    assert!((albedos[0] - 1.0).abs() < 1e-5, "{albedos:?}");
+    for shininess in [1.0, 20.0, 150.0] {
+        let material = BlinnPhong { kd: [0.0; 3], ks: [1.0; 3], shininess };
+        let on_basis = basis.coefficients_of(&Brdf::BlinnPhong(material)).unwrap();
+        let found: f32 = on_basis.iter().zip(&albedos).map(|(c, a)| c[0] * a).sum();
+        let expected = hemispherical_albedo(&material);
+        println!("s = {shininess}: {found:.4}, expected {expected:.4}");
+        assert!((f64::from(found) / expected - 1.0).abs() < 0.01, "{shininess}: {found} {expected}");
+    }
+}
+
+/// By midpoints over the half vectors of each outgoing direction: dωᵢ = 4 cos θ_d dω_h.
+fn hemispherical_albedo(material: &BlinnPhong) -> f64 {
+    use glam::DVec3;
+    const N: usize = 100;
+    let middle = |i: usize| (i as f64 + 0.5) / N as f64;
+    let mut sum = 0.0;
+    for o in 0..N {
+        // Cosine-weighted: cos² θ is even.
+        let cos_out = middle(o).sqrt();
+        let outgoing = DVec3::new((1.0 - cos_out * cos_out).sqrt(), 0.0, cos_out);
+        for h in 0..N {
+            // (s + 2)/2π cosˢ⁺¹ δ dω_h is even in u = cosˢ⁺² δ, and so crowds towards the peak.
+            let cos_half = middle(h).powf(1.0 / (f64::from(material.shininess) + 2.0));
+            let sin_half = (1.0 - cos_half * cos_half).sqrt();
+            for a in 0..N {
+                let azimuth = std::f64::consts::PI * middle(a);
+                let half = DVec3::new(sin_half * azimuth.cos(), sin_half * azimuth.sin(), cos_half);
+                let cos_difference = half.dot(outgoing);
+                let incoming = half * (2.0 * cos_difference) - outgoing;
+                if cos_difference > 0.0 && incoming.z > 0.0 {
+                    sum += incoming.z * 4.0 * cos_difference / cos_half;
+                }
+            }
+        }
+    }
+    sum / (N * N * N) as f64
+}
+
+/// What the bake says of its albedos is what they are off by, and of its images what bases and halves are.
+#[test]
+fn bakes_tell_the_error_of_albedos_apart() {
+    let mut scene = library_scene("cornell-knot");
+    scene.reflections = ALL_REFLECTIONS;
+    let settings = settings(48, 256, 6, 1);
+    let (basis, images) = bake(&scene, &settings, true);
+    let pixels = held_out::one_pixel_in(2, settings.size);
+    let later = images.head.later.as_ref().unwrap();
+    let (of_bases, of_nodes, of_albedos) = gathering(&scene, &settings, |gather| {
+        let of_bases = held_out::measure(&scene, gather, &settings, &basis, &images, &job()).unwrap();
+        let of_nodes = held_out::measure_nodes(&scene, gather, &settings, &basis, &images, &job()).unwrap();
+        let of_albedos = albedo_errors(&scene, gather, (&basis, later), 256, &pixels, &job()).unwrap();
+        (of_bases.unwrap(), of_nodes.unwrap(), of_albedos.unwrap())
+    });
+    println!("{of_bases:?} {of_nodes:?} {of_albedos:?}");
+    // Six bases are off by what they are with two reflections; nodes, and four of the bases, by some per cent
+    // of what was reflected more often, which is up to half of a state's light.
+    assert!(of_bases.median < 0.006 && of_bases.worst < 0.015, "{of_bases:?}");
+    assert!(of_nodes.median < 0.02 && of_nodes.worst < 0.04, "{of_nodes:?}");
+    // A fifth of the light is in later reflections, and states that send back more than they get are random, too.
+    assert!(
+        of_albedos.median > 0.005 && of_albedos.median < 0.08 && of_albedos.worst < 0.4,
+        "{of_albedos:?}"
+    );
+}

@@ -193,7 +193,8 @@ fn bakes_tell_the_error_of_albedos_apart() {
     // of what was reflected more often, which is up to half of a state's light.
     assert!(of_bases.median < 0.006 && of_bases.worst < 0.015, "{of_bases:?}");
     assert!(of_nodes.median < 0.02 && of_nodes.worst < 0.04, "{of_nodes:?}");
-    // A fifth of the light is in later reflections, and states that send back more than they get are random, too.
+    // A fifth of the light is in later reflections, and states that send back more than they get are random,
+    // too.
     assert!(
         of_albedos.median > 0.005 && of_albedos.median < 0.08 && of_albedos.worst < 0.4,
         "{of_albedos:?}"

@@ -1,11 +1,11 @@
 //! The rest of a gather path: what surfaces send on to the one before the eye's after three reflections and
 //! more.
 //!
-//! Directions at materials that vary do not depend on these, so that one path serves every state: bakes, which
-//! know these materials by their albedos from here on, look where matt surfaces reflect, and every reflection
-//! carries its albedo. Paths end by chance: at such a material they go on with that of the largest albedo that
-//! any state may have, else with what the fixed material carries on, at most that. So nothing is cut off, and
-//! the variance is finite even in a closed room.
+//! Directions at materials that vary do not depend on these, so that one path serves every state: bakes,
+//! which know these materials by their albedos from here on, look where matt surfaces reflect, and every
+//! reflection carries its albedo. Paths end by chance: at such a material they go on with that of the largest
+//! albedo that any state may have, else with what the fixed material carries on, at most that. So nothing is
+//! cut off, and the variance is finite even in a closed room.
 
 use super::gather::{Bounce, FirstVertex, Gather, Reflections};
 use super::sampler::Sample;
@@ -54,7 +54,8 @@ impl FirstVertex {
 }
 
 impl Gather<'_> {
-    /// The surfaces behind `first`, of this material, until the path ends; directions are those of `mixtures`.
+    /// The surfaces behind `first`, of this material, until the path ends; directions are those of
+    /// `mixtures`.
     pub(super) fn later_vertices(
         &self,
         mixtures: &[LobeMixture],

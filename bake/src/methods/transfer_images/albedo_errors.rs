@@ -15,9 +15,9 @@ use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::Later;
 use relume_scenes::Scene;
 
-/// Errors over the held-out states at `pixels`, relative to all light there; pixels that show a light are left
-/// out. The noise of two halves of the samples is independent, so that the product of what they show has no
-/// bias by it, and none of it is in the errors but for what they are uncertain by. `None` with a single
+/// Errors over the held-out states at `pixels`, relative to all light there; pixels that show a light are
+/// left out. The noise of two halves of the samples is independent, so that the product of what they show has
+/// no bias by it, and none of it is in the errors but for what they are uncertain by. `None` with a single
 /// sample.
 ///
 /// # Errors

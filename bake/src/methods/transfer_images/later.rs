@@ -1,5 +1,5 @@
-//! Light after three reflections and more: what is to be known of a scene before its images are made, found on
-//! some paths of it.
+//! Light after three reflections and more: what is to be known of a scene before its images are made, found
+//! on some paths of it.
 
 use super::held_out::{CHOICE_PATHS, CHOICE_PIXELS, some_pixels};
 use super::settings::Settings;

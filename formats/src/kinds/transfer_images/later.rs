@@ -9,9 +9,9 @@
 //!
 //! > L(α) ≈ p(α) / D(α), D(α) = det(1 − M·diag(α)),
 //!
-//! where p is the polynomial of least total degree through what was traced at some nodes. With degree 2 that is
-//! exact where all editable surfaces meet a material in the same share, as in a convex closed room evenly lit, and
-//! what is left after three reflections is so everywhere.
+//! where p is the polynomial of least total degree through what was traced at some nodes. With degree 2 that
+//! is exact where all editable surfaces meet a material in the same share, as in a convex closed room evenly
+//! lit, and what is left after three reflections is so everywhere.
 //!
 //! Nodes are the combinations of 0, [`MAX_ALBEDO`] and half of it whose numbers (0, 1, 2) add up to at most
 //! [`Later::degree`]: 1 + E or (E + 1)(E + 2)/2 for E materials.
@@ -29,8 +29,8 @@ pub const MAX_DEGREE: u32 = 2;
 const NODES: [f64; MAX_DEGREE as usize + 1] = [0.0, MAX_ALBEDO as f64, 0.5 * MAX_ALBEDO as f64];
 /// How far a row of [`Later::returns`] may be above 1 in all.
 const RETURNS_TOLERANCE: f32 = 1e-4;
-/// Largest size of what a node counts: that of the product of two coefficients, for which [`super::MAX_SCALE`]
-/// is made. Rooms that hold so much light in so many materials are no rooms of a scene.
+/// Largest size of what a node counts: that of the product of two coefficients, for which
+/// [`super::MAX_SCALE`] is made. Rooms that hold so much light in so many materials are no rooms of a scene.
 const MAX_WEIGHT: f64 = 4e8;
 /// Largest size of a basis function's albedo.
 const MAX_BASIS_ALBEDO: f32 = 1e30;
@@ -241,8 +241,8 @@ mod tests {
 
     /// Light that two materials send back and forth, summed reflection by reflection: exact where both meet
     /// either in the same share, up to a room that keeps all light but what its walls swallow. Elsewhere the
-    /// numerator lacks a term of third degree, of the size of the determinant of the shares: with those of the
-    /// demo, a fiftieth, where they are more even among themselves than with one another.
+    /// numerator lacks a term of third degree, of the size of the determinant of the shares: with those of
+    /// the demo, a fiftieth, where they are more even among themselves than with one another.
     #[test]
     fn rooms_of_even_light_are_met_whatever_their_albedos() {
         let sum = |m: [[f64; 2]; 2], x: &[f64]| {

@@ -29,7 +29,7 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.reflections > MAX_REFLECTIONS {
         return refuse(format!(
             "[render] reflections = {}, {NAME} models at most {MAX_REFLECTIONS}; lower it",
-            scene.reflections
+            scene.reflections_written()
         ));
     }
     if scene.reflections > 1 && sources(scene) > MAX_SOURCES {

@@ -135,7 +135,7 @@ fn escaping_rays(scene: &Scene, rays: u32) -> u32 {
 /// kilometre, near the origin or away from it: no self-shadow, and so no speck.
 #[test]
 fn no_self_shadow_at_any_scale() {
-    for shape in ["box", "sphere"] {
+    for shape in ["shape = 'box'", "shape = 'sphere'"] {
         let base = lone_shape(shape);
         for scale in [1e-3, 1e-2, 1.0, 1e2, 1e3] {
             for offset in [Vec3A::ZERO, Vec3A::new(7.0, -3.0, 5.0)] {

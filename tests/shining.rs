@@ -1,7 +1,6 @@
 //! transfer-tensor from bake to picture, by its programs, against the path tracer.
 
-use crate::support::{expect_exit, write_scene};
-use relume_bake::exr_file::read_exr;
+use crate::support::{expect_exit, radiance_in, write_scene};
 use std::path::Path;
 
 /// A ball on a floor before a red wall, in the clear sky's light.
@@ -75,8 +74,7 @@ const STATES: [&str; 2] = [
 ];
 
 fn pixels(path: &Path) -> Vec<f64> {
-    let planes = read_exr(path).unwrap();
-    ["R", "G", "B"].iter().flat_map(|c| planes.channel(c).unwrap().iter().copied().map(f64::from)).collect()
+    radiance_in(path).as_flattened().iter().copied().map(f64::from).collect()
 }
 
 /// With 1 and 2 reflections, in two states of light, view and materials at once: two references of other seeds tell how far

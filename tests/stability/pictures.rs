@@ -5,8 +5,8 @@
 //! docs/images/stability and prints the figures that the page quotes: relative L2 of the whole image, and how
 //! many times the difference is magnified. `PICTURES=ring,roof` makes those whose names contain one of these.
 
-use crate::support::{expect_exit, relative_l2, write_scene};
-use relume_bake::exr_file::{read_exr, write_exr};
+use crate::support::{expect_exit, radiance_in, relative_l2, write_scene};
+use relume_bake::exr_file::write_exr;
 use relume_chart::metrics::Pair;
 use relume_chart::picture::beside;
 use std::path::Path;
@@ -108,12 +108,6 @@ fn write_files(folder: &Path) {
     std::fs::write(folder.join("bowl.obj"), bowl).unwrap();
 }
 
-fn pixels(path: &Path) -> Vec<[f32; 3]> {
-    let image = read_exr(path).unwrap();
-    let [r, g, b] = ["R", "G", "B"].map(|c| image.channel(c).unwrap());
-    r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
-}
-
 /// What the player shows, and the reference.
 fn played_and_traced(row: &Row) -> [Vec<[f32; 3]>; 2] {
     let folder = tempfile::tempdir().unwrap();
@@ -137,7 +131,7 @@ fn played_and_traced(row: &Row) -> [Vec<[f32; 3]>; 2] {
         trace.extend(["--state", &state]);
     }
     expect_exit("bake", &[&trace, row.trace].concat(), 0);
-    [pixels(Path::new(&played)), pixels(Path::new(&traced))]
+    [radiance_in(Path::new(&played)), radiance_in(Path::new(&traced))]
 }
 
 /// Makes docs/images/stability/`name`.png, unless others are asked for.

@@ -1,7 +1,8 @@
-//! transfer-tensor: lights that no map has, slow turns, materials that change places, and what no light reaches.
+//! transfer-tensor: lights that no map has, slow turns, materials that change places, and what no light
+//! reaches.
 
-use crate::support::{expect_exit, write_scene};
-use relume_bake::exr_file::{read_exr, write_exr};
+use crate::support::{expect_exit, radiance_in, relative_l2, write_scene};
+use relume_bake::exr_file::write_exr;
 use relume_formats::basis::hemisphere::TEXELS;
 use relume_formats::container::Stored;
 use relume_formats::kinds::TransferTensor;
@@ -9,7 +10,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Two equal balls on a floor, one to the left and one to the right of the camera's plane, and a small one inside each.
+/// Two equal balls on a floor, one to the left and one to the right of the camera's plane, and a small one inside
+/// the right one.
 const BALLS: &str = "
     [vary]
     light = true
@@ -109,7 +111,7 @@ impl Baked {
     }
 
     /// The pictures of `states`, one a frame; every value is a number and none is below 0.
-    fn pictures(&self, states: &[String]) -> Vec<Vec<f32>> {
+    fn pictures(&self, states: &[String]) -> Vec<Vec<[f32; 3]>> {
         let work = tempfile::tempdir().unwrap();
         let mut animation = format!("duration_s = {}.0\n", states.len());
         for (second, state) in states.iter().enumerate() {
@@ -122,53 +124,45 @@ impl Baked {
         let play = ["--headless", "--animation", &file, "--fps", "1", "--count", &count, "--exr", &pattern];
         expect_exit("player", &[&[&bundle[..]], &play[..]].concat(), 0);
         let picture = |frame: usize| {
-            let planes = read_exr(&work.path().join(format!("{frame:02}.exr"))).unwrap();
-            let pixels: Vec<f32> =
-                ["R", "G", "B"].iter().flat_map(|c| planes.channel(c).unwrap().to_vec()).collect();
-            assert!(pixels.iter().all(|value| value.is_finite() && *value >= 0.0), "{}", states[frame]);
+            let pixels = radiance_in(&work.path().join(format!("{frame:02}.exr")));
+            let sound = |value: &f32| value.is_finite() && *value >= 0.0;
+            assert!(pixels.as_flattened().iter().all(sound), "{}", states[frame]);
             pixels
         };
         (0..states.len()).map(picture).collect()
     }
 }
 
-/// How far `a` is from `b`, relative L2.
-fn off(a: &[f32], b: &[f32]) -> f64 {
-    let square = |values: &mut dyn Iterator<Item = f32>| values.map(|x| f64::from(x).powi(2)).sum::<f64>();
-    let norm = square(&mut b.iter().copied());
-    (square(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm).sqrt()
-}
-
-/// Nothing shines where nothing is lit; and a map of one texel, which is lit nowhere else, gives twice the light for twice the
-/// gain.
+/// Nothing shines where nothing is lit; and a map of one texel, which is lit nowhere else, gives twice the light
+/// for twice the gain.
 fn no_light_is_black_and_one_texel_is_in_proportion(baked: &Baked) {
     let light =
         |map: &str, gain: f32| format!("environment = {{ map = '{map}', gain = [{gain}, {gain}, {gain}] }}");
     let states =
         [light("blob.exr", 0.0), light("texel.exr", 0.0), light("texel.exr", 1.0), light("texel.exr", 2.0)];
     let pictures = baked.pictures(&states);
-    assert!(pictures[..2].concat().iter().all(|value| *value == 0.0));
-    let twice: Vec<f32> = pictures[2].iter().map(|value| 2.0 * value).collect();
-    assert!(pictures[2].iter().any(|value| *value > 0.1));
-    assert!(off(&pictures[3], &twice) < 1e-5, "{}", off(&pictures[3], &twice));
+    assert!(pictures[..2].concat().iter().all(|pixel| *pixel == [0.0; 3]));
+    let twice: Vec<[f32; 3]> = pictures[2].iter().map(|pixel| pixel.map(|value| 2.0 * value)).collect();
+    assert!(pictures[2].as_flattened().iter().any(|value| *value > 0.1));
+    assert!(relative_l2(&pictures[3], &twice) < 1e-5, "{}", relative_l2(&pictures[3], &twice));
 }
 
-/// A light that turns over an edge of the cube by quarter degrees changes the picture by as much in each step: no step is
-/// twice the mean one.
+/// A light that turns over an edge of the cube by quarter degrees changes the picture by as much in each step: no
+/// step is twice the mean one.
 fn a_light_that_turns_over_an_edge_of_the_cube_makes_no_jump(baked: &Baked) {
     let states: Vec<String> = (0..33)
         .map(|k| format!("environment = {{ map = 'blob.exr', rotation_deg = {} }}", 41.0 + 0.25 * k as f32))
         .collect();
     let pictures = baked.pictures(&states);
-    let steps: Vec<f64> = pictures.windows(2).map(|pair| off(&pair[1], &pair[0])).collect();
+    let steps: Vec<f64> = pictures.windows(2).map(|pair| relative_l2(&pair[1], &pair[0])).collect();
     let (mean, largest) =
         (steps.iter().sum::<f64>() / steps.len() as f64, steps.iter().copied().fold(0.0, f64::max));
     println!("steps: mean {mean:.5}, largest {largest:.5}");
     assert!(mean > 1e-3 && largest < 2.0 * mean, "mean {mean}, largest {largest}");
 }
 
-/// Two materials that change places, under light that is the same from either side: the picture is mirrored, but for what the
-/// rays of a draft differ by from vertex to vertex.
+/// Two materials that change places, under light that is the same from either side: the picture is mirrored, but
+/// for what the rays of a draft differ by from vertex to vertex.
 fn materials_that_change_places_mirror_the_picture(baked: &Baked) {
     let state = |left: &str, right: &str| {
         format!("environment = {{ map = 'blob.exr' }}\nmaterials.left = {left}\nmaterials.right = {right}")
@@ -176,12 +170,11 @@ fn materials_that_change_places_mirror_the_picture(baked: &Baked) {
     let metal = "{ base_color = [0.9, 0.6, 0.3], metallic = 1.0, roughness = 0.35 }";
     let paint = "{ base_color = [0.1, 0.5, 0.2], metallic = 0.0, roughness = 0.5 }";
     let pictures = baked.pictures(&[state(metal, paint), state(paint, metal)]);
-    let mirrored =
-        |picture: &[f32]| picture.chunks(64).flat_map(|row| row.iter().rev().copied()).collect::<Vec<f32>>();
-    let found = off(&pictures[1], &mirrored(&pictures[0]));
-    println!("mirrored: {found:.4}, not mirrored {:.4}", off(&pictures[1], &pictures[0]));
+    let mirrored: Vec<[f32; 3]> = pictures[0].chunks(64).flat_map(|row| row.iter().rev().copied()).collect();
+    let found = relative_l2(&pictures[1], &mirrored);
+    println!("mirrored: {found:.4}, not mirrored {:.4}", relative_l2(&pictures[1], &pictures[0]));
     assert!(found < 0.02, "{found}");
-    assert!(off(&pictures[1], &pictures[0]) > 0.05, "they differ");
+    assert!(relative_l2(&pictures[1], &pictures[0]) > 0.05, "they differ");
 }
 
 /// What lies inside a closed ball receives nothing, and sees nothing.

@@ -1,8 +1,7 @@
 //! A map that turns by quarter degrees through a full circle: what pictures change by from one to the next,
 //! beside the path tracer's.
 
-use crate::support::{expect_exit, render, write_scene};
-use relume_bake::exr_file::read_exr;
+use crate::support::{expect_exit, radiance_in, render, write_scene};
 use relume_bake::trace::reference::Paths;
 use relume_chart::play::Playing;
 use relume_chart::states::write_animation;
@@ -73,11 +72,7 @@ fn played(scene: &Path, folder: &Path) -> (String, Vec<f64>) {
         exr: pattern.to_str(),
     };
     playing.play().unwrap();
-    let picture = |step: u32| -> Vec<[f32; 3]> {
-        let image = read_exr(&folder.join(format!("{step:04}.exr"))).unwrap();
-        let [r, g, b] = ["R", "G", "B"].map(|c| image.channel(c).unwrap());
-        r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
-    };
+    let picture = |step: u32| radiance_in(&folder.join(format!("{step:04}.exr")));
     let changes = (0..STEPS).map(|step| {
         let [now, then] = [picture(step), picture(step + 1)];
         change([&now, &now], [&then, &then])

@@ -6,6 +6,7 @@ pub mod room;
 pub mod waiting;
 
 use glam::Vec3A;
+use relume_bake::exr_file::read_exr;
 use relume_bake::job::{Job, ProgressMode};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::path::PathTracer;
@@ -84,6 +85,13 @@ pub fn mean_radiance(
     let n = f64::from(samples);
     let mean = sum / n;
     (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
+}
+
+/// Radiance by pixel of an image in a file.
+pub fn radiance_in(path: &Path) -> Vec<[f32; 3]> {
+    let image = read_exr(path).unwrap();
+    let [r, g, b] = ["R", "G", "B"].map(|channel| image.channel(channel).unwrap());
+    r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect()
 }
 
 /// Relative L2 difference over all channels.

@@ -1,5 +1,5 @@
-//! The settings of the method on the chart: terms of direct light, functions and vectors of clusters, bands of harmonics and
-//! reflections, which frames and files pay for; and rays, which the bake pays for.
+//! The settings of the method on the chart: terms of direct light, functions and vectors of clusters, bands of
+//! harmonics and reflections, which frames and files pay for; and rays, which the bake pays for.
 
 use crate::sweep::{Bench, Sweep, Variant, read};
 use half::f16;

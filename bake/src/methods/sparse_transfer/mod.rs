@@ -31,5 +31,5 @@ pub use errors::Errors;
 pub use method::SparseTransferMethod;
 pub use registered::METHOD;
 pub use rows::MAX_TERMS;
-pub(in crate::methods) use settings::vertices;
 pub use settings::{NAME, REVISION, Settings, Terms};
+pub(in crate::methods) use settings::{keeps, vertices};

@@ -39,10 +39,15 @@ impl Terms {
         match self {
             Self::Number(terms) => terms.min(by_terms.len()),
             Self::Error(max) => {
-                1 + by_terms[..by_terms.len() - 1].iter().take_while(|e| worst(*e) * ROUNDING > max).count()
+                1 + by_terms[..by_terms.len() - 1].iter().take_while(|errors| !keeps(errors, max)).count()
             }
         }
     }
+}
+
+/// Whether these errors, of rows before they are rounded, stay below `max` under every light.
+pub(in crate::methods) fn keeps(errors: &Errors, max: f64) -> bool {
+    worst(errors) * ROUNDING <= max
 }
 
 /// How often light bounces between surfaces.

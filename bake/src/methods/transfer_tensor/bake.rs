@@ -46,7 +46,8 @@ pub struct Baked {
     pub errors: Measured,
 }
 
-/// Errors under the held-out lights, as stored, in parts of what white diffuse surfaces show of their direct light.
+/// Errors under the held-out lights, as stored, in parts of what white diffuse surfaces show of their direct
+/// light.
 pub struct Measured {
     /// Of direct light.
     pub direct: Errors,

@@ -182,7 +182,8 @@ pub fn coarse(tensor: &ArrayView3<'_, f32>) -> Vec<f16> {
     values.into_iter().map(f16::from_f32).collect()
 }
 
-/// The tensor of a vertex, [columns, 384 texels, harmonics], with Haar coefficients of the light for its texels.
+/// The tensor of a vertex, [columns, 384 texels, harmonics], with Haar coefficients of the light for its
+/// texels.
 pub fn whole(tensor: &ArrayView3<'_, f32>) -> impl Iterator<Item = f16> + use<> {
     let mut by_light = tensor.view().permuted_axes([0, 2, 1]).as_standard_layout().into_owned();
     for mut row in by_light.rows_mut() {
@@ -195,4 +196,4 @@ pub fn whole(tensor: &ArrayView3<'_, f32>) -> impl Iterator<Item = f16> + use<> 
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

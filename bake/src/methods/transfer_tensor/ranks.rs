@@ -1,6 +1,6 @@
-//! How many functions and vectors of clusters reflected light is stored by: what fewer of them leave out, at some vertices
-//! of every cluster, under the held-out lights and by random materials; and the smallest file that keeps all errors
-//! together below a bound.
+//! How many functions and vectors of clusters reflected light is stored by: what fewer of them leave out, at
+//! some vertices of every cluster, under the held-out lights and by random materials; and the smallest file
+//! that keeps all errors together below a bound.
 
 use super::bake::columns_of;
 use super::classes::{Classes, pair_weight};
@@ -9,16 +9,16 @@ use super::settings::materials_of_vertices;
 use super::sizes::Sizes;
 use super::spaces::Columns;
 use super::stages::{OncePiece, TwicePiece};
-use crate::compress::statistics::worst;
 use crate::error::{BakeError, Result};
-use crate::methods::sparse_transfer::{Errors, Terms};
+use crate::methods::sparse_transfer::{Errors, Terms, keeps};
 use crate::methods::spread::spread;
 use crate::methods::transfer_images::held_out::random_state;
 use crate::trace::held_out_lights::{HeldOutLights, RADIANCES, STATES};
 use crate::trace::receivers::Receiver;
 use half::f16;
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array1, Array2, ArrayView2, Axis};
 use relume_formats::Place;
+use relume_formats::basis::cubemap::FACES;
 use relume_formats::basis::sh;
 use relume_formats::kinds::transfer_tensor::{Once, Twice};
 use relume_formats::kinds::{BrdfTensor, Environment};
@@ -28,12 +28,11 @@ use std::f64::consts::{PI, TAU};
 
 /// Vertices of a cluster whose tensors are kept whole until ranks are chosen.
 pub const SAMPLED: usize = 6;
-/// Functions of vertices, functions of light, and vectors that a file may have; the last are those of the pieces.
+/// Functions of vertices, functions of light, and vectors that a file may have; the last are those of the
+/// pieces.
 const OF_VERTICES: [usize; 6] = [8, 12, 16, 20, 24, RANKS[0]];
 const OF_LIGHT: [usize; 4] = [8, 16, 24, RANKS[1]];
 const VECTORS: [usize; 4] = [4, 8, 12, SECOND_RANK];
-/// What rounding direct light to bytes may add to an error, as a factor.
-const ROUNDING: f64 = 1.05;
 
 /// The members of a cluster of so many at which errors are measured.
 pub fn sampled(members: usize) -> Vec<usize> {
@@ -99,8 +98,7 @@ impl<'a> States<'a> {
             weights: weights.ok_or_else(strange)?,
             pairs: classes.pairs(),
             lights: LIGHTS.map(|coefficients| {
-                let lights =
-                    HeldOutLights::new(environments, ((coefficients / 6) as f64).sqrt() as usize, true);
+                let lights = HeldOutLights::new(environments, (coefficients / FACES).isqrt(), true);
                 // Those of the whole maps are behind those without suns.
                 Array2::from_shape_fn((coefficients, RADIANCES), |(k, state)| {
                     lights.coefficients[(coefficients + k) * RADIANCES + state]
@@ -109,8 +107,9 @@ impl<'a> States<'a> {
         })
     }
 
-    /// Squared error at `vertex` where what arrives is `off` by these harmonics, [16, [`RADIANCES`]]: of what a white
-    /// diffuse surface shows; where the material may shine, of one that is half that and half a mirror seen from anywhere.
+    /// Squared error at `vertex` where what arrives is `off` by these harmonics, [16, [`RADIANCES`]]: of what a
+    /// white diffuse surface shows; where the material may shine, of one that is half that and half a mirror
+    /// seen from anywhere.
     fn squares(&self, vertex: usize, off: &Array2<f32>) -> Errors {
         let normal = self.receivers[vertex].normal.into();
         let irradiance = ArrayView2::from(&sh::irradiance(normal).map(|weight| [weight])).t().dot(off);
@@ -122,9 +121,9 @@ impl<'a> States<'a> {
         std::array::from_fn(|state| (0..3).map(|channel| of(3 * state + channel)).sum())
     }
 
-    /// What `source` counts for, by column of [`RADIANCES`].
-    fn weight(&self, source: usize, column: usize) -> f32 {
-        self.weights[column / 3][source][column % 3]
+    /// What `source` counts for, [[`RADIANCES`]].
+    fn weights_of(&self, source: usize) -> Array1<f32> {
+        self.weights.iter().flat_map(|weights| weights[source]).collect()
     }
 }
 
@@ -137,54 +136,54 @@ impl Tried<[usize; 2]> {
 
     /// Measures `piece`, of a cluster of `members`.
     pub fn add(&mut self, piece: &OncePiece, members: &[usize], states: &States<'_>) {
-        let ([m, n], light) = (RANKS, &states.lights[0]);
-        let sources = piece.light.len() / (n * LIGHTS[0]);
         let samples = sampled(members.len());
-        let mut exact = vec![Array2::<f32>::zeros((sh::COUNT, RADIANCES)); samples.len()];
-        let each = piece.sampled.chunks_exact(LIGHTS[0] * sh::COUNT);
-        for (at, tensor) in each.enumerate() {
-            let tensor = matrix(tensor, [LIGHTS[0], sh::COUNT]);
-            add_weighted(&mut exact[at / sources], &tensor.t().dot(light), |k| {
-                states.weight(at % sources, k)
-            });
-        }
-        // What is still missing with so many functions of vertices, for each number of those of light.
-        let mut missing = vec![exact; OF_LIGHT.len()];
-        let mut cores = vec![vec![Array2::<f32>::zeros((m * sh::COUNT, RADIANCES)); sources]; OF_LIGHT.len()];
-        for source in 0..sources {
-            let lit =
-                matrix(&piece.light[source * n * LIGHTS[0]..][..n * LIGHTS[0]], [n, LIGHTS[0]]).dot(light);
-            for function in 0..m {
-                let at = (source * m + function) * n * sh::COUNT;
-                let core = matrix(&piece.core[at..][..n * sh::COUNT], [n, sh::COUNT]);
-                for (of_light, cores) in OF_LIGHT.into_iter().zip(&mut cores) {
-                    let core = core.slice(s![..of_light, ..]);
-                    let sum = core.t().dot(&lit.slice(s![..of_light, ..]));
-                    let mut to =
-                        cores[source].slice_mut(s![function * sh::COUNT..(function + 1) * sh::COUNT, ..]);
-                    to.assign(&sum);
-                }
-            }
-        }
-        for (step, of_vertices) in OF_VERTICES.into_iter().enumerate() {
-            let first = if step == 0 { 0 } else { OF_VERTICES[step - 1] };
-            for (of_light, (missing, cores)) in missing.iter_mut().zip(&cores).enumerate() {
-                for (missing, member) in missing.iter_mut().zip(&samples) {
-                    for (source, core) in cores.iter().enumerate() {
-                        for function in first..of_vertices {
-                            let share = piece.shares[(member * sources + source) * m + function];
-                            let share = -f32::from(share) / 127.0;
-                            let core = core.slice(s![function * sh::COUNT..(function + 1) * sh::COUNT, ..]);
-                            add_weighted(missing, &core, |k| share * states.weight(source, k));
+        let arriving = arriving(piece, states);
+        for (column, of_light) in OF_LIGHT.into_iter().enumerate() {
+            let cores = lit_cores(piece, of_light, states);
+            for (member, arriving) in samples.iter().zip(&arriving) {
+                let (mut missing, mut left) = (arriving.clone(), cores.iter().enumerate());
+                for (row, of_vertices) in OF_VERTICES.into_iter().enumerate() {
+                    let known = if row == 0 { 0 } else { OF_VERTICES[row - 1] };
+                    for (function, cores) in left.by_ref().take(of_vertices - known) {
+                        for (source, core) in cores.iter().enumerate() {
+                            let at = (member * cores.len() + source) * RANKS[0] + function;
+                            missing.scaled_add(-f32::from(piece.shares[at]) / 127.0, core);
                         }
                     }
-                    let squares = states.squares(members[*member], missing);
-                    add(&mut self.squares[step * OF_LIGHT.len() + of_light], &squares);
+                    let squares = states.squares(members[*member], &missing);
+                    add(&mut self.squares[row * OF_LIGHT.len() + column], &squares);
                 }
             }
         }
         self.vertices += samples.len();
     }
+}
+
+/// What arrives at the [`sampled`] members of `piece`, of all sources together, [16, [`RADIANCES`]] each.
+fn arriving(piece: &OncePiece, states: &States<'_>) -> Vec<Array2<f32>> {
+    let of_source = LIGHTS[0] * sh::COUNT;
+    let of_member = |tensors: &[f16]| {
+        let mut all = Array2::zeros((sh::COUNT, RADIANCES));
+        for (source, tensor) in tensors.chunks_exact(of_source).enumerate() {
+            let lit = matrix(tensor, [LIGHTS[0], sh::COUNT]).t().dot(&states.lights[0]);
+            all += &(lit * &states.weights_of(source));
+        }
+        all
+    };
+    piece.sampled.chunks_exact(of_source * states.weights[0].len()).map(of_member).collect()
+}
+
+/// The same of the functions of vertices of `piece`, by `of_light` functions of light, [functions][sources].
+fn lit_cores(piece: &OncePiece, of_light: usize, states: &States<'_>) -> Vec<Vec<Array2<f32>>> {
+    let [m, n] = RANKS;
+    let lit =
+        |light: &[f16]| matrix(&light[..of_light * LIGHTS[0]], [of_light, LIGHTS[0]]).dot(&states.lights[0]);
+    let lit: Vec<_> = piece.light.chunks_exact(n * LIGHTS[0]).map(lit).collect();
+    let core = |function: usize, source: usize| {
+        let core = &piece.core[(source * m + function) * n * sh::COUNT..][..of_light * sh::COUNT];
+        matrix(core, [of_light, sh::COUNT]).t().dot(&lit[source]) * &states.weights_of(source)
+    };
+    (0..m).map(|function| (0..lit.len()).map(|source| core(function, source)).collect()).collect()
 }
 
 impl Tried<usize> {
@@ -195,31 +194,23 @@ impl Tried<usize> {
 
     /// Measures `piece`, of a cluster of so many members.
     pub fn add(&mut self, piece: &TwicePiece, members: usize, states: &States<'_>) {
-        let (light, pairs) = (&states.lights[1], states.pairs.len());
-        let samples = sampled(members);
+        let (pairs, samples) = (states.pairs.len(), sampled(members));
         let weight = |pair: usize, k: usize| pair_weight(states.pairs[pair], &states.weights[k / 3])[k % 3];
-        let shown = |values: &[f16]| -> Vec<f32> {
-            let lit = matrix(values, [LIGHTS[1], pairs]).t().dot(light);
-            let of = |k: usize| (0..pairs).map(|pair| weight(pair, k) * lit[[pair, k]]).sum();
-            (0..RADIANCES).map(of).collect()
+        let weights = Array2::from_shape_fn((pairs, RADIANCES), |(pair, k)| weight(pair, k));
+        let shown = |tensor: &[f16]| -> Array1<f32> {
+            let lit = matrix(tensor, [LIGHTS[1], pairs]).t().dot(&states.lights[1]);
+            (lit * &weights).sum_axis(Axis(0))
         };
         let vectors: Vec<_> = piece.vectors.chunks_exact(LIGHTS[1] * pairs).map(shown).collect();
         let exact = piece.sampled.chunks_exact(LIGHTS[1] * pairs).map(shown);
         for (member, mut missing) in samples.iter().zip(exact) {
             let shares = &piece.shares[member * SECOND_RANK..][..SECOND_RANK];
             for (number, (share, vector)) in shares.iter().zip(&vectors).enumerate() {
-                let share = f32::from(*share) / 127.0;
-                missing.iter_mut().zip(vector).for_each(|(missing, value)| *missing -= share * value);
+                missing.scaled_add(-f32::from(*share) / 127.0, vector);
                 if let Some(step) = VECTORS.iter().position(|vectors| *vectors == number + 1) {
-                    let squares = missing
-                        .as_chunks::<3>()
-                        .0
-                        .iter()
-                        .map(|rgb| rgb.map(|x| f64::from(x).powi(2)).iter().sum());
-                    self.squares[step]
-                        .iter_mut()
-                        .zip(squares)
-                        .for_each(|(sum, square): (_, f64)| *sum += square);
+                    let square =
+                        |state: usize| (0..3).map(|c| f64::from(missing[3 * state + c]).powi(2)).sum();
+                    add(&mut self.squares[step], &std::array::from_fn(square));
                 }
             }
         }
@@ -228,29 +219,30 @@ impl Tried<usize> {
 }
 
 impl<T: Copy> Tried<T> {
-    /// Mean squared errors in parts of `norm`, of each choice; of nothing where nothing was measured.
+    /// Mean squared errors in parts of `norm`, of each choice; `nothing` where nothing was measured, and NaN under
+    /// lights that show nothing, as direct light has it.
     fn relative(&self, norm: &Errors, nothing: T) -> Vec<(T, Errors)> {
         if self.vertices == 0 {
             return vec![(nothing, [0.0; STATES])];
         }
-        let relative = |squares: &Errors| {
-            std::array::from_fn(|state| squares[state] / self.vertices as f64 / norm[state])
-        };
+        let whole = norm.map(|norm| if norm > 0.0 { norm * self.vertices as f64 } else { f64::NAN });
+        let relative = |squares: &Errors| std::array::from_fn(|state| squares[state] / whole[state]);
         self.choices.iter().copied().zip(self.squares.iter().map(relative)).collect()
     }
 }
 
-/// The smallest file whose errors, direct light's `by_terms` and reflected light's `once` and `twice` together, are as `terms` wants
-/// in every state. `squares` are the mean ones of what errors are in parts of. Where reflected light alone is beyond that, or
-/// a number of terms is wanted, there is as much of it as was made, and of direct light what it needs by itself.
+/// The smallest file whose errors, direct light's `by_terms` and reflected light's `once` and `twice` together,
+/// are as `terms` wants in every state. `norm` is the mean square of what errors are in parts of. Where reflected
+/// light alone is beyond that, or a number of terms is wanted, there is as much of it as was made, and of direct
+/// light what it needs by itself.
 pub fn choose(
     by_terms: &[Errors],
     (once, twice): (&Tried<[usize; 2]>, &Tried<usize>),
-    squares: &Errors,
+    norm: &Errors,
     sizes: &Sizes,
     terms: Terms,
 ) -> Choice {
-    let (once, twice) = (once.relative(squares, [0; 2]), twice.relative(squares, 0));
+    let (once, twice) = (once.relative(norm, [0; 2]), twice.relative(norm, 0));
     let choice = |(ranks, of_once): &([usize; 2], Errors), (vectors, of_twice): &(usize, Errors)| Choice {
         terms: terms.of(by_terms),
         ranks: *ranks,
@@ -261,19 +253,13 @@ pub fn choose(
         sizes.of_terms(choice.terms) + sizes.of_ranks(choice.ranks) + sizes.of_vectors(choice.vectors)
     };
     let all = once.iter().flat_map(|once| twice.iter().map(|twice| choice(once, twice)));
-    let most = all.clone().last();
+    let most = choice(&once[once.len() - 1], &twice[twice.len() - 1]);
     let fitting = all.filter_map(|choice| {
         let Terms::Error(max) = terms else { return None };
-        let fits = |direct: &Errors| worst(&together(direct, &choice.reflected)) * ROUNDING <= max;
+        let fits = |direct: &Errors| keeps(&together(direct, &choice.reflected), max);
         Some(Choice { terms: 1 + by_terms.iter().position(fits)?, ..choice })
     });
-    let smallest = fitting.min_by(|a, b| bytes(a).total_cmp(&bytes(b)));
-    smallest.or(most).unwrap_or(Choice {
-        terms: terms.of(by_terms),
-        ranks: [0; 2],
-        vectors: 0,
-        reflected: [0.0; STATES],
-    })
+    fitting.min_by(|a, b| bytes(a).total_cmp(&bytes(b))).unwrap_or(most)
 }
 
 /// Errors that have nothing to do with each other, of both together.
@@ -310,17 +296,6 @@ fn firsts<T: Copy>(values: &[T], of: usize, kept: usize) -> Vec<T> {
 
 fn matrix(values: &[f16], shape: [usize; 2]) -> Array2<f32> {
     Array2::from_shape_fn(shape, |(row, column)| values[row * shape[1] + column].to_f32())
-}
-
-/// Adds `from`, [16, [`RADIANCES`]], each column by its weight.
-fn add_weighted<S: ndarray::Data<Elem = f32>>(
-    to: &mut Array2<f32>,
-    from: &ndarray::ArrayBase<S, ndarray::Ix2>,
-    weight: impl Fn(usize) -> f32,
-) {
-    for ((mut to, from), weight) in to.columns_mut().into_iter().zip(from.columns()).zip((0..).map(weight)) {
-        to.scaled_add(weight, &from);
-    }
 }
 
 fn add(sums: &mut Errors, squares: &Errors) {

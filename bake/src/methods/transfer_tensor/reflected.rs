@@ -1,5 +1,5 @@
-//! Light that other surfaces reflect, from its stages to tensors as they are stored, with as many functions and vectors as
-//! there are.
+//! Light that other surfaces reflect, from its stages to tensors as they are stored, with as many functions and
+//! vectors as there are.
 
 use super::classes::Column;
 use super::packed::{RANKS, SECOND_RANK};
@@ -43,7 +43,8 @@ pub(super) struct Stages<'a> {
 }
 
 impl Stages<'_> {
-    /// As much as the scene asks for, behind what vertices see, which is in `log`; `None` if others make pieces of it.
+    /// As much as the scene asks for, behind what vertices see, which is in `log`; `None` if others make pieces of
+    /// it.
     ///
     /// # Errors
     /// If a log cannot be written or read, LAPACK does not converge, or the job is interrupted.

@@ -3,8 +3,8 @@
 use relume_formats::basis::{hemisphere, sh};
 use relume_formats::kinds::transfer_tensor::{ONCE_LIGHT, TWICE_LIGHT};
 
-/// Bytes on disk of a stored number, in parts of what it takes in memory: indices, bytes, halves, what is seen; from
-/// bundles of the library's scenes.
+/// Bytes on disk of a stored number, in parts of what it takes in memory: indices, bytes, halves, what is seen;
+/// from bundles of the library's scenes.
 const INDEX: f64 = 0.62;
 const VALUE: f64 = 0.55;
 const HALF: f64 = 0.93;

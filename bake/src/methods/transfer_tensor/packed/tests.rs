@@ -2,7 +2,7 @@ use super::*;
 use relume_formats::basis::haar::forward_cube;
 
 /// Numbers without order.
-fn noise(k: usize) -> f32 {
+pub(in super::super) fn noise(k: usize) -> f32 {
     let hash = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     ((hash ^ (hash >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) as f64 / u64::MAX as f64 - 0.5) as f32
 }

@@ -1,14 +1,9 @@
+use super::super::packed::tests::noise;
 use super::super::packed::{Packed, PackedSecond, whole};
 use super::*;
 use glam::Vec3A;
-use ndarray::{Array3, Array4, Axis};
+use ndarray::{Array3, Array4, s};
 use relume_formats::basis::haar::inverse_cube;
-
-/// Numbers without order.
-fn noise(k: usize) -> f32 {
-    let hash = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    ((hash ^ (hash >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) as f64 / u64::MAX as f64 - 0.5) as f32
-}
 
 /// Vertices of a cluster, half of which shine, and sources.
 const MEMBERS: usize = 40;
@@ -58,7 +53,8 @@ fn by_directions(states: &States<'_>, vertex: usize, off: &Array2<f64>) -> [f64;
     std::array::from_fn(|state| sums[3 * state..][..3].iter().map(|sums| square(*sums)).sum())
 }
 
-/// The same errors as those of the tensors themselves beside what fewer ranks leave of them, summed over directions.
+/// The same errors as those of the tensors themselves beside what fewer ranks leave of them, summed over
+/// directions.
 #[test]
 fn errors_of_one_reflection_are_those_of_tensors_cut() {
     let tensors = Array4::from_shape_fn((MEMBERS, SOURCES, LIGHTS[0], sh::COUNT), |(v, c, l, s)| {
@@ -99,7 +95,7 @@ fn errors_of_one_reflection_are_those_of_tensors_cut() {
                     .map(|source| {
                         let tensor = tensors.slice(s![vertex, source, .., s]);
                         let exact = tensor.dot(&texels.column(k));
-                        f64::from(states.weight(source, k) * (found[[vertex, source, s, k]] - exact))
+                        f64::from(states.weights_of(source)[k] * (found[[vertex, source, s, k]] - exact))
                     })
                     .sum()
             });
@@ -140,7 +136,7 @@ fn errors_of_two_reflections_are_those_of_tensors_cut() {
         for (k, light) in states.lights[1].columns().into_iter().enumerate() {
             let of_pair = |(number, pair): (usize, &[usize; 2])| {
                 let off = &found.slice(s![vertex, .., number]) - &tensors.slice(s![vertex, number, ..]);
-                pair.iter().map(|source| states.weight(*source, k)).product::<f32>() * off.dot(&light)
+                pair.iter().map(|source| states.weights_of(*source)[k]).product::<f32>() * off.dot(&light)
             };
             let off: f32 = states.pairs.iter().enumerate().map(of_pair).sum();
             expected[k / 3] += f64::from(off).powi(2);
@@ -151,8 +147,8 @@ fn errors_of_two_reflections_are_those_of_tensors_cut() {
     }
 }
 
-/// Of two reflections, each a tenth of all with fewest and nothing with most: the smallest file that errs by no more than
-/// asked for, all that there is where no file does, and where a number of terms was asked for.
+/// Of two reflections, each a tenth of all with fewest and nothing with most: the smallest file that errs by no
+/// more than asked for, all that there is where no file does, and where a number of terms was asked for.
 #[test]
 fn the_smallest_file_that_keeps_the_bound_is_chosen() {
     let by_terms: Vec<Errors> = (1..=100).map(|terms| [1.0 / f64::from(terms); STATES]).collect();
@@ -177,6 +173,11 @@ fn the_smallest_file_that_keeps_the_bound_is_chosen() {
     assert_eq!((asked.terms, asked.ranks, asked.vectors), (50, RANKS, SECOND_RANK));
     let most = with(Terms::Error(1e-3));
     assert_eq!((most.terms, most.ranks, most.vectors), (100, RANKS, SECOND_RANK), "no file reaches it");
+    let mut norm = [4.0; STATES];
+    norm[3] = 0.0;
+    let unlit = choose(&by_terms, (&once, &twice), &norm, &sizes, Terms::Error(0.2));
+    assert!(unlit.reflected[3].is_nan(), "a light that shows nothing has no error");
+    assert_eq!((unlit.terms, unlit.ranks), (loose.terms, loose.ranks), "and chooses nothing");
     let single =
         choose(&by_terms, (&Tried::once(), &Tried::twice()), &[4.0; STATES], &sizes, Terms::Error(0.2));
     assert_eq!((single.terms, single.ranks, single.vectors), (6, [0; 2], 0), "nothing is reflected again");

@@ -3,24 +3,29 @@
 use glam::{Quat, Vec3};
 use relume_bake::methods::transfer_images::held_out::{self, random_state};
 use relume_bake::trace::sampler::PixelSampler;
+use relume_bake::trace::world::World;
 use relume_formats::container::replace_file;
 use relume_formats::state::{CameraState, EnvironmentState, MaterialState, ShapeState, State};
 use relume_formats::{Error, Place, Result};
 use relume_scenes::Scene;
 use std::path::Path;
 
+/// How many places of the camera are tried.
+const PLACES: u32 = 64;
+/// Side of the film on which they are judged, pixels.
+const LOOKS: u32 = 24;
 /// Seed of what is not a material.
 const SEED: u64 = 0x7374_6174_6573;
 
 /// State number `number` of `scene`, which names everything that varies: materials of any kind, any of the
-/// maps turned anyhow, the camera anywhere on a ring around its target, moments of clips. None of these is
-/// one that a bake chooses its settings by.
+/// maps turned anyhow, the camera anywhere around its target where no surface is in its way that turns its
+/// back on it, moments of clips. None of these is one that a bake chooses its settings by.
 pub fn random(scene: &Scene, number: u32) -> State {
     let sampler = PixelSampler::new(SEED, number);
     let pair = |pair| sampler.sample(0).pair(pair);
     State {
         environment: scene.vary.light.then(|| environment(scene, pair(0))),
-        camera: scene.vary.view.then(|| camera(scene, pair(1), pair(2)[0])),
+        camera: scene.vary.view.then(|| camera(scene, &sampler)),
         materials: materials(scene, number),
         shapes: (3..)
             .zip(clips(scene))
@@ -41,8 +46,40 @@ fn environment(scene: &Scene, [which, turn]: [f32; 2]) -> EnvironmentState {
     EnvironmentState { map, rotation_deg: Some(360.0 * turn), gain: None }
 }
 
+/// The first of some places around the target from which no more surfaces are seen from behind than from where
+/// the scene's camera is: rooms are looked into where they are open. Without any, the scene's own.
+fn camera(scene: &Scene, sampler: &PixelSampler) -> CameraState {
+    let world = World::new(scene);
+    let behind = |state: &CameraState| {
+        let place = Place::file(&scene.file);
+        let placed = scene.with_state(&State { camera: Some(state.clone()), ..State::default() }, &place);
+        placed.map_or(usize::MAX, |placed| seen_from_behind(&placed, &world))
+    };
+    let own = CameraState {
+        position: Some(scene.camera.position),
+        target: Some(scene.camera.target),
+        ..CameraState::default()
+    };
+    let allowed = behind(&own);
+    let places = (0..PLACES).map(|place| {
+        let sample = sampler.sample(place);
+        somewhere(scene, sample.pair(1), sample.pair(2)[0])
+    });
+    places.into_iter().find(|state| behind(state) <= allowed).unwrap_or(own)
+}
+
+/// On a coarse film, the pixels that show the back of a surface.
+fn seen_from_behind(scene: &Scene, world: &World) -> usize {
+    let film = scene.camera.film(LOOKS, LOOKS);
+    let pixels = (0..LOOKS * LOOKS).map(|pixel| [pixel % LOOKS, pixel / LOOKS].map(|p| p as f32 + 0.5));
+    let is_behind = |[x, y]: &[f32; 2]| {
+        world.intersect(film.eye_in_world, film.direction(*x, *y)).is_some_and(|surface| !surface.front)
+    };
+    pixels.filter(is_behind).count()
+}
+
 /// Anywhere around the target, up to 1.5 times as high above it and 0.8 to 1.2 times as far.
-fn camera(scene: &Scene, [turn, height]: [f32; 2], distance: f32) -> CameraState {
+fn somewhere(scene: &Scene, [turn, height]: [f32; 2], distance: f32) -> CameraState {
     let target = Vec3::from(scene.camera.target);
     let offset = Vec3::from(scene.camera.position) - target;
     let raised = Vec3::new(offset.x, offset.y * (0.75 + 0.75 * height), offset.z).normalize_or_zero();
@@ -142,6 +179,21 @@ mod tests {
                 assert_eq!(&animation.sample(number as f32).unwrap(), state, "{name} {number}");
             }
         }
+    }
+
+    /// From behind its walls a room shows nothing that was baked.
+    #[test]
+    fn rooms_are_looked_into_where_they_are_open() {
+        let scene = library("knot-studio");
+        let world = World::new(&scene);
+        let mut places = std::collections::BTreeSet::new();
+        for number in 0..8 {
+            let state = State { environment: None, materials: Default::default(), ..random(&scene, number) };
+            let placed = scene.with_state(&state, &Place::file("state")).unwrap();
+            assert_eq!(seen_from_behind(&placed, &world), 0, "{:?}", placed.camera.position);
+            places.insert(placed.camera.position.map(f32::to_bits));
+        }
+        assert_eq!(places.len(), 8, "the eye moves");
     }
 
     #[test]

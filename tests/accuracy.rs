@@ -1,12 +1,9 @@
 //! Baked images against the reference, with stated bounds.
 
-use crate::support::images::{bake, gathering, in_state, on_bases, settings};
+use crate::support::images::{bake, gathering, in_state, on_bases, pick, settings, surface_pixels};
 use crate::support::{job, library_scene, relative_l2, render};
 use relume_bake::methods::transfer_images::{self, Settings, held_out, space_for};
-use relume_bake::trace::gather::{Gather, GatherPath};
-use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::{self, Estimate, Paths};
-use relume_bake::trace::world::World;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::state::{Brdf, CookTorrance, Ggx};
 use relume_scenes::{Emitter, Filter, Light, Scene, Texture, Wrap};
@@ -26,24 +23,6 @@ fn references(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings, paths: P
         &job(),
     )
     .unwrap()
-}
-
-/// Pixels that no light or background is seen through: a lamp in view would hide the errors of everything
-/// else.
-fn surface_pixels(scene: &Scene, settings: &Settings) -> Vec<usize> {
-    let world = World::new(scene);
-    let lights = Lights::new(scene, &world);
-    let gather = Gather::new(scene, &world, &lights, settings.size, 2, settings.seed);
-    let shows_surfaces_only = |pixel: &u32| {
-        let mut only = true;
-        gather.pixel(*pixel, settings.samples, |path| only &= matches!(path, GatherPath::Surface(_)));
-        only
-    };
-    (0..settings.size[0] * settings.size[1]).filter(shows_surfaces_only).map(|p| p as usize).collect()
-}
-
-fn pick(image: &[[f32; 3]], pixels: &[usize]) -> Vec<[f32; 3]> {
-    pixels.iter().map(|p| image[*p]).collect()
 }
 
 /// Median and worst relative L2 over 16 random states, on the bake's own paths.

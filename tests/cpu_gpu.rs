@@ -23,7 +23,8 @@ fn shaders_equal_evaluate() {
 
 fn expect_equal_shaders(scene: &Scene) {
     let folder = tempfile::tempdir().unwrap();
-    let wanted = TransferImagesMethod { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6) };
+    let wanted =
+        TransferImagesMethod { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6), filter: true };
     bundle::run(scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
     assert_eq!(images.head.later.is_some(), scene.reflections == ALL_REFLECTIONS);

@@ -28,6 +28,7 @@ mod chart;
 mod cli;
 mod cpu_gpu;
 mod docs;
+mod filter;
 mod first_scene;
 mod frame_cost;
 mod later;

@@ -4,7 +4,7 @@ use super::job;
 use relume_bake::brdf::basis;
 use relume_bake::methods::transfer_images::{self, Settings};
 use relume_bake::stage::{Share, Stage, fill};
-use relume_bake::trace::gather::Gather;
+use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::world::World;
 use relume_bake::work_log::WorkLog;
@@ -12,23 +12,23 @@ use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 
-/// For `size` × `size` pixels.
+/// For `size` × `size` pixels as they are traced.
 pub fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
-    Settings { size: [size, size], samples, seed, bases }
+    Settings { size: [size, size], samples, seed, bases, filter: false }
 }
 
 /// Basis and images of `scene`.
 pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
     let folder = tempfile::tempdir().unwrap();
-    let log = WorkLog::create(&folder.path().join("log"), 0).unwrap();
     let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
     let run = |stage: &dyn Stage| {
+        let log = WorkLog::create(&folder.path().join(stage.name()), 0).unwrap();
         fill(stage, &log, Share::WHOLE, &job())?;
         Ok(Some(log))
     };
     let bake = |gather: &Gather<'_>| transfer_images::bake(scene, gather, settings, &basis, &job(), run);
-    let images = gathering(scene, settings, bake).unwrap().unwrap();
-    (basis, images)
+    let baked = gathering(scene, settings, bake).unwrap().unwrap();
+    (basis, baked.images)
 }
 
 /// Gives the paths of a bake of `scene` to `then`.
@@ -50,4 +50,23 @@ pub fn in_state(scene: &Scene, materials: &[Brdf]) -> Scene {
         scene.materials[index].brdf = *material;
     }
     scene
+}
+
+/// Pixels that no light or background is seen through: a lamp in view would hide the errors of everything
+/// else.
+pub fn surface_pixels(scene: &Scene, settings: &Settings) -> Vec<usize> {
+    let world = World::new(scene);
+    let lights = Lights::new(scene, &world);
+    let gather = Gather::new(scene, &world, &lights, settings.size, 2, settings.seed);
+    let shows_surfaces_only = |pixel: &u32| {
+        let mut only = true;
+        gather.pixel(*pixel, settings.samples, |path| only &= matches!(path, GatherPath::Surface(_)));
+        only
+    };
+    (0..settings.size[0] * settings.size[1]).filter(shows_surfaces_only).map(|p| p as usize).collect()
+}
+
+/// Of an image, these.
+pub fn pick(image: &[[f32; 3]], pixels: &[usize]) -> Vec<[f32; 3]> {
+    pixels.iter().map(|p| image[*p]).collect()
 }

@@ -1,7 +1,7 @@
 //! The command line: what can be asked for, and nothing of how it is done.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use clap_complete::Shell;
 use relume_bake::job::ProgressMode;
 use relume_bake::memory::MemoryLimit;
@@ -136,6 +136,9 @@ pub struct RunArgs {
     /// and larger [default: from --max-error]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub terms: Option<u32>,
+    /// transfer-images: whether noise is filtered out, the same way of all images
+    #[arg(long, action = ArgAction::Set, default_value = "on", value_parser = one_of(&FILTER))]
+    pub filter: bool,
     /// Film size [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
@@ -295,6 +298,9 @@ pub struct ReferenceArgs {
     /// Film size [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
+    /// With --paths gather, whether noise is filtered out as `bake run` does
+    #[arg(long, action = ArgAction::Set, default_value = "on", value_parser = one_of(&FILTER))]
+    pub filter: bool,
     /// FILE.exr, or a pattern such as 'OUT/%04d.exr' for one image per state
     #[arg(short, long, value_name = "FILE")]
     pub output: String,
@@ -367,6 +373,10 @@ const QUALITIES: [Named<Quality>; 3] = [
 const PATHS: [Named<Paths>; 2] = [
     ("best", Paths::Best, "The ones with the least noise for the materials at hand"),
     ("gather", Paths::Gather, "The very ones that a bake with the same size, seed and samples traces"),
+];
+const FILTER: [Named<bool>; 2] = [
+    ("on", true, "Noise is filtered out, where an estimate of its error says that this helps"),
+    ("off", false, "Images are as they were traced"),
 ];
 const PROGRESS: [Named<ProgressMode>; 4] = [
     ("auto", ProgressMode::Auto, "A bar on a terminal, else plain lines"),

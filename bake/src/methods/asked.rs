@@ -48,6 +48,8 @@ pub struct Asked {
     pub seed: u64,
     /// Largest relative L2 error on states that the method was not made for.
     pub max_error: f64,
+    /// Whether noise is filtered out of transfer-images.
+    pub filter: bool,
     /// Bases of transfer-images.
     pub bases: Option<u32>,
     /// Terms of sparse-transfer and transfer-tensor.
@@ -63,6 +65,7 @@ impl Asked {
             samples: None,
             seed: 0,
             max_error: scene.max_error,
+            filter: true,
             bases: None,
             terms: None,
         }

@@ -49,12 +49,44 @@ pub struct EyeVertex {
     pub material: u32,
     /// What its texture multiplies the diffuse colour with.
     pub albedo: Vec3A,
+    /// World space.
+    pub position: Vec3A,
+    /// Unit shading normal, world space.
+    pub normal: Vec3A,
     /// Radiance that it emits itself.
     pub emitted: Vec3A,
     /// Light that arrives directly.
     pub direct: Reflections,
     /// Light that arrives by way of another surface.
     pub indirect: Option<FirstVertex>,
+}
+
+impl EyeVertex {
+    /// Light that it reflects to the eye, and that was reflected nowhere else, or once more. `brdf` gives the
+    /// BRDF of a material, by its index, where its texture has a certain colour, at some angles.
+    pub fn early_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> [Vec3A; 2] {
+        let reflected = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
+            reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
+        };
+        let direct = reflected(self.material, self.albedo, &self.direct);
+        let indirect = self.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
+            let light = reflected(first.material, first.albedo, &first.reflections);
+            light * brdf(self.material, self.albedo, &first.eye_angles)
+        });
+        [direct, indirect]
+    }
+
+    /// Light that it reflects to the eye, and that was reflected twice or more before: there by `before`.
+    pub fn later_light(
+        &self,
+        brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+        before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+    ) -> Vec3A {
+        let first = self.indirect.as_ref().filter(|first| !first.later.is_empty());
+        first.map_or(Vec3A::ZERO, |first| {
+            first.later_light(before) * brdf(self.material, self.albedo, &first.eye_angles)
+        })
+    }
 }
 
 /// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the
@@ -179,6 +211,8 @@ impl<'a> Gather<'a> {
         EyeVertex {
             material,
             albedo: surface.albedo,
+            position: surface.position,
+            normal: surface.shading_normal,
             emitted: self.lights.emitted(surface),
             direct,
             indirect,

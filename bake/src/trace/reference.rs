@@ -1,6 +1,6 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
-use super::gather::{EyeVertex, Gather, GatherPath, Reflections};
+use super::gather::{Gather, GatherPath};
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
@@ -119,17 +119,11 @@ pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3
 
 /// The part of it that was reflected at most twice.
 pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
-    let reflect = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
-        reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
-    };
     match path {
         GatherPath::Light(radiance) => *radiance,
         GatherPath::Surface(eye) => {
-            let indirect = eye.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
-                let light = reflect(first.material, first.albedo, &first.reflections);
-                light * brdf(eye.material, eye.albedo, &first.eye_angles)
-            });
-            eye.emitted + reflect(eye.material, eye.albedo, &eye.direct) + indirect
+            let [direct, indirect] = eye.early_light(brdf);
+            eye.emitted + direct + indirect
         }
     }
 }
@@ -141,13 +135,10 @@ pub fn later_radiance_of(
     brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
     before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
 ) -> Vec3A {
-    let GatherPath::Surface(EyeVertex { material, albedo, indirect: Some(first), .. }) = path else {
-        return Vec3A::ZERO;
-    };
-    if first.later.is_empty() {
-        return Vec3A::ZERO;
+    match path {
+        GatherPath::Light(_) => Vec3A::ZERO,
+        GatherPath::Surface(eye) => eye.later_light(brdf, before),
     }
-    first.later_light(before) * brdf(*material, *albedo, &first.eye_angles)
 }
 
 fn render_best(

@@ -17,6 +17,7 @@ pub const TRANSFER_IMAGES: Card = Card {
         ("seed", Form::Count),
         ("bases", Form::Count),
         ("max_error", Form::Positive),
+        ("filter", Form::Text),
     ],
     sphere_sets: false,
     lies_over: false,

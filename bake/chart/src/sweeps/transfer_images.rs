@@ -27,7 +27,8 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
     let most = BASES[BASES.len() - 1];
     let space = space_for(scene, most)?;
     for samples in SAMPLES {
-        let method = TransferImagesMethod { size: bench.size, samples, seed: 0, bases: Bases::Number(most) };
+        let (size, bases) = (bench.size, Bases::Number(most));
+        let method = TransferImagesMethod { size, samples, seed: 0, bases, filter: true };
         let baked = bench.bake(scene, Box::new(method), &format!("{NAME}-{samples}"))?;
         let images: TransferImages = read(&baked.folder)?;
         for bases in BASES {
@@ -122,6 +123,7 @@ mod tests {
     use relume_bake::trace::gather::Gather;
     use relume_bake::trace::lights::Lights;
     use relume_bake::trace::world::World;
+    use relume_bake::work_log::WorkLog;
     use relume_scenes::ALL_REFLECTIONS;
 
     /// Both bakes trace the same paths, and their bases agree to rounding, so all that may differ is the last
@@ -141,16 +143,16 @@ mod tests {
         let bake_with = |bases: usize| {
             let folder = tempfile::tempdir().unwrap();
             let basis = space_for(&scene, bases).unwrap().basis(bases);
-            let settings = Settings { size: [24, 24], samples: 8, seed: 0, bases };
-            let log = relume_bake::work_log::WorkLog::create(&folder.path().join("log"), 0).unwrap();
+            let settings = Settings { size: [24, 24], samples: 8, seed: 0, bases, filter: true };
             let job = Job::new(ProgressMode::None);
             let run = |stage: &dyn Stage| {
+                let log = WorkLog::create(&folder.path().join(stage.name()), 0).unwrap();
                 fill(stage, &log, Share::WHOLE, &job)?;
                 Ok(Some(log))
             };
             let gather =
                 Gather::new(&scene, &world, &lights, settings.size, scene.reflections, settings.seed);
-            (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap(), basis)
+            (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap().images, basis)
         };
         let (many, _) = bake_with(16);
         for bases in [2, 6] {

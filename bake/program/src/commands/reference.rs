@@ -5,6 +5,7 @@ use crate::cli::ReferenceArgs;
 use relume_bake::brdf::blinn_phong::glossy_albedo;
 use relume_bake::error::{BakeError, Result};
 use relume_bake::exr_file::write_exr;
+use relume_bake::filter::pictures;
 use relume_bake::job::{Job, say, watch_signals};
 use relume_bake::output::expect_writable;
 use relume_bake::trace::gather::MAX_REFLECTIONS;
@@ -39,7 +40,9 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
         let to = from + states[from..].iter().take_while(alike).count().max(1);
         // Directions follow the base's materials, whatever the states say.
         let base = Scene { materials: base.materials.clone(), ..states[from].clone() };
-        let images = reference::render(&base, &states[from..to], &settings, &job)?;
+        let filtered = args.filter && args.paths == Paths::Gather;
+        let render = if filtered { pictures::render } else { reference::render };
+        let images = render(&base, &states[from..to], &settings, &job)?;
         for (image, file) in images.iter().zip(&files[from..to]) {
             write_estimate(image, settings.size, file)?;
         }

@@ -164,6 +164,7 @@ fn asked(args: &RunArgs, scene: &Scene) -> Asked {
         samples: args.spp,
         seed: args.seed,
         max_error: args.max_error.unwrap_or(scene.max_error),
+        filter: args.filter,
         bases: args.bases,
         terms: args.terms,
     }
@@ -231,6 +232,12 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
         if let Some((median, worst)) = error("median").zip(error("worst")).filter(|_| !is_black) {
             text += &format!("{what}: median {median:.3} %, worst {worst:.3} %\n");
         }
+    }
+    let of_noise = error("relative_l2_of_noise").zip(error("relative_l2_of_noise_unfiltered"));
+    if let Some((after, before)) = of_noise.filter(|_| !is_black) {
+        let filtered = entry.settings.get("filter") == Some(&"on".into());
+        let was = if filtered { format!(", {before:.2} % before the filter") } else { String::new() };
+        text += &format!("noise over random states: about {after:.2} %{was}\n");
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";

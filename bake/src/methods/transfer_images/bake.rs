@@ -1,12 +1,15 @@
 //! From a scene to images: tiles of traced and projected pixels, packed.
 
 use super::chromaticity::{chromaticity, grey_channel};
+use super::filtered::Filtered;
+use super::held_out::{SPACING, one_pixel_in};
 use super::later::later;
-use super::pack;
-use super::project::Projector;
+use super::project::{Projector, Record};
+use super::records::Records;
 use super::settings::{NAME, READS, REVISION, Settings};
 use super::tiles::{Tile, TileFragment};
 use crate::error::Result;
+use crate::filter::{Filter, Noise, Watcher};
 use crate::job::Job;
 use crate::scene_hash::hash_of;
 use crate::stage::Stage;
@@ -21,10 +24,20 @@ use relume_scenes::Scene;
 use xxhash_rust::xxh3::xxh3_128;
 
 /// Side of a tile, pixels.
-const TILE: u32 = 16;
+pub(super) const TILE: u32 = crate::filter::TILE as u32;
 
-/// Bakes `scene`, whose paths are those of `gather`. `run` makes the tiles and gives the log that has them;
-/// what is `None` there ends the bake without images.
+/// Images of a scene.
+pub struct Baked {
+    /// As they are stored.
+    pub images: TransferImages,
+    /// What they were before the filter where bakes are measured, if they were filtered.
+    pub unfiltered: Option<TransferImages>,
+    /// What noise they have; `None` if they show nothing.
+    pub noise: Option<Noise>,
+}
+
+/// Bakes `scene`, whose paths are those of `gather`. `run` makes the pieces of a stage and gives the log that
+/// has them; what is `None` there ends the bake without images.
 ///
 /// # Errors
 /// If the log cannot be written or read, or the job is interrupted.
@@ -34,15 +47,19 @@ pub fn bake(
     settings: &Settings,
     basis: &BrdfBasis,
     job: &Job,
-    run: impl FnOnce(&dyn Stage) -> Result<Option<WorkLog>>,
-) -> Result<Option<TransferImages>> {
+    run: impl Fn(&dyn Stage) -> Result<Option<WorkLog>>,
+) -> Result<Option<Baked>> {
     let chromaticity = chromaticity(scene);
     let later = later(scene, gather, settings, basis, job)?;
     let images = later.as_ref().map(Later::images);
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some(), images);
-    let projector = projector(scene, basis, &layout, chromaticity, later.as_ref());
+    let watcher = Watcher::new(scene);
+    let projector = projector(scene, basis, (&layout, later.as_ref()), chromaticity, &watcher);
     let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
     let Some(log) = run(&tiles)? else { return Ok(None) };
+    let traced = Records { log: &log, tiles: tiles.pieces(), layout: &layout };
+    let filter = Filter::new(traced.film(settings.size[0], job)?, job)?;
+    let noise = filter.noise();
 
     let meta = Meta {
         size: settings.size,
@@ -53,8 +70,20 @@ pub fn bake(
         seed: settings.seed,
         editable_fragments: 0,
     };
-    let progress = job.progress("packing", 2 * u64::from(tiles.pieces()));
-    pack::pack(&log, tiles.pieces(), &layout, basis, (meta, later), &progress).map(Some)
+    let head = (meta, later);
+    if !settings.filter {
+        let noise = noise.map(|noise| Noise { after: noise.before, ..noise });
+        let images = traced.pack(basis, head, None, job)?;
+        return Ok(Some(Baked { images, unfiltered: None, noise }));
+    }
+    let mut measured = one_pixel_in(SPACING, settings.size);
+    measured.sort_unstable();
+    let unfiltered = traced.pack(basis, head.clone(), Some(&measured), job)?;
+    let stage = Filtered::new(&traced, filter, tiles.grid(), tiles.key);
+    let Some(filtered) = run(&stage)? else { return Ok(None) };
+    let filtered = Records { log: &filtered, ..traced };
+    let images = filtered.pack(basis, head, None, job)?;
+    Ok(Some(Baked { images, unfiltered: Some(unfiltered), noise }))
 }
 
 /// Everything that the tiles depend on.
@@ -63,6 +92,8 @@ fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
         Functions::BlinnPhong { lobes } => lobes,
         Functions::Microfacet { weights, .. } => weights,
     };
+    // What is traced is filtered or not.
+    let settings = Settings { filter: false, ..*settings };
     let (reads, functions) = (hash_of(scene, &READS), content_hash(bytemuck::cast_slice(functions)));
     xxh3_128(format!("{reads:032x} {settings:?} {REVISION} {functions}").as_bytes())
 }
@@ -113,13 +144,14 @@ impl Stage for Tiles<'_> {
 pub(super) fn projector<'a>(
     scene: &Scene,
     basis: &'a BrdfBasis,
-    layout: &'a Layout,
+    (layout, later): (&'a Layout, Option<&Later>),
     chromaticity: Option<Rgb>,
-    later: Option<&Later>,
+    watcher: &'a Watcher,
 ) -> Projector<'a> {
     let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
     let nodes = later.map_or_else(Vec::new, Later::node_albedos);
-    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel(chromaticity), nodes)
+    let grey_channel = grey_channel(chromaticity);
+    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel, nodes, watcher)
 }
 
 /// The fragments of some pixels, projected.
@@ -132,10 +164,15 @@ pub(super) fn trace_pixels(
     let mut records = projector.empty();
     let mut tile = Tile::default();
     for pixel in pixels {
-        gather.pixel(pixel, samples, |path| projector.add(path, &mut records));
-        records.drain(|class, count, sums| {
-            tile.fragments.push(TileFragment { pixel, class: class as u16, count });
-            tile.values.extend_from_slice(sums);
+        let mut number = 0;
+        gather.pixel(pixel, samples, |path| {
+            projector.add(path, usize::from(2 * number >= samples), &mut records);
+            number += 1;
+        });
+        records.drain(|class, record| {
+            let Record { count, seen, .. } = *record;
+            tile.fragments.push(TileFragment { pixel, class: class as u16, count, seen });
+            tile.values.extend_from_slice(&record.sums);
         });
     }
     tile

@@ -11,6 +11,9 @@ use relume_formats::Place;
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
 
+/// Bytes that are known of a fragment while its filter is chosen.
+const FILTERED: u64 = 512;
+
 /// Fails, naming what stands in the way, unless the method serves what `scene` varies.
 pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     let place = Place::file(&scene.file);
@@ -59,7 +62,7 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let fragments = pixels + pixels / 10;
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
-    fragments * (layout.channels() as u64 * 8 + 32)
+    fragments * (layout.channels() as u64 * 8 + 32 + FILTERED)
         + pixels.div_ceil(u64::from(held_out::SPACING.pow(2))) * 12 * u64::from(held_out::STATES)
         + triangles * 600
         + texels * 48

@@ -28,7 +28,7 @@ use relume_scenes::Scene;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use super::states::random_state;
+pub use crate::random_state::random_state;
 
 /// Number of held-out states.
 pub const STATES: u32 = 16;

@@ -1,13 +1,14 @@
 //! The method as the bundle sees it: settings, files, entry of the manifest.
 
 use super::albedo_errors::albedo_errors;
-use super::bake::bake;
+use super::bake::{Baked, bake};
 use super::basis::space_for;
 use super::fit::{expect_fit, predicted_bytes};
 use super::held_out::{CHOICE_PIXELS, HeldOutErrors};
 use super::settings::{Bases, NAME, READS, REVISION, Settings, TransferImagesMethod};
 use super::{held_out, prediction};
 use crate::error::Result;
+use crate::filter::Noise;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
@@ -44,12 +45,13 @@ impl Method for TransferImagesMethod {
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
-        let Self { size, samples, seed, bases } = *self;
+        let Self { size, samples, seed, bases, filter } = *self;
         let mut asked = BTreeMap::from([
             ("revision".to_owned(), json!(REVISION)),
             ("size".to_owned(), json!(size)),
             ("samples".to_owned(), json!(samples)),
             ("seed".to_owned(), json!(seed)),
+            ("filter".to_owned(), json!(if filter { "on" } else { "off" })),
         ]);
         match bases {
             Bases::Number(bases) => asked.insert(BASES.to_owned(), json!(bases)),
@@ -67,12 +69,12 @@ impl Method for TransferImagesMethod {
     }
 
     fn memory(&self, scene: &Scene) -> MemoryNeed {
-        let Self { size, samples, seed, bases } = *self;
+        let Self { size, samples, seed, bases, filter } = *self;
         let bases = match bases {
             Bases::Number(bases) => bases,
             Bases::Error(_) => *held_out::CHOICE.start(),
         };
-        need(scene, &Settings { size, samples, seed, bases })
+        need(scene, &Settings { size, samples, seed, bases, filter })
     }
 
     fn reads(&self, scene: &Scene) -> u128 {
@@ -80,7 +82,7 @@ impl Method for TransferImagesMethod {
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
-        let Self { size, samples, seed, bases } = *self;
+        let Self { size, samples, seed, bases, filter } = *self;
         let Work { job, .. } = *work;
         let preparing = job.step("preparing");
         let world = World::new(scene);
@@ -97,18 +99,20 @@ impl Method for TransferImagesMethod {
                 held_out::choose_bases(scene, &gather, space.whole(), samples, max, &pixels, job)?
             }
         };
-        let settings = Settings { size, samples, seed, bases };
+        let settings = Settings { size, samples, seed, bases, filter };
         job.memory().expect(need(scene, &settings))?;
         let making_basis = job.step("basis");
         let basis = space.basis(bases);
         drop((space, making_basis));
-        let Some(images) = bake(scene, &gather, &settings, &basis, job, |stage| work.run(stage))? else {
+        let Some(baked) = bake(scene, &gather, &settings, &basis, job, |stage| work.run(stage))? else {
             return Ok(None);
         };
-        let errors = held_out::measure(scene, &gather, &settings, &basis, &images, job)?;
+        let Baked { images, unfiltered, noise } = &baked;
+        let measured = unfiltered.as_ref().unwrap_or(images);
+        let errors = held_out::measure(scene, &gather, &settings, &basis, measured, job)?;
         let files = vec![
             (BrdfBasis::KIND.name().to_owned(), work.write(&basis, "brdf-basis.relume")?),
-            (NAME.to_owned(), work.write(&images, "transfer-images.relume")?),
+            (NAME.to_owned(), work.write(images, "transfer-images.relume")?),
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
@@ -116,7 +120,7 @@ impl Method for TransferImagesMethod {
             Some(later) => {
                 let pixels = held_out::one_pixel_in(held_out::SPACING, size);
                 (
-                    held_out::measure_nodes(scene, &gather, &settings, &basis, &images, job)?,
+                    held_out::measure_nodes(scene, &gather, &settings, &basis, measured, job)?,
                     albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?,
                 )
             }
@@ -127,9 +131,13 @@ impl Method for TransferImagesMethod {
             let named = |(which, error)| (format!("relative_l2_{which}{ending}"), error);
             errors.into_iter().flat_map(of).map(named).collect::<Vec<_>>()
         };
+        let of_noise = noise.iter().flat_map(|Noise { before, after }| {
+            [("relative_l2_of_noise", *after), ("relative_l2_of_noise_unfiltered", *before)]
+        });
         let errors = [("", errors), ("_of_nodes", of_nodes), ("_of_albedos", of_albedos)]
             .into_iter()
             .flat_map(figures)
+            .chain(of_noise.map(|(name, error)| (name.to_owned(), error)))
             .collect();
         let measured_on = held_out::measured_on(images.head.later.is_some());
         Ok(Some(Product { files, settings: recorded, errors, measured_on }))

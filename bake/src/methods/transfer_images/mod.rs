@@ -1,8 +1,9 @@
 //! Method `transfer-images` (thesis §4.1): light and view stay, materials of whole objects vary.
 //!
-//! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Compress:
-//! halves with a range per image, [`pack`]. What it cannot do: exponents above 200 or roughness below 0.32,
-//! lights or views that vary. Third and later reflections know materials by their albedos alone, [`later`].
+//! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Filter: noise
+//! out, the same way of all images, [`filtered`]. Compress: halves with a range per image, [`pack`]. What it
+//! cannot do: exponents above 200 or roughness below 0.32, lights or views that vary. Third and later
+//! reflections know materials by their albedos alone, [`later`].
 //!
 //! [`pack`] is public for charts, which cut bundles with fewer bases out of one bake.
 
@@ -10,6 +11,7 @@ pub mod albedo_errors;
 mod bake;
 mod basis;
 mod chromaticity;
+mod filtered;
 mod fit;
 pub mod held_out;
 mod inspected;
@@ -18,12 +20,13 @@ mod method;
 pub mod pack;
 mod prediction;
 mod project;
+mod records;
 mod registered;
 mod settings;
 mod states;
 mod tiles;
 
-pub use bake::bake;
+pub use bake::{Baked, bake};
 pub use basis::{model, space_for};
 pub use chromaticity::chromaticity;
 pub use registered::METHOD;

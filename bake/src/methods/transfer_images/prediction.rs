@@ -9,6 +9,7 @@ use super::held_out::{self, HeldOutErrors};
 use super::later::later;
 use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
+use crate::filter::Watcher;
 use crate::job::Job;
 use crate::method::Predicted;
 use crate::methods::spread::spread;
@@ -32,13 +33,16 @@ const HALF: f64 = 1.8;
 const ZERO: f64 = 0.03;
 /// Bytes a second that are packed, compressed and written, per thread.
 const PACKED: f64 = 2e7;
+/// Values that are filtered a second, and pixels that a strength is chosen for, per thread.
+const FILTERED: f64 = 2e6;
+const CHOSEN: f64 = 4e3;
 
 /// What baking `scene` by `method` will take.
 ///
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
 pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Result<Predicted> {
-    let TransferImagesMethod { size, samples, seed, bases } = *method;
+    let TransferImagesMethod { size, samples, seed, bases, filter } = *method;
     let start = Instant::now();
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
@@ -57,11 +61,13 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let start = Instant::now();
     let basis = space.basis(chosen);
     let chromaticity = chromaticity(scene);
-    let later = later(scene, &gather, &Settings { size, samples, seed, bases: chosen }, &basis, job)?;
+    let settings = Settings { size, samples, seed, bases: chosen, filter };
+    let later = later(scene, &gather, &settings, &basis, job)?;
     let images = later.as_ref().map(Later::images);
     let layout = Layout::new(scene.vary.materials.len(), chosen, chromaticity.is_some(), images);
     let preparing = preparing + start.elapsed().as_secs_f64();
-    let projector = projector(scene, &basis, &layout, chromaticity, later.as_ref());
+    let watcher = Watcher::new(scene);
+    let projector = projector(scene, &basis, (&layout, later.as_ref()), chromaticity, &watcher);
     let all = size[0] as usize * size[1] as usize;
     let pixels: Vec<u32> = spread(PIXELS, all).into_iter().map(|pixel| pixel as u32).collect();
 
@@ -89,13 +95,15 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     held_out::trace(&gather, scene, (&basis, later.as_ref()), &few, samples);
     let per_pixel = start.elapsed().as_secs_f64() / few.len() as f64;
     let measuring = per_pixel * all as f64 / f64::from(held_out::SPACING.pow(2));
-    let packing = 2.0 * values / (PACKED * rayon::current_num_threads() as f64);
+    let threads = rayon::current_num_threads() as f64;
+    let packing = 2.0 * values / (PACKED * threads);
+    let filtering = if filter { (values / FILTERED + all as f64 / CHOSEN) / threads } else { 0.0 };
     Ok(Predicted {
         tells,
         rays,
-        seconds: preparing + choosing + tracing + measuring + packing,
+        seconds: preparing + choosing + tracing + measuring + filtering + packing,
         bytes: (values - zeros) * HALF + zeros * ZERO + basis.to_bytes(Place::file("basis"))?.len() as f64,
-        memory: predicted_bytes(scene, &Settings { size, samples, seed, bases: chosen }),
+        memory: predicted_bytes(scene, &settings),
         chosen: Some(chosen),
     })
 }

@@ -3,6 +3,7 @@
 
 use super::later::lambert;
 use crate::brdf;
+use crate::filter::{Seen, Watcher};
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -24,6 +25,7 @@ pub struct Projector<'a> {
     grey_channel: usize,
     /// The albedo of every class at every node of later reflections, [nodes, classes].
     node_albedos: Vec<Vec<f32>>,
+    watcher: &'a Watcher,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -41,10 +43,27 @@ struct Channels {
 /// Basis values at one reflection.
 type Values = [f32; MAX_BASES];
 
-/// What the samples of one pixel add up to, class by class.
+/// What the samples of one pixel add up to.
 pub struct PixelRecords {
-    /// For each class, the fixed one last: number of samples and sums per channel.
-    classes: Vec<(u32, Vec<f32>)>,
+    /// For each class, the fixed one last.
+    classes: Vec<Record>,
+}
+
+/// What the samples of one class in a pixel add up to.
+#[derive(Clone, Default)]
+pub struct Record {
+    /// Their number.
+    pub count: u32,
+    /// What is seen beside its channels; what anything emits is with the fixed class.
+    pub seen: Seen,
+    /// By channel.
+    pub sums: Vec<f32>,
+}
+
+impl Record {
+    fn of(channels: usize) -> Self {
+        Self { sums: vec![0.0; channels], ..Self::default() }
+    }
 }
 
 impl<'a> Projector<'a> {
@@ -58,6 +77,7 @@ impl<'a> Projector<'a> {
         editable: &[usize],
         grey_channel: usize,
         node_albedos: Vec<Vec<f32>>,
+        watcher: &'a Watcher,
     ) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
         let materials = materials
@@ -72,44 +92,38 @@ impl<'a> Projector<'a> {
                 Channels { start, rgb: slot.rgb };
             start += slot.channels();
         }
-        Self { basis, layout, materials, channels, grey_channel, node_albedos }
+        Self { basis, layout, materials, channels, grey_channel, node_albedos, watcher }
     }
 
     /// Records with nothing in them.
     pub fn empty(&self) -> PixelRecords {
-        let editable = (0, vec![0.0; self.layout.channels()]);
-        let mut classes = vec![editable; self.layout.materials];
-        classes.push((0, vec![0.0; 3 * self.layout.firsts()]));
+        let mut classes = vec![Record::of(self.layout.channels()); self.layout.materials];
+        classes.push(Record::of(3 * self.layout.firsts()));
         PixelRecords { classes }
     }
 
-    /// Adds one path.
-    pub fn add(&self, path: &GatherPath, records: &mut PixelRecords) {
+    /// Adds one path, of the first `half` of the samples or the second, 0 or 1.
+    pub fn add(&self, path: &GatherPath, half: usize, records: &mut PixelRecords) {
+        let fixed = self.layout.materials;
+        // What a surface emits does not follow its material.
+        Watcher::emitted(path, &mut records.classes[fixed].seen);
         match path {
-            GatherPath::Light(radiance) => {
-                let (count, sums) = &mut records.classes[self.layout.materials];
-                *count += 1;
-                add_rgb(sums, 0, *radiance);
+            GatherPath::Light(_) => records.classes[fixed].count += 1,
+            GatherPath::Surface(eye) => {
+                let reflector = self.materials[eye.material as usize];
+                let class = if let Reflector::Editable(class) = reflector { class } else { fixed };
+                let record = &mut records.classes[class];
+                record.count += 1;
+                self.watcher.add(path, half, &mut record.seen);
+                match reflector {
+                    Reflector::Editable(_) => self.add_editable(eye, &mut record.sums),
+                    Reflector::Fixed(material) => self.add_fixed(eye, &material, &mut record.sums),
+                }
             }
-            GatherPath::Surface(eye) => match self.materials[eye.material as usize] {
-                Reflector::Editable(class) => {
-                    self.add_editable(eye, &mut records.classes[class]);
-                    if eye.emitted != Vec3A::ZERO {
-                        // What a surface emits does not follow its material. The sample counts for its
-                        // material alone.
-                        let (_, sums) = &mut records.classes[self.layout.materials];
-                        add_rgb(sums, 0, eye.emitted);
-                    }
-                }
-                Reflector::Fixed(material) => {
-                    self.add_fixed(eye, &material, &mut records.classes[self.layout.materials])
-                }
-            },
         }
     }
 
-    fn add_editable(&self, eye: &EyeVertex, (count, sums): &mut (u32, Vec<f32>)) {
-        *count += 1;
+    fn add_editable(&self, eye: &EyeVertex, sums: &mut [f32]) {
         for direct in eye.direct.iter().flatten() {
             self.add_slots(
                 sums,
@@ -127,9 +141,8 @@ impl<'a> Projector<'a> {
         }
     }
 
-    fn add_fixed(&self, eye: &EyeVertex, material: &Brdf, (count, sums): &mut (u32, Vec<f32>)) {
-        *count += 1;
-        add_rgb(sums, 0, eye.emitted + reflect(&eye.direct, eye.albedo, material));
+    fn add_fixed(&self, eye: &EyeVertex, material: &Brdf, sums: &mut [f32]) {
+        add_rgb(sums, 0, reflect(&eye.direct, eye.albedo, material));
         if let Some(first) = &eye.indirect {
             let at_eye = brdf::evaluate(material, eye.albedo, &first.eye_angles);
             self.each_first(first, |reflection, light| {
@@ -232,14 +245,13 @@ impl<'a> Projector<'a> {
 }
 
 impl PixelRecords {
-    /// Hands over every class that was met or holds what others emit, with its samples and its sums, and
-    /// forgets them.
-    pub fn drain(&mut self, mut each: impl FnMut(usize, u32, &[f32])) {
-        for (class, (count, sums)) in self.classes.iter_mut().enumerate() {
-            if *count > 0 || sums.iter().any(|sum| *sum != 0.0) {
-                each(class, *count, sums);
-                *count = 0;
-                sums.fill(0.0);
+    /// Hands over every class that was met or emits, and forgets them.
+    pub fn drain(&mut self, mut each: impl FnMut(usize, &Record)) {
+        for (class, record) in self.classes.iter_mut().enumerate() {
+            if record.count > 0 || record.seen != Seen::default() {
+                each(class, record);
+                (record.count, record.seen) = (0, Seen::default());
+                record.sums.fill(0.0);
             }
         }
     }

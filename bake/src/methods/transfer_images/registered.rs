@@ -30,6 +30,7 @@ fn method(asked: &Asked) -> TransferImagesMethod {
         samples: asked.samples.unwrap_or(asked.quality.samples()),
         seed: asked.seed,
         bases: asked.bases.map_or(Bases::Error(asked.max_error), |n| Bases::Number(n as usize)),
+        filter: asked.filter,
     }
 }
 

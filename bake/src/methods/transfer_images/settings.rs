@@ -6,7 +6,7 @@ use crate::scene_hash::Part;
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
 /// Changes whenever the same scene and settings give other bytes than before.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 /// What a bake reads of a scene.
 pub(super) const READS: [Part; 6] =
     [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
@@ -22,6 +22,8 @@ pub struct Settings {
     pub seed: u64,
     /// Number of bases, the diffuse one included.
     pub bases: usize,
+    /// Whether noise is filtered out.
+    pub filter: bool,
 }
 
 /// The method with the settings that it is to bake with.
@@ -35,6 +37,8 @@ pub struct TransferImagesMethod {
     pub seed: u64,
     /// How many bases.
     pub bases: Bases,
+    /// Whether noise is filtered out.
+    pub filter: bool,
 }
 
 impl Bases {

@@ -2,14 +2,11 @@
 
 use super::later::lambert;
 use crate::brdf;
-use crate::trace::sampler::{PixelSampler, Sample};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::Later;
-use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SLOPE_MIN,
-};
+use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 
 /// A state of the materials.
@@ -52,56 +49,4 @@ pub(super) fn all_materials(scene: &Scene, varying: &[Brdf]) -> Vec<Brdf> {
         all[*index] = *material;
     }
     all
-}
-
-/// Parameters of the materials that vary, in held-out state number `state`: colours of any hue, diffuse and
-/// glossy in any proportion, or dielectrics, metals and what is between in equal numbers; exponents and
-/// roughnesses evenly spread over octaves, which is how artists perceive them.
-pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
-    let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
-    let material = |(index, material): (u32, &usize)| {
-        let material = &scene.materials[*material];
-        let sample = sampler.sample(index);
-        match material.brdf.model() {
-            Model::BlinnPhong => random_blinn_phong(&sample),
-            Model::Ggx => random_ggx(&sample, material.texture.is_some()),
-            Model::CookTorrance => random_cook_torrance(&sample),
-        }
-    };
-    (0..).zip(&scene.vary.materials).map(material).collect()
-}
-
-fn random_blinn_phong(sample: &Sample) -> Brdf {
-    let ([kd, ks], exponent) = random_parts(sample);
-    let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);
-    Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
-}
-
-/// Colours of a diffuse and of a glossy part that share what is reflected, and how sharp that one is, 0..1.
-fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
-    let [share, sharpness] = sample.pair(0);
-    let [kr, kg] = sample.pair(1);
-    let [kb, sr] = sample.pair(2);
-    let [sg, sb] = sample.pair(3);
-    ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
-}
-
-fn random_cook_torrance(sample: &Sample) -> Brdf {
-    let ([kd, ks], octave) = random_parts(sample);
-    let [fresnel, _] = sample.pair(4);
-    let roughness = SLOPE_MIN.powf(octave).clamp(SLOPE_MIN, 1.0);
-    Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
-}
-
-fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
-    let [metal, octave] = sample.pair(0);
-    let [r, g] = sample.pair(1);
-    let [b, _] = sample.pair(2);
-    // A third each of dielectrics and metals, the rest evenly between.
-    let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
-    Brdf::Ggx(Ggx {
-        base_color: [r, g, b],
-        metallic,
-        roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0),
-    })
 }

@@ -1,7 +1,13 @@
 //! Tiles of finished fragments, as the work log keeps them.
 
+use crate::filter::Seen;
+use crate::filter::seen::WORDS;
+
+/// Bytes of the small print of a fragment.
+const SMALL_PRINT: usize = 10 + 4 * WORDS;
+
 /// One fragment of a tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TileFragment {
     /// y·width + x.
     pub pixel: u32,
@@ -9,6 +15,8 @@ pub struct TileFragment {
     pub class: u16,
     /// Film samples that fell on it.
     pub count: u32,
+    /// What is seen beside its channels.
+    pub seen: Seen,
 }
 
 /// The fragments of one tile and their channel sums, one record after the other.
@@ -23,12 +31,13 @@ pub struct Tile {
 impl Tile {
     /// As bytes for the log.
     pub fn encode(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(4 + 10 * self.fragments.len() + 4 * self.values.len());
+        let mut bytes = Vec::with_capacity(4 + SMALL_PRINT * self.fragments.len() + 4 * self.values.len());
         bytes.extend((self.fragments.len() as u32).to_le_bytes());
         for f in &self.fragments {
             bytes.extend(f.pixel.to_le_bytes());
             bytes.extend(f.class.to_le_bytes());
             bytes.extend(f.count.to_le_bytes());
+            f.seen.words().iter().for_each(|word| bytes.extend(word.to_le_bytes()));
         }
         self.values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
         bytes
@@ -36,19 +45,23 @@ impl Tile {
 
     /// The inverse of [`Tile::encode`], on bytes whose checksum was right.
     pub fn decode(bytes: &[u8]) -> Self {
-        let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
-        let count = word(0) as usize;
-        let fragment = |i: usize| {
-            let at = 4 + 10 * i;
-            TileFragment {
-                pixel: word(at),
-                class: u16::from_le_bytes([bytes[at + 4], bytes[at + 5]]),
-                count: word(at + 6),
-            }
-        };
-        let fragments = (0..count).map(fragment).collect();
-        let values = bytes[4 + 10 * count..].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+        let (count, rest) = bytes.split_at(4);
+        let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize;
+        let (fragments, values) = rest.split_at(SMALL_PRINT * count);
+        let fragments = fragments.chunks_exact(SMALL_PRINT).map(fragment).collect();
+        let values = values.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
         Self { fragments, values }
+    }
+}
+
+fn fragment(bytes: &[u8]) -> TileFragment {
+    let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+    let words = std::array::from_fn(|k| f32::from_bits(word(10 + 4 * k)));
+    TileFragment {
+        pixel: word(0),
+        class: u16::from_le_bytes([bytes[4], bytes[5]]),
+        count: word(6),
+        seen: Seen::from_words(&words),
     }
 }
 
@@ -60,7 +73,10 @@ mod tests {
     fn tiles_come_back() {
         for n in [0u32, 1, 7] {
             let fragments = (0..n)
-                .map(|i| TileFragment { pixel: i * 7 + n, class: (i % 3) as u16, count: i + 1 })
+                .map(|i| {
+                    let seen = Seen::from_words(&std::array::from_fn(|k| k as f32 + 0.5 * i as f32));
+                    TileFragment { pixel: i * 7 + n, class: (i % 3) as u16, count: i + 1, seen }
+                })
                 .collect();
             let tile = Tile { fragments, values: (0..n * 5).map(|i| i as f32 * 0.25 - n as f32).collect() };
             assert_eq!(Tile::decode(&tile.encode()), tile);

@@ -1,0 +1,152 @@
+//! What the samples of a fragment tell of it beside what is stored.
+
+use crate::brdf;
+use crate::random_state::random_state;
+use crate::trace::gather::{EyeVertex, GatherPath};
+use glam::Vec3A;
+use relume_formats::basis::Angles;
+use relume_formats::state::Brdf;
+use relume_scenes::Scene;
+use std::f32::consts::FRAC_1_PI;
+
+/// Random states in which fragments are looked at: enough that what shines or is dark in one shows in another.
+pub const STATES: usize = 4;
+/// The first of these states; bakes are judged by others.
+const FIRST_STATE: u32 = 0x67_75_69_64;
+/// How often light was reflected: once, twice, more often.
+pub const LAYERS: usize = 3;
+/// Numbers that one [`Seen`] has.
+pub const WORDS: usize = 14 + 2 * LAYERS * STATES;
+/// The albedo that materials that vary have at third and later reflections.
+const TYPICAL_ALBEDO: f32 = 0.5;
+
+/// Light by how often it was reflected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layer {
+    /// Once.
+    Direct,
+    /// Twice.
+    Indirect,
+    /// Three times or more.
+    Later,
+}
+
+/// Mean over the channels of light, in each state.
+pub type Guide = [f32; STATES];
+
+/// Sums over the samples of a fragment; or over none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Seen {
+    /// Samples of each half that fell on a surface.
+    pub samples: [f32; 2],
+    /// World space.
+    pub position: [f32; 3],
+    /// Shading normals.
+    pub normal: [f32; 3],
+    /// What surfaces that do not vary reflect, and colours of textures.
+    pub colour: [f32; 3],
+    /// Light that surfaces emit, and that of lights: it has no noise but that of its edges.
+    pub emitted: [f32; 3],
+    /// Light in the random states, by the half of the samples and by layer.
+    pub guides: [[Guide; LAYERS]; 2],
+}
+
+impl Seen {
+    /// As numbers, and back by [`Seen::from_words`].
+    pub fn words(&self) -> [f32; WORDS] {
+        let mut words = [0.0; WORDS];
+        let vectors = [self.position, self.normal, self.colour, self.emitted];
+        let all = self
+            .samples
+            .iter()
+            .chain(vectors.as_flattened())
+            .chain(self.guides.as_flattened().as_flattened());
+        words.iter_mut().zip(all).for_each(|(word, value)| *word = *value);
+        words
+    }
+
+    /// The inverse of [`Seen::words`].
+    pub fn from_words(words: &[f32; WORDS]) -> Self {
+        let mut rest = words.iter().copied();
+        let mut next = || rest.next().unwrap_or_default();
+        let samples = std::array::from_fn(|_| next());
+        let [position, normal, colour, emitted] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
+        let guides = std::array::from_fn(|_| std::array::from_fn(|_| std::array::from_fn(|_| next())));
+        Self { samples, position, normal, colour, emitted, guides }
+    }
+}
+
+/// Looks at paths of one scene.
+pub struct Watcher {
+    /// By state, all materials.
+    states: Vec<Vec<Brdf>>,
+    /// For each material, whether it varies.
+    varies: Vec<bool>,
+}
+
+impl Watcher {
+    /// For `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        let state = |number: u32| {
+            let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
+            let varying = random_state(FIRST_STATE + number, scene);
+            scene.vary.materials.iter().zip(varying).for_each(|(index, material)| all[*index] = material);
+            all
+        };
+        Self {
+            states: (0..STATES as u32).map(state).collect(),
+            varies: (0..scene.materials.len()).map(|m| scene.vary.materials.contains(&m)).collect(),
+        }
+    }
+
+    /// Adds a path to what is seen of its fragment, `half` of the samples being 0 or 1. Light that a surface of
+    /// a material that varies emits is another fragment's; see [`Watcher::emitted`].
+    pub fn add(&self, path: &GatherPath, half: usize, seen: &mut Seen) {
+        let GatherPath::Surface(eye) = path else { return };
+        seen.samples[half] += 1.0;
+        add(&mut seen.position, eye.position);
+        add(&mut seen.normal, eye.normal);
+        add(&mut seen.colour, self.colour(eye));
+        for (state, materials) in self.states.iter().enumerate() {
+            for (layer, light) in self.light(eye, materials).into_iter().enumerate() {
+                seen.guides[half][layer][state] += (light.x + light.y + light.z) / 3.0;
+            }
+        }
+    }
+
+    /// What the eye sees emit.
+    pub fn emitted(path: &GatherPath, seen: &mut Seen) {
+        match path {
+            GatherPath::Light(radiance) => add(&mut seen.emitted, *radiance),
+            GatherPath::Surface(eye) => add(&mut seen.emitted, eye.emitted),
+        }
+    }
+
+    /// What tells one surface from the next, but for light: two fixed materials may meet in one plane.
+    fn colour(&self, eye: &EyeVertex) -> Vec3A {
+        if self.varies[eye.material as usize] {
+            return eye.albedo;
+        }
+        match self.states[0][eye.material as usize] {
+            Brdf::BlinnPhong(m) => Vec3A::from(m.kd) * eye.albedo + Vec3A::from(m.ks),
+            Brdf::CookTorrance(m) => Vec3A::from(m.kd) * eye.albedo + Vec3A::from(m.ks),
+            Brdf::Ggx(m) => Vec3A::from(m.base_color) * eye.albedo,
+        }
+    }
+
+    /// By layer, as if materials that vary were matt where third and later reflections come from.
+    fn light(&self, eye: &EyeVertex, materials: &[Brdf]) -> [Vec3A; LAYERS] {
+        let brdf =
+            |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
+        let matt = |m: u32, albedo: Vec3A, angles: &Angles| {
+            let typical = Vec3A::splat(TYPICAL_ALBEDO * FRAC_1_PI);
+            if self.varies[m as usize] { typical } else { brdf(m, albedo, angles) }
+        };
+        let [direct, indirect] = eye.early_light(brdf);
+        [direct, indirect, eye.later_light(brdf, matt)]
+    }
+}
+
+fn add(sum: &mut [f32; 3], value: Vec3A) {
+    sum.iter_mut().zip(value.to_array()).for_each(|(sum, value)| *sum += value);
+}

@@ -1,0 +1,143 @@
+//! Takes the noise out of traced tiles, a tile a piece.
+
+use super::bake::TILE;
+use super::records::{Record, Records};
+use super::settings::NAME;
+use super::tiles::{Tile, TileFragment};
+use crate::error::Result;
+use crate::filter::{Filter, LAYERS, Layer, Row};
+use crate::stage::Stage;
+use relume_formats::kinds::transfer_images::FirstReflection;
+use std::collections::HashMap;
+use std::ops::Range;
+use xxhash_rust::xxh3::xxh3_128;
+
+/// Changes whenever the same tiles are filtered otherwise than before.
+const REVISION: u32 = 1;
+
+/// Filtering tiles.
+pub struct Filtered<'a> {
+    traced: &'a Records<'a>,
+    filter: Filter,
+    /// Tiles along each side of the film.
+    grid: [u32; 2],
+    key: u128,
+    /// Channels of each layer in the records of editable fragments and of fixed ones.
+    editable: [Vec<Range<usize>>; LAYERS],
+    fixed: [Vec<Range<usize>>; LAYERS],
+}
+
+impl<'a> Filtered<'a> {
+    /// What was `traced`, under this key.
+    pub fn new(traced: &'a Records<'a>, filter: Filter, grid: [u32; 2], key: u128) -> Self {
+        let slots = &traced.layout.slots;
+        let editable = slots.iter().map(|slot| (slot.first, slot.channels()));
+        let fixed = slots.iter().filter_map(|slot| Some((slot.fixed?, slot.channels())));
+        let (editable, fixed) = (channels_of_layers(editable), channels_of_layers(fixed));
+        Self {
+            traced,
+            filter,
+            grid,
+            key: xxh3_128(format!("{key:032x} filter {REVISION}").as_bytes()),
+            editable,
+            fixed,
+        }
+    }
+
+    /// A tile and those around it.
+    fn around(&self, number: u32) -> Result<Vec<Tile>> {
+        let [columns, rows] = self.grid;
+        let (column, row) = (number % columns, number / columns);
+        let near = |at: u32, count: u32| at.saturating_sub(1)..(at + 2).min(count);
+        let numbers = near(row, rows).flat_map(|row| near(column, columns).map(move |c| row * columns + c));
+        numbers.map(|number| self.traced.tile(number)).collect()
+    }
+
+    /// What a fragment's samples add up to if each shows what `rows` say.
+    fn filtered(
+        &self,
+        (fragment, record): &Record<'_>,
+        rows: &[Row; LAYERS],
+        records: &HashMap<u32, Record<'_>>,
+    ) -> Vec<f32> {
+        let is_fixed = usize::from(fragment.class) == self.traced.layout.materials;
+        let mut values = vec![0.0; record.len()];
+        for (row, channels) in rows.iter().zip(if is_fixed { &self.fixed } else { &self.editable }) {
+            for (number, weight) in row {
+                let Some((other, sums)) = records.get(number) else { continue };
+                let weight = weight * surface_samples(fragment) / surface_samples(other);
+                for range in channels {
+                    let all = values[range.clone()].iter_mut().zip(&sums[range.clone()]);
+                    all.for_each(|(value, sum)| *value += weight * sum);
+                }
+            }
+        }
+        values
+    }
+}
+
+impl Stage for Filtered<'_> {
+    fn name(&self) -> String {
+        format!("{NAME}-filtered")
+    }
+
+    fn label(&self) -> Option<&'static str> {
+        Some("filtering images")
+    }
+
+    fn key(&self) -> u128 {
+        self.key
+    }
+
+    fn pieces(&self) -> u32 {
+        self.grid[0] * self.grid[1]
+    }
+
+    fn piece(&self, number: u32) -> Result<Vec<u8>> {
+        let tiles = self.around(number)?;
+        let mut records = HashMap::new();
+        for tile in &tiles {
+            let known = self.traced.of(tile)?.into_iter();
+            records.extend(known.filter_map(|r| Some((self.filter.number(r.0.pixel, r.0.class)?, r))));
+        }
+        let place = [number % self.grid[0] * TILE, number / self.grid[0] * TILE];
+        let rows: HashMap<_, _> = self.filter.rows(place.map(|p| p as i32)).into_iter().collect();
+        let traced = self.traced.tile(number)?;
+        let mut filtered = Vec::with_capacity(traced.values.len());
+        for record in self.traced.of(&traced)? {
+            let number = self.filter.number(record.0.pixel, record.0.class);
+            match number.and_then(|number| rows.get(&number)) {
+                Some(rows) => filtered.extend(self.filtered(&record, rows, &records)),
+                None => filtered.extend_from_slice(record.1),
+            }
+        }
+        Ok(Tile { fragments: traced.fragments, values: filtered }.encode())
+    }
+}
+
+fn surface_samples(fragment: &TileFragment) -> f32 {
+    fragment.seen.samples[0] + fragment.seen.samples[1]
+}
+
+fn layer_of(first: FirstReflection) -> Layer {
+    match first {
+        FirstReflection::None => Layer::Direct,
+        FirstReflection::Fixed | FirstReflection::Editable { .. } => Layer::Indirect,
+        FirstReflection::Later { .. } => Layer::Later,
+    }
+}
+
+/// Of slots in their order, each with its channels.
+fn channels_of_layers(slots: impl Iterator<Item = (FirstReflection, usize)>) -> [Vec<Range<usize>>; LAYERS] {
+    let mut layers: [Vec<Range<usize>>; LAYERS] = Default::default();
+    let mut start = 0;
+    for (first, channels) in slots {
+        let layer = &mut layers[layer_of(first) as usize];
+        match layer.last_mut() {
+            Some(last) if last.end == start => last.end += channels,
+            _ => layer.push(start..start + channels),
+        }
+        start += channels;
+    }
+    layers
+}

@@ -1,0 +1,115 @@
+//! The fragments of all tiles in a log, with the sums of their channels.
+
+use super::tiles::{Tile, TileFragment};
+use crate::error::Result;
+use crate::filter::Film;
+use crate::interrupted::Interrupted;
+use crate::job::{Job, Progress};
+use crate::work_log::WorkLog;
+use rayon::prelude::*;
+use relume_formats::kinds::transfer_images::Layout;
+
+/// Tiles that are in memory at a time.
+const BATCH: u32 = 64;
+
+/// A fragment with the sums of its channels, slot by slot.
+pub type Record<'a> = (TileFragment, &'a [f32]);
+
+/// A log that has all tiles.
+#[derive(Clone, Copy)]
+pub struct Records<'a> {
+    /// Where they are.
+    pub log: &'a WorkLog,
+    /// Their number.
+    pub tiles: u32,
+    /// What channels there are.
+    pub layout: &'a Layout,
+}
+
+impl Records<'_> {
+    /// What is seen of all fragments beside their channels.
+    ///
+    /// # Errors
+    /// If the log cannot be read or the job is interrupted.
+    pub fn film(&self, width: u32, job: &Job) -> Result<Film> {
+        let progress = job.progress("reading", u64::from(self.tiles));
+        let mut seen = Vec::new();
+        self.for_each_batch(
+            &progress,
+            |_| true,
+            |records| {
+                seen.extend(records.iter().map(|(f, _)| (f.pixel, f.class, f.seen)));
+            },
+        )?;
+        Ok(Film::new(width, seen.into_iter()))
+    }
+
+    /// Tile number `tile`, as it was traced or filtered: what surfaces emit is not in the sums.
+    ///
+    /// # Errors
+    /// If the log cannot be read.
+    pub fn tile(&self, tile: u32) -> Result<Tile> {
+        Ok(Tile::decode(&self.log.read(tile)?))
+    }
+
+    /// The records of `tile`.
+    ///
+    /// # Errors
+    /// If it is of another layout.
+    pub fn of<'t>(&self, tile: &'t Tile) -> Result<Vec<Record<'t>>> {
+        let mut values = tile.values.as_slice();
+        let mut record = |fragment: &TileFragment| {
+            let (record, rest) = values.split_at_checked(self.channels(fragment)).ok_or_else(|| {
+                self.log.refuse("holds a tile that does not fit the layout; bake again with --force")
+            })?;
+            values = rest;
+            Ok((*fragment, record))
+        };
+        tile.fragments.iter().map(&mut record).collect()
+    }
+
+    /// Fixed fragments have the first slots only, all of them RGB.
+    fn channels(&self, fragment: &TileFragment) -> usize {
+        if self.is_fixed(fragment) { 3 * self.layout.firsts() } else { self.layout.channels() }
+    }
+
+    fn is_fixed(&self, fragment: &TileFragment) -> bool {
+        usize::from(fragment.class) == self.layout.materials
+    }
+
+    /// Hands over the records of some tiles at a time, in their order, as far as they are `wanted`; what
+    /// surfaces emit is in the sums.
+    pub(super) fn for_each_batch(
+        &self,
+        progress: &Progress,
+        wanted: impl Fn(&TileFragment) -> bool,
+        mut each: impl FnMut(&[Record<'_>]),
+    ) -> Result<()> {
+        for first in (0..self.tiles).step_by(BATCH as usize) {
+            progress.check().map_err(|Interrupted| Interrupted)?;
+            let batch = first..self.tiles.min(first + BATCH);
+            let read = |id: u32| Ok(self.emitting(self.tile(id)?));
+            let tiles = batch.clone().into_par_iter().map(read).collect::<Result<Vec<Tile>>>()?;
+            let mut records = Vec::new();
+            for tile in &tiles {
+                records.extend(self.of(tile)?.into_iter().filter(|(fragment, _)| wanted(fragment)));
+            }
+            each(&records);
+            progress.advance(u64::from(batch.end - batch.start));
+        }
+        Ok(())
+    }
+
+    /// With what surfaces emit in the sums of direct light.
+    fn emitting(&self, mut tile: Tile) -> Tile {
+        let mut start = 0;
+        for fragment in &tile.fragments {
+            if self.is_fixed(fragment) {
+                let sums = tile.values.iter_mut().skip(start);
+                sums.zip(fragment.seen.emitted).for_each(|(sum, emitted)| *sum += emitted);
+            }
+            start += self.channels(fragment);
+        }
+        tile
+    }
+}

@@ -1,0 +1,108 @@
+//! Noise that is filtered out of transfer-images.
+
+use crate::support::images::{bake, gathering, in_state, on_bases, pick, settings, surface_pixels};
+use crate::support::{job, library_scene, relative_l2, render};
+use relume_bake::filter::{Film, Filter, Seen, Watcher, pictures};
+use relume_bake::methods::transfer_images::{Settings, held_out};
+use relume_bake::trace::gather::{Gather, GatherPath};
+use relume_bake::trace::reference::{self, Paths};
+use relume_formats::evaluate::transfer_images::evaluate;
+use relume_formats::state::{Brdf, Rgb};
+use relume_scenes::Scene;
+
+fn filtered(size: u32, samples: u32, bases: usize) -> Settings {
+    Settings { filter: true, ..settings(size, samples, bases, 1) }
+}
+
+fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
+    (100..108).map(|state| held_out::random_state(state, scene)).collect()
+}
+
+/// Pictures of states by the same paths and the same filter.
+fn pictures_of(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings) -> Vec<Vec<Rgb>> {
+    let scenes: Vec<Scene> = states.iter().map(|state| in_state(scene, state)).collect();
+    let Settings { size, samples, seed, .. } = *settings;
+    let settings = reference::Settings { size, samples, seed, reflections: 2, paths: Paths::Gather };
+    pictures::render(scene, &scenes, &settings, &job())
+        .unwrap()
+        .into_iter()
+        .map(|image| image.radiance)
+        .collect()
+}
+
+/// What the filter makes of images and of a picture of a state is the same: what is left is what bases lose,
+/// as without it.
+#[test]
+fn sums_of_filtered_images_are_filtered_sums() {
+    let scene = library_scene("cornell-knot");
+    let settings = filtered(48, 16, 12);
+    let (basis, images) = bake(&scene, &settings, true);
+    let states = states(&scene);
+    for (state, picture) in states.iter().zip(pictures_of(&scene, &states, &settings)) {
+        let shown = evaluate(&images, &on_bases(&basis, state));
+        let error = relative_l2(&shown, &picture);
+        assert!(error < 0.002, "{error}");
+    }
+}
+
+/// Less than half of the noise is left on a coarse film in states that it was not made for, and it says how much.
+#[test]
+fn noise_is_filtered_and_what_is_left_is_known() {
+    let mut scene = library_scene("cornell-knot");
+    scene.reflections = 2;
+    let settings = filtered(96, 64, 4);
+    let states = &states(&scene)[..3];
+    let pixels = surface_pixels(&scene, &settings);
+    let noise = gathering(&scene, &settings, |gather| filter_of(&scene, gather, &settings)).noise().unwrap();
+    let mut squares = [0.0; 2];
+    for (state, picture) in states.iter().zip(pictures_of(&scene, states, &settings)) {
+        let scene = in_state(&scene, state);
+        let render = |samples, paths, seed| {
+            pick(&render(&scene, settings.size, samples, 2, paths, seed).radiance, &pixels)
+        };
+        let truth = [7, 8].map(|seed| render(384, Paths::Best, seed));
+        let raw = render(settings.samples, Paths::Gather, settings.seed);
+        let errors = [raw, pick(&picture, &pixels)].map(|image| squared_error(&image, &truth));
+        println!("{:.2} % before, {:.2} % after", 100.0 * errors[0].sqrt(), 100.0 * errors[1].sqrt());
+        squares.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error / states.len() as f64);
+    }
+    let [before, after] = squares.map(f64::sqrt);
+    println!("{before:.4} before, {after:.4} after, estimated {noise:?}");
+    assert!(after < 0.5 * before, "{after} of {before}");
+    for (told, seen) in [(noise.before, before), (noise.after, after)] {
+        assert!((1.0 / 1.5..1.5).contains(&(told / seen)), "{told} for {seen}");
+    }
+}
+
+/// In parts of the square of the truth, of which there are two independent estimates: their noise is not in it.
+fn squared_error(image: &[Rgb], truth: &[Vec<Rgb>; 2]) -> f64 {
+    let [a, b] = truth.each_ref().map(|truth| truth.as_flattened());
+    let (mut error, mut norm) = (0.0, 0.0);
+    for ((value, a), b) in image.as_flattened().iter().zip(a).zip(b) {
+        let [value, a, b] = [value, a, b].map(|v| f64::from(*v));
+        error += (value - a) * (value - b);
+        norm += a * b;
+    }
+    error.max(0.0) / norm
+}
+
+fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
+    let watcher = Watcher::new(scene);
+    let fixed = scene.vary.materials.len();
+    let class =
+        |material: u32| scene.vary.materials.iter().position(|m| *m == material as usize).unwrap_or(fixed);
+    let mut fragments = Vec::new();
+    for pixel in 0..settings.size[0] * settings.size[1] {
+        let mut classes = vec![Seen::default(); fixed + 1];
+        let mut number = 0;
+        gather.pixel(pixel, settings.samples, |path| {
+            if let GatherPath::Surface(eye) = path {
+                let half = usize::from(2 * number >= settings.samples);
+                watcher.add(path, half, &mut classes[class(eye.material)]);
+            }
+            number += 1;
+        });
+        fragments.extend((0..).zip(classes).map(|(class, seen)| (pixel, class, seen)));
+    }
+    Filter::new(Film::new(settings.size[0], fragments.into_iter()), &job()).unwrap()
+}

@@ -30,7 +30,7 @@ type OfCandidates = [[f32; CANDIDATES]; LAYERS];
 pub struct Noise {
     /// Without the filter.
     pub before: f64,
-    /// With it, and what it takes for noise that is none.
+    /// With it, and with what it takes for noise that is none.
     pub after: f64,
 }
 
@@ -61,24 +61,32 @@ impl Filter {
         };
         let found = tiles.par_iter().map(of_tile).collect::<Result<Vec<_>, Interrupted>>()?;
         let mut looked_at = vec![None; film.fragments().len()];
-        found.into_iter().flatten().for_each(|(number, errors)| looked_at[number as usize] = Some(errors));
+        let mut of_noise = looked_at.clone();
+        for (number, [errors, noise]) in found.into_iter().flatten() {
+            (looked_at[number as usize], of_noise[number as usize]) = (Some(errors), Some(noise));
+        }
         // That of a fragment as it is is known of all, and must be: where one sample found much light and was
         // not looked at, its neighbours as they are seem better than with it.
         let as_is: Vec<_> = film.fragments().iter().map(|f| Some(errors_as_is(f, &scales))).collect();
         let weights: Vec<_> = film.fragments().iter().map(|f| weights(f, &scales)).collect();
         let by_noise = |number: u32, layer: usize| weights[number as usize][layer];
-        let mut smoothed = smooth(&film, &looked_at, by_noise, ERROR_RADIUS);
-        for (errors, as_is) in smoothed.iter_mut().zip(smooth(&film, &as_is, by_noise, ERROR_RADIUS)) {
+        let smooth_by_noise = |errors: &[Option<OfCandidates>]| smooth(&film, errors, by_noise, ERROR_RADIUS);
+        let mut smoothed = smooth_by_noise(&looked_at);
+        for (errors, noise) in smoothed.iter_mut().zip(smooth_by_noise(&of_noise)) {
+            let all = errors.as_flattened_mut().iter_mut().zip(noise.as_flattened());
+            // What is not noise was made by the filter, and is no less than nothing.
+            all.for_each(|(error, noise)| *error = error.max(*noise));
+        }
+        for (errors, as_is) in smoothed.iter_mut().zip(smooth_by_noise(&as_is)) {
             errors.iter_mut().zip(as_is).for_each(|(errors, as_is)| errors[0] = as_is[0]);
         }
         let chosen: Vec<_> = smoothed.iter().map(|layers| Some(layers.map(best))).collect();
         let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
         let shares = smooth(&film, &chosen, by_samples, CHOICE_RADIUS);
         let is_lit = scales.iter().any(|scale| *scale > 0.0);
-        let noise = is_lit.then(|| Noise {
-            before: noise(&film, &as_is, &shares),
-            after: noise(&film, &looked_at, &shares),
-        });
+        let sum = |errors: &[Option<OfCandidates>]| sum(&film, errors, &shares);
+        let noise = is_lit
+            .then(|| Noise { before: sum(&as_is).sqrt(), after: sum(&looked_at).max(sum(&of_noise)).sqrt() });
         Ok(Self { film, shares, noise })
     }
 
@@ -192,25 +200,26 @@ fn looked_at(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
     squares.filter_map(first).collect()
 }
 
-/// Estimates of the squared errors of all candidates of the fragments of a class that are looked at in a tile.
-fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(u32, OfCandidates)> {
+/// Estimates of the squared errors of all candidates of the fragments of a class that are looked at in a tile,
+/// and what of them is noise.
+fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(u32, [OfCandidates; 2])> {
     let numbers = looked_at(film, class, tile);
     if numbers.is_empty() {
         return Vec::new();
     }
     let neighbours: Vec<Neighbours> = numbers.iter().map(|n| Neighbours::new(film, *n)).collect();
-    let mut errors: Vec<(u32, OfCandidates)> =
-        numbers.into_iter().map(|n| (n, OfCandidates::default())).collect();
+    let mut errors: Vec<_> = numbers.into_iter().map(|n| (n, [OfCandidates::default(); 2])).collect();
     for layer in 0..LAYERS {
-        let is_lit = |(number, _): &(u32, OfCandidates)| {
+        let is_lit = |(number, _): &(u32, [OfCandidates; 2])| {
             film.fragments()[*number as usize].guide(layer) != [0.0; STATES]
         };
         if !errors.iter().any(is_lit) {
             continue;
         }
         let likeness = [0, 1].map(|half| Likeness::new(film, class, layer, tile, Samples::Half(half)));
-        for ((number, errors), neighbours) in errors.iter_mut().zip(&neighbours) {
-            errors[layer] = errors_of_candidates(film, *number, layer, neighbours, &likeness, scales);
+        for ((number, [errors, noise]), neighbours) in errors.iter_mut().zip(&neighbours) {
+            [errors[layer], noise[layer]] =
+                errors_of_candidates(film, *number, layer, neighbours, &likeness, scales);
         }
     }
     errors
@@ -225,8 +234,8 @@ fn errors_as_is(fragment: &Fragment, scales: &Guide) -> OfCandidates {
 }
 
 /// A candidate made of one half is independent of the other half, so that what they differ by is its error
-/// and the noise of the other, which is known. What is printed is of both halves together, which have half of
-/// a candidate's own noise.
+/// and the noise of the other, which is known. Both halves together, which are what is wanted, have half of a
+/// candidate's own noise; that is what two candidates differ by, and comes second.
 fn errors_of_candidates(
     film: &Film,
     number: u32,
@@ -234,14 +243,14 @@ fn errors_of_candidates(
     neighbours: &Neighbours,
     likeness: &[Likeness; 2],
     scales: &Guide,
-) -> [f32; CANDIDATES] {
+) -> [[f32; CANDIDATES]; 2] {
     let fragment = &film.fragments()[number as usize];
     let pixel = film.pixel(fragment);
     let halves = [0, 1].map(|half| fragment.guides[half][layer]);
     let sum = |of_state: &dyn Fn(usize) -> f32| (0..STATES).map(|k| of_state(k) * scales[k]).sum::<f32>();
     let noise = sum(&|k| (halves[0][k] - halves[1][k]).powi(2));
-    let mut errors = [0.25 * noise; CANDIDATES];
-    for (error, strength) in errors[1..].iter_mut().zip(STRENGTHS) {
+    let [mut errors, mut of_noise] = [[0.25 * noise; CANDIDATES]; 2];
+    for (candidate, strength) in (1..).zip(STRENGTHS) {
         let filtered = [0, 1].map(|half| {
             let row = neighbours.row(likeness[half].at(pixel), strength);
             let mut value = [0.0; STATES];
@@ -254,9 +263,10 @@ fn errors_of_candidates(
         let [a, b] = &filtered;
         let crossed = sum(&|k| (a[k] - halves[1][k]).powi(2) + (b[k] - halves[0][k]).powi(2));
         let own = sum(&|k| (a[k] - b[k]).powi(2));
-        *error = 0.5 * crossed - 0.5 * noise - 0.25 * own;
+        errors[candidate] = 0.5 * crossed - 0.5 * noise - 0.25 * own;
+        of_noise[candidate] = 0.25 * own;
     }
-    errors
+    [errors, of_noise]
 }
 
 /// How much an error counts among its neighbours': less where noise is more, lest a few samples that found
@@ -302,8 +312,8 @@ fn best(errors: [f32; CANDIDATES]) -> [f32; CANDIDATES] {
     std::array::from_fn(|candidate| if candidate == least { 1.0 } else { 0.0 })
 }
 
-/// The root of the sum of all errors, if those fragments that have `errors` stand for all.
-fn noise(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) -> f64 {
+/// The sum of all errors, if those fragments that have `errors` stand for all.
+fn sum(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) -> f64 {
     let (mut sum, mut known, mut all) = (0.0, 0.0, 0.0);
     for ((fragment, errors), shares) in film.fragments().iter().zip(errors).zip(shares) {
         let weight = f64::from(fragment.samples).powi(2);
@@ -313,5 +323,5 @@ fn noise(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) 
         sum += weight * f64::from(mixed.sum::<f32>());
         known += weight;
     }
-    (sum * all / known).max(0.0).sqrt()
+    sum * all / known
 }

@@ -14,7 +14,7 @@ const SIDE: usize = (TILE + 2 * MARGIN) as usize;
 /// Side of the places at which patches of one tile have something.
 const REACH: usize = (TILE + 2 * PATCH) as usize;
 /// No place of a patch differs by more: one sample that found much light says nothing of its neighbours.
-const MOST: f32 = 8.0;
+const MOST: f32 = 25.0;
 /// Differences that are not told apart, squared, in parts of the light.
 pub const SAME: f32 = 1e-6;
 

@@ -117,10 +117,10 @@ fn fit(weights: &[f32], features: &[Vec<f32>]) -> Vec<f32> {
     let size = features.len() + 1;
     let feature = |k: usize, j: usize| if k == 0 { 1.0 } else { features[k - 1][j] };
     let mut matrix = [[0.0f64; FEATURES + 1]; FEATURES + 1];
-    for row in 0..size {
-        for column in 0..=row {
+    for (row, values) in matrix.iter_mut().enumerate().take(size) {
+        for (column, value) in values.iter_mut().enumerate().take(row + 1) {
             let product = |(j, w): (usize, &f32)| w * feature(row, j) * feature(column, j);
-            matrix[row][column] = f64::from(weights.iter().enumerate().map(product).sum::<f32>());
+            *value = f64::from(weights.iter().enumerate().map(product).sum::<f32>());
         }
     }
     let ridge = f64::from(RIDGE) * matrix[0][0];

@@ -12,7 +12,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Random states in which fragments are looked at: enough that what shines or is dark in one shows in another.
 pub const STATES: usize = 4;
 /// The first of these states; bakes are judged by others.
-const FIRST_STATE: u32 = 0x67_75_69_64;
+const FIRST_STATE: u32 = 0x6775_6964;
 /// How often light was reflected: once, twice, more often.
 pub const LAYERS: usize = 3;
 /// Numbers that one [`Seen`] has.

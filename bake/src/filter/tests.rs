@@ -8,15 +8,15 @@ const SIDE: u32 = 48;
 /// Samples a half.
 const SAMPLES: f32 = 8.0;
 
-/// A fragment that shows `light` in all states by both layers, `noise` being what halves are off by.
-fn fragment(pixel: u32, class: u16, light: f32, noise: [f32; 2]) -> (u32, u16, Seen) {
+/// A fragment that shows `light` in all states by both early layers, each half with noise of `variance`.
+fn fragment(pixel: u32, class: u16, light: f32, variance: f32) -> (u32, u16, Seen) {
     let (x, y) = ((pixel % SIDE) as f32, (pixel / SIDE) as f32);
     let all = 2.0 * SAMPLES;
-    let guides = noise.map(|noise| {
-        let mut guide = [[0.0; STATES]; LAYERS];
-        guide[..2].fill([(light + noise) * SAMPLES; STATES]);
-        guide
-    });
+    let mut guides = [[[0.0; STATES]; LAYERS]; 2];
+    for (pair, (layer, state)) in (0..).zip((0..2).flat_map(|layer| (0..STATES).map(move |s| (layer, s)))) {
+        let noise = normal(pixel, pair, variance);
+        guides.iter_mut().zip(noise).for_each(|(half, noise)| half[layer][state] = (light + noise) * SAMPLES);
+    }
     let seen = Seen {
         samples: [SAMPLES; 2],
         position: [x * 0.1 * all, y * 0.1 * all, 0.0],
@@ -33,8 +33,8 @@ fn filter_of(fragments: impl Iterator<Item = (u32, u16, Seen)>) -> Filter {
 }
 
 /// Two independent numbers of mean 0 and variance `variance`, normally distributed.
-fn normal(pixel: u32, variance: f32) -> [f32; 2] {
-    let [u, v] = PixelSampler::new(11, pixel).sample(0).pair(0);
+fn normal(pixel: u32, pair: u32, variance: f32) -> [f32; 2] {
+    let [u, v] = PixelSampler::new(11, pixel).sample(0).pair(pair);
     let radius = (-2.0 * variance * (1.0 - u).ln()).sqrt();
     [radius * (TAU * v).cos(), radius * (TAU * v).sin()]
 }
@@ -69,7 +69,7 @@ fn edge(pixel: u32) -> f32 {
 #[test]
 fn rows_are_means_of_neighbours_of_the_class() {
     let class = |pixel: u32| u16::from(pixel % SIDE >= 20);
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, class(p), 1.0, normal(p, 0.01))));
+    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, class(p), 1.0, 0.01)));
     let rows = rows(&filter);
     let mut met: Vec<u32> = rows.iter().map(|(number, _)| *number).collect();
     met.sort_unstable();
@@ -89,7 +89,7 @@ fn rows_are_means_of_neighbours_of_the_class() {
 /// A gradient is a function that is linear in place. Away from its borders nothing of it is lost.
 #[test]
 fn noise_goes_and_gradients_stay() {
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, gradient(p), normal(p, 0.02))));
+    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, gradient(p), 0.02)));
     let [before, after] = errors(&filter, gradient);
     // Both halves together have half of the variance.
     assert!((before / 0.1 - 1.0).abs() < 0.05, "{before}");
@@ -106,7 +106,7 @@ fn noise_goes_and_gradients_stay() {
 /// The edge of a shadow is in the guides, and stands out of the noise.
 #[test]
 fn edges_stay() {
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, edge(p), normal(p, 0.002))));
+    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, edge(p), 0.002)));
     let [before, after] = errors(&filter, edge);
     assert!(after < 0.35 * before, "{after} of {before}");
     // Pixels at the edge by themselves.
@@ -122,7 +122,7 @@ fn edges_stay() {
 #[test]
 fn what_has_no_noise_stays() {
     let waves = |pixel: u32| 1.0 + 0.5 * ((pixel % SIDE) as f32 * 1.7).sin() * ((pixel / SIDE) as f32).cos();
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, waves(p), [0.0; 2])));
+    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, waves(p), 0.0)));
     let [_, after] = errors(&filter, waves);
     assert!(after < 1e-4, "{after}");
     assert_eq!(filter.noise().unwrap().before, 0.0);
@@ -133,14 +133,14 @@ fn what_has_no_noise_stays() {
 fn little_is_no_trouble() {
     let none = filter_of(std::iter::empty());
     assert_eq!((none.fragments().len(), none.noise(), rows(&none).len()), (0, None, 0));
-    let black = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, 0.0, [0.0; 2])));
+    let black = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, 0.0, 0.0)));
     assert_eq!(black.noise(), None);
     assert!(rows(&black).iter().all(|(number, rows)| rows.iter().all(|row| *row == [(*number, 1.0)])));
-    let single = filter_of(std::iter::once(fragment(100, 3, 1.0, [0.5, -0.5])));
+    let single = filter_of(std::iter::once(fragment(100, 3, 1.0, 0.5)));
     assert_eq!(rows(&single), [(0, std::array::from_fn(|_| vec![(0, 1.0)]))]);
-    let (pixel, class, mut seen) = fragment(0, 0, 1.0, [0.0; 2]);
+    let (pixel, class, mut seen) = fragment(0, 0, 1.0, 0.0);
     (seen.samples[1], seen.guides[1]) = (0.0, Default::default());
-    let halved = filter_of([(pixel, class, seen), fragment(1, 0, 1.0, [0.1, -0.1])].into_iter());
+    let halved = filter_of([(pixel, class, seen), fragment(1, 0, 1.0, 0.01)].into_iter());
     assert_eq!(halved.fragments()[0].guide(0), [1.0; STATES]);
 }
 

@@ -7,6 +7,7 @@ use crate::support::room::{ROOM, Workshop};
 use crate::support::waiting::{interrupt, wait_for};
 use crate::support::{command, expect_exit, relative_l2, run, write_scene};
 use relume_bake::exr_file::read_exr;
+use relume_bake::work_log::WorkLog;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
@@ -146,7 +147,12 @@ fn start_bake(w: &Workshop, samples: &str, more: &[&str]) -> Child {
 
 fn wait_for_log(w: &Workshop, child: &mut Child, bytes: u64) {
     let log = w.folder.path().join("bundle/unfinished/transfer-images.log");
-    wait_for(child, "tiles in the log", || std::fs::metadata(&log).ok().filter(|file| file.len() > bytes));
+    // A record that is being written may be lost if the bake is killed now.
+    let has_tiles = || {
+        let length = std::fs::metadata(&log).ok().map(|file| file.len());
+        length.filter(|length| *length > bytes && WorkLog::holds_pieces(&log))
+    };
+    wait_for(child, "tiles in the log", has_tiles);
 }
 
 fn log_length(w: &Workshop) -> u64 {

@@ -93,15 +93,18 @@ fn a_full_disk_leaves_nothing_half_written() {
     let bake = command("bake").get_program().to_str().unwrap().to_owned();
     let (scene, bundle) = (w.path("scene.toml"), w.path("bundle"));
     // With the signal ignored, a write beyond the limit fails as it would on a full disk. 64 KiB hold the
-    // first files, not the images.
-    let script = "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"";
-    let output = std::process::Command::new("sh")
-        .args(["-c", script, &bake, "run", &scene, "-o", &bundle, "--spp", "4", "--progress", "none"])
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    // scene and not one tile, 512 KiB some tiles.
+    for (blocks, kept) in [(128, false), (1024, true)] {
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let output = std::process::Command::new("sh")
+            .args(["-c", &script, &bake, "run", &scene, "-o", &bundle, "--spp", "4", "--progress", "none"])
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert_eq!((stderr.contains("--resume"), Path::new(&bundle).exists()), (kept, kept), "{stderr}");
+    }
     for (name, _) in contents(&bundle) {
         assert!(
             !name.contains("partial") && name != "manifest.json" && name != "transfer-images.relume",

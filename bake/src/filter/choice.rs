@@ -1,38 +1,19 @@
-//! How strong the filter is where, and what noise it leaves.
+//! How strong the filter is where, and what fragments become by it.
 
 use super::TILE;
+use super::errors::{CANDIDATES, Errors, Noise, OfCandidates, STRENGTHS, smooth, tiles};
 use super::film::{Film, Fragment};
-use super::likeness::{Likeness, SAME, Samples};
+use super::likeness::{Likeness, Samples};
 use super::row::{Neighbours, Row, WINDOW};
-use super::seen::{Guide, LAYERS, STATES};
+use super::seen::LAYERS;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
-use rayon::prelude::*;
 
-/// How many noises neighbours may differ by; the last looks at no light at all.
-const STRENGTHS: [f32; 3] = [0.7, 1.5, f32::INFINITY];
-/// What a fragment may become: itself, or as one of the strengths has it.
-const CANDIDATES: usize = 1 + STRENGTHS.len();
-/// How far estimates of errors are averaged before one is chosen, pixels, and choices after.
-const ERROR_RADIUS: i32 = 4;
+/// How far choices are averaged, pixels.
 const CHOICE_RADIUS: i32 = 1;
 /// A fragment stays as it is where the errors of all strengths seem so many times its own: what noise does to a
 /// fragment is known well, what a filter does to it is an estimate that is noisy itself.
 const DOUBT: f32 = 3.0;
-/// Of squares of this side, one fragment of each class is looked at: errors are averaged anyway.
-const STRIDE: i32 = 2;
-
-/// By layer and candidate.
-type OfCandidates = [[f32; CANDIDATES]; LAYERS];
-
-/// What noise is left, as the root of the mean square over the random states of relative L2 errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
-    /// Without the filter.
-    pub before: f64,
-    /// With it, and with what it takes for noise that is none.
-    pub after: f64,
-}
 
 /// What every fragment of a film becomes.
 pub struct Filter {
@@ -49,44 +30,11 @@ impl Filter {
     /// # Errors
     /// If the job is interrupted.
     pub fn new(film: Film, job: &Job) -> Result<Self, Interrupted> {
-        let scales = scales(&film);
-        let tiles = tiles(&film);
-        let progress = job.progress("filtering", tiles.len() as u64);
-        let of_tile = |tile: &[i32; 2]| {
-            progress.check()?;
-            let errors: Vec<_> =
-                (0..film.classes()).flat_map(|c| errors_of(&film, c, *tile, &scales)).collect();
-            progress.advance(1);
-            Ok(errors)
-        };
-        let found = tiles.par_iter().map(of_tile).collect::<Result<Vec<_>, Interrupted>>()?;
-        let mut looked_at = vec![None; film.fragments().len()];
-        let mut of_noise = looked_at.clone();
-        for (number, [errors, noise]) in found.into_iter().flatten() {
-            (looked_at[number as usize], of_noise[number as usize]) = (Some(errors), Some(noise));
-        }
-        // That of a fragment as it is is known of all, and must be: where one sample found much light and was
-        // not looked at, its neighbours as they are seem better than with it.
-        let as_is: Vec<_> = film.fragments().iter().map(|f| Some(errors_as_is(f, &scales))).collect();
-        let weights: Vec<_> = film.fragments().iter().map(|f| weights(f, &scales)).collect();
-        let by_noise = |number: u32, layer: usize| weights[number as usize][layer];
-        let smooth_by_noise = |errors: &[Option<OfCandidates>]| smooth(&film, errors, by_noise, ERROR_RADIUS);
-        let mut smoothed = smooth_by_noise(&looked_at);
-        for (errors, noise) in smoothed.iter_mut().zip(smooth_by_noise(&of_noise)) {
-            let all = errors.as_flattened_mut().iter_mut().zip(noise.as_flattened());
-            // What is not noise was made by the filter, and is no less than nothing.
-            all.for_each(|(error, noise)| *error = error.max(*noise));
-        }
-        for (errors, as_is) in smoothed.iter_mut().zip(smooth_by_noise(&as_is)) {
-            errors.iter_mut().zip(as_is).for_each(|(errors, as_is)| errors[0] = as_is[0]);
-        }
-        let chosen: Vec<_> = smoothed.iter().map(|layers| Some(layers.map(best))).collect();
+        let errors = Errors::new(&film, job)?;
+        let chosen: Vec<_> = errors.smoothed(&film).iter().map(|layers| Some(layers.map(best))).collect();
         let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
         let shares = smooth(&film, &chosen, by_samples, CHOICE_RADIUS);
-        let is_lit = scales.iter().any(|scale| *scale > 0.0);
-        let sum = |errors: &[Option<OfCandidates>]| sum(&film, errors, &shares);
-        let noise = is_lit
-            .then(|| Noise { before: sum(&as_is).sqrt(), after: sum(&looked_at).max(sum(&of_noise)).sqrt() });
+        let noise = errors.noise(&film, &shares);
         Ok(Self { film, shares, noise })
     }
 
@@ -168,160 +116,9 @@ fn in_tile(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
     pixels.filter_map(|[x, y]| film.at(class, x, y)).collect()
 }
 
-fn tiles(film: &Film) -> Vec<[i32; 2]> {
-    let side = TILE as usize;
-    let largest =
-        |k: usize| film.fragments().iter().map(|f| film.pixel(f)[k]).max().map_or(0, |p| p as usize + 1);
-    let [columns, rows] = [0, 1].map(|k| largest(k).div_ceil(side));
-    (0..rows).flat_map(|y| (0..columns).map(move |x| [x * side, y * side].map(|p| p as i32))).collect()
-}
-
-/// By state, 1 over the sum of the squares of what the film shows, so that states count alike; 0 where they
-/// show nothing.
-fn scales(film: &Film) -> Guide {
-    let mut sums = [0.0f64; STATES];
-    for fragment in film.fragments() {
-        for (state, sum) in sums.iter_mut().enumerate() {
-            let light: f32 = (0..LAYERS).map(|layer| fragment.guide(layer)[state]).sum();
-            *sum += f64::from(light * fragment.samples).powi(2);
-        }
-    }
-    sums.map(|sum| if sum > 0.0 { (1.0 / (STATES as f64 * sum)) as f32 } else { 0.0 })
-}
-
-/// The first fragment of a class in each square of [`STRIDE`] pixels a side in a tile.
-fn looked_at(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
-    let squares = (0..TILE / STRIDE).flat_map(|y| (0..TILE / STRIDE).map(move |x| [x, y]));
-    let first = |[x, y]: [i32; 2]| {
-        let from = [tile[0] + x * STRIDE, tile[1] + y * STRIDE];
-        let mut steps = (0..STRIDE * STRIDE).map(|k| [k % STRIDE, k / STRIDE]);
-        steps.find_map(|[dx, dy]| film.at(class, from[0] + dx, from[1] + dy))
-    };
-    squares.filter_map(first).collect()
-}
-
-/// Estimates of the squared errors of all candidates of the fragments of a class that are looked at in a tile,
-/// and what of them is noise.
-fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(u32, [OfCandidates; 2])> {
-    let numbers = looked_at(film, class, tile);
-    if numbers.is_empty() {
-        return Vec::new();
-    }
-    let neighbours: Vec<Neighbours> = numbers.iter().map(|n| Neighbours::new(film, *n)).collect();
-    let mut errors: Vec<_> = numbers.into_iter().map(|n| (n, [OfCandidates::default(); 2])).collect();
-    for layer in 0..LAYERS {
-        let is_lit = |(number, _): &(u32, [OfCandidates; 2])| {
-            film.fragments()[*number as usize].guide(layer) != [0.0; STATES]
-        };
-        if !errors.iter().any(is_lit) {
-            continue;
-        }
-        let likeness = [0, 1].map(|half| Likeness::new(film, class, layer, tile, Samples::Half(half)));
-        for ((number, [errors, noise]), neighbours) in errors.iter_mut().zip(&neighbours) {
-            [errors[layer], noise[layer]] =
-                errors_of_candidates(film, *number, layer, neighbours, &likeness, scales);
-        }
-    }
-    errors
-}
-
-/// Estimates of the squared errors of a fragment as it is, those of all candidates.
-fn errors_as_is(fragment: &Fragment, scales: &Guide) -> OfCandidates {
-    let squared = |layer: usize, k: usize| {
-        (fragment.guides[0][layer][k] - fragment.guides[1][layer][k]).powi(2) * scales[k]
-    };
-    std::array::from_fn(|layer| [0.25 * (0..STATES).map(|k| squared(layer, k)).sum::<f32>(); CANDIDATES])
-}
-
-/// A candidate made of one half is independent of the other half, so that what they differ by is its error
-/// and the noise of the other, which is known. Both halves together, which are what is wanted, have half of a
-/// candidate's own noise; that is what two candidates differ by, and comes second.
-fn errors_of_candidates(
-    film: &Film,
-    number: u32,
-    layer: usize,
-    neighbours: &Neighbours,
-    likeness: &[Likeness; 2],
-    scales: &Guide,
-) -> [[f32; CANDIDATES]; 2] {
-    let fragment = &film.fragments()[number as usize];
-    let pixel = film.pixel(fragment);
-    let halves = [0, 1].map(|half| fragment.guides[half][layer]);
-    let sum = |of_state: &dyn Fn(usize) -> f32| (0..STATES).map(|k| of_state(k) * scales[k]).sum::<f32>();
-    let noise = sum(&|k| (halves[0][k] - halves[1][k]).powi(2));
-    let [mut errors, mut of_noise] = [[0.25 * noise; CANDIDATES]; 2];
-    for (candidate, strength) in (1..).zip(STRENGTHS) {
-        let filtered = [0, 1].map(|half| {
-            let row = neighbours.row(likeness[half].at(pixel), strength);
-            let mut value = [0.0; STATES];
-            for (other, weight) in row {
-                let guide = &film.fragments()[other as usize].guides[half][layer];
-                value.iter_mut().zip(guide).for_each(|(value, guide)| *value += weight * guide);
-            }
-            value
-        });
-        let [a, b] = &filtered;
-        let crossed = sum(&|k| (a[k] - halves[1][k]).powi(2) + (b[k] - halves[0][k]).powi(2));
-        let own = sum(&|k| (a[k] - b[k]).powi(2));
-        errors[candidate] = 0.5 * crossed - 0.5 * noise - 0.25 * own;
-        of_noise[candidate] = 0.25 * own;
-    }
-    [errors, of_noise]
-}
-
-/// How much an error counts among its neighbours': less where noise is more, lest a few samples that found
-/// much light choose for all.
-fn weights(fragment: &Fragment, scales: &Guide) -> [f32; LAYERS] {
-    std::array::from_fn(|layer| {
-        let squares = |k: usize| fragment.variances[layer][k] + SAME * fragment.guide(layer)[k].powi(2);
-        let noise: f32 = (0..STATES).map(|k| squares(k) * scales[k]).sum();
-        if noise > 0.0 { fragment.samples / noise } else { 0.0 }
-    })
-}
-
-/// Means over those neighbours of the same class that have a value, by the weight of each in each layer.
-fn smooth(
-    film: &Film,
-    values: &[Option<OfCandidates>],
-    weight: impl Fn(u32, usize) -> f32 + Sync,
-    radius: i32,
-) -> Vec<OfCandidates> {
-    let mean = |fragment: &Fragment| {
-        let ([x, y], class) = (film.pixel(fragment), usize::from(fragment.class));
-        let (mut sums, mut weights) = (OfCandidates::default(), [0.0; LAYERS]);
-        for (dx, dy) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy))) {
-            let Some(number) = film.at(class, x + dx, y + dy) else { continue };
-            let Some(value) = &values[number as usize] else { continue };
-            for layer in 0..LAYERS {
-                let weight = weight(number, layer);
-                let all = sums[layer].iter_mut().zip(value[layer]);
-                all.for_each(|(sum, value)| *sum += weight * value);
-                weights[layer] += weight;
-            }
-        }
-        let scaled = |layer: usize| if weights[layer] > 0.0 { 1.0 / weights[layer] } else { 0.0 };
-        std::array::from_fn(|layer| sums[layer].map(|sum| sum * scaled(layer)))
-    };
-    film.fragments().par_iter().map(mean).collect()
-}
-
 /// All of the share to the candidate with the least error, the weaker if two have; see [`DOUBT`].
 fn best(errors: [f32; CANDIDATES]) -> [f32; CANDIDATES] {
     let told = |candidate: usize| if candidate == 0 { DOUBT * errors[0] } else { errors[candidate] };
     let least = (0..CANDIDATES).min_by(|a, b| told(*a).total_cmp(&told(*b))).unwrap_or(0);
     std::array::from_fn(|candidate| if candidate == least { 1.0 } else { 0.0 })
-}
-
-/// The sum of all errors, if those fragments that have `errors` stand for all.
-fn sum(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) -> f64 {
-    let (mut sum, mut known, mut all) = (0.0, 0.0, 0.0);
-    for ((fragment, errors), shares) in film.fragments().iter().zip(errors).zip(shares) {
-        let weight = f64::from(fragment.samples).powi(2);
-        all += weight;
-        let Some(errors) = errors else { continue };
-        let mixed = errors.as_flattened().iter().zip(shares.as_flattened()).map(|(e, share)| e * share);
-        sum += weight * f64::from(mixed.sum::<f32>());
-        known += weight;
-    }
-    sum * all / known
 }

@@ -11,13 +11,15 @@
 //! * [`film`]: all fragments, and which are neighbours;
 //! * [`likeness`]: how alike fragments look (Rousselle et al. 2012, patches of guides);
 //! * [`row`]: weights of one fragment's neighbours: a first-order fit (Bitterli et al. 2016);
-//! * [`choice`]: how strong the filter is where, by an error estimated from the two halves;
+//! * [`errors`]: what fragments would be off by, estimated from the two halves;
+//! * [`choice`]: how strong the filter is where, and what comes of it;
 //! * [`pictures`]: pictures of states as they come out of a bake.
 //!
 //! After NFOR (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
 //! Renderings"), but that weights of neighbours are never negative: light that is not stays so, and none is made.
 
 pub mod choice;
+mod errors;
 pub mod film;
 mod likeness;
 pub mod pictures;
@@ -31,7 +33,8 @@ mod tests;
 /// it.
 pub const TILE: i32 = 16;
 
-pub use choice::{Filter, Noise};
+pub use choice::Filter;
+pub use errors::Noise;
 pub use film::{Film, Fragment};
 pub use row::Row;
 pub use seen::{LAYERS, Layer, Seen, Watcher};

@@ -2,6 +2,7 @@
 
 use crate::support::images::{bake, gathering, in_state, on_bases, pick, settings, surface_pixels};
 use crate::support::{job, library_scene, relative_l2, render};
+use relume_bake::filter::seen::half_of;
 use relume_bake::filter::{Film, Filter, Seen, Watcher, pictures};
 use relume_bake::methods::transfer_images::{Settings, held_out};
 use relume_bake::trace::gather::{Gather, GatherPath};
@@ -30,8 +31,8 @@ fn pictures_of(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings) -> Vec<
         .collect()
 }
 
-/// What the filter makes of images and of a picture of a state is the same: what is left is what bases lose,
-/// as without it.
+/// What the filter makes of images and of a picture of a state is the same: what is left is what bases
+/// lose, as without it.
 #[test]
 fn sums_of_filtered_images_are_filtered_sums() {
     let scene = library_scene("cornell-knot");
@@ -97,8 +98,7 @@ fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter 
         let mut number = 0;
         gather.pixel(pixel, settings.samples, |path| {
             if let GatherPath::Surface(eye) = path {
-                let half = usize::from(2 * number >= settings.samples);
-                watcher.add(path, half, &mut classes[class(eye.material)]);
+                watcher.add(path, half_of(number, settings.samples), &mut classes[class(eye.material)]);
             }
             number += 1;
         });

@@ -99,10 +99,10 @@ pub struct Traced {
 }
 
 impl Traced {
-    /// Adds what another stage took.
+    /// Adds what another stage took; of one that traced nothing not its seconds, which are those of rays.
     pub fn add(&mut self, other: Self) {
         self.rays += other.rays;
-        self.seconds += other.seconds;
+        self.seconds += if other.rays > 0 { other.seconds } else { 0.0 };
         self.pieces += other.pieces;
     }
 }

@@ -46,8 +46,8 @@ fn environment(scene: &Scene, [which, turn]: [f32; 2]) -> EnvironmentState {
     EnvironmentState { map, rotation_deg: Some(360.0 * turn), gain: None }
 }
 
-/// The first of some places around the target from which no more surfaces are seen from behind than from where
-/// the scene's camera is: rooms are looked into where they are open. Without any, the scene's own.
+/// The first of some places around the target from which no more surfaces are seen from behind than from
+/// where the scene's camera is: rooms are looked into where they are open. Without any, the scene's own.
 fn camera(scene: &Scene, sampler: &PixelSampler) -> CameraState {
     let world = World::new(scene);
     let behind = |state: &CameraState| {

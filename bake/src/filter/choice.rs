@@ -11,8 +11,8 @@ use crate::job::Job;
 
 /// How far choices are averaged, pixels.
 const CHOICE_RADIUS: i32 = 1;
-/// A fragment stays as it is where the errors of all strengths seem so many times its own: what noise does to a
-/// fragment is known well, what a filter does to it is an estimate that is noisy itself.
+/// A fragment stays as it is where the errors of all strengths seem so many times its own: what noise does to
+/// a fragment is known well, what a filter does to it is an estimate that is noisy itself.
 const DOUBT: f32 = 3.0;
 
 /// What every fragment of a film becomes.

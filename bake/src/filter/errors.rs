@@ -18,6 +18,9 @@ const RADIUS: i32 = 4;
 /// Of squares of this side, one fragment of each class is looked at: estimates are averaged anyway.
 const STRIDE: i32 = 2;
 
+/// No noise is less, in parts of the largest light, squared.
+const LEAST: f32 = 1e-20;
+
 /// By layer and candidate.
 pub type OfCandidates = [[f32; CANDIDATES]; LAYERS];
 
@@ -63,7 +66,8 @@ impl Errors {
         for (number, [errors, noise]) in found.into_iter().flatten() {
             (looked_at[number as usize], of_noise[number as usize]) = (Some(errors), Some(noise));
         }
-        let as_is = film.fragments().iter().map(|f| Some(errors_as_is(f, &scales))).collect();
+        let as_is = |f: &Fragment| f.has_halves.then(|| errors_as_is(f, &scales));
+        let as_is = film.fragments().iter().map(as_is).collect();
         Ok(Self { scales, looked_at, of_noise, as_is })
     }
 
@@ -86,12 +90,16 @@ impl Errors {
         smoothed
     }
 
-    /// What noise is left if candidates have these shares; `None` if the film shows no light.
+    /// What noise is left if candidates have these shares; `None` if the film shows no light, or no fragment
+    /// has two halves of samples.
     pub fn noise(&self, film: &Film, shares: &[OfCandidates]) -> Option<Noise> {
         let is_lit = self.scales.iter().any(|scale| *scale > 0.0);
+        let is_known = is_lit && self.as_is.iter().any(Option::is_some);
         let sum = |errors: &[Option<OfCandidates>]| sum(film, errors, shares);
-        let after = sum(&self.looked_at).max(sum(&self.of_noise));
-        is_lit.then(|| Noise { before: sum(&self.as_is).sqrt(), after: after.sqrt() })
+        is_known.then(|| Noise {
+            before: sum(&self.as_is).sqrt(),
+            after: sum(&self.looked_at).max(sum(&self.of_noise)).sqrt(),
+        })
     }
 }
 
@@ -117,19 +125,21 @@ fn scales(film: &Film) -> Guide {
     sums.map(|sum| if sum > 0.0 { (1.0 / (STATES as f64 * sum)) as f32 } else { 0.0 })
 }
 
-/// The first fragment of a class in each square of [`STRIDE`] pixels a side in a tile.
+/// The first fragment of a class that has two halves of samples, in each square of [`STRIDE`] pixels a side
+/// of a tile.
 fn looked_at(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
     let squares = (0..TILE / STRIDE).flat_map(|y| (0..TILE / STRIDE).map(move |x| [x, y]));
     let first = |[x, y]: [i32; 2]| {
         let from = [tile[0] + x * STRIDE, tile[1] + y * STRIDE];
         let mut steps = (0..STRIDE * STRIDE).map(|k| [k % STRIDE, k / STRIDE]);
-        steps.find_map(|[dx, dy]| film.at(class, from[0] + dx, from[1] + dy))
+        let has_halves = |number: &u32| film.fragments()[*number as usize].has_halves;
+        steps.find_map(|[dx, dy]| film.at(class, from[0] + dx, from[1] + dy).filter(has_halves))
     };
     squares.filter_map(first).collect()
 }
 
-/// Estimates of the squared errors of all candidates of the fragments of a class that are looked at in a tile,
-/// and what of them is noise.
+/// Estimates of the squared errors of all candidates, of the fragments of a class that are looked at in a
+/// tile, and what of them is noise.
 fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(u32, [OfCandidates; 2])> {
     let numbers = looked_at(film, class, tile);
     if numbers.is_empty() {
@@ -161,9 +171,10 @@ fn errors_as_is(fragment: &Fragment, scales: &Guide) -> OfCandidates {
     std::array::from_fn(|layer| [0.25 * (0..STATES).map(|k| squared(layer, k)).sum::<f32>(); CANDIDATES])
 }
 
-/// A candidate made of one half is independent of the other half, so that what they differ by is its error
-/// and the noise of the other, which is known. Both halves together, which are what is wanted, have half of a
-/// candidate's own noise; that is what two candidates differ by, and comes second.
+/// A candidate made of one half is taken to be independent of the other half, which it is but for that both
+/// are of one stratified sequence; so what they differ by is its error and the noise of the other, which is
+/// known. Both halves together, which are what is wanted, have half of a candidate's own noise; that is what
+/// two candidates differ by, and comes second.
 fn errors_of_candidates(
     film: &Film,
     number: u32,
@@ -203,7 +214,7 @@ fn weights(fragment: &Fragment, scales: &Guide) -> [f32; LAYERS] {
     std::array::from_fn(|layer| {
         let squares = |k: usize| fragment.variances[layer][k] + SAME * fragment.guide(layer)[k].powi(2);
         let noise: f32 = (0..STATES).map(|k| squares(k) * scales[k]).sum();
-        if noise > 0.0 { fragment.samples / noise } else { 0.0 }
+        fragment.samples / noise.max(LEAST)
     })
 }
 
@@ -244,5 +255,5 @@ fn sum(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) ->
         sum += weight * f64::from(mixed.sum::<f32>());
         known += weight;
     }
-    sum * all / known
+    if known > 0.0 { sum * all / known } else { 0.0 }
 }

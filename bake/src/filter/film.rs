@@ -23,8 +23,10 @@ pub struct Fragment {
     pub normal: Vec3A,
     /// See [`Seen::colour`].
     pub colour: Vec3A,
-    /// Light in the random states, by half of the samples and by layer.
+    /// Light in the random states, by half of the samples and by layer, in parts of the largest of a state.
     pub guides: [[Guide; LAYERS]; 2],
+    /// Whether both halves of the samples fell on it: else nothing tells its noise.
+    pub has_halves: bool,
     /// Variance of one half's.
     pub variances: [Guide; LAYERS],
 }
@@ -69,6 +71,7 @@ impl Film {
         let mut fragments: Vec<Fragment> =
             seen.filter(is_surface).map(|(pixel, class, seen)| fragment(pixel, class, &seen)).collect();
         fragments.sort_by_key(|f| (f.class, f.pixel));
+        scale_guides(&mut fragments);
         let classes = fragments.last().map_or(0, |f| usize::from(f.class) + 1);
         let mut film = Self { width, fragments, places: Vec::new() };
         film.places = (0..classes).map(|class| film.places_of(class as u16)).collect();
@@ -131,11 +134,14 @@ impl Film {
         for (dx, dy) in side.clone().flat_map(|dy| side.clone().map(move |dx| (dx, dy))) {
             let Some(other) = self.at(class, x + dx, y + dy) else { continue };
             let other = &self.fragments[other as usize];
+            if !other.has_halves {
+                continue;
+            }
             let of_all = sums.as_flattened_mut().iter_mut().zip(other.variances.as_flattened());
             of_all.for_each(|(sum, variance)| *sum += variance * other.samples * other.samples);
             weights += other.samples;
         }
-        let scale = 1.0 / (weights * fragment.samples);
+        let scale = if weights > 0.0 { 1.0 / (weights * fragment.samples) } else { 0.0 };
         sums.map(|states| states.map(|sum| sum * scale))
     }
 }
@@ -154,10 +160,6 @@ fn fragment(pixel: u32, class: u16, seen: &Seen) -> Fragment {
             guides[empty] = guides[other];
         }
     }
-    let half_squared = |layer: usize, state: usize| {
-        let difference: f32 = guides[0][layer][state] - guides[1][layer][state];
-        0.5 * difference * difference
-    };
     Fragment {
         pixel,
         class,
@@ -166,6 +168,26 @@ fn fragment(pixel: u32, class: u16, seen: &Seen) -> Fragment {
         normal: mean(seen.normal),
         colour: mean(seen.colour),
         guides,
-        variances: std::array::from_fn(|layer| std::array::from_fn(|state| half_squared(layer, state))),
+        has_halves: seen.samples[0] > 0.0 && seen.samples[1] > 0.0,
+        variances: Default::default(),
+    }
+}
+
+/// Makes the largest guide of each state 1, so that squares are numbers however bright the light is, and tells
+/// what halves differ by.
+fn scale_guides(fragments: &mut [Fragment]) {
+    let mut largest = [0.0f32; STATES];
+    for guide in fragments.iter().flat_map(|f| f.guides.as_flattened()) {
+        largest.iter_mut().zip(guide).for_each(|(largest, value)| *largest = largest.max(*value));
+    }
+    let scales = largest.map(|l| if l > 0.0 && l.is_finite() { l } else { 1.0 });
+    for fragment in fragments {
+        for guide in fragment.guides.as_flattened_mut() {
+            guide.iter_mut().zip(scales).for_each(|(value, scale)| *value /= scale);
+        }
+        let [a, b] = fragment.guides;
+        fragment.variances = std::array::from_fn(|layer| {
+            std::array::from_fn(|state| 0.5 * (a[layer][state] - b[layer][state]).powi(2))
+        });
     }
 }

@@ -3,7 +3,7 @@
 use super::choice::Filter;
 use super::film::Film;
 use super::row::Row;
-use super::seen::{LAYERS, Seen, Watcher};
+use super::seen::{LAYERS, Seen, Watcher, half_of};
 use crate::brdf;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
@@ -51,8 +51,10 @@ struct Record {
     shown: Vec<Shown>,
 }
 
-/// Renders `scenes`, which must differ from `base` in their materials only, on one set of paths, the very ones
-/// that a bake of `base` traces up to two reflections, filtered as it filters them.
+/// Renders `scenes`, which must differ from `base` in their materials only, on one set of paths, the very
+/// ones that a bake of `base` traces up to two reflections, filtered as it filters them. With
+/// later reflections, which find highlights here, states count a little otherwise against each other, and a
+/// choice may fall otherwise.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -127,7 +129,7 @@ fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Resu
             Watcher::emitted(path, &mut classes[fixed].0);
             if let GatherPath::Surface(eye) = path {
                 let (seen, shown) = &mut classes[class(eye.material)];
-                watcher.add(path, usize::from(2 * number >= settings.samples), seen);
+                watcher.add(path, half_of(number, settings.samples), seen);
                 for (shown, materials) in shown.iter_mut().zip(&states) {
                     let brdf = |m: u32, albedo: Vec3A, angles: &Angles| {
                         brdf::evaluate(&materials[m as usize], albedo, angles)

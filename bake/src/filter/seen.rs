@@ -9,7 +9,8 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 use std::f32::consts::FRAC_1_PI;
 
-/// Random states in which fragments are looked at: enough that what shines or is dark in one shows in another.
+/// Random states in which fragments are looked at: enough that what shines or is dark in one shows in
+/// another.
 pub const STATES: usize = 4;
 /// The first of these states; bakes are judged by others.
 const FIRST_STATE: u32 = 0x6775_6964;
@@ -49,6 +50,11 @@ pub struct Seen {
     pub emitted: [f32; 3],
     /// Light in the random states, by the half of the samples and by layer.
     pub guides: [[Guide; LAYERS]; 2],
+}
+
+/// Which half sample number `number` of a pixel's `samples` is of, 0 or 1.
+pub fn half_of(number: u32, samples: u32) -> usize {
+    usize::from(2 * u64::from(number) >= u64::from(samples))
 }
 
 impl Seen {
@@ -99,8 +105,8 @@ impl Watcher {
         }
     }
 
-    /// Adds a path to what is seen of its fragment, `half` of the samples being 0 or 1. Light that a surface of
-    /// a material that varies emits is another fragment's; see [`Watcher::emitted`].
+    /// Adds a path to what is seen of its fragment, `half` of the samples being 0 or 1. Light that a surface
+    /// of a material that varies emits is another fragment's; see [`Watcher::emitted`].
     pub fn add(&self, path: &GatherPath, half: usize, seen: &mut Seen) {
         let GatherPath::Surface(eye) = path else { return };
         seen.samples[half] += 1.0;

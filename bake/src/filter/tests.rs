@@ -43,17 +43,36 @@ fn rows(filter: &Filter) -> Vec<(u32, [Row; LAYERS])> {
     filter.tiles().into_iter().flat_map(|tile| filter.rows(tile)).collect()
 }
 
+/// What a fragment of [`fragment`] shows by direct light in the first state.
+fn shown((_, _, seen): &(u32, u16, Seen)) -> f32 {
+    0.5 * (seen.guides[0][0][0] + seen.guides[1][0][0]) / SAMPLES
+}
+
+/// What every pixel shows by direct light in the first state, before and after.
+fn before_and_after(fragments: &[(u32, u16, Seen)]) -> Vec<[f32; 2]> {
+    let filter = filter_of(fragments.iter().copied());
+    // Of one class, fragments are in the order of pixels.
+    let mut values: Vec<_> = fragments.iter().map(|f| [shown(f); 2]).collect();
+    for (number, rows) in rows(&filter) {
+        let of = |(other, weight): &(u32, f32)| weight * shown(&fragments[*other as usize]);
+        values[number as usize][1] = rows[0].iter().map(of).sum();
+    }
+    values
+}
+
 /// Root mean squares of what `light` is off by in direct light, before and after.
-fn errors(filter: &Filter, light: impl Fn(u32) -> f32) -> [f64; 2] {
-    let shown = |number: u32| filter.fragments()[number as usize].guide(0)[0];
+fn errors(values: &[[f32; 2]], light: impl Fn(u32) -> f32) -> [f64; 2] {
     let mut sums = [0.0; 2];
-    for (number, rows) in rows(filter) {
-        let truth = light(filter.fragments()[number as usize].pixel);
-        let filtered: f32 = rows[0].iter().map(|(other, weight)| weight * shown(*other)).sum();
-        let squares = [shown(number), filtered].map(|value| f64::from(value - truth).powi(2));
+    for (pixel, values) in (0..).zip(values) {
+        let squares = values.map(|value| f64::from(value - light(pixel)).powi(2));
         sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
     }
-    sums.map(|sum| (sum / filter.fragments().len() as f64).sqrt())
+    sums.map(|sum| (sum / values.len() as f64).sqrt())
+}
+
+/// A fragment in every pixel, all of one class.
+fn whole(light: fn(u32) -> f32, variance: f32) -> Vec<(u32, u16, Seen)> {
+    (0..SIDE * SIDE).map(|p| fragment(p, 0, light(p), variance)).collect()
 }
 
 fn gradient(pixel: u32) -> f32 {
@@ -89,12 +108,12 @@ fn rows_are_means_of_neighbours_of_the_class() {
 /// A gradient is a function that is linear in place. Away from its borders nothing of it is lost.
 #[test]
 fn noise_goes_and_gradients_stay() {
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, gradient(p), 0.02)));
-    let [before, after] = errors(&filter, gradient);
+    let fragments = whole(gradient, 0.02);
+    let [before, after] = errors(&before_and_after(&fragments), gradient);
     // Both halves together have half of the variance.
     assert!((before / 0.1 - 1.0).abs() < 0.05, "{before}");
     assert!(after < 0.2 * before, "{after} of {before}");
-    let noise = filter.noise().unwrap();
+    let noise = filter_of(fragments.into_iter()).noise().unwrap();
     let norm = (0..SIDE * SIDE).map(|p| f64::from(gradient(p)).powi(2)).sum::<f64>() / f64::from(SIDE * SIDE);
     // Two layers show the same: twice the light, and two independent estimates of the same noise.
     let expected = |error: f64| error * 2f64.sqrt() / (2.0 * norm.sqrt());
@@ -106,26 +125,41 @@ fn noise_goes_and_gradients_stay() {
 /// The edge of a shadow is in the guides, and stands out of the noise.
 #[test]
 fn edges_stay() {
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, edge(p), 0.002)));
-    let [before, after] = errors(&filter, edge);
+    let values = before_and_after(&whole(edge, 0.002));
+    let [before, after] = errors(&values, edge);
     assert!(after < 0.35 * before, "{after} of {before}");
     // Pixels at the edge by themselves.
-    let shown = |number: u32| filter.fragments()[number as usize].guide(0)[0];
-    for (number, rows) in rows(&filter) {
-        let truth = edge(filter.fragments()[number as usize].pixel);
-        let filtered: f32 = rows[0].iter().map(|(other, weight)| weight * shown(*other)).sum();
+    for (pixel, [_, filtered]) in (0..).zip(values) {
+        let truth = edge(pixel);
         assert!((filtered - truth).abs() < 4.0 * 0.0316, "{filtered} for {truth}");
     }
+}
+
+/// Light of any brightness is filtered alike.
+#[test]
+fn brightness_does_not_matter() {
+    let filter_at = |scale: f32| {
+        let scaled = |p: u32| {
+            let (pixel, class, mut seen) = fragment(p, 0, gradient(p), 0.02);
+            let guides = seen.guides.as_flattened_mut().as_flattened_mut();
+            guides.iter_mut().for_each(|value| *value *= scale);
+            (pixel, class, seen)
+        };
+        filter_of((0..SIDE * SIDE).map(scaled))
+    };
+    // Powers of two, so that nothing is rounded.
+    let [dim, usual, bright] = [-80, 0, 80].map(|power| rows(&filter_at(2f32.powi(power))));
+    assert!(dim == usual && bright == usual);
 }
 
 /// Without noise nothing changes.
 #[test]
 fn what_has_no_noise_stays() {
     let waves = |pixel: u32| 1.0 + 0.5 * ((pixel % SIDE) as f32 * 1.7).sin() * ((pixel / SIDE) as f32).cos();
-    let filter = filter_of((0..SIDE * SIDE).map(|p| fragment(p, 0, waves(p), 0.0)));
-    let [_, after] = errors(&filter, waves);
+    let fragments = whole(waves, 0.0);
+    let [_, after] = errors(&before_and_after(&fragments), waves);
     assert!(after < 1e-4, "{after}");
-    assert_eq!(filter.noise().unwrap().before, 0.0);
+    assert_eq!(filter_of(fragments.into_iter()).noise().unwrap().before, 0.0);
 }
 
 /// Black, a single fragment, none at all, and a half that no sample fell on.
@@ -140,8 +174,11 @@ fn little_is_no_trouble() {
     assert_eq!(rows(&single), [(0, std::array::from_fn(|_| vec![(0, 1.0)]))]);
     let (pixel, class, mut seen) = fragment(0, 0, 1.0, 0.0);
     (seen.samples[1], seen.guides[1]) = (0.0, Default::default());
+    let alone = filter_of(std::iter::once((pixel, class, seen)));
+    assert_eq!(alone.noise(), None, "one sample says nothing of its noise");
     let halved = filter_of([(pixel, class, seen), fragment(1, 0, 1.0, 0.01)].into_iter());
-    assert_eq!(halved.fragments()[0].guide(0), [1.0; STATES]);
+    assert!(halved.noise().unwrap().before > 0.0);
+    assert_eq!(halved.fragments()[0].guides[0], halved.fragments()[0].guides[1]);
 }
 
 #[test]

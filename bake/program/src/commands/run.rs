@@ -241,7 +241,7 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";
-    } else if let Some(traced) = traced {
+    } else if let Some(traced) = traced.filter(|traced| traced.rays > 0) {
         let rate = traced.rays as f64 / traced.seconds.max(1e-9) / 1e6;
         text += &format!(
             "{:.1} million rays in {:.1} s, {rate:.2} million a second\n",

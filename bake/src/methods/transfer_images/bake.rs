@@ -9,6 +9,7 @@ use super::records::Records;
 use super::settings::{NAME, READS, REVISION, Settings};
 use super::tiles::{Tile, TileFragment};
 use crate::error::Result;
+use crate::filter::seen::half_of;
 use crate::filter::{Filter, Noise, Watcher};
 use crate::job::Job;
 use crate::scene_hash::hash_of;
@@ -166,7 +167,7 @@ pub(super) fn trace_pixels(
     for pixel in pixels {
         let mut number = 0;
         gather.pixel(pixel, samples, |path| {
-            projector.add(path, usize::from(2 * number >= samples), &mut records);
+            projector.add(path, half_of(number, samples), &mut records);
             number += 1;
         });
         records.drain(|class, record| {

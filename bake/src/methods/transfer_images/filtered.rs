@@ -12,9 +12,6 @@ use std::collections::HashMap;
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Changes whenever the same tiles are filtered otherwise than before.
-const REVISION: u32 = 1;
-
 /// Filtering tiles.
 pub struct Filtered<'a> {
     traced: &'a Records<'a>,
@@ -34,14 +31,7 @@ impl<'a> Filtered<'a> {
         let editable = slots.iter().map(|slot| (slot.first, slot.channels()));
         let fixed = slots.iter().filter_map(|slot| Some((slot.fixed?, slot.channels())));
         let (editable, fixed) = (channels_of_layers(editable), channels_of_layers(fixed));
-        Self {
-            traced,
-            filter,
-            grid,
-            key: xxh3_128(format!("{key:032x} filter {REVISION}").as_bytes()),
-            editable,
-            fixed,
-        }
+        Self { traced, filter, grid, key: xxh3_128(format!("{key:032x} filter").as_bytes()), editable, fixed }
     }
 
     /// A tile and those around it.

@@ -1,5 +1,6 @@
 //! Whether the method serves a scene, and what that takes.
 
+use super::bake::TILE;
 use super::basis::model;
 use super::chromaticity::chromaticity;
 use super::held_out;
@@ -62,7 +63,11 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let fragments = pixels + pixels / 10;
     let triangles: u64 = scene.objects.iter().map(|o| o.mesh.triangles.len() as u64).sum();
     let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
+    // A tile is filtered beside those around it, and some pixels show several classes.
+    let tiles =
+        9 * u64::from(TILE * TILE) * layout.channels() as u64 * 4 * rayon::current_num_threads() as u64;
     fragments * (layout.channels() as u64 * 8 + 32 + FILTERED)
+        + tiles
         + pixels.div_ceil(u64::from(held_out::SPACING.pow(2))) * 12 * u64::from(held_out::STATES)
         + triangles * 600
         + texels * 48

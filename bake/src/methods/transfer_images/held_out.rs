@@ -64,7 +64,7 @@ impl HeldOutErrors {
 pub fn measured_on(later: bool) -> String {
     let one_in = SPACING * SPACING;
     let measured = format!(
-        "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths"
+        "{STATES} states of the materials that were not baked, one pixel in {one_in}, against the analytic BRDF on the bake's own paths before noise is filtered out"
     );
     if later {
         measured

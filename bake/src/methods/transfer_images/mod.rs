@@ -1,8 +1,8 @@
 //! Method `transfer-images` (thesis §4.1): light and view stay, materials of whole objects vary.
 //!
-//! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Filter: noise
-//! out, the same way of all images, [`filtered`]. Compress: halves with a range per image, [`pack`]. What it
-//! cannot do: exponents above 200 or roughness below 0.32, lights or views that vary. Third and later
+//! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Filter:
+//! noise out, the same way of all images, [`filtered`]. Compress: halves with a range per image, [`pack`].
+//! What it cannot do: exponents above 200 or roughness below 0.32, lights or views that vary. Third and later
 //! reflections know materials by their albedos alone, [`later`].
 //!
 //! [`pack`] is public for charts, which cut bundles with fewer bases out of one bake.

@@ -97,7 +97,8 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let measuring = per_pixel * all as f64 / f64::from(held_out::SPACING.pow(2));
     let threads = rayon::current_num_threads() as f64;
     let packing = 2.0 * values / (PACKED * threads);
-    let filtering = if filter { (values / FILTERED + all as f64 / CHOSEN) / threads } else { 0.0 };
+    // How noisy it is is told without a filter, too.
+    let filtering = (all as f64 / CHOSEN + if filter { values / FILTERED } else { 0.0 }) / threads;
     Ok(Predicted {
         tells,
         rays,

@@ -35,7 +35,7 @@ const ZERO: f64 = 0.03;
 const PACKED: f64 = 2e7;
 /// Values that are filtered a second, and pixels that a strength is chosen for, per thread.
 const FILTERED: f64 = 2e6;
-const CHOSEN: f64 = 4e3;
+const CHOSEN: f64 = 1.2e4;
 
 /// What baking `scene` by `method` will take.
 ///

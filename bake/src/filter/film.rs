@@ -173,8 +173,8 @@ fn fragment(pixel: u32, class: u16, seen: &Seen) -> Fragment {
     }
 }
 
-/// Makes the largest guide of each state 1, so that squares are numbers however bright the light is, and tells
-/// what halves differ by.
+/// Makes the largest guide of each state 1, so that squares are numbers however bright the light is, and
+/// tells what halves differ by.
 fn scale_guides(fragments: &mut [Fragment]) {
     let mut largest = [0.0f32; STATES];
     for guide in fragments.iter().flat_map(|f| f.guides.as_flattened()) {

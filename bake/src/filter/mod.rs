@@ -2,10 +2,10 @@
 //!
 //! What is stored are images whose weighted sums are pictures, and the weights are not known yet. So the
 //! filter is linear and knows nothing of materials that vary: what it makes of a sum is the sum of what it
-//! makes of its parts. A *fragment* is what one class of surfaces shows in one pixel; every fragment becomes a
-//! weighted sum of its neighbours of the same class. Light is filtered in [`seen::LAYERS`] by how often it was
-//! reflected, for direct light has sharp shadows and little noise, and what was reflected before is the other
-//! way round.
+//! makes of its parts. A *fragment* is what one class of surfaces shows in one pixel; every fragment becomes
+//! a weighted sum of its neighbours of the same class. Light is filtered in [`seen::LAYERS`] by how often it
+//! was reflected, for direct light has sharp shadows and little noise, and what was reflected before is the
+//! other way round.
 //!
 //! * [`seen`]: what paths tell of a fragment beside what is stored: where it is, and what it shows in a few
 //!   random states, in two halves of the samples;
@@ -17,12 +17,12 @@
 //! * [`pictures`]: pictures of states as they come out of a bake.
 //!
 //! After NFOR (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
-//! Renderings"), but that weights of neighbours are never negative: no place gets less than no light. Rows are
-//! 1 in all, but the weights that a fragment has in all rows are not: light is kept about, not exactly.
+//! Renderings"), but that weights of neighbours are never negative: no place gets less than no light. Rows
+//! are 1 in all, but the weights that a fragment has in all rows are not: light is kept about, not exactly.
 
-pub mod choice;
+mod choice;
 mod errors;
-pub mod film;
+mod film;
 mod likeness;
 pub mod pictures;
 mod row;

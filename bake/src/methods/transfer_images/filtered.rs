@@ -34,13 +34,13 @@ impl<'a> Filtered<'a> {
         Self { traced, filter, grid, key: xxh3_128(format!("{key:032x} filter").as_bytes()), editable, fixed }
     }
 
-    /// A tile and those around it.
-    fn around(&self, number: u32) -> Result<Vec<Tile>> {
+    /// A tile and those around it, each with its number.
+    fn around(&self, number: u32) -> Result<Vec<(u32, Tile)>> {
         let [columns, rows] = self.grid;
         let (column, row) = (number % columns, number / columns);
         let near = |at: u32, count: u32| at.saturating_sub(1)..(at + 2).min(count);
         let numbers = near(row, rows).flat_map(|row| near(column, columns).map(move |c| row * columns + c));
-        numbers.map(|number| self.traced.tile(number)).collect()
+        numbers.map(|number| Ok((number, self.traced.tile(number)?))).collect()
     }
 
     /// What a fragment's samples add up to if each shows what `rows` say.
@@ -86,22 +86,25 @@ impl Stage for Filtered<'_> {
     fn piece(&self, number: u32) -> Result<Vec<u8>> {
         let tiles = self.around(number)?;
         let mut records = HashMap::new();
-        for tile in &tiles {
+        for (_, tile) in &tiles {
             let known = self.traced.of(tile)?.into_iter();
             records.extend(known.filter_map(|r| Some((self.filter.number(r.0.pixel, r.0.class)?, r))));
         }
         let place = [number % self.grid[0] * TILE, number / self.grid[0] * TILE];
         let rows: HashMap<_, _> = self.filter.rows(place.map(|p| p as i32)).into_iter().collect();
-        let traced = self.traced.tile(number)?;
-        let mut filtered = Vec::with_capacity(traced.values.len());
-        for record in self.traced.of(&traced)? {
-            let number = self.filter.number(record.0.pixel, record.0.class);
-            match number.and_then(|number| rows.get(&number)) {
-                Some(rows) => filtered.extend(self.filtered(&record, rows, &records)),
-                None => filtered.extend_from_slice(record.1),
+        let own = tiles.iter().filter(|(of, _)| *of == number).map(|(_, tile)| tile);
+        let mut filtered = Tile::default();
+        for tile in own {
+            for record in self.traced.of(tile)? {
+                let number = self.filter.number(record.0.pixel, record.0.class);
+                filtered.fragments.push(record.0);
+                match number.and_then(|number| rows.get(&number)) {
+                    Some(rows) => filtered.values.extend(self.filtered(&record, rows, &records)),
+                    None => filtered.values.extend_from_slice(record.1),
+                }
             }
         }
-        Ok(Tile { fragments: traced.fragments, values: filtered }.encode())
+        Ok(filtered.encode())
     }
 }
 

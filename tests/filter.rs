@@ -112,7 +112,8 @@ fn block_sums(image: &[Rgb], pixels: &[usize], size: u32, side: usize) -> Vec<Rg
     sums
 }
 
-/// In parts of the square of the truth, of which there are two independent estimates: their noise is not in it.
+/// In parts of the square of the truth, of which there are two independent estimates: their noise is not in
+/// it.
 fn squared_error(image: &[Rgb], truth: &[Vec<Rgb>; 2]) -> f64 {
     let [a, b] = truth.each_ref().map(|truth| truth.as_flattened());
     let (mut error, mut norm) = (0.0, 0.0);

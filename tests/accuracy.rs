@@ -1,7 +1,7 @@
 //! Baked images against the reference, with stated bounds.
 
 use crate::support::images::{bake, gathering, in_state, on_bases, pick, settings, surface_pixels};
-use crate::support::{job, library_scene, relative_l2, render};
+use crate::support::{job, relative_l2, render, with_two_reflections};
 use relume_bake::methods::transfer_images::{self, Settings, held_out, space_for};
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_formats::evaluate::transfer_images::evaluate;
@@ -44,7 +44,7 @@ fn errors(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (f64, f64
 
 #[test]
 fn six_and_nine_bases_stay_below_the_published_errors() {
-    let scene = library_scene("cornell-knot");
+    let scene = with_two_reflections("cornell-knot");
     for (bases, shared, median_bound, worst_bound) in
         [(6, true, 0.006, 0.015), (6, false, 0.009, 0.02), (9, true, 0.0005, 0.003)]
     {
@@ -61,7 +61,7 @@ fn six_and_nine_bases_stay_below_the_published_errors() {
 /// The number of bases that a scene gets for a wanted error is enough, and not much more.
 #[test]
 fn bases_are_chosen_by_error() {
-    let scene = library_scene("cornell-knot");
+    let scene = with_two_reflections("cornell-knot");
     let space = space_for(&scene, 16).unwrap();
     let pixels = held_out::some_pixels(held_out::CHOICE_PIXELS, [64, 64]);
     let choose = |max_error| {
@@ -90,7 +90,7 @@ fn bases_are_chosen_by_error() {
 
 /// The demo scene in glTF's materials.
 fn in_ggx() -> Scene {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     for material in &mut scene.materials {
         material.brdf = Brdf::Ggx(Ggx { base_color: [0.6, 0.5, 0.4], metallic: 0.0, roughness: 0.5 });
     }
@@ -113,7 +113,7 @@ fn ggx_converges_with_the_number_of_bases() {
 
 /// The demo scene in Cook and Torrance's materials.
 fn in_grooves() -> Scene {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     for material in &mut scene.materials {
         let brdf = CookTorrance { kd: [0.3, 0.25, 0.2], ks: [0.5; 3], fresnel: 0.5, roughness: 0.3 };
         material.brdf = Brdf::CookTorrance(brdf);
@@ -136,7 +136,7 @@ fn cook_torrance_converges_with_the_number_of_bases() {
 /// What a surface emits stays whatever its material becomes, and lights the rest.
 #[test]
 fn materials_of_surfaces_that_emit_vary_as_exactly_as_others() {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     let object = scene.objects.iter().position(|o| scene.vary.materials.contains(&o.material)).unwrap();
     let emitter = Emitter::Mesh { object, radiance: [0.5, 0.4, 0.3], glow: None };
     scene.lights.push(Light { name: "glow".to_owned(), emitter });
@@ -169,7 +169,7 @@ fn textured_materials_vary_as_exactly_as_plain_ones() {
         filter: Filter::Linear,
         texels,
     });
-    for (mut scene, bases) in [(library_scene("cornell-knot"), 9), (in_ggx(), 12)] {
+    for (mut scene, bases) in [(with_two_reflections("cornell-knot"), 9), (in_ggx(), 12)] {
         for material in scene.materials.iter_mut().filter(|m| m.name == "walls") {
             material.texture = Some(texture.clone());
         }
@@ -178,7 +178,7 @@ fn textured_materials_vary_as_exactly_as_plain_ones() {
         let (median, worst) = errors(&scene, &settings, false);
         println!("textured, {bases} bases: median {:.4} %, worst {:.4} %", 100.0 * median, 100.0 * worst);
         assert!(median <= 0.0015 && worst <= 0.005, "{bases} bases: {median}, {worst}");
-        let plain = render(&library_scene("cornell-knot"), settings.size, 16, 2, Paths::Gather, 1);
+        let plain = render(&with_two_reflections("cornell-knot"), settings.size, 16, 2, Paths::Gather, 1);
         assert!(
             relative_l2(&render(&scene, settings.size, 16, 2, Paths::Gather, 1).radiance, &plain.radiance)
                 > 0.05
@@ -189,7 +189,7 @@ fn textured_materials_vary_as_exactly_as_plain_ones() {
 /// Two lamps of different colours and three materials that vary: everything is RGB then.
 #[test]
 fn coloured_lights_and_three_materials() {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     let red = scene.materials.iter().position(|m| m.name == "red").unwrap();
     scene.vary.materials.push(red);
     let mut lamp = scene.lights[0].clone();
@@ -205,7 +205,7 @@ fn coloured_lights_and_three_materials() {
 /// say how much noise.
 #[test]
 fn independent_samples_differ_by_noise_only() {
-    let scene = library_scene("cornell-knot");
+    let scene = with_two_reflections("cornell-knot");
     let (ours, theirs) = (settings(48, 256, 9, 1), settings(48, 256, 9, 2));
     let (basis, images) = bake(&scene, &ours, true);
     let states = states(&scene);
@@ -230,7 +230,7 @@ fn independent_samples_differ_by_noise_only() {
 /// The coverage of each pixel's fragments adds up to the whole pixel, and silhouettes have more than one.
 #[test]
 fn fragments_cover_every_pixel() {
-    let (_, images) = bake(&library_scene("cornell-knot"), &settings(64, 64, 4, 1), true);
+    let (_, images) = bake(&with_two_reflections("cornell-knot"), &settings(64, 64, 4, 1), true);
     let mut covered = vec![0.0; 64 * 64];
     let mut count = vec![0; 64 * 64];
     for (pixel, coverage) in images.head.pixel.iter().zip(&images.head.coverage) {
@@ -245,7 +245,7 @@ fn fragments_cover_every_pixel() {
 /// A bake of direct light is the reference of one reflection.
 #[test]
 fn one_reflection_is_direct_light() {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     scene.reflections = 1;
     let settings = settings(32, 64, 9, 1);
     let (basis, images) = bake(&scene, &settings, true);

@@ -1,7 +1,7 @@
 //! Noise that is filtered out of transfer-images.
 
 use crate::support::images::{bake, gathering, in_state, on_bases, settings, surface_pixels};
-use crate::support::{job, library_scene, relative_l2, render};
+use crate::support::{job, relative_l2, render, with_two_reflections};
 use relume_bake::filter::seen::half_of;
 use relume_bake::filter::{Film, Filter, Seen, Watcher, pictures};
 use relume_bake::methods::transfer_images::{Settings, held_out};
@@ -35,7 +35,7 @@ fn pictures_of(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings) -> Vec<
 /// lose, as without it.
 #[test]
 fn sums_of_filtered_images_are_filtered_sums() {
-    let scene = library_scene("cornell-knot");
+    let scene = with_two_reflections("cornell-knot");
     let settings = filtered(48, 16, 12);
     let (basis, images) = bake(&scene, &settings, true);
     let states = states(&scene);
@@ -62,8 +62,7 @@ fn noise_is_filtered_on_a_fine_film() {
 
 /// Compares with two path traced halves of `truth` samples, whose own noise is not in the errors.
 fn expect_filtered(size: u32, samples: u32, truth: u32) {
-    let mut scene = library_scene("cornell-knot");
-    scene.reflections = 2;
+    let scene = with_two_reflections("cornell-knot");
     let settings = filtered(size, samples, 4);
     let states = &states(&scene)[..3];
     let pixels = surface_pixels(&scene, &settings);

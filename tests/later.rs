@@ -1,7 +1,7 @@
 //! All reflections of transfer-images: third and later ones by effective albedos.
 
 use crate::support::images::{bake, gathering, in_state, on_bases, settings};
-use crate::support::{job, library_scene, relative_l2, render, scene};
+use crate::support::{job, library_scene, relative_l2, render, scene, with_two_reflections};
 use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
 use relume_bake::methods::transfer_images::held_out;
 use relume_bake::methods::transfer_images::later::albedos;
@@ -69,8 +69,7 @@ fn closed_rooms_show_all_their_light_and_no_more() {
 /// its own, in states where albedos are exact, matt ones.
 #[test]
 fn matt_rooms_are_those_of_the_path_tracer() {
-    let mut scene = library_scene("cornell-knot");
-    scene.reflections = ALL_REFLECTIONS;
+    let scene = library_scene("cornell-knot");
     let (basis, images) = bake(&scene, &settings(24, 1024, 4, 1), true);
     for state in
         [[[0.7, 0.5, 0.2], [0.6, 0.6, 0.6]], [[0.1, 0.8, 0.9], [0.9, 0.9, 0.9]], [[0.0; 3], [0.5; 3]]]
@@ -95,7 +94,7 @@ fn matt_rooms_are_those_of_the_path_tracer() {
 /// The images of two reflections are the same, and files without the others have not a byte of them.
 #[test]
 fn other_images_are_those_of_two_reflections() {
-    let mut scene = library_scene("cornell-knot");
+    let mut scene = with_two_reflections("cornell-knot");
     let bake_of = |scene: &Scene| bake(scene, &settings(16, 8, 4, 1), true).1;
     let two = bake_of(&scene);
     scene.reflections = ALL_REFLECTIONS;
@@ -176,8 +175,7 @@ fn hemispherical_albedo(material: &BlinnPhong) -> f64 {
 /// What the bake says of its albedos is what they are off by, and of its images what bases and halves are.
 #[test]
 fn bakes_tell_the_error_of_albedos_apart() {
-    let mut scene = library_scene("cornell-knot");
-    scene.reflections = ALL_REFLECTIONS;
+    let scene = library_scene("cornell-knot");
     let settings = settings(48, 256, 6, 1);
     let (basis, images) = bake(&scene, &settings, true);
     let pixels = held_out::one_pixel_in(2, settings.size);

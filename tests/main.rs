@@ -8,6 +8,7 @@
 //! * [`shadows`]: sphere-shadows from bake to radiance;
 //! * [`plan`]: plans, and their predictions against bakes;
 //! * [`frame_cost`]: what bakes report of frames;
+//! * [`lights`]: lights chosen by what of them arrives;
 //! * [`later`]: third and later reflections of transfer-images;
 //! * [`chart`]: charts of speed against accuracy;
 //! * [`cli`]: the binaries as a user runs them;
@@ -32,6 +33,7 @@ mod filter;
 mod first_scene;
 mod frame_cost;
 mod later;
+mod lights;
 mod pieces;
 mod plan;
 mod relighting;

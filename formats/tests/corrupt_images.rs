@@ -217,7 +217,7 @@ fn broken_images() {
     let sound = samples::images(3, 2, 3, true, [4, 3]);
     let mut not_finite = sound.clone();
     not_finite.images[4].values[1] = f16::INFINITY;
-    assert_refused(&not_finite, "a value is not a finite number");
+    assert_refused(&not_finite, "holds what is no half");
     let rgb = sound.images.iter().position(|i| i.slot == 0).unwrap();
     let mut short = sound.clone();
     short.images.truncate(rgb);
@@ -232,6 +232,13 @@ fn broken_images() {
     }
     let grey = |s: &mut RawSection| s.shape = vec![1, s.shape.iter().product()];
     assert_forged_refused(&sound, "image/0000", grey, "section `image/0000`: has shape [1, ");
+    // The step is the first number.
+    let step = |s: &mut RawSection| {
+        let mut raw = s.raw();
+        raw[..2].copy_from_slice(&40u16.to_le_bytes());
+        s.set_raw(&raw);
+    };
+    assert_forged_refused(&sound, "image/0000", step, "section `image/0000`: holds what is no half");
 }
 
 /// Of one image: all values 0, beyond the range of scales, below half of it, with a scale of 0, and of

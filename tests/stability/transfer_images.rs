@@ -2,7 +2,7 @@
 //! its range.
 
 use crate::support::images::{bake, in_state, on_bases, settings};
-use crate::support::{expect_exit, library_scene, relative_l2, render, scaled, scene, write_scene};
+use crate::support::{expect_exit, relative_l2, render, scaled, scene, with_two_reflections, write_scene};
 use relume_bake::methods::transfer_images::{Settings, chromaticity};
 use relume_bake::trace::reference::Paths;
 use relume_formats::evaluate::transfer_images::evaluate;
@@ -157,7 +157,7 @@ fn playback_beyond_the_sampled_range_is_refused() {
 /// docs/notes/TRANSFER-IMAGES.md states for states between, with 6 and 9 bases, worst of random ones.
 #[test]
 fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
-    let scene = library_scene("cornell-knot");
+    let scene = with_two_reflections("cornell-knot");
     for (bases, bound) in [(6, 0.015), (9, 0.003)] {
         for shininess in [1.0, 200.0] {
             let (shown, truth) =
@@ -173,7 +173,7 @@ fn the_ends_of_the_sampled_range_are_as_exact_as_its_middle() {
 /// docs/notes/TRANSFER-IMAGES.md, "The ring's caustic", and three bases more take nearly all of it away.
 #[test]
 fn under_a_small_lamp_three_bases_more_are_worth_tenfold() {
-    let scene = library_scene("ring");
+    let scene = with_two_reflections("ring");
     let error = |bases| {
         let (shown, truth) =
             shown_and_true(&scene, &settings(48, 32, bases, 1), &[glossy(0.2, 0.2, 180.0); 2]);
@@ -215,7 +215,7 @@ fn halves_hold_a_caustic_and_what_is_dim_beside_it() {
 /// be wrong by more than all else.
 #[test]
 fn images_are_negative_where_basis_functions_are() {
-    let (scene, settings) = (library_scene("cornell-knot"), settings(32, 32, 9, 1));
+    let (scene, settings) = (with_two_reflections("cornell-knot"), settings(32, 32, 9, 1));
     let (basis, images) = bake(&scene, &settings, true);
     let mut clamped = images.clone();
     clamped
@@ -265,7 +265,7 @@ fn where_no_light_comes_all_is_black() {
 /// A scene a thousand times larger or smaller: the same images.
 #[test]
 fn a_thousand_times_larger_or_smaller() {
-    let (base, settings) = (library_scene("cornell-knot"), settings(32, 32, 6, 1));
+    let (base, settings) = (with_two_reflections("cornell-knot"), settings(32, 32, 6, 1));
     let image = |scale: f32| {
         let (basis, images) = bake(&scaled(&base, scale), &settings, true);
         evaluate(&images, &on_bases(&basis, &[glossy(0.2, 0.6, 60.0); 2]))

@@ -109,6 +109,11 @@ pub fn library_scene(name: &str) -> Scene {
     relume_scenes::load(&relume_scenes::resolve(name).unwrap()).unwrap()
 }
 
+/// The library's scene `name` with light of at most two reflections.
+pub fn with_two_reflections(name: &str) -> Scene {
+    Scene { reflections: 2, ..library_scene(name) }
+}
+
 /// `scene` as it would be with lengths in another unit: everything `scale` times as large about the origin.
 pub fn scaled(scene: &Scene, scale: f32) -> Scene {
     let mut scene = scene.clone();

@@ -1,20 +1,64 @@
-//! Sampling of an environment map in proportion to what it sends.
+//! Sampling of an environment map in proportion to what it sends, and to what of it arrives.
+//!
+//! The map is cut into patches. Which of them is looked at is for the caller to say ([`PatchChances`]): a room
+//! sees a map through its windows alone. Within a patch, directions are chosen by brightness.
 
+use super::chances::{pick, running_share, share};
 use glam::Vec3A;
 use relume_scenes::{Environment, EquirectMap};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::ops::Range;
+
+/// Most bands of latitude that a map is cut into, and most columns.
+const PATCHES: [usize; 2] = [8, 16];
 
 /// An environment light prepared for look-ups and importance sampling.
 pub struct EnvironmentLight {
     width: usize,
     height: usize,
+    /// Bands of latitude, and columns.
+    patches: [usize; 2],
     /// The map with its gain.
     map: EquirectMap,
     /// Cosine and sine of the map's rotation about +Y.
     rotation: [f32; 2],
-    /// Running sums over rows, and over the texels of each row, of the chance to be chosen; each ends in 1.
+    /// For each column of patches and each row of texels: running sums of the chance to be chosen within the
+    /// patch.
     row_cdf: Vec<f32>,
+    /// Running sums over the texels of each row; each ends in 1.
     texel_cdf: Vec<f32>,
+    /// The part of all brightness that is in each patch, column by column within bands.
+    brightness: Vec<f64>,
+}
+
+/// With what chance each patch of a map is looked at.
+#[derive(Debug, Clone)]
+pub struct PatchChances {
+    /// Running sums over bands.
+    bands: Vec<f32>,
+    /// Running sums over the patches of each band.
+    columns: Vec<f32>,
+}
+
+impl PatchChances {
+    /// In proportion to `weights`, band by band, of which there are `bands`.
+    pub fn new(weights: &[f64], bands: usize) -> Self {
+        let columns = weights.len() / bands;
+        let of_bands: Vec<f64> = weights.chunks(columns).map(|band| band.iter().sum()).collect();
+        Self {
+            bands: running_share(&of_bands),
+            columns: weights.chunks(columns).flat_map(running_share).collect(),
+        }
+    }
+
+    fn columns_of(&self, band: usize) -> &[f32] {
+        let columns = self.columns.len() / self.bands.len();
+        &self.columns[band * columns..(band + 1) * columns]
+    }
+
+    fn of(&self, band: usize, column: usize) -> f32 {
+        share(&self.bands, band) * share(self.columns_of(band), column)
+    }
 }
 
 impl EnvironmentLight {
@@ -24,34 +68,50 @@ impl EnvironmentLight {
         let (width, height) = (map.width as usize, map.height as usize);
         let gain = Vec3A::from(environment.gain);
         let texels: Vec<[f32; 3]> = map.texels.iter().map(|t| (Vec3A::from(*t) * gain).to_array()).collect();
-        let brightness: Vec<f64> = texels.iter().map(|t| f64::from(Vec3A::from(*t).element_sum())).collect();
         let map = EquirectMap { texels, ..**map };
-        let mut row_sums = Vec::with_capacity(height);
-        let mut texel_cdf = Vec::with_capacity(brightness.len());
-        for y in 0..height {
-            // Look-ups interpolate, so a dark texel beside a bright one shines too and must stand a chance.
-            let blurred = |x: usize| -> f64 {
-                let columns = [(x + width - 1) % width, x, (x + 1) % width];
-                let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
-                rows.iter()
-                    .flat_map(|r| columns.iter().map(move |c| r * width + c))
-                    .map(|i| brightness[i])
-                    .sum()
-            };
-            let row: Vec<f64> = (0..width).map(blurred).collect();
-            row_sums.push(row.iter().sum::<f64>() * band_of_row(y, height));
-            texel_cdf.extend(running_share(&row));
+        let rows = weights_of_rows(&map);
+        let patches = [PATCHES[0].min(height), PATCHES[1].min(width)];
+        let mut row_cdf = vec![0.0; patches[1] * height];
+        let mut brightness = vec![0.0; patches[0] * patches[1]];
+        for (patch, total) in brightness.iter_mut().enumerate() {
+            let (band, column) = (patch / patches[1], patch % patches[1]);
+            let (rows_of, columns) = (part(height, patches[0], band), part(width, patches[1], column));
+            let weight = |y: usize| rows[y][columns.clone()].iter().sum::<f64>() * band_of_row(y, height);
+            let weights: Vec<f64> = rows_of.clone().map(weight).collect();
+            *total = weights.iter().sum();
+            let cdf = &mut row_cdf[column * height..(column + 1) * height];
+            cdf[rows_of].copy_from_slice(&running_share(&weights));
         }
-        let lit = row_sums.iter().sum::<f64>() > 0.0;
+        let lit = brightness.iter().sum::<f64>() > 0.0;
         let (sin, cos) = environment.rotation_deg.to_radians().sin_cos();
         lit.then(|| Self {
             width,
             height,
+            patches,
             map,
             rotation: [cos, sin],
-            row_cdf: running_share(&row_sums),
-            texel_cdf,
+            row_cdf,
+            texel_cdf: rows.iter().flat_map(|row| running_share(row)).collect(),
+            brightness,
         })
+    }
+
+    /// Bands of latitude and columns of patches.
+    pub fn patches(&self) -> [usize; 2] {
+        self.patches
+    }
+
+    /// For each patch, band by band: its part of all that the map sends.
+    pub fn brightness_of_patches(&self) -> Vec<f64> {
+        let total: f64 = self.brightness.iter().sum();
+        self.brightness.iter().map(|b| b / total).collect()
+    }
+
+    /// Number of the patch that `direction` lies in.
+    pub fn patch_of(&self, direction: Vec3A) -> usize {
+        let [x, y] = self.texel(direction);
+        let [band, column] = self.patch_of_texel(x, y);
+        band * self.patches[1] + column
     }
 
     /// Radiance from the unit direction `direction`, bilinear between texel centres, W/(sr·m²).
@@ -59,10 +119,16 @@ impl EnvironmentLight {
         self.map.sample(self.uv(direction)).into()
     }
 
-    /// A direction chosen in proportion to brightness, with its density per steradian.
-    pub fn sample(&self, [u, v]: [f32; 2]) -> (Vec3A, f32) {
-        let (y, fy) = pick(&self.row_cdf, v);
-        let (x, fx) = pick(&self.texel_cdf[y * self.width..(y + 1) * self.width], u);
+    /// A direction chosen by its patch's chance and, within the patch, in proportion to brightness, with its
+    /// density per steradian.
+    pub fn sample(&self, chances: &PatchChances, [u, v]: [f32; 2]) -> (Vec3A, f32) {
+        // What chose a patch is evenly spread within its share and serves again.
+        let (band, v) = pick(&chances.bands, v);
+        let (column, u) = pick(chances.columns_of(band), u);
+        let rows = part(self.height, self.patches[0], band);
+        let (y, fy) = pick(&self.rows_of(column)[rows.clone()], v);
+        let y = rows.start + y;
+        let (x, fx) = self.pick_texel(y, part(self.width, self.patches[1], column), u);
         let phi = TAU * ((x as f32 + fx) / self.width as f32 - 0.5);
         // Even over the solid angle within a row: linear in the cosine of the polar angle.
         let top = (PI * y as f32 / self.height as f32).cos();
@@ -70,15 +136,13 @@ impl EnvironmentLight {
         let cos_theta = top + (bottom - top) * fy;
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
         let in_map = Vec3A::new(sin_theta * phi.sin(), cos_theta, -sin_theta * phi.cos());
-        (self.turn(in_map, 1.0), self.texel_density(x, y))
+        (self.turn(in_map, 1.0), self.texel_density(chances, x, y))
     }
 
     /// Density per steradian with which [`EnvironmentLight::sample`] chooses `direction`.
-    pub fn density(&self, direction: Vec3A) -> f32 {
-        let [u, v] = self.uv(direction);
-        let x = ((u * self.width as f32) as usize).min(self.width - 1);
-        let y = ((v * self.height as f32) as usize).min(self.height - 1);
-        self.texel_density(x, y)
+    pub fn density(&self, chances: &PatchChances, direction: Vec3A) -> f32 {
+        let [x, y] = self.texel(direction);
+        self.texel_density(chances, x, y)
     }
 
     /// Irradiance on an absorbing sphere per cross section, Σ L·dω of the largest channel: what power is
@@ -94,10 +158,55 @@ impl EnvironmentLight {
             .sum::<f64>() as f32
     }
 
-    fn texel_density(&self, x: usize, y: usize) -> f32 {
-        let chance =
-            share(&self.row_cdf, y) * share(&self.texel_cdf[y * self.width..(y + 1) * self.width], x);
+    fn texel_density(&self, chances: &PatchChances, x: usize, y: usize) -> f32 {
+        let [band, column] = self.patch_of_texel(x, y);
+        let (rows, columns) =
+            (part(self.height, self.patches[0], band), part(self.width, self.patches[1], column));
+        let of_row = share(&self.rows_of(column)[rows.clone()], y - rows.start);
+        let [before, after] = self.sums_around(y, &columns);
+        let of_texel = share(self.texels_of(y), x) / (after - before);
+        // Nothing shines in a part of no width.
+        let chance = if after > before { chances.of(band, column) * of_row * of_texel } else { 0.0 };
         chance * self.width as f32 / (TAU * band_of_row(y, self.height) as f32)
+    }
+
+    /// The texel of row `y` that `u` falls on if only `columns` are looked at, and where on it.
+    fn pick_texel(&self, y: usize, columns: Range<usize>, u: f32) -> (usize, f32) {
+        let [before, after] = self.sums_around(y, &columns);
+        let at = before + u * (after - before);
+        let cdf = self.texels_of(y);
+        let x = columns.start + cdf[columns.clone()].partition_point(|c| *c <= at).min(columns.len() - 1);
+        let start = if x == 0 { 0.0 } else { cdf[x - 1] };
+        (x, ((at - start) / (cdf[x] - start).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0))
+    }
+
+    /// Running sums of row `y` before and after some columns.
+    fn sums_around(&self, y: usize, columns: &Range<usize>) -> [f32; 2] {
+        let cdf = self.texels_of(y);
+        [columns.start.checked_sub(1).map_or(0.0, |x| cdf[x]), cdf[columns.end - 1]]
+    }
+
+    fn rows_of(&self, column: usize) -> &[f32] {
+        &self.row_cdf[column * self.height..(column + 1) * self.height]
+    }
+
+    fn texels_of(&self, y: usize) -> &[f32] {
+        &self.texel_cdf[y * self.width..(y + 1) * self.width]
+    }
+
+    fn texel(&self, direction: Vec3A) -> [usize; 2] {
+        let [u, v] = self.uv(direction);
+        [
+            ((u * self.width as f32) as usize).min(self.width - 1),
+            ((v * self.height as f32) as usize).min(self.height - 1),
+        ]
+    }
+
+    /// Band and column of the patch that a texel lies in.
+    fn patch_of_texel(&self, x: usize, y: usize) -> [usize; 2] {
+        // The inverse of `part`.
+        let of = |at: usize, whole: usize, parts: usize| ((at + 1) * parts - 1) / whole;
+        [of(y, self.height, self.patches[0]), of(x, self.width, self.patches[1])]
     }
 
     /// Texture coordinates of a direction in world space.
@@ -119,32 +228,22 @@ fn band_of_row(y: usize, height: usize) -> f64 {
     cos(y) - cos(y + 1)
 }
 
-fn running_share(weights: &[f64]) -> Vec<f32> {
-    let total: f64 = weights.iter().sum();
-    let mut sum = 0.0;
-    let mut cdf: Vec<f32> = weights
-        .iter()
-        .map(|w| {
-            sum += w;
-            (sum / total.max(f64::MIN_POSITIVE)) as f32
-        })
-        .collect();
-    if let Some(last) = cdf.last_mut() {
-        *last = 1.0;
-    }
-    cdf
+/// The weight of every texel, row by row.
+fn weights_of_rows(map: &EquirectMap) -> Vec<Vec<f64>> {
+    let (width, height) = (map.width as usize, map.height as usize);
+    let brightness: Vec<f64> = map.texels.iter().map(|t| f64::from(Vec3A::from(*t).element_sum())).collect();
+    // Look-ups interpolate, so a dark texel beside a bright one shines too and must stand a chance.
+    let blurred = |x: usize, y: usize| -> f64 {
+        let columns = [(x + width - 1) % width, x, (x + 1) % width];
+        let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
+        rows.iter().flat_map(|r| columns.iter().map(move |c| r * width + c)).map(|i| brightness[i]).sum()
+    };
+    (0..height).map(|y| (0..width).map(|x| blurred(x, y)).collect()).collect()
 }
 
-fn share(cdf: &[f32], index: usize) -> f32 {
-    cdf[index] - if index == 0 { 0.0 } else { cdf[index - 1] }
-}
-
-/// The interval of `cdf` that `u` falls in and where within it, both ends excluded from intervals of no
-/// width.
-fn pick(cdf: &[f32], u: f32) -> (usize, f32) {
-    let index = cdf.partition_point(|c| *c <= u).min(cdf.len() - 1);
-    let start = if index == 0 { 0.0 } else { cdf[index - 1] };
-    (index, ((u - start) / (cdf[index] - start)).clamp(0.0, 1.0))
+/// Part number `index` of `parts` of 0..whole.
+fn part(whole: usize, parts: usize, index: usize) -> Range<usize> {
+    index * whole / parts..(index + 1) * whole / parts
 }
 
 #[cfg(test)]
@@ -165,18 +264,27 @@ mod tests {
         light(8, 4, texels, rotation_deg)
     }
 
-    /// Sampling and density agree, and the density integrates to 1: E[f/p] for known f.
+    /// By brightness, and by chances that have nothing to do with it.
     #[test]
     fn density_is_that_of_the_samples() {
         let light = patchy(33.0);
+        let by_brightness = light.brightness_of_patches();
+        let other: Vec<f64> = (1..=by_brightness.len()).map(|patch| (patch * 31 % 17) as f64 + 0.5).collect();
+        for weights in [by_brightness, other] {
+            expect_density(&light, &PatchChances::new(&weights, light.patches()[0]));
+        }
+    }
+
+    /// Sampling and density agree, and the density integrates to 1: E[f/p] for known f.
+    fn expect_density(light: &EnvironmentLight, chances: &PatchChances) {
         let sampler = crate::trace::sampler::PixelSampler::new(5, 0);
         let n = 1 << 20;
         let mut disagreeing = 0;
         let (mut area, mut first_moment, mut lit) = (0.0f64, glam::DVec3::ZERO, 0.0f64);
         for i in 0..n {
-            let (d, p) = light.sample(sampler.sample(i).pair(0));
+            let (d, p) = light.sample(chances, sampler.sample(i).pair(0));
             assert!((d.length() - 1.0).abs() < 1e-5);
-            disagreeing += u32::from((light.density(d) / p - 1.0).abs() > 1e-3);
+            disagreeing += u32::from((light.density(chances, d) / p - 1.0).abs() > 1e-3);
             area += 1.0 / f64::from(p);
             first_moment += (d / p).as_dvec3();
             lit += f64::from(light.radiance(d).x / p);
@@ -203,6 +311,23 @@ mod tests {
             }
         }
         sum / f64::from(n * n)
+    }
+
+    /// Whatever divides into whatever: every texel lies in the patch that it is counted to.
+    #[test]
+    fn texels_lie_in_their_patches() {
+        for (width, height) in [(8, 4), (64, 32), (37, 19), (1, 1), (16, 9)] {
+            let light = light(width, height, vec![[1.0; 3]; (width * height) as usize], 0.0);
+            let [bands, columns] = light.patches();
+            for (band, column) in (0..bands).flat_map(|b| (0..columns).map(move |c| (b, c))) {
+                for (y, x) in part(height as usize, bands, band)
+                    .flat_map(|y| part(width as usize, columns, column).map(move |x| (y, x)))
+                {
+                    assert_eq!(light.patch_of_texel(x, y), [band, column], "{width} {height}");
+                }
+            }
+            assert!((light.brightness_of_patches().iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        }
     }
 
     #[test]

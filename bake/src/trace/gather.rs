@@ -263,17 +263,14 @@ impl<'a> Gather<'a> {
         bounce: &Bounce,
         hit: Option<&Surface>,
     ) -> Option<Reflection> {
-        let (radiance, density) = match hit {
-            None => (
-                self.lights.background(bounce.direction),
-                self.lights.density_of_background(bounce.direction),
-            ),
-            Some(hit) => (self.lights.emitted(hit), self.lights.density_of_surface(surface.position, hit)),
-        };
+        let radiance = self.lights.met(bounce.direction, hit);
+        if radiance == Vec3A::ZERO {
+            return None;
+        }
+        let density = self.lights.density_of(surface, bounce.direction, hit);
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
-        (radiance != Vec3A::ZERO && light != Vec3A::ZERO)
-            .then_some(Reflection { angles: bounce.angles, light })
+        (light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
     }
 
     /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them
@@ -284,7 +281,7 @@ impl<'a> Gather<'a> {
             let hit = self.world.intersect(from, bounce.direction);
             return self.light_seen(surface, bounce, hit.as_ref());
         }
-        let (radiance, density, distance) = self.lights.along(from, bounce.direction)?;
+        let (radiance, density, distance) = self.lights.along(surface, bounce.direction)?;
         let light = radiance * (bounce.cosine / (bounce.density + density));
         let arrives = light != Vec3A::ZERO && !self.world.occluded(from, bounce.direction, distance);
         arrives.then_some(Reflection { angles: bounce.angles, light })

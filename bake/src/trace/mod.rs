@@ -1,5 +1,6 @@
 //! Rays, samples, lights, the path tracer that is our truth, and every gather.
 
+mod chances;
 mod coating;
 pub mod environment;
 pub mod gather;

@@ -65,10 +65,10 @@ impl<'a> PathTracer<'a> {
         let (mut origin, mut direction) = (origin, direction);
         let mut radiance = Vec3A::ZERO;
         let mut throughput = Vec3A::ONE;
-        let mut density: Option<f32> = None;
+        let mut before: Option<(Surface, f32)> = None;
         for reflection in 0.. {
             let hit = self.world.intersect(origin, direction);
-            radiance += throughput * self.emitted(origin, direction, hit.as_ref(), density);
+            radiance += throughput * self.emitted(before.as_ref(), direction, hit.as_ref());
             let Some((surface, material)) = hit.and_then(|s| self.material_of(&s).map(|m| (s, m))) else {
                 break;
             };
@@ -88,7 +88,8 @@ impl<'a> PathTracer<'a> {
                 }
                 throughput /= survival;
             }
-            (origin, direction, density) = (surface.offset(), next, Some(chance));
+            (origin, direction) = (surface.offset(), next);
+            before = Some((surface, chance));
         }
         radiance
     }
@@ -100,14 +101,16 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Light met by a ray, weighted against the chance that [`PathTracer::direct`] had found it; `density` is
-    /// `None` for rays from the eye.
-    fn emitted(&self, origin: Vec3A, direction: Vec3A, hit: Option<&Surface>, density: Option<f32>) -> Vec3A {
-        let (light, light_density) = match hit {
-            None => (self.lights.background(direction), self.lights.density_of_background(direction)),
-            Some(surface) => (self.lights.emitted(surface), self.lights.density_of_surface(origin, surface)),
-        };
-        if light == Vec3A::ZERO { light } else { light * density.map_or(1.0, |d| d / (d + light_density)) }
+    /// Light met by a ray, weighted against the chance that [`PathTracer::direct`] had found it; `before` is
+    /// where the ray came from and its density, `None` for rays from the eye.
+    fn emitted(&self, before: Option<&(Surface, f32)>, direction: Vec3A, hit: Option<&Surface>) -> Vec3A {
+        let light = self.lights.met(direction, hit);
+        match before {
+            Some((from, density)) if light != Vec3A::ZERO => {
+                light * (density / (density + self.lights.density_of(from, direction, hit)))
+            }
+            _ => light,
+        }
     }
 
     /// Light that arrives straight from a light and is reflected.

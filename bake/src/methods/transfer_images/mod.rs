@@ -22,6 +22,7 @@ mod prediction;
 mod project;
 mod records;
 mod registered;
+mod rounding;
 mod settings;
 mod states;
 mod tiles;

@@ -1,7 +1,8 @@
-//! From tiles of sums to stored images: orders fragments, finds each image's range, rounds to halves, sorts
-//! images by importance.
+//! From tiles of sums to stored images: orders fragments, finds each image's range, rounds, sorts images by
+//! importance.
 
 use super::records::Records;
+use super::rounding::round;
 use super::tiles::TileFragment;
 use crate::compress::quantise::scale_for;
 use crate::error::Result;
@@ -101,6 +102,8 @@ impl Records<'_> {
 
         let mut images: Vec<Image> =
             images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
+        let mut scales = scales;
+        round(&mut images, &mut scales, layout, &slot_weights(layout, basis));
         sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
         let head = Head {
             meta,
@@ -125,11 +128,8 @@ pub fn sort_by_importance(
     basis: &BrdfBasis,
     squares: impl Fn(usize) -> f64,
 ) {
-    let weights = basis_weights(basis);
-    let importance: Vec<f64> = (0..)
-        .zip(&layout.slots)
-        .map(|(number, slot)| squares(number) * slot_weight(slot, &weights))
-        .collect();
+    let importance: Vec<f64> =
+        (0..).zip(slot_weights(layout, basis)).map(|(number, weight)| squares(number) * weight).collect();
     images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
 }
 
@@ -152,6 +152,12 @@ fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
     }
     weights[0] += 1.0;
     weights
+}
+
+/// Mean square of what the values of each slot are multiplied with.
+fn slot_weights(layout: &Layout, basis: &BrdfBasis) -> Vec<f64> {
+    let weights = basis_weights(basis);
+    layout.slots.iter().map(|slot| slot_weight(slot, &weights)).collect()
 }
 
 fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {

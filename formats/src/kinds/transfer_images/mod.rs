@@ -7,7 +7,7 @@
 //! | `fragments/class`    | u16  | [fragments]           | index of the editable material, or their number for everything fixed |
 //! | `fragments/coverage` | f16  | [fragments]           | share of the pixel's film samples that fell on the class, above 0; of a pixel 1 at most in all. The least half where the fixed class only shows what others emit |
 //! | `scales`             | f32  | [slots]               | factor on the stored halves of each slot, a power of 2 up to [`MAX_SCALE`]; 0 for an all-zero slot |
-//! | `image/NNNN`         | f16  | [channels, fragments] | one slot of the [`Layout`], channel by channel; brightest slots first |
+//! | `image/NNNN`         | u16  | [1 + channels · fragments] | one slot of the [`Layout`]: a step, then halves in it, channel by channel, as [`codes`] has them; brightest slots first |
 //!
 //! A *fragment* is one class of material seen through one pixel. Values are weighted by coverage already, so a pixel's radiance is the plain
 //! sum over its fragments and silhouettes stay antialiased for any materials. Fragments of editable materials come first, then the fixed
@@ -19,9 +19,11 @@
 //!
 //! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
 
+pub mod codes;
 mod later;
 mod layout;
 
+pub use codes::Neighbours;
 pub use later::{Later, MAX_ALBEDO, MAX_DEGREE, node_count};
 pub use layout::{FirstReflection, LaterImages, Layout, Slot};
 
@@ -183,8 +185,8 @@ impl Head {
         Ok(head)
     }
 
-    /// Reads one image section.
-    pub fn decode_image(&self, layout: &Layout, section: &Section) -> Result<Image> {
+    /// Reads one image section; `neighbours` are those of this head.
+    pub fn decode_image(&self, layout: &Layout, neighbours: &Neighbours, section: &Section) -> Result<Image> {
         let slot = section
             .info
             .name
@@ -193,11 +195,13 @@ impl Head {
             .filter(|slot| *slot < layout.slots.len() && section.info.name == image_name(*slot))
             .ok_or_else(|| section.invalid("is no image of this layout"))?;
         let channels = layout.slots[slot].channels();
-        section.expect_shape(&[channels as u64, self.fragments_of(&layout.slots[slot]) as u64])?;
-        let values = section.f16s()?;
-        if !values.iter().all(|v| v.is_finite()) {
-            return Err(section.invalid("a value is not a finite number"));
-        }
+        section.expect_shape(&[1 + (channels * self.fragments_of(&layout.slots[slot])) as u64])?;
+        let stored = section.u16s()?;
+        let values = stored
+            .split_first()
+            .filter(|(step, _)| **step <= codes::MAX_STEP)
+            .and_then(|(step, stored)| codes::decode(stored, channels, *step, neighbours))
+            .ok_or_else(|| section.invalid("holds what is no half"))?;
         let scale = self.scales.get(slot).copied().unwrap_or_default();
         section.expect(fault_of_range(scale, &values))?;
         if layout.slots[slot].is_positive() && values.iter().any(|v| *v < f16::ZERO) {
@@ -299,14 +303,13 @@ impl Stored for TransferImages {
         out.u16s("fragments/class", &[fragments], &head.class)?;
         out.f16s("fragments/coverage", &[fragments], &head.coverage)?;
         out.f32s("scales", &[head.scales.len() as u64], &head.scales)?;
-        let layout = head.layout();
+        let (layout, neighbours) = (head.layout(), Neighbours::new(head));
         for image in &self.images {
-            let slot = &layout.slots[image.slot];
-            out.f16s(
-                &image_name(image.slot),
-                &[slot.channels() as u64, head.fragments_of(slot) as u64],
-                &image.values,
-            )?;
+            let step = codes::step_of(&image.values);
+            let channels = layout.slots[image.slot].channels();
+            let mut stored = vec![step];
+            stored.extend(codes::encode(&image.values, channels, step, &neighbours));
+            out.u16s(&image_name(image.slot), &[stored.len() as u64], &stored)?;
         }
         Ok(())
     }
@@ -333,10 +336,10 @@ impl TransferImages {
 /// each.
 fn for_each_image(sections: &mut Sections<'_>, mut each: impl FnMut(Image)) -> Result<Head> {
     let head = Head::decode(sections)?;
-    let layout = head.layout();
+    let (layout, neighbours) = (head.layout(), Neighbours::new(&head));
     let mut count = 0;
     while let Some(section) = sections.take_any()? {
-        each(head.decode_image(&layout, &section)?);
+        each(head.decode_image(&layout, &neighbours, &section)?);
         count += 1;
     }
     if count != layout.slots.len() {

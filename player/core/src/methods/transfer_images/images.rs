@@ -10,7 +10,7 @@ use relume_formats::bundle::Brdfs;
 use relume_formats::container::Section;
 use relume_formats::evaluate::transfer_images::coefficients;
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{Head, Layout};
+use relume_formats::kinds::transfer_images::{Head, Layout, Neighbours};
 use relume_formats::{Error as FormatError, Place};
 use wgpu::BufferUsages;
 
@@ -21,6 +21,7 @@ const MERGING: u32 = 64;
 pub(super) struct Images {
     head: Head,
     layout: Layout,
+    neighbours: Neighbours,
     basis: BrdfBasis,
     place: Place,
     /// By slot: whether its image is there.
@@ -75,6 +76,7 @@ impl Images {
             sum: gpu.compute_pipeline(SUM, "sum_slots"),
             merge: gpu.compute_pipeline(MERGE, "merge"),
             work: Vec::new(),
+            neighbours: Neighbours::new(&head),
             head,
             layout,
             basis,
@@ -125,7 +127,7 @@ impl Images {
 
     /// Writes the image in `section` into its place.
     pub(super) fn image_arrived(&mut self, gpu: &Gpu, section: &Section) -> Result<()> {
-        let image = self.head.decode_image(&self.layout, section)?;
+        let image = self.head.decode_image(&self.layout, &self.neighbours, section)?;
         let meaning = &self.layout.slots[image.slot];
         let fragments = self.head.fragments_of(meaning);
         for Work { band, slots, halves, .. } in &self.work {

@@ -1,0 +1,140 @@
+//! Values rounded to steps that no picture shows, so that files do not spell out the noise of paths.
+//!
+//! How bright pictures are is told by that of white matt materials, and an image counts in a picture by its
+//! basis functions' coefficients. All images are rounded to steps that count alike there, [`STEPS_OF_MIDDLE`] of
+//! the middle fragment and [`STEPS_OF_DARK`] of a dark one. What dozens of images are off by adds up to a few
+//! parts in 10,000 of the former, where bases alone leave ten times as much.
+
+use crate::compress::quantise::scale_for;
+use half::f16;
+use rayon::prelude::*;
+use relume_formats::kinds::transfer_images::{FirstReflection, Image, Layout};
+
+/// Least steps that the middle one of all fragments that are lit is worth.
+const STEPS_OF_MIDDLE: f32 = 4096.0;
+/// Which part of the fragments is darker than a dark one, and least steps that it is worth.
+const DARK: f64 = 0.05;
+const STEPS_OF_DARK: f32 = 512.0;
+/// Least square of a coefficient, in parts of 1: what counts less is as good as nothing.
+const LEAST_WEIGHT: f64 = 1e-12;
+
+/// Rounds `images`, of these `scales` by slot, and gives them the scales of what is left; `weights` are the
+/// mean squares of what a slot's values are multiplied with.
+pub fn round(images: &mut [Image], scales: &mut [f32], layout: &Layout, weights: &[f64]) {
+    let Some(step) = step_of_picture(images, scales, layout) else { return };
+    let rounded: Vec<(usize, f32)> = images
+        .par_iter_mut()
+        .filter(|image| scales[image.slot] > 0.0)
+        .map(|image| {
+            let factor = weights[image.slot].max(LEAST_WEIGHT).sqrt();
+            let step = (f64::from(step) / factor).log2().floor().exp2() as f32;
+            let scale = scales[image.slot];
+            (image.slot, round_image(&mut image.values, scale, step / scale))
+        })
+        .collect();
+    rounded.into_iter().for_each(|(slot, scale)| scales[slot] = scale);
+}
+
+/// The radiance that no picture shows less of; `None` if nothing is lit.
+fn step_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<f32> {
+    let is_white = |image: &&Image| {
+        let slot = &layout.slots[image.slot];
+        slot.is_positive() && !matches!(slot.first, FirstReflection::Later { .. })
+    };
+    let mut picture: Vec<f32> = Vec::new();
+    for image in images.iter().filter(is_white) {
+        let (channels, scale) = (layout.slots[image.slot].channels(), scales[image.slot]);
+        let fragments = image.values.len() / channels;
+        picture.resize(picture.len().max(fragments), 0.0);
+        for channel in image.values.chunks_exact(fragments.max(1)) {
+            let share = scale / channels as f32;
+            picture.iter_mut().zip(channel).for_each(|(sum, value)| *sum += value.to_f32() * share);
+        }
+    }
+    picture.retain(|radiance| *radiance > 0.0);
+    picture.sort_by(f32::total_cmp);
+    let [dark, middle] = [DARK, 0.5].map(|part| picture.get((part * picture.len() as f64) as usize).copied());
+    Some((middle? / STEPS_OF_MIDDLE).min(dark? / STEPS_OF_DARK))
+}
+
+/// Rounds halves to multiples of `step`, a power of two, and returns the scale that suits them then.
+fn round_image(values: &mut [f16], scale: f32, step: f32) -> f32 {
+    let rounded = |value: f16| (value.to_f32() / step).round_ties_even() * step;
+    let largest = values.iter().map(|value| rounded(*value).abs()).fold(0.0, f32::max);
+    let to = scale_for(largest * scale);
+    // Powers of two, so that this is exact.
+    let times = if to > 0.0 { scale / to } else { 0.0 };
+    values.iter_mut().for_each(|value| *value = f16::from_f32(rounded(*value) * times));
+    to
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One editable material of two bases and light of two colours: slots 0 to 3 are matt, then the other
+    /// basis'.
+    fn layout() -> Layout {
+        Layout::new(1, 2, false, None)
+    }
+
+    fn image(slot: usize, values: &[f32], scale: f32) -> Image {
+        let values = values.iter().map(|value| f16::from_f32(value / scale)).collect::<Vec<_>>();
+        Image { slot, values: values.repeat(3) }
+    }
+
+    /// Steps are what is asked for of each, whatever the scale; what is left has the scale that suits it.
+    #[test]
+    fn steps_count_alike_in_a_picture() {
+        let values: Vec<f32> = (0..1000).map(|i| 0.4 + 0.001 * i as f32).collect();
+        let weak: Vec<f32> = values.iter().map(|v| 1e-2 * (v - 0.9)).collect();
+        let mut scales = [1.4f32, 0.005, 1e-6].map(scale_for).to_vec();
+        let glossy = layout().slots.iter().position(|slot| slot.eye_basis == 1).unwrap();
+        let slots = [0, glossy, glossy + 1];
+        let mut by_slot = vec![0.0; layout().slots.len()];
+        slots.iter().zip(&scales).for_each(|(slot, scale)| by_slot[*slot] = *scale);
+        let mut images = vec![
+            image(slots[0], &values, scales[0]),
+            image(slots[1], &weak, scales[1]),
+            image(slots[2], &[1e-6, -1e-6], scales[2]),
+        ];
+        let mut weights = vec![1.0; layout().slots.len()];
+        weights[slots[1]] = 0.25;
+        round(&mut images, &mut by_slot, &layout(), &weights);
+        scales = slots.map(|slot| by_slot[slot]).to_vec();
+        // The middle value is 0.9: of 4096 parts of it the next power of two is 2⁻¹³; a dark one is no finer.
+        for (which, exact, step) in [(0, &values, 2f32.powi(-13)), (1, &weak, 2f32.powi(-12))] {
+            for (half, exact) in images[which].values.iter().zip(exact.repeat(3)) {
+                let value = half.to_f32() * scales[which];
+                assert_eq!((value / step).fract(), 0.0);
+                // Half a step, and what halves had been off by: 2⁻¹¹.
+                assert!((value - exact).abs() <= 0.5 * step + exact.abs() * 5e-4, "{value} {exact}");
+            }
+            let largest = images[which].values.iter().map(|v| v.to_f32().abs()).fold(0.0, f32::max);
+            assert_eq!(scale_for(largest * scales[which]), scales[which]);
+        }
+        assert_eq!(scales[2], 0.0, "nothing that shows is left of it");
+        assert!(images[2].values.iter().all(|value| *value == f16::ZERO));
+    }
+
+    /// Where a tenth of the picture is a thousandth as bright, it is still worth hundreds of steps.
+    #[test]
+    fn dark_places_keep_their_steps() {
+        let values: Vec<f32> = (0..1000).map(|i| if i % 10 == 0 { 1e-3 } else { 1.0 }).collect();
+        let mut scales = vec![scale_for(1.0); layout().slots.len()];
+        let mut images = vec![image(0, &values, scales[0])];
+        let weights = vec![1.0; scales.len()];
+        round(&mut images, &mut scales, &layout(), &weights);
+        let dark = images[0].values[0].to_f32() * scales[0];
+        assert!((dark / 1e-3 - 1.0).abs() < 1.0 / 512.0, "{dark}");
+    }
+
+    #[test]
+    fn black_stays_black() {
+        let mut scales = vec![0.0; layout().slots.len()];
+        let mut images = vec![image(0, &[0.0; 3], 1.0)];
+        let weights = vec![1.0; scales.len()];
+        round(&mut images, &mut scales, &layout(), &weights);
+        assert!(images[0].values.iter().all(|v| *v == f16::ZERO) && scales.iter().all(|s| *s == 0.0));
+    }
+}

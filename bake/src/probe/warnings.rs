@@ -102,7 +102,8 @@ fn exposure(probe: &Probe<'_>) -> Option<String> {
         off if off < -STEPS => ("dark", "lamps may be too weak or too far away"),
         _ => return None,
     };
-    let remedy = format!("set [camera] exposure_ev to about {:.0}", wanted.clamp(-32.0, 32.0));
+    // Not −0, which would be written so.
+    let remedy = format!("set [camera] exposure_ev to about {:.0}", wanted.clamp(-32.0, 32.0).round() + 0.0);
     Some(format!(
         "the picture is far too {much}, by {:.0} steps of exposure; {remedy}, or mend the light: {why}",
         off.abs()

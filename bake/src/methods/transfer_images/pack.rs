@@ -103,7 +103,7 @@ impl Records<'_> {
         let mut images: Vec<Image> =
             images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
         let mut scales = scales;
-        round(&mut images, &mut scales, layout, &slot_weights(layout, basis));
+        round(&mut images, &mut scales, layout, &slot_weights(layout, &largest_squares(basis)));
         sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
         let head = Head {
             meta,
@@ -128,8 +128,10 @@ pub fn sort_by_importance(
     basis: &BrdfBasis,
     squares: impl Fn(usize) -> f64,
 ) {
-    let importance: Vec<f64> =
-        (0..).zip(slot_weights(layout, basis)).map(|(number, weight)| squares(number) * weight).collect();
+    let importance: Vec<f64> = (0..)
+        .zip(slot_weights(layout, &mean_squares(basis)))
+        .map(|(number, weight)| squares(number) * weight)
+        .collect();
     images.sort_by(|a, b| importance[b.slot].total_cmp(&importance[a.slot]).then(a.slot.cmp(&b.slot)));
 }
 
@@ -143,21 +145,30 @@ fn channel_starts(layout: &Layout) -> Vec<usize> {
 }
 
 /// Mean square of each basis' coefficient over the lobes: how much a basis counts in a typical material.
-fn basis_weights(basis: &BrdfBasis) -> Vec<f64> {
-    let (bases, nodes) = (basis.bases(), basis.parameters.len() as f64);
-    let mut weights = vec![0.0; bases];
+fn mean_squares(basis: &BrdfBasis) -> Vec<f64> {
+    let nodes = basis.parameters.len() as f64;
     // All parts of a lobe count alike.
-    for row in basis.coefficients.chunks_exact(bases) {
-        weights.iter_mut().zip(row).for_each(|(w, c)| *w += f64::from(*c).powi(2) / nodes);
-    }
-    weights[0] += 1.0;
-    weights
+    squares(basis, |sum, square| sum + square / nodes)
 }
 
-/// Mean square of what the values of each slot are multiplied with.
-fn slot_weights(layout: &Layout, basis: &BrdfBasis) -> Vec<f64> {
-    let weights = basis_weights(basis);
-    layout.slots.iter().map(|slot| slot_weight(slot, &weights)).collect()
+/// The largest square of each basis' coefficient: how much a basis counts at most.
+fn largest_squares(basis: &BrdfBasis) -> Vec<f64> {
+    squares(basis, f64::max)
+}
+
+fn squares(basis: &BrdfBasis, join: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let mut joined = vec![0.0; basis.bases()];
+    for row in basis.coefficients.chunks_exact(basis.bases()) {
+        joined.iter_mut().zip(row).for_each(|(all, c)| *all = join(*all, f64::from(*c).powi(2)));
+    }
+    // The diffuse basis has a coefficient of its own.
+    joined[0] += 1.0;
+    joined
+}
+
+/// What the square of the values of each slot is multiplied with, from such `squares` of the bases'.
+fn slot_weights(layout: &Layout, squares: &[f64]) -> Vec<f64> {
+    layout.slots.iter().map(|slot| slot_weight(slot, squares)).collect()
 }
 
 fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {

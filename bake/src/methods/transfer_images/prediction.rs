@@ -29,7 +29,7 @@ const MEASURED: usize = 16;
 /// What choosing the number of bases looks at here, in parts of what it looks at in a bake.
 const CHOICE: u32 = 4;
 /// Bytes that a stored half takes on disk if it is not 0, and if it is; from bundles of the library's scenes.
-const HALF: f64 = 1.8;
+const HALF: f64 = 0.85;
 const ZERO: f64 = 0.03;
 /// Bytes a second that are packed, compressed and written, per thread.
 const PACKED: f64 = 2e7;

@@ -1,7 +1,7 @@
 //! Values rounded to steps that no picture shows, so that files do not spell out the noise of paths.
 //!
 //! How bright pictures are is told by that of white matt materials, and an image counts in a picture by its
-//! basis functions' coefficients. All images are rounded to steps that count alike there, [`STEPS_OF_MIDDLE`] of
+//! basis functions' largest coefficients. All images are rounded to steps that count alike there, [`STEPS_OF_MIDDLE`] of
 //! the middle fragment and [`STEPS_OF_DARK`] of a dark one. What dozens of images are off by adds up to a few
 //! parts in 10,000 of the former, where bases alone leave ten times as much.
 
@@ -19,7 +19,7 @@ const STEPS_OF_DARK: f32 = 512.0;
 const LEAST_WEIGHT: f64 = 1e-12;
 
 /// Rounds `images`, of these `scales` by slot, and gives them the scales of what is left; `weights` are the
-/// mean squares of what a slot's values are multiplied with.
+/// largest squares of what a slot's values are multiplied with.
 pub fn round(images: &mut [Image], scales: &mut [f32], layout: &Layout, weights: &[f64]) {
     let Some(step) = step_of_picture(images, scales, layout) else { return };
     let rounded: Vec<(usize, f32)> = images

@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use relume_formats::kinds::transfer_images::{FirstReflection, Image, Layout};
 
 /// Least steps that the middle one of all fragments that are lit is worth.
-const STEPS_OF_MIDDLE: f32 = 4096.0;
+const STEPS_OF_MIDDLE: f32 = 2048.0;
 /// Which part of the fragments is darker than a dark one, and least steps that it is worth.
 const DARK: f64 = 0.05;
-const STEPS_OF_DARK: f32 = 512.0;
+const STEPS_OF_DARK: f32 = 256.0;
 /// Least square of a coefficient, in parts of 1: what counts less is as good as nothing.
 const LEAST_WEIGHT: f64 = 1e-12;
 
@@ -102,8 +102,8 @@ mod tests {
         weights[slots[1]] = 0.25;
         round(&mut images, &mut by_slot, &layout(), &weights);
         scales = slots.map(|slot| by_slot[slot]).to_vec();
-        // The middle value is 0.9: of 4096 parts of it the next power of two is 2⁻¹³; a dark one is no finer.
-        for (which, exact, step) in [(0, &values, 2f32.powi(-13)), (1, &weak, 2f32.powi(-12))] {
+        // The middle value is 0.9: of 2048 parts of it the next power of two is 2⁻¹²; a dark one is no finer.
+        for (which, exact, step) in [(0, &values, 2f32.powi(-12)), (1, &weak, 2f32.powi(-11))] {
             for (half, exact) in images[which].values.iter().zip(exact.repeat(3)) {
                 let value = half.to_f32() * scales[which];
                 assert_eq!((value / step).fract(), 0.0);

@@ -73,11 +73,12 @@ fuzz:  ## run each fuzz target for SECONDS=600; needs a nightly toolchain and ca
 	    cargo +nightly fuzz run --fuzz-dir $$dir --features libfuzzer $$target -- -max_total_time=$(SECONDS) -rss_limit_mb=1024 -timeout=20 -max_len=16384; done; done
 sweep: build  ## compare what bake reads of some 500 models and maps of other people's packages with trimesh, into docs/notes/SWEEP.md; fetches 1 GB
 	sh tests/sweep/fetch.sh && target/sweep/venv/bin/python -B tests/sweep/sweep.py $(BAKE)
-bench: setup  ## time rays, cubes of texels, Haar transforms and triple products against other versions, frames of sphere-shadows on the CPU, passes of the GPU beside copies, and frames of transfer-tensor
+bench: setup  ## time rays, cubes of texels, Haar transforms and triple products against other versions, frames of sphere-shadows on the CPU, reading of images, passes of the GPU beside copies, and frames of transfer-tensor
 	cargo bench -p relume-bake --bench rays
 	cargo bench -p relume-bake --bench cubes
 	cargo bench -p relume-bake --bench haar
 	cargo bench -p relume-formats --bench sphere_shadows
+	cargo bench -p relume-formats --bench transfer_images
 	cargo bench -p relume-playback --bench passes
 	cargo bench -p relume-playback --bench tensors
 lint: setup  ## formatting and lints, warnings are errors

@@ -4,70 +4,13 @@ use crate::support::{render, scene};
 use relume_bake::trace::reference::Paths;
 use relume_scenes::Scene;
 
-/// A room of 2 m, closed on all sides, with the camera in it.
-const CELL: &str = "
-    [render]
-    size = [24, 24]
-    [camera]
-    position = [0.0, 1.0, 0.95]
-    target = [0.0, 0.9, 0.0]
-    fov_deg = 70.0
-    [materials.m]
-    brdf = 'blinn-phong'
-    kd = [0.5, 0.5, 0.5]
-    [[object]]
-    name = 'walls'
-    shape = 'box'
-    material = 'm'
-    transform = { translation = [0.0, 1.0, 0.0], scale = 2.0 }
-";
-/// The size of a candle's flame.
-const CANDLE: &str = "
-    [[light]]
-    name = 'candle'
-    kind = 'area'
-    radiance = [900.0, 700.0, 400.0]
-    transform = { translation = [0.3, 0.5, -0.2], rotation_deg = [0.0, 40.0, 0.0], scale = 0.02 }
-";
-const SUN: &str = "
-    [[light]]
-    name = 'sun'
-    kind = 'directional'
-    transform = { rotation_deg = [-70.0, 30.0, 0.0] }
-    irradiance = [1000.0, 1000.0, 1000.0]
-";
-const PLAIN: &str = "
-    [render]
-    size = [24, 24]
-    [camera]
-    position = [0.0, 1.5, 4.0]
-    target = [0.0, 0.3, 0.0]
-    fov_deg = 40.0
-    [materials.m]
-    brdf = 'blinn-phong'
-    kd = [0.5, 0.5, 0.5]
-    [[object]]
-    name = 'plain'
-    shape = 'quad'
-    material = 'm'
-    transform = { scale = 400.0 }
-    [[object]]
-    name = 'stone'
-    shape = 'sphere'
-    material = 'm'
-    transform = { translation = [0.0, 0.4, 0.0], scale = 0.4 }
-";
-const BULB: &str = "
-    [[light]]
-    name = 'bulb'
-    kind = 'point'
-    transform = { translation = [0.9, 1.2, 0.6] }
-    intensity = [2.0, 2.0, 2.0]
-";
-const SKY: &str = "
-    [environment]
-    gain = [0.02, 0.02, 0.03]
-";
+const CANDLE: &str = include_str!("../bake/examples/lights/candle.toml");
+const BULB: &str = include_str!("../bake/examples/lights/bulb.toml");
+
+/// What stands before `first`.
+fn before<'a>(text: &'a str, first: &str) -> &'a str {
+    &text[..text.rfind(first).unwrap()]
+}
 
 fn image(scene: &Scene, samples: u32, paths: Paths, seed: u64) -> Vec<[f32; 3]> {
     render(scene, [24, 24], samples, 2, paths, seed).radiance
@@ -91,13 +34,12 @@ fn sum(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
 /// look at what was never seen.
 #[test]
 fn a_sun_that_reaches_nothing_costs_next_to_nothing() {
-    let [alone, under_a_sun] =
-        [CELL.to_owned() + CANDLE, CELL.to_owned() + CANDLE + SUN].map(|text| scene(&text));
+    let [alone, under_a_sun] = [before(CANDLE, "[[light]]"), CANDLE].map(scene);
     for paths in [Paths::Best, Paths::Gather] {
         let truth = image(&alone, 4096, paths, 9);
         let [least, found] = [&alone, &under_a_sun].map(|scene| noise(scene, &truth, paths));
         println!("{paths:?}: {found:.6} with the sun, {least:.6} without");
-        // By power, one sample in some 10⁵ would look at the candle.
+        // By power, one sample in some 10⁴ would look at the candle.
         assert!(found < 1.5 * least, "{found} {least}");
     }
 }
@@ -106,8 +48,9 @@ fn a_sun_that_reaches_nothing_costs_next_to_nothing() {
 /// of what either has alone, of which each gets a part of the samples.
 #[test]
 fn a_bulb_stands_its_chance_beside_a_sky() {
-    let [bulb, sky, both] = [BULB.to_owned(), SKY.to_owned(), BULB.to_owned() + SKY]
-        .map(|lights| scene(&(PLAIN.to_owned() + &lights)));
+    let lit_by_bulb = before(BULB, "[environment]");
+    let under_the_sky = before(BULB, "[[light]]").to_owned() + &BULB[lit_by_bulb.len()..];
+    let [bulb, sky, both] = [lit_by_bulb, &under_the_sky, BULB].map(scene);
     for paths in [Paths::Best, Paths::Gather] {
         let truths = [&bulb, &sky].map(|scene| image(scene, 4096, paths, 9));
         let truth = sum(&truths[0], &truths[1]);

@@ -201,7 +201,7 @@ fn of_transfer_images() {
     )
     .unwrap();
     let bounces = Row {
-        scene: room,
+        scene: room.replace("[render]", "[render]\nreflections = 2"),
         bake: &["--bases", "9", "--spp", "256"],
         reference: None,
         trace: &["--spp", "256"],

@@ -1,19 +1,28 @@
 //! Random states of what a scene varies: the same states for every method and every setting.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec3A};
+use relume_bake::brdf;
 use relume_bake::methods::transfer_images::held_out::{self, random_state};
 use relume_bake::trace::sampler::PixelSampler;
 use relume_bake::trace::world::World;
 use relume_formats::container::replace_file;
-use relume_formats::state::{CameraState, EnvironmentState, MaterialState, ShapeState, State};
+use relume_formats::state::{
+    BlinnPhong, Brdf, CameraState, EnvironmentState, MaterialState, ShapeState, State,
+};
 use relume_formats::{Error, Place, Result};
 use relume_scenes::Scene;
+use std::f32::consts::{PI, TAU};
 use std::path::Path;
 
 /// How many places of the camera are tried.
 const PLACES: u32 = 64;
 /// Side of the film on which they are judged, pixels.
 const LOOKS: u32 = 24;
+/// The most that a material of Blinn-Phong reflects of light from everywhere: its lobe, normalised over half
+/// vectors, may give twice what it gets, and in a room light would then grow without end.
+const MOST_REFLECTED: f32 = 0.9;
+/// Pairs of directions by which that is told.
+const PAIRS: u32 = 4096;
 /// Seed of what is not a material.
 const SEED: u64 = 0x7374_6174_6573;
 
@@ -83,7 +92,7 @@ fn somewhere(scene: &Scene, [turn, height]: [f32; 2], distance: f32) -> CameraSt
     let target = Vec3::from(scene.camera.target);
     let offset = Vec3::from(scene.camera.position) - target;
     let raised = Vec3::new(offset.x, offset.y * (0.75 + 0.75 * height), offset.z).normalize_or_zero();
-    let offset = Quat::from_rotation_y(std::f32::consts::TAU * turn)
+    let offset = Quat::from_rotation_y(TAU * turn)
         * raised
         * offset.length()
         * (0.8 + 0.4 * distance);
@@ -98,8 +107,31 @@ fn materials(scene: &Scene, number: u32) -> std::collections::BTreeMap<String, M
     let names = scene.vary.materials.iter().map(|index| scene.materials[*index].name.clone());
     names
         .zip(random_state(held_out::STATES + number, scene))
-        .map(|(name, brdf)| (name, MaterialState::from(brdf)))
+        .map(|(name, brdf)| (name, MaterialState::from(dimmed(brdf))))
         .collect()
+}
+
+/// `material`, its colours dimmed as far as it reflects more than [`MOST_REFLECTED`].
+fn dimmed(material: Brdf) -> Brdf {
+    let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = material else { return material };
+    let share = (MOST_REFLECTED / reflected(&material)).min(1.0);
+    let [kd, ks] = [kd, ks].map(|colour| colour.map(|channel| channel * share));
+    Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
+}
+
+/// What a material reflects of light from everywhere to everywhere, in the channel of the most.
+fn reflected(material: &Brdf) -> f32 {
+    // By the cosine, so that the mean of π times the BRDF is what is sought.
+    let direction = |[u, v]: [f32; 2]| {
+        let (sin, cos) = (TAU * v).sin_cos();
+        Vec3A::new(u.sqrt() * cos, (1.0 - u).sqrt(), u.sqrt() * sin)
+    };
+    let sampler = PixelSampler::new(SEED, 0);
+    let pair = |index| {
+        let [incoming, outgoing] = [0, 1].map(|pair| direction(sampler.sample(index).pair(pair)));
+        brdf::evaluate(material, Vec3A::ONE, &brdf::angles(incoming, outgoing, Vec3A::Y))
+    };
+    PI / PAIRS as f32 * (0..PAIRS).map(pair).sum::<Vec3A>().max_element()
 }
 
 /// Objects that deform, with names and durations of their clips.
@@ -209,5 +241,20 @@ mod tests {
         }
         turns.sort_by(f32::total_cmp);
         assert!(turns[0] < -2.5 && turns[63] > 2.5, "all around");
+    }
+
+    /// A matt material reflects its colour; a lobe of exponent 1 reflects 1.2 of its own
+    /// (`tests/later.rs` has that in closed form), and none is left that reflects more than it may.
+    #[test]
+    fn no_material_makes_light() {
+        let of = |kd: f32, ks: f32, shininess| {
+            Brdf::BlinnPhong(BlinnPhong { kd: [kd, 0.0, 0.1], ks: [ks, 0.0, 0.0], shininess })
+        };
+        assert!((reflected(&of(0.7, 0.0, 9.0)) - 0.7).abs() < 1e-3);
+        assert!((reflected(&of(0.0, 1.0, 1.0)) - 1.2001).abs() < 0.01);
+        assert_eq!(dimmed(of(0.5, 0.1, 5.0)), of(0.5, 0.1, 5.0));
+        for bright in [of(1.0, 0.0, 9.0), of(0.0, 1.0, 200.0), of(0.3, 0.7, 30.0)] {
+            assert!((reflected(&dimmed(bright)) - MOST_REFLECTED).abs() < 1e-3);
+        }
     }
 }

@@ -1,6 +1,13 @@
 //! Choosing by chance: running sums over what there is to choose.
 
+/// How many different numbers in [0, 1) samples have.
+const GRAINS: f64 = 16_777_216.0;
+/// A share that is chosen by one of them at least.
+pub const LEAST_SHARE: f64 = 2.0 / GRAINS;
+
 /// Running sums of `weights`, as shares of their sum; they end in 1. Without any weight, all have the same.
+///
+/// They are as fine as the numbers that choose by them, so that a share is exactly the chance.
 pub fn running_share(weights: &[f64]) -> Vec<f32> {
     let total: f64 = weights.iter().sum();
     let even = 1.0 / weights.len() as f64;
@@ -9,7 +16,7 @@ pub fn running_share(weights: &[f64]) -> Vec<f32> {
         .iter()
         .map(|w| {
             sum += if total > 0.0 { w / total } else { even };
-            sum as f32
+            (sum * GRAINS).round() as f32 / GRAINS as f32
         })
         .collect();
     if let Some(last) = cdf.last_mut() {
@@ -23,8 +30,8 @@ pub fn share(cdf: &[f32], index: usize) -> f32 {
     cdf[index] - if index == 0 { 0.0 } else { cdf[index - 1] }
 }
 
-/// The interval of `cdf` that `u` in [0, 1) falls in and where within it, both ends excluded from intervals of
-/// no width.
+/// The interval of `cdf` that `u` in [0, 1) falls in and where within it, both ends excluded from intervals
+/// of no width.
 pub fn pick(cdf: &[f32], u: f32) -> (usize, f32) {
     let index = cdf.partition_point(|c| *c <= u).min(cdf.len() - 1);
     let start = if index == 0 { 0.0 } else { cdf[index - 1] };

@@ -128,9 +128,10 @@ fn without_lights(scene: &Scene, world: &World, some: Vec<u32>) -> Vec<u32> {
     some.into_par_iter().filter(shows_none).collect()
 }
 
-/// Bakes the library's scene `name`, or goes on with what is there, and prints its table.
+/// Bakes the library's scene `name` with two reflections, which is what bases know, or goes on with what is
+/// there, and prints its table.
 pub fn ablation(name: &str) -> Result<()> {
-    let scene = library(name)?;
+    let scene = Scene { reflections: 2, ..library(name)? };
     let folder = bundle_folder(name);
     let asked = Asked::of_scene(&scene);
     bundle::run(&scene, &[(METHOD.new)(&asked, &scene)], SIZE, &folder, Leftover::Resume, 0, &quiet())?;

@@ -34,8 +34,8 @@ pub use crate::random_state::random_state;
 pub const STATES: u32 = 16;
 /// Fewest and most bases that [`choose_bases`] considers.
 pub(super) const CHOICE: std::ops::RangeInclusive<usize> = 4..=16;
-/// What rounding to halves adds to the error of bases, relative L2.
-const HALVES: f64 = 0.0003;
+/// What rounding of what is stored adds to the error of bases, relative L2.
+const ROUNDING: f64 = 0.0003;
 /// About how many pixels [`choose_bases`] looks at in a bake.
 pub const CHOICE_PIXELS: u32 = 2048;
 /// Paths of each of these.
@@ -227,7 +227,7 @@ pub fn choose_bases(
     let worst = |candidate: usize| {
         errors.iter().skip(candidate).step_by(candidates).flatten().fold(0.0, |m: f64, e| m.max(*e))
     };
-    let enough = (0..candidates).find(|c| worst(*c).hypot(HALVES) <= max_error);
+    let enough = (0..candidates).find(|c| worst(*c).hypot(ROUNDING) <= max_error);
     Ok(CHOICE.start() + enough.unwrap_or(candidates - 1))
 }
 

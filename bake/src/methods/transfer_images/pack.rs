@@ -63,7 +63,7 @@ impl Records<'_> {
                 .refuse("holds radiance that is not finite: light this bright overflows; lower the lights")
                 .into());
         }
-        let scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
+        let mut scales: Vec<f32> = sums.iter().map(|s| scale_for(s.largest)).collect();
         if scales.iter().any(|scale| *scale > MAX_SCALE) {
             let most = MAX_SCALE * LARGEST_HALF;
             return Err(log
@@ -102,7 +102,6 @@ impl Records<'_> {
 
         let mut images: Vec<Image> =
             images.into_iter().enumerate().map(|(slot, values)| Image { slot, values }).collect();
-        let mut scales = scales;
         round(&mut images, &mut scales, layout, &slot_weights(layout, &largest_squares(basis)));
         sort_by_importance(&mut images, layout, basis, |slot| sums[slot].squares);
         let head = Head {

@@ -1,9 +1,9 @@
 //! Values rounded to steps that no picture shows, so that files do not spell out the noise of paths.
 //!
 //! How bright pictures are is told by that of white matt materials, and an image counts in a picture by its
-//! basis functions' largest coefficients. All images are rounded to steps that count alike there, [`STEPS_OF_MIDDLE`] of
-//! the middle fragment and [`STEPS_OF_DARK`] of a dark one. What dozens of images are off by adds up to a few
-//! parts in 10,000 of the former, where bases alone leave ten times as much.
+//! basis functions' largest coefficients. All images are rounded to steps that count alike there:
+//! [`STEPS_OF_MIDDLE`] are the middle fragment, and [`STEPS_OF_DARK`] a dark one. What dozens of images are off
+//! by adds up to a few parts in 10,000 of the former, where bases alone leave ten times as much.
 
 use crate::compress::quantise::scale_for;
 use half::f16;
@@ -15,6 +15,8 @@ const STEPS_OF_MIDDLE: f32 = 2048.0;
 /// Which part of the fragments is darker than a dark one, and least steps that it is worth.
 const DARK: f64 = 0.05;
 const STEPS_OF_DARK: f32 = 256.0;
+/// What is darker than this part of the middle does not make steps finer.
+const DARKEST: f32 = 1.0 / 1024.0;
 /// Least square of a coefficient, in parts of 1: what counts less is as good as nothing.
 const LEAST_WEIGHT: f64 = 1e-12;
 
@@ -27,34 +29,41 @@ pub fn round(images: &mut [Image], scales: &mut [f32], layout: &Layout, weights:
         .filter(|image| scales[image.slot] > 0.0)
         .map(|image| {
             let factor = weights[image.slot].max(LEAST_WEIGHT).sqrt();
-            let step = (f64::from(step) / factor).log2().floor().exp2() as f32;
             let scale = scales[image.slot];
-            (image.slot, round_image(&mut image.values, scale, step / scale))
+            let step = (f64::from(step) / factor).log2().floor().exp2() / f64::from(scale);
+            // From the least half, which rounds nothing, to more than twice the largest, which leaves nothing.
+            let step = step.clamp(f64::from(f16::from_bits(1)), 131_072.0) as f32;
+            (image.slot, round_image(&mut image.values, scale, step))
         })
         .collect();
     rounded.into_iter().for_each(|(slot, scale)| scales[slot] = scale);
 }
 
-/// The radiance that no picture shows less of; `None` if nothing is lit.
+/// The step, in radiance, of an image that counts 1; `None` if nothing is lit.
 fn step_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<f32> {
-    let is_white = |image: &&Image| {
+    // All but later reflections add up; of these, there are some at each node.
+    let (mut picture, mut later): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
+    for image in images.iter().filter(|image| layout.slots[image.slot].is_positive()) {
         let slot = &layout.slots[image.slot];
-        slot.is_positive() && !matches!(slot.first, FirstReflection::Later { .. })
-    };
-    let mut picture: Vec<f32> = Vec::new();
-    for image in images.iter().filter(is_white) {
-        let (channels, scale) = (layout.slots[image.slot].channels(), scales[image.slot]);
-        let fragments = image.values.len() / channels;
-        picture.resize(picture.len().max(fragments), 0.0);
+        let fragments = image.values.len() / slot.channels();
+        let mut grey = vec![0.0; fragments];
         for channel in image.values.chunks_exact(fragments.max(1)) {
-            let share = scale / channels as f32;
-            picture.iter_mut().zip(channel).for_each(|(sum, value)| *sum += value.to_f32() * share);
+            let share = scales[image.slot] / slot.channels() as f32;
+            grey.iter_mut().zip(channel).for_each(|(sum, value)| *sum += value.to_f32() * share);
         }
+        let is_later = matches!(slot.first, FirstReflection::Later { .. });
+        let joined = if is_later { &mut later } else { &mut picture };
+        joined.resize(joined.len().max(fragments), 0.0);
+        let join = |(all, one): (&mut f32, &f32)| *all = if is_later { all.max(*one) } else { *all + one };
+        joined.iter_mut().zip(&grey).for_each(join);
     }
+    picture.resize(picture.len().max(later.len()), 0.0);
+    picture.iter_mut().zip(&later).for_each(|(all, later)| *all += later);
     picture.retain(|radiance| *radiance > 0.0);
     picture.sort_by(f32::total_cmp);
-    let [dark, middle] = [DARK, 0.5].map(|part| picture.get((part * picture.len() as f64) as usize).copied());
-    Some((middle? / STEPS_OF_MIDDLE).min(dark? / STEPS_OF_DARK))
+    let at = |part: f64| picture.get((part * picture.len() as f64) as usize).copied();
+    let (dark, middle) = (at(DARK)?, at(0.5)?);
+    Some((middle / STEPS_OF_MIDDLE).min(dark.max(middle * DARKEST) / STEPS_OF_DARK))
 }
 
 /// Rounds halves to multiples of `step`, a power of two, and returns the scale that suits them then.
@@ -136,5 +145,28 @@ mod tests {
         let weights = vec![1.0; scales.len()];
         round(&mut images, &mut scales, &layout(), &weights);
         assert!(images[0].values.iter().all(|v| *v == f16::ZERO) && scales.iter().all(|s| *s == 0.0));
+    }
+
+    /// What is brighter or dimmer than the picture by more than single precision holds is rounded to nothing or
+    /// not at all, and never to what is no number.
+    #[test]
+    fn extremes_stay_finite() {
+        for (scale, largest) in [(2f32.powi(-145), 2f32.powi(-131)), (2f32.powi(100), 2f32.powi(114))] {
+            let glossy = layout().slots.iter().position(|slot| slot.eye_basis == 1).unwrap();
+            let mut scales = vec![scale_for(1.0); layout().slots.len()];
+            let mut images = vec![image(0, &[1.0; 3], scales[0]), image(glossy, &[1.0, 0.5, 0.25], 1.0)];
+            scales[glossy] = scale;
+            images[1].values.iter_mut().for_each(|v| *v = f16::from_f32(v.to_f32() * (largest / scale)));
+            let before = images[1].values.clone();
+            let weights = vec![1.0; scales.len()];
+            round(&mut images, &mut scales, &layout(), &weights);
+            if scale < 1.0 {
+                assert!(images[1].values.iter().all(|v| *v == f16::ZERO) && scales[glossy] == 0.0);
+            } else {
+                let value = |v: &f16, scale: f32| v.to_f32() * scale;
+                let same = images[1].values.iter().zip(&before);
+                assert!(same.clone().all(|(a, b)| value(a, scales[glossy]) == value(b, scale)));
+            }
+        }
     }
 }

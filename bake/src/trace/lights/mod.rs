@@ -1,5 +1,5 @@
-//! All lights of a scene as one thing to sample: a light is chosen by what of it arrives where it is asked for
-//! ([`places`]), then a point or direction on it.
+//! All lights of a scene as one thing to sample: a light is chosen by what of it arrives where it is asked
+//! for ([`places`]), then a point or direction on it.
 
 mod pilot;
 mod places;
@@ -12,7 +12,7 @@ use places::{LightChances, Places, Powers};
 pub use prepared::LightSample;
 use prepared::PreparedLight;
 use relume_scenes::Scene;
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 
 /// The lights of a scene, prepared for sampling.
 pub struct Lights {
@@ -43,12 +43,12 @@ impl Lights {
 
     /// What each light sends; `None` if none sends any.
     fn powers(&self, world: &World) -> Option<Powers> {
-        let cross_section = PI * world.radius * world.radius;
-        let lights = self.lights.iter().map(|l| f64::from(l.power(cross_section))).collect();
+        let cross_section = PI * f64::from(world.radius).powi(2);
+        let lights = self.lights.iter().map(|l| l.power(cross_section)).collect();
         let environment = self.environment.as_ref();
         Powers::new(
             lights,
-            environment.map_or(0.0, |e| f64::from(e.total() * cross_section)),
+            environment.map_or(0.0, |e| f64::from(e.total()) * cross_section),
             environment.map_or_else(Vec::new, EnvironmentLight::brightness_of_patches),
             environment.map_or(0, |e| e.patches()[0]),
         )
@@ -104,11 +104,13 @@ impl Lights {
     /// What shines from `direction` on `surface` if nothing is in the way, meshes left out: radiance, the
     /// density per steradian with which [`Lights::sample`] chooses that direction, and how far away it is.
     pub fn along(&self, surface: &Surface, direction: Vec3A) -> Option<(Vec3A, f32, f32)> {
-        let (from, chances) = (surface.offset(), self.chances(surface)?);
-        let met =
-            self.lights.iter().enumerate().filter_map(|(i, light)| {
-                light.meet(from, direction).map(|(r, d, t)| (r, d * chances.of(i), t))
-            });
+        let (from, chances) = (surface.offset(), self.chances(surface));
+        let chance = |light| chances.map_or(0.0, |chances| chances.of(light));
+        let met = self
+            .lights
+            .iter()
+            .enumerate()
+            .filter_map(|(i, light)| light.meet(from, direction).map(|(r, d, t)| (r, d * chance(i), t)));
         let nearest = met.min_by(|a, b| a.2.total_cmp(&b.2));
         nearest.or_else(|| {
             let radiance = self.environment.as_ref()?.radiance(direction);
@@ -159,7 +161,7 @@ impl Lights {
             _ => return 0.0,
         };
         let chance = self.chances(from).map_or(0.0, |chances| chances.of(light));
-        chance * from.position.distance_squared(hit.position)
+        chance * from.offset().distance_squared(hit.position)
             / (area * hit.geometric_normal.dot(hit.outgoing)).max(f32::MIN_POSITIVE)
     }
 

@@ -9,8 +9,8 @@ use crate::trace::world::{Owner, Surface, World};
 use rayon::prelude::*;
 use relume_formats::state::{Camera, Film};
 
-/// Size of the film that paths start from; each pixel has one.
-const FILM: [u32; 2] = [192, 108];
+/// Size of the film that paths start from, one from each pixel; wide, for films may be.
+const FILM: [u32; 2] = [216, 96];
 /// The seed of the paths, which is nobody else's.
 const SEED: u64 = 0x6c69_6768_7473;
 /// Surfaces of a path.
@@ -78,7 +78,7 @@ impl Pilot<'_> {
             let light = ((look as f32 + within) * lights as f32 / looked_at as f32) as u32;
             let light = light.min(lights - 1);
             let arriving = self.lights.lights[light as usize].sample(surface.offset(), point);
-            let times = lights as f32 / looked_at as f32;
+            let times = f64::from(lights) / f64::from(looked_at);
             found.extend(self.square(surface, arriving).map(|s| Found { choice: light, square: s * times }));
         }
         if let (Some(environment), Some(whole)) = (&self.lights.environment, &self.whole) {
@@ -91,7 +91,7 @@ impl Pilot<'_> {
                     density: Some(density),
                 };
                 let patch = environment.patch_of(direction);
-                let times = self.powers.patch(patch) as f32 / LOOKS as f32;
+                let times = self.powers.patch(patch) / f64::from(LOOKS);
                 let choice = lights + patch as u32;
                 found.extend(
                     self.square(surface, Some(arriving)).map(|s| Found { choice, square: s * times }),
@@ -102,10 +102,11 @@ impl Pilot<'_> {
     }
 
     /// The square of what `arriving` brings, if it does.
-    fn square(&self, surface: &Surface, arriving: Option<LightSample>) -> Option<f32> {
+    fn square(&self, surface: &Surface, arriving: Option<LightSample>) -> Option<f64> {
         let light = arriving.filter(|light| faces(surface, light))?;
         let brings = light.weight.max_element() * light.direction.dot(surface.shading_normal);
-        let square = brings * brings;
+        // Of bright light too large for single precision.
+        let square = f64::from(brings).powi(2);
         let arrives = || !self.world.occluded(surface.offset(), light.direction, light.distance);
         (square.is_finite() && square > 0.0 && arrives()).then_some(square)
     }

@@ -5,14 +5,16 @@
 //! choices, this has the least variance. A cell of few visits leans on the one around it, and a part of the
 //! chance goes to every light whatever was seen, so that none is ever out of the question.
 
-use crate::trace::chances::{pick, running_share, share};
+use crate::trace::chances::{LEAST_SHARE, pick, running_share, share};
 use crate::trace::environment::PatchChances;
 use glam::Vec3A;
 
 /// Part of the chance that is given by power, and as much again evenly.
 const UNSEEN: f64 = 0.003;
-/// Fewest visits to a cell of its own.
+/// Fewest visits to a cell of its own, and of how many choices each is to look at one at least: so cells of
+/// thousands of lights know something of most, and do not fill the memory.
 const MIN_VISITS: usize = 16;
+const CHOICES_A_VISIT: usize = 8;
 /// By how many visits a cell leans on the one around it.
 const LEANING: f64 = 8.0;
 /// Cells of a cell along an edge, as a binary logarithm; and how often they are cut.
@@ -71,7 +73,7 @@ pub struct Found {
     pub choice: u32,
     /// f², over the chance that this choice was looked at; for patches times the part of their power, as f is
     /// of a sample of the whole environment.
-    pub square: f32,
+    pub square: f64,
 }
 
 /// What was seen at one place.
@@ -106,7 +108,9 @@ impl LightChances {
             learned(*weight) + unseen * (power + even) * part
         };
         let patches: Vec<f64> = of_patches.iter().zip(&powers.patches).map(patch).collect();
-        let light = |(weight, power): (&f64, &f64)| learned(*weight) + unseen * (power + even);
+        // However many lights there are, none is out of the question.
+        let light =
+            |(weight, power): (&f64, &f64)| (learned(*weight) + unseen * (power + even)).max(LEAST_SHARE);
         let mut lights: Vec<f64> = of_lights.iter().zip(&powers.lights).map(light).collect();
         let patches = (!patches.is_empty()).then(|| {
             lights.push(patches.iter().sum());
@@ -143,6 +147,8 @@ pub struct Places {
     corner: Vec3A,
     /// Finest cells a metre.
     per_metre: f32,
+    /// Fewest visits to a cell.
+    fewest: usize,
     /// The first is for all that was never visited.
     cells: Vec<Cell>,
     /// By orientation.
@@ -160,6 +166,7 @@ impl Places {
         let mut places = Self {
             corner: low,
             per_metre: (1 << (CUT_LOG2 * LEVELS)) as f32 / side,
+            fewest: MIN_VISITS.max(powers.choices() / CHOICES_A_VISIT),
             cells: Vec::new(),
             roots: [0; 6],
         };
@@ -169,7 +176,7 @@ impl Places {
         for orientation in 0..6 {
             let of: Vec<&Visit> =
                 all.iter().filter(|v| orientation_of(v.normal) == orientation).copied().collect();
-            if of.len() >= MIN_VISITS {
+            if of.len() >= places.fewest {
                 places.roots[orientation] = places.grow(&powers, &of, &squares, 0);
             }
         }
@@ -181,7 +188,7 @@ impl Places {
         let squares = mean_squares(powers, visits, around);
         let number = self.cells.len() as u32;
         self.cells.push(Cell { children: None, chances: LightChances::new(powers, &squares) });
-        if level < LEVELS && visits.len() >= 2 * MIN_VISITS {
+        if level < LEVELS && visits.len() >= 2 * self.fewest {
             let mut parts: Vec<Vec<&Visit>> = vec![Vec::new(); CHILDREN];
             for visit in visits {
                 if let Some(at) = self.finest(visit.position) {
@@ -189,8 +196,10 @@ impl Places {
                 }
             }
             let mut children = Box::new([NONE; CHILDREN]);
-            for (child, part) in children.iter_mut().zip(&parts).filter(|(_, p)| p.len() >= MIN_VISITS) {
-                *child = self.grow(powers, part, &squares, level + 1);
+            for (child, part) in children.iter_mut().zip(&parts) {
+                if part.len() >= self.fewest {
+                    *child = self.grow(powers, part, &squares, level + 1);
+                }
             }
             self.cells[number as usize].children = Some(children);
         }
@@ -236,7 +245,7 @@ fn mean_squares(powers: &Powers, visits: &[&Visit], around: &[f64]) -> Vec<f64> 
     let mut squares: Vec<f64> = around.iter().map(|square| square * LEANING).collect();
     squares.resize(powers.choices(), 0.0);
     for found in visits.iter().flat_map(|visit| &visit.found) {
-        squares[found.choice as usize] += f64::from(found.square);
+        squares[found.choice as usize] += found.square;
     }
     let visits = visits.len() as f64 + LEANING;
     squares.iter_mut().for_each(|square| *square /= visits);
@@ -252,7 +261,7 @@ mod tests {
         Powers::new(vec![1.0, 1.0], 2.0, vec![0.25; 4], 2).unwrap()
     }
 
-    fn visit(position: Vec3A, found: &[(u32, f32)]) -> Visit {
+    fn visit(position: Vec3A, found: &[(u32, f64)]) -> Visit {
         let found = found.iter().map(|(choice, square)| Found { choice: *choice, square: *square }).collect();
         Visit { position, normal: Vec3A::Y, found }
     }
@@ -273,7 +282,7 @@ mod tests {
             // Nothing is out of the question: by power and evenly.
             assert!(chances.of(1 - seen) >= UNSEEN as f32 * (0.25 + 1.0 / 3.0) - 1e-6);
             assert!((chances.of(2) - UNSEEN as f32 * (0.5 + 1.0 / 3.0)).abs() < 1e-6);
-            assert!((0..3).map(|light| chances.of(light)).sum::<f32>() - 1.0 < 1e-6);
+            assert!(((0..3).map(|light| chances.of(light)).sum::<f32>() - 1.0).abs() < 1e-6);
         }
     }
 
@@ -299,6 +308,16 @@ mod tests {
         let chances = places.at(Vec3A::ZERO, Vec3A::Y);
         let learned = |light| f64::from(chances.of(light)) - UNSEEN * (0.25 + 1.0 / 3.0);
         assert!((learned(1) / learned(0) - 10.0).abs() < 0.1, "{} {}", learned(1), learned(0));
+    }
+
+    /// A hundred thousand lights alike, of which one was seen: the others keep a chance.
+    #[test]
+    fn no_light_is_out_of_the_question() {
+        let lights = 100_000;
+        let powers = Powers::new(vec![1.0; lights], 0.0, Vec::new(), 0).unwrap();
+        let places = Places::new(powers, vec![visit(Vec3A::ZERO, &[(7, 1.0)]); 50]);
+        let chances = places.at(Vec3A::ZERO, Vec3A::Y);
+        assert!(chances.of(7) > 0.9 && (0..lights).all(|light| chances.of(light) > 0.0));
     }
 
     #[test]

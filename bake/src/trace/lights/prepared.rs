@@ -4,7 +4,7 @@ use crate::trace::light_mesh::{Chosen, LightMesh};
 use crate::trace::world::rounding_of;
 use glam::Vec3A;
 use relume_scenes::{Cone, Emitter, Scene};
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 
 pub(super) enum PreparedLight {
     Area {
@@ -97,15 +97,15 @@ impl PreparedLight {
         }
     }
 
-    pub(super) fn power(&self, cross_section: f32) -> f32 {
-        match self {
-            Self::Area { area, radiance, .. } => PI * area * radiance.max_element(),
-            Self::Mesh { mesh, radiance } => PI * mesh.area() * radiance.max_element(),
-            Self::Point { intensity, cone, .. } => {
-                intensity.max_element() * cone.map_or(4.0 * PI, |c| solid_angle(&c))
-            }
-            Self::Directional { irradiance, .. } => cross_section * irradiance.max_element(),
-        }
+    /// What it sends, `cross_section` being that of the scene, m².
+    pub(super) fn power(&self, cross_section: f64) -> f64 {
+        let (extent, sends) = match self {
+            Self::Area { area, radiance, .. } => (PI * f64::from(*area), radiance),
+            Self::Mesh { mesh, radiance } => (PI * f64::from(mesh.area()), radiance),
+            Self::Point { intensity, cone, .. } => (cone.map_or(4.0 * PI, |c| solid_angle(&c)), intensity),
+            Self::Directional { irradiance, .. } => (cross_section, irradiance),
+        };
+        extent * f64::from(sends.max_element())
     }
 
     /// Where a ray meets the front of an area light: radiance, density over the solid angle, distance to just
@@ -165,6 +165,7 @@ fn falloff(cone: &Cone, away: Vec3A) -> f32 {
 }
 
 /// Solid angle that a spot light fills, the ramp counting a third: the integral of its square.
-fn solid_angle(cone: &Cone) -> f32 {
-    2.0 * PI * ((1.0 - cone.cos_inner) + (cone.cos_inner - cone.cos_outer) / 3.0)
+fn solid_angle(cone: &Cone) -> f64 {
+    let [inner, outer] = [cone.cos_inner, cone.cos_outer].map(f64::from);
+    2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0)
 }

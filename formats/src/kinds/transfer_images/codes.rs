@@ -1,14 +1,14 @@
 //! Halves of images as small numbers: what a half is off the value that its neighbours predict.
 //!
-//! A half is a number of *steps*, the largest power of two that divides all of an image. A step is written as
-//! if it were the least half, 2⁻²⁴, so that bits that no value of the image uses take no room: the *code* of a
-//! half is the bits of that other half, negated below 0. Codes grow with the logarithm of large values, and
+//! A half is a number of *steps*, the largest power of two that divides all of an image. A step is written
+//! as if it were the least half, 2⁻²⁴, so that bits that no value of the image uses take no room: the *code* of
+//! a half is the bits of that other half, negated below 0. Codes grow with the logarithm of large values, and
 //! linearly near 0.
 //!
 //! A code is predicted by those of the neighbours to the left, above and between, by the median edge detector
-//! of JPEG-LS (Weinberger, Seroussi and Sapiro 2000); stored is what it is off by, modulo 2¹⁶, as 0, −1, 1, −2,
-//! 2 … Where there are three channels, the first and the last store what they are off by more than the middle
-//! one: light of one colour differs by the same factor everywhere.
+//! of JPEG-LS (Weinberger, Seroussi and Sapiro 2000); stored is what it is off by, modulo 2¹⁶, as 0, −1, 1,
+//! −2, 2 … Where there are three channels, the first and the last store what they are off by more than the
+//! middle one: light of one colour differs by the same factor everywhere.
 
 use super::Head;
 use half::f16;
@@ -20,8 +20,8 @@ pub const MAX_STEP: u16 = 39;
 
 /// The neighbours of every fragment that predict its values: to the left, above, and above to the left.
 ///
-/// A fragment's neighbours are of its class. Numbers are one more than the fragment's; 0 stands for a value of
-/// 0. Without a neighbour above, that to the left stands for it, and the other way round; without either, the
+/// A fragment's neighbours are of its class. Numbers are one more than the fragment's; 0 stands for a value
+/// of 0. Without a neighbour above, that to the left stands for it, and the other way round; without either, the
 /// fragment before stands for both.
 pub struct Neighbours(Vec<[u32; 3]>);
 
@@ -273,7 +273,7 @@ mod tests {
             let off = encode(&grey, 1, step_of(&grey), &neighbours);
             let inside = |pixel: &usize| pixel % 5 > 0 && pixel / 5 > 0;
             assert!((0..40).filter(inside).all(|pixel| off[pixel] <= folded(most as i16)), "{off:?}");
-            let twice: Vec<f16> = grey.iter().map(|v| f16::from_f32(v.to_f32() * 1024.0)).collect();
+            let twice: Vec<f16> = grey.iter().map(|v| f16::from_f32(v.to_f32() * 8.0)).collect();
             let colour = [&grey[..], &grey, &grey].concat();
             let off = encode(&colour, 3, step_of(&colour), &neighbours);
             assert!(off[..40].iter().chain(&off[80..]).all(|off| *off == 0), "{off:?}");

@@ -92,10 +92,7 @@ fn somewhere(scene: &Scene, [turn, height]: [f32; 2], distance: f32) -> CameraSt
     let target = Vec3::from(scene.camera.target);
     let offset = Vec3::from(scene.camera.position) - target;
     let raised = Vec3::new(offset.x, offset.y * (0.75 + 0.75 * height), offset.z).normalize_or_zero();
-    let offset = Quat::from_rotation_y(TAU * turn)
-        * raised
-        * offset.length()
-        * (0.8 + 0.4 * distance);
+    let offset = Quat::from_rotation_y(TAU * turn) * raised * offset.length() * (0.8 + 0.4 * distance);
     CameraState {
         position: Some((target + offset).to_array()),
         target: Some(scene.camera.target),

@@ -12,19 +12,24 @@ pub fn split(raw: &[u8], width: usize) -> Vec<u8> {
 /// The inverse of [`split`], for elements of two or four bytes; others are left as they are.
 pub fn join(planes: &[u8], width: usize) -> Vec<u8> {
     match width {
-        2 => interleaved::<2>(planes),
-        4 => interleaved::<4>(planes),
+        2 => pairs(planes),
+        4 => {
+            // The planes of either half of an element, then the halves.
+            let (low, high) = planes.split_at(planes.len() / 4 * 2);
+            let (low, high) = (pairs(low), pairs(high));
+            let halves = low.as_chunks::<2>().0.iter().zip(high.as_chunks::<2>().0);
+            halves.flat_map(|([a, b], [c, d])| [*a, *b, *c, *d]).collect()
+        }
         _ => planes.to_vec(),
     }
 }
 
-fn interleaved<const WIDTH: usize>(planes: &[u8]) -> Vec<u8> {
-    let count = planes.len() / WIDTH;
+/// Elements of two bytes.
+fn pairs(planes: &[u8]) -> Vec<u8> {
     let mut out = vec![0; planes.len()];
-    for (byte, plane) in planes.chunks_exact(count.max(1)).enumerate().take(WIDTH) {
-        for (element, value) in out.as_chunks_mut::<WIDTH>().0.iter_mut().zip(plane) {
-            element[byte] = *value;
-        }
+    let (low, high) = planes.split_at(planes.len() / 2);
+    for (element, (low, high)) in out.as_chunks_mut().0.iter_mut().zip(low.iter().zip(high)) {
+        *element = [*low, *high];
     }
     out
 }

@@ -112,23 +112,31 @@ pub fn decode(stored: &[u16], channels: usize, step: u16, neighbours: &Neighbour
     // Codes from 1024 on have an exponent, which the step's is added to.
     let bits =
         |size: u32| if size < 1024 { rescaled(size, step.into()) } else { size + (u32::from(step) << 10) };
-    let small: Vec<u16> = (0..1024).map(|size| bits(size) as u16).collect();
-    let (mut values, mut largest) = (Vec::with_capacity(stored.len()), 0);
+    let mut bits_of: Vec<u16> = Vec::new();
+    let mut values = Vec::with_capacity(stored.len());
     let mut codes: Vec<i16> = vec![0; fragments + 1];
     for off in off.chunks_exact(fragments.max(1)) {
+        let mut before = 0;
         for (at, (off, around)) in (1..).zip(off.iter().zip(&neighbours.0)) {
-            codes[at] = off.wrapping_add(predicted(&codes, around));
+            let [left, above, between] = *around;
+            // Nearly always the last one, which need not come from memory.
+            let left = if left as usize + 1 == at { before } else { code_at(&codes, left) };
+            before = off.wrapping_add(median(left, code_at(&codes, above), code_at(&codes, between)));
+            codes[at] = before;
         }
-        values.extend(codes[1..].iter().map(|code| {
-            let size = code.unsigned_abs();
-            largest = largest.max(size);
-            let bits = small.get(usize::from(size)).copied();
-            let bits = bits.unwrap_or_else(|| size.wrapping_add(step << 10));
+        // The larger the code, the larger the half.
+        let largest = codes.iter().map(|code| code.unsigned_abs()).max().unwrap_or(0);
+        if bits(largest.into()) > LARGEST_BITS {
+            return None;
+        }
+        bits_of.extend((bits_of.len()..=largest.into()).map(|size| bits(size as u32) as u16));
+        let half = |code: &i16| {
+            let bits = bits_of.get(usize::from(code.unsigned_abs())).copied().unwrap_or_default();
             f16::from_bits(bits | (*code as u16 & 0x8000))
-        }));
+        };
+        values.extend(codes[1..].iter().map(half));
     }
-    // What overflowed is larger than the largest half, too.
-    (bits(largest.into()) <= LARGEST_BITS).then_some(values)
+    Some(values)
 }
 
 /// The bits of a half of size `bits`, times 2^`exponent`; the product must be a half, or is beyond all.
@@ -150,7 +158,17 @@ fn rescaled(bits: u32, exponent: i32) -> u32 {
 /// What the codes around predict, by the median edge detector.
 #[inline]
 fn predicted(codes: &[i16], around: &[u32; 3]) -> i16 {
-    let [left, above, between] = around.map(|at| codes.get(at as usize).copied().unwrap_or_default());
+    let [left, above, between] = around.map(|at| code_at(codes, at));
+    median(left, above, between)
+}
+
+#[inline]
+fn code_at(codes: &[i16], at: u32) -> i16 {
+    codes.get(at as usize).copied().unwrap_or_default()
+}
+
+#[inline]
+fn median(left: i16, above: i16, between: i16) -> i16 {
     let (low, high) = (left.min(above), left.max(above));
     // The plane through the three, if it is between the two.
     let plane = i32::from(left) + i32::from(above) - i32::from(between);

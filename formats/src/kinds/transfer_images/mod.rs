@@ -204,7 +204,7 @@ impl Head {
             .ok_or_else(|| section.invalid("holds what is no half"))?;
         let scale = self.scales.get(slot).copied().unwrap_or_default();
         section.expect(fault_of_range(scale, &values))?;
-        if layout.slots[slot].is_positive() && values.iter().any(|v| *v < f16::ZERO) {
+        if layout.slots[slot].is_positive() && values.iter().any(|v| v.to_bits() > 0x8000) {
             return Err(section.invalid("radiance of diffuse paths is below 0"));
         }
         Ok(Image { slot, values })
@@ -225,7 +225,9 @@ fn small_print(section: &Section) -> Result<(Meta, Option<Later>)> {
 
 /// An image uses the range that its scale gives it, neither more nor less than half.
 fn fault_of_range(scale: f32, values: &[f16]) -> Option<String> {
-    let largest = values.iter().map(|v| v.to_f32().abs()).fold(0.0, f32::max);
+    // Without their signs the bits of halves are in the order of their sizes.
+    let largest = values.iter().map(|v| v.to_bits() & 0x7fff).max().unwrap_or(0);
+    let largest = f16::from_bits(largest).to_f32();
     let most = LARGEST_HALF * (1.0 + RANGE_TOLERANCE);
     let least = LARGEST_HALF / 2.0 * (1.0 - RANGE_TOLERANCE);
     if scale == 0.0 {

@@ -88,7 +88,7 @@ impl EnvironmentLight {
         let texel_cdf = rows.iter().flat_map(columns).collect();
         let lit = brightness.iter().sum::<f64>() > 0.0;
         let (sin, cos) = environment.rotation_deg.to_radians().sin_cos();
-        lit.then(|| Self {
+        lit.then_some(Self {
             width,
             height,
             patches,

@@ -36,7 +36,7 @@ impl Lights {
             } else {
                 Vec::new()
             };
-            lights.places = Some(Places::new(powers, visits));
+            lights.places = Some(Places::new(&powers, &visits));
         }
         lights
     }

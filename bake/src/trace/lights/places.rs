@@ -157,7 +157,7 @@ pub struct Places {
 
 impl Places {
     /// From what was seen.
-    pub fn new(powers: Powers, visits: Vec<Visit>) -> Self {
+    pub fn new(powers: &Powers, visits: &[Visit]) -> Self {
         let far = |start: f32, f: fn(Vec3A, Vec3A) -> Vec3A| {
             visits.iter().fold(Vec3A::splat(start), |most, visit| f(most, visit.position))
         };
@@ -171,13 +171,13 @@ impl Places {
             roots: [0; 6],
         };
         let all: Vec<&Visit> = visits.iter().collect();
-        let squares = mean_squares(&powers, &all, &vec![0.0; powers.choices()]);
-        places.cells.push(Cell { children: None, chances: LightChances::new(&powers, &squares) });
+        let squares = mean_squares(powers, &all, &vec![0.0; powers.choices()]);
+        places.cells.push(Cell { children: None, chances: LightChances::new(powers, &squares) });
         for orientation in 0..6 {
             let of: Vec<&Visit> =
                 all.iter().filter(|v| orientation_of(v.normal) == orientation).copied().collect();
             if of.len() >= places.fewest {
-                places.roots[orientation] = places.grow(&powers, &of, &squares, 0);
+                places.roots[orientation] = places.grow(powers, &of, &squares, 0);
             }
         }
         places
@@ -269,8 +269,9 @@ mod tests {
     /// A floor of which each half sees one light.
     fn floor() -> Places {
         let at = |i: u32| Vec3A::new((i % 64) as f32 / 64.0, 0.0, (i / 64) as f32 / 64.0);
-        let visits = (0..4096).map(|i| visit(at(i), &[(u32::from(at(i).x >= 0.5), 9.0)])).collect();
-        Places::new(powers(), visits)
+        let visits: Vec<Visit> =
+            (0..4096).map(|i| visit(at(i), &[(u32::from(at(i).x >= 0.5), 9.0)])).collect();
+        Places::new(&powers(), &visits)
     }
 
     #[test]
@@ -300,11 +301,13 @@ mod tests {
     /// seen every hundredth time, but then a hundred times as bright, counts ten times as much.
     #[test]
     fn rare_light_counts_by_its_spread() {
-        let visits = (0..10_000).map(|i| {
-            let rare = (1, if i % 100 == 0 { 1e4 } else { 0.0 });
-            visit(Vec3A::ZERO, &[(0, 1.0), rare])
-        });
-        let places = Places::new(powers(), visits.collect());
+        let visits: Vec<Visit> = (0..10_000)
+            .map(|i| {
+                let rare = (1, if i % 100 == 0 { 1e4 } else { 0.0 });
+                visit(Vec3A::ZERO, &[(0, 1.0), rare])
+            })
+            .collect();
+        let places = Places::new(&powers(), &visits);
         let chances = places.at(Vec3A::ZERO, Vec3A::Y);
         let learned = |light| f64::from(chances.of(light)) - UNSEEN * (0.25 + 1.0 / 3.0);
         assert!((learned(1) / learned(0) - 10.0).abs() < 0.1, "{} {}", learned(1), learned(0));
@@ -315,14 +318,14 @@ mod tests {
     fn no_light_is_out_of_the_question() {
         let lights = 100_000;
         let powers = Powers::new(vec![1.0; lights], 0.0, Vec::new(), 0).unwrap();
-        let places = Places::new(powers, vec![visit(Vec3A::ZERO, &[(7, 1.0)]); 50]);
+        let places = Places::new(&powers, &vec![visit(Vec3A::ZERO, &[(7, 1.0)]); 50]);
         let chances = places.at(Vec3A::ZERO, Vec3A::Y);
         assert!(chances.of(7) > 0.9 && (0..lights).all(|light| chances.of(light) > 0.0));
     }
 
     #[test]
     fn without_visits_power_and_number_decide() {
-        let places = Places::new(powers(), Vec::new());
+        let places = Places::new(&powers(), &[]);
         let chances = places.at(Vec3A::ONE, Vec3A::Z);
         for (light, power) in [(0, 0.25), (1, 0.25), (2, 0.5)] {
             assert!((f64::from(chances.of(light)) - 0.5 * (power + 1.0 / 3.0)).abs() < 1e-6);

@@ -15,7 +15,7 @@
 //! The largest half of a slot is from [`LARGEST_HALF`]/2 to [`LARGEST_HALF`] in size, which is what its scale is for. Slots of the diffuse basis alone
 //! ([`Slot::is_positive`]) hold no value below 0; the others may, for basis functions are negative in places.
 //!
-//! Bakes of one or two reflections have nothing of [`Later`]; those of all have its images beside theirs, which are the same.
+//! Bakes of one or two reflections have nothing of [`Later`]; those of all have its images beside theirs, which are the same but for their rounding.
 //!
 //! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
 

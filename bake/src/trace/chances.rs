@@ -7,7 +7,7 @@ pub const LEAST_SHARE: f64 = 2.0 / GRAINS;
 
 /// Running sums of `weights`, as shares of their sum; they end in 1. Without any weight, all have the same.
 ///
-/// They are as fine as the numbers that choose by them, so that a share is exactly the chance.
+/// They are as fine as numbers that have chosen nothing yet, so that of these a share is exactly the chance.
 pub fn running_share(weights: &[f64]) -> Vec<f32> {
     let total: f64 = weights.iter().sum();
     let even = 1.0 / weights.len() as f64;

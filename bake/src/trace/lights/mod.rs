@@ -70,14 +70,7 @@ impl Lights {
     }
 
     fn of_environment(&self, chances: &LightChances, point: [f32; 2]) -> Option<LightSample> {
-        let environment = self.environment.as_ref()?;
-        let (direction, density) = environment.sample(chances.patches()?, point);
-        Some(LightSample {
-            direction,
-            distance: f32::INFINITY,
-            weight: environment.radiance(direction) / density,
-            density: Some(density),
-        })
+        Some(LightSample::of_environment(self.environment.as_ref()?, chances.patches()?, point))
     }
 
     fn chances(&self, surface: &Surface) -> Option<&LightChances> {

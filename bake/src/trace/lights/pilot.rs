@@ -83,14 +83,9 @@ impl Pilot<'_> {
         }
         if let (Some(environment), Some(whole)) = (&self.lights.environment, &self.whole) {
             for look in 0..LOOKS {
-                let (direction, density) = environment.sample(whole, sample.pair(first_pair + LIGHTS + look));
-                let arriving = LightSample {
-                    direction,
-                    distance: f32::INFINITY,
-                    weight: environment.radiance(direction) / density,
-                    density: Some(density),
-                };
-                let patch = environment.patch_of(direction);
+                let point = sample.pair(first_pair + LIGHTS + look);
+                let arriving = LightSample::of_environment(environment, whole, point);
+                let patch = environment.patch_of(arriving.direction);
                 let times = self.powers.patch(patch) / f64::from(LOOKS);
                 let choice = lights + patch as u32;
                 found.extend(

@@ -1,5 +1,6 @@
 //! Lights of a scene, each prepared for sampling.
 
+use crate::trace::environment::{EnvironmentLight, PatchChances};
 use crate::trace::light_mesh::{Chosen, LightMesh};
 use crate::trace::world::rounding_of;
 use glam::Vec3A;
@@ -45,6 +46,17 @@ pub struct LightSample {
 }
 
 impl LightSample {
+    /// Light from a direction that `point` chooses.
+    pub(super) fn of_environment(
+        environment: &EnvironmentLight,
+        patches: &PatchChances,
+        point: [f32; 2],
+    ) -> Self {
+        let (direction, density) = environment.sample(patches, point);
+        let weight = environment.radiance(direction) / density;
+        Self { direction, distance: f32::INFINITY, weight, density: Some(density) }
+    }
+
     /// Light from a point chosen with the density 1 / `area` on a surface that emits `radiance` there, on the
     /// side of `normal`.
     fn of_surface(from: Vec3A, point: Vec3A, normal: Vec3A, area: f32, radiance: Vec3A) -> Option<Self> {

@@ -32,6 +32,7 @@ mod docs;
 mod filter;
 mod first_scene;
 mod frame_cost;
+mod guides;
 mod later;
 mod lights;
 mod pieces;

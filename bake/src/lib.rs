@@ -13,6 +13,7 @@
 //! * [`darkness`]: whether a scene shows anything;
 //! * [`random_state`]: states that bakes are judged by;
 //! * [`filter`]: takes noise out of pictures that are sums of others;
+//! * [`guided`]: paths that look where light comes from;
 //! * [`probe`]: a look at a scene before it is baked, and what is wrong in it;
 //! * [`memory`]: how much memory a bake may take;
 //! * [`output`]: folders that the user wants things in;
@@ -26,6 +27,7 @@ pub mod darkness;
 pub mod error;
 pub mod exr_file;
 pub mod filter;
+pub mod guided;
 pub mod inspect;
 pub mod inspected;
 pub mod interrupted;

@@ -23,6 +23,13 @@ pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     (0..).zip(&scene.vary.materials).map(material).collect()
 }
 
+/// All materials of `scene`, those that vary being in random state number `state`.
+pub fn all_in_random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
+    let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
+    scene.vary.materials.iter().zip(random_state(state, scene)).for_each(|(index, brdf)| all[*index] = brdf);
+    all
+}
+
 fn random_blinn_phong(sample: &Sample) -> Brdf {
     let ([kd, ks], exponent) = random_parts(sample);
     let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);

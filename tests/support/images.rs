@@ -2,6 +2,7 @@
 
 use super::job;
 use relume_bake::brdf::basis;
+use relume_bake::guided;
 use relume_bake::methods::transfer_images::{self, Settings};
 use relume_bake::stage::{Share, Stage, fill};
 use relume_bake::trace::gather::{Gather, GatherPath};
@@ -35,7 +36,8 @@ pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBa
 pub fn gathering<T>(scene: &Scene, settings: &Settings, then: impl FnOnce(&Gather<'_>) -> T) -> T {
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
-    then(&Gather::new(scene, &world, &lights, settings.size, scene.reflections, settings.seed))
+    let Settings { size, samples, seed, .. } = *settings;
+    then(&guided::gather(scene, &world, &lights, size, samples, scene.reflections, seed))
 }
 
 /// The coefficients of materials.

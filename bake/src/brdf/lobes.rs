@@ -81,10 +81,12 @@ impl LobeMixture {
         let cos_delta = half.dot(normal).abs();
         // |dω_half / dω_incoming| = 1 / (4 |ω_o·h|)
         let jacobian = 0.25 / half.dot(outgoing).abs().max(1e-6);
+        let log_cos = cos_delta.ln();
         let mut density = 0.0;
         for (chance, exponent) in &self.glossy {
             cosine_chance -= chance;
-            density += chance * (exponent + 1.0) / (2.0 * PI) * cos_delta.powf(*exponent) * jacobian;
+            // cosˢδ, of which the logarithm is the same for all lobes.
+            density += chance * (exponent + 1.0) / (2.0 * PI) * (exponent * log_cos).exp() * jacobian;
         }
         density + cosine_chance * incoming.dot(normal).max(0.0) * FRAC_1_PI
     }

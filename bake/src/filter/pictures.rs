@@ -5,9 +5,10 @@ use super::film::Film;
 use super::row::Row;
 use super::seen::{LAYERS, Seen, Watcher, half_of};
 use crate::brdf;
+use crate::guided;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
-use crate::trace::gather::{Gather, GatherPath};
+use crate::trace::gather::GatherPath;
 use crate::trace::lights::Lights;
 use crate::trace::reference::{Estimate, Settings};
 use crate::trace::world::World;
@@ -112,8 +113,16 @@ pub fn render(
 fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Result<Vec<Record>, Interrupted> {
     let world = World::new(base);
     let lights = Lights::new(base, &world);
-    let gather = Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed)
-        .with_later_highlights();
+    let gather = guided::gather(
+        base,
+        &world,
+        &lights,
+        settings.size,
+        settings.samples,
+        settings.reflections,
+        settings.seed,
+    )
+    .with_later_highlights();
     let watcher = Watcher::new(base);
     let states: Vec<Vec<Brdf>> =
         scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();

@@ -1,7 +1,7 @@
 //! What the samples of a fragment tell of it beside what is stored.
 
 use crate::brdf;
-use crate::random_state::random_state;
+use crate::random_state::all_in_random_state;
 use crate::trace::gather::{EyeVertex, GatherPath};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -93,14 +93,10 @@ pub struct Watcher {
 impl Watcher {
     /// For `scene`.
     pub fn new(scene: &Scene) -> Self {
-        let state = |number: u32| {
-            let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-            let varying = random_state(FIRST_STATE + number, scene);
-            scene.vary.materials.iter().zip(varying).for_each(|(index, material)| all[*index] = material);
-            all
-        };
         Self {
-            states: (0..STATES as u32).map(state).collect(),
+            states: (0..STATES as u32)
+                .map(|number| all_in_random_state(FIRST_STATE + number, scene))
+                .collect(),
             varies: (0..scene.materials.len()).map(|m| scene.vary.materials.contains(&m)).collect(),
         }
     }

@@ -5,6 +5,8 @@
 //! So one set of paths serves every basis, every state and the reference alike, and noise is the same in all
 //! of them.
 
+use super::bounce::{Bounce, Chooser};
+use super::guide::Guide;
 use super::later::LaterVertex;
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
@@ -15,9 +17,13 @@ use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::state::{Brdf, Film};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
+use std::sync::Arc;
 
 /// Most reflections of a path, unless it is to have all.
 pub const MAX_REFLECTIONS: u32 = 2;
+
+/// The dimension pair that moves what the guide is asked for; later reflections count on from 7.
+const GUIDE_PAIR: u32 = u32::MAX;
 
 /// One path from the eye.
 #[allow(
@@ -55,6 +61,8 @@ pub struct EyeVertex {
     pub normal: Vec3A,
     /// Radiance that it emits itself.
     pub emitted: Vec3A,
+    /// Where the path goes on; `None` if below the surface.
+    pub onward: Option<Onward>,
     /// Light that arrives directly.
     pub direct: Reflections,
     /// Light that arrives by way of another surface.
@@ -87,6 +95,19 @@ impl EyeVertex {
             first.later_light(before) * brdf(self.material, self.albedo, &first.eye_angles)
         })
     }
+}
+
+/// The direction that a path goes on in, with the densities per steradian that it might have been found by.
+#[derive(Debug, Clone, Copy)]
+pub struct Onward {
+    /// Unit, world space.
+    pub direction: Vec3A,
+    /// That of all ways in which paths go on.
+    pub density: f32,
+    /// Those of the guide and of the lobes, which that one is mixed of.
+    pub densities: [f32; 2],
+    /// That of choosing a point on the light that is met in this direction, if any is.
+    pub of_light: f32,
 }
 
 /// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the
@@ -126,13 +147,15 @@ pub struct Gather<'a> {
     /// The scene's lights.
     pub lights: &'a Lights,
     film: Film,
-    width: u32,
+    size: [u32; 2],
     mixtures: Vec<LobeMixture>,
     /// For each material: what it is, if it does not vary.
     pub(super) fixed: Vec<Option<Brdf>>,
     indirect: bool,
     /// For each material: where its later reflections are looked for, if they are at all.
     later: Option<Vec<LobeMixture>>,
+    /// Where the eye's surface looks for light.
+    guide: Option<Arc<Guide>>,
     seed: u64,
 }
 
@@ -159,11 +182,12 @@ impl<'a> Gather<'a> {
             world,
             lights,
             film: scene.camera.film(size[0], size[1]),
-            width: size[0],
+            size,
             mixtures,
             fixed,
             indirect: reflections >= 2,
             later: (reflections == ALL_REFLECTIONS).then_some(later),
+            guide: None,
             seed,
         }
     }
@@ -173,37 +197,56 @@ impl<'a> Gather<'a> {
     #[must_use]
     pub fn with_later_highlights(&self) -> Self {
         let (mixtures, later) = (self.mixtures.clone(), self.later.as_ref().map(|_| self.mixtures.clone()));
-        Self { mixtures, later, film: self.film, fixed: self.fixed.clone(), ..*self }
+        let (fixed, guide) = (self.fixed.clone(), self.guide.clone());
+        Self { mixtures, later, film: self.film, fixed, guide, ..*self }
+    }
+
+    /// The same, but from what the eye sees paths follow `guide` half of the time.
+    #[must_use]
+    pub fn guided_by(self, guide: Guide) -> Self {
+        Self { guide: Some(Arc::new(guide)), ..self }
     }
 
     /// Traces the first `samples` paths of pixel number `pixel`, in order.
     pub fn pixel(&self, pixel: u32, samples: u32, mut each: impl FnMut(&GatherPath)) {
         let sampler = PixelSampler::new(self.seed, pixel);
-        let (x, y) = ((pixel % self.width) as f32, (pixel / self.width) as f32);
+        let corner = [pixel % self.size[0], pixel / self.size[0]];
         for index in 0..samples {
             let sample = sampler.sample(index);
-            let [dx, dy] = sample.pair(0);
-            each(&self.path(self.film.direction(x + dx, y + dy), &sample));
+            let within = sample.pair(0);
+            each(&self.path(std::array::from_fn(|k| corner[k] as f32 + within[k]), &sample));
         }
     }
 
-    fn path(&self, direction: Vec3A, sample: &Sample) -> GatherPath {
+    /// The path through a point of the film, in pixels.
+    fn path(&self, at: [f32; 2], sample: &Sample) -> GatherPath {
+        let direction = self.film.direction(at[0], at[1]);
         let Some(surface) = self.world.intersect(self.film.eye_in_world, direction) else {
             return GatherPath::Light(self.lights.background(direction));
         };
         match surface.owner {
             Owner::Light(_) => GatherPath::Light(self.lights.emitted(&surface)),
-            Owner::Material(material) => GatherPath::Surface(self.eye_vertex(&surface, material, sample)),
+            Owner::Material(material) => GatherPath::Surface(self.eye_vertex(&surface, material, at, sample)),
         }
     }
 
-    fn eye_vertex(&self, surface: &Surface, material: u32, sample: &Sample) -> EyeVertex {
+    fn eye_vertex(&self, surface: &Surface, material: u32, at: [f32; 2], sample: &Sample) -> EyeVertex {
         let choices = sample.pair(1);
-        let mixture = &self.mixtures[material as usize];
-        let bounce = Bounce::sample(surface, mixture, choices[1], sample.pair(3));
+        let lobes = &self.mixtures[material as usize];
+        let guide = self.guide.as_ref().and_then(|guide| {
+            let place = std::array::from_fn(|k| at[k] / self.size[k] as f32);
+            guide.at(place, sample.pair(GUIDE_PAIR), surface.shading_normal)
+        });
+        let chooser = Chooser::guided(lobes, guide);
+        let bounce = Bounce::sample(surface, chooser, choices[1], sample.pair(3));
         let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
         let seen = bounce.and_then(|b| self.light_seen(surface, &b, hit.as_ref()));
-        let direct = [self.light_sampled(surface, mixture, choices[0], sample.pair(2)), seen];
+        let direct =
+            [self.light_sampled(surface, chooser, choices[0], sample.pair(2)), seen.map(|(seen, _)| seen)];
+        let onward = bounce.map(|Bounce { direction, density, densities, .. }| {
+            let of_light = seen.map_or(0.0, |(_, of_light)| of_light);
+            Onward { direction, density, densities, of_light }
+        });
         let indirect = match (bounce, hit) {
             (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
             _ => None,
@@ -214,6 +257,7 @@ impl<'a> Gather<'a> {
             position: surface.position,
             normal: surface.shading_normal,
             emitted: self.lights.emitted(surface),
+            onward: onward,
             direct,
             indirect,
         }
@@ -222,9 +266,9 @@ impl<'a> Gather<'a> {
     fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
         let Owner::Material(material) = first.owner else { return None };
         let choices = sample.pair(4);
-        let mixture = &self.mixtures[material as usize];
-        let sampled = self.light_sampled(first, mixture, choices[0], sample.pair(5));
-        let seen = Bounce::sample(first, mixture, choices[1], sample.pair(6))
+        let chooser = Chooser::by(&self.mixtures[material as usize]);
+        let sampled = self.light_sampled(first, chooser, choices[0], sample.pair(5));
+        let seen = Bounce::sample(first, chooser, choices[1], sample.pair(6))
             .and_then(|b| self.light_along(first, &b));
         let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
         let reflections = [sampled.map(carried), seen.map(carried)];
@@ -244,25 +288,26 @@ impl<'a> Gather<'a> {
     pub(super) fn light_sampled(
         &self,
         surface: &Surface,
-        mixture: &LobeMixture,
+        chooser: Chooser<'_>,
         choice: f32,
         point: [f32; 2],
     ) -> Option<Reflection> {
         let LightSample { direction, weight, density, .. } =
             self.lights.sample_visible(self.world, surface, choice, point)?;
         let normal = surface.shading_normal;
-        let share = density.map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, direction)));
+        let share = density.map_or(1.0, |d| d / (d + chooser.density(surface, direction)));
         let angles = angles(direction, surface.outgoing, normal);
         Some(Reflection { angles, light: weight * (direction.dot(normal) * share) })
     }
 
-    /// Light that a bounce met, `hit` being the first surface in its way.
+    /// Light that a bounce met, `hit` being the first surface in its way; and the density per steradian with
+    /// which lights are chosen there.
     pub(super) fn light_seen(
         &self,
         surface: &Surface,
         bounce: &Bounce,
         hit: Option<&Surface>,
-    ) -> Option<Reflection> {
+    ) -> Option<(Reflection, f32)> {
         let radiance = self.lights.met(bounce.direction, hit);
         if radiance == Vec3A::ZERO {
             return None;
@@ -270,7 +315,7 @@ impl<'a> Gather<'a> {
         let density = self.lights.density_of(surface, bounce.direction, hit);
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
-        (light != Vec3A::ZERO).then_some(Reflection { angles: bounce.angles, light })
+        (light != Vec3A::ZERO).then_some((Reflection { angles: bounce.angles, light }, density))
     }
 
     /// Light that a bounce meets if nothing is in its way. Asks the few lights first: most bounces miss them
@@ -279,46 +324,11 @@ impl<'a> Gather<'a> {
         let from = surface.offset();
         if self.lights.have_meshes() {
             let hit = self.world.intersect(from, bounce.direction);
-            return self.light_seen(surface, bounce, hit.as_ref());
+            return self.light_seen(surface, bounce, hit.as_ref()).map(|(seen, _)| seen);
         }
         let (radiance, density, distance) = self.lights.along(surface, bounce.direction)?;
         let light = radiance * (bounce.cosine / (bounce.density + density));
         let arrives = light != Vec3A::ZERO && !self.world.occluded(from, bounce.direction, distance);
         arrives.then_some(Reflection { angles: bounce.angles, light })
-    }
-}
-
-/// A direction chosen by a surface's lobes, above the surface.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounce {
-    pub(super) direction: Vec3A,
-    /// Per steradian.
-    density: f32,
-    /// With the shading normal.
-    cosine: f32,
-    pub(super) angles: Angles,
-}
-
-impl Bounce {
-    pub(super) fn sample(
-        surface: &Surface,
-        mixture: &LobeMixture,
-        choice: f32,
-        point: [f32; 2],
-    ) -> Option<Self> {
-        let normal = surface.shading_normal;
-        let (direction, density) = mixture.sample(normal, surface.outgoing, choice, point);
-        let cosine = direction.dot(normal);
-        let above = cosine > 0.0 && direction.dot(surface.geometric_normal) > 0.0;
-        above.then(|| Self {
-            direction,
-            density,
-            cosine,
-            angles: angles(direction, surface.outgoing, normal),
-        })
-    }
-
-    pub(super) fn weight(&self) -> f32 {
-        self.cosine / self.density
     }
 }

@@ -7,7 +7,8 @@
 //! albedo that any state may have, else with what the fixed material carries on, at most that. So nothing is
 //! cut off, and the variance is finite even in a closed room.
 
-use super::gather::{Bounce, FirstVertex, Gather, Reflections};
+use super::bounce::{Bounce, Chooser};
+use super::gather::{FirstVertex, Gather, Reflections};
 use super::sampler::Sample;
 use super::world::{Owner, Surface};
 use crate::brdf;
@@ -66,15 +67,15 @@ impl Gather<'_> {
         let mut vertices: Vec<LaterVertex> = Vec::new();
         let mut surface = *first;
         for pair in (FIRST_PAIR..).step_by(PAIRS_PER_REFLECTION as usize) {
-            let mixture = &mixtures[material as usize];
+            let chooser = Chooser::by(&mixtures[material as usize]);
             let [end, choice] = sample.pair(pair);
-            let bounce = Bounce::sample(&surface, mixture, choice, sample.pair(pair + 1));
+            let bounce = Bounce::sample(&surface, chooser, choice, sample.pair(pair + 1));
             let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
             if let Some(vertex) = vertices.last_mut() {
                 let choice = sample.pair(pair + 2)[0];
-                let sampled = self.light_sampled(&surface, mixture, choice, sample.pair(pair + 3));
+                let sampled = self.light_sampled(&surface, chooser, choice, sample.pair(pair + 3));
                 let seen = bounce.and_then(|b| self.light_seen(&surface, &b, hit.as_ref()));
-                vertex.reflections = [sampled, seen];
+                vertex.reflections = [sampled, seen.map(|(seen, _)| seen)];
             }
             let Some((bounce, next)) = bounce.zip(hit) else { break };
             let Owner::Material(owner) = next.owner else { break };

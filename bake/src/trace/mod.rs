@@ -1,13 +1,16 @@
 //! Rays, samples, lights, the path tracer that is our truth, and every gather.
 
+mod bounce;
 mod chances;
 mod coating;
 pub mod environment;
 pub mod gather;
+pub mod guide;
 pub mod held_out_lights;
 pub mod later;
 mod light_mesh;
 pub mod lights;
+mod orientation;
 pub mod path;
 pub mod receivers;
 pub mod reference;

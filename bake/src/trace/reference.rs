@@ -1,10 +1,11 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
-use super::gather::{Gather, GatherPath};
+use super::gather::GatherPath;
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::world::World;
 use crate::brdf;
+use crate::guided;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use glam::{DVec3, Vec3A};
@@ -90,9 +91,16 @@ pub fn render(
             scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect()
         }
         Paths::Gather => {
-            let gather =
-                Gather::new(base, &world, &lights, settings.size, settings.reflections, settings.seed)
-                    .with_later_highlights();
+            let gather = guided::gather(
+                base,
+                &world,
+                &lights,
+                settings.size,
+                settings.samples,
+                settings.reflections,
+                settings.seed,
+            )
+            .with_later_highlights();
             let states: Vec<Vec<Brdf>> =
                 scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {

@@ -7,6 +7,7 @@ use relume_bake::brdf;
 use relume_bake::bundle;
 use relume_bake::compress::statistics::median;
 use relume_bake::error::Result;
+use relume_bake::guided;
 use relume_bake::methods::asked::Asked;
 use relume_bake::methods::transfer_images::held_out::{
     OnBases, SPACING, editable_coefficients, one_pixel_in,
@@ -60,7 +61,8 @@ impl Film<'_> {
     /// Sums of what `radiance` makes of the bake's first `samples` paths in each state.
     fn gathered(&self, samples: u32, radiance: impl Fn(usize, &GatherPath) -> DVec3 + Sync) -> Images {
         let lights = Lights::new(self.scene, &self.world);
-        let gather = Gather::new(self.scene, &self.world, &lights, SIZE, self.scene.reflections, 0);
+        let reflections = self.scene.reflections;
+        let gather = guided::gather(self.scene, &self.world, &lights, SIZE, samples, reflections, 0);
         let pixel = |pixel: &u32| {
             let mut sums = vec![DVec3::ZERO; self.states.len()];
             gather.pixel(*pixel, samples, |path| {

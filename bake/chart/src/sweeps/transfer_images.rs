@@ -117,10 +117,10 @@ fn part(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use relume_bake::guided;
     use relume_bake::job::{Job, ProgressMode};
     use relume_bake::methods::transfer_images::{Settings, bake};
     use relume_bake::stage::{Share, Stage, fill};
-    use relume_bake::trace::gather::Gather;
     use relume_bake::trace::lights::Lights;
     use relume_bake::trace::world::World;
     use relume_bake::work_log::WorkLog;
@@ -151,8 +151,8 @@ mod tests {
                 fill(stage, &log, Share::WHOLE, &job)?;
                 Ok(Some(log))
             };
-            let gather =
-                Gather::new(&scene, &world, &lights, settings.size, scene.reflections, settings.seed);
+            let Settings { size, samples, seed, .. } = settings;
+            let gather = guided::gather(&scene, &world, &lights, size, samples, scene.reflections, seed);
             (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap().images, basis)
         };
         let (many, _) = bake_with(16);

@@ -9,11 +9,11 @@ use super::settings::{Bases, NAME, READS, REVISION, Settings, TransferImagesMeth
 use super::{held_out, prediction};
 use crate::error::Result;
 use crate::filter::Noise;
+use crate::guided;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
 use crate::scene_hash::hash_of;
-use crate::trace::gather::Gather;
 use crate::trace::lights::Lights;
 use crate::trace::world::World;
 use crate::unfinished::Work;
@@ -87,7 +87,7 @@ impl Method for TransferImagesMethod {
         let preparing = job.step("preparing");
         let world = World::new(scene);
         let lights = Lights::new(scene, &world);
-        let gather = Gather::new(scene, &world, &lights, size, scene.reflections, seed);
+        let gather = guided::gather(scene, &world, &lights, size, samples, scene.reflections, seed);
         drop(preparing);
         let making_basis = job.step("basis");
         let space = space_for(scene, bases.most())?;

@@ -7,6 +7,7 @@
 
 use crate::trace::chances::{LEAST_SHARE, pick, running_share, share};
 use crate::trace::environment::PatchChances;
+use crate::trace::orientation::{ORIENTATIONS, orientation_of};
 use glam::Vec3A;
 
 /// Part of the chance that is given by power, and as much again evenly.
@@ -152,7 +153,7 @@ pub struct Places {
     /// The first is for all that was never visited.
     cells: Vec<Cell>,
     /// By orientation.
-    roots: [u32; 6],
+    roots: [u32; ORIENTATIONS],
 }
 
 impl Places {
@@ -168,12 +169,12 @@ impl Places {
             per_metre: (1 << (CUT_LOG2 * LEVELS)) as f32 / side,
             fewest: MIN_VISITS.max(powers.choices() / CHOICES_A_VISIT),
             cells: Vec::new(),
-            roots: [0; 6],
+            roots: [0; ORIENTATIONS],
         };
         let all: Vec<&Visit> = visits.iter().collect();
         let squares = mean_squares(powers, &all, &vec![0.0; powers.choices()]);
         places.cells.push(Cell { children: None, chances: LightChances::new(powers, &squares) });
-        for orientation in 0..6 {
+        for orientation in 0..ORIENTATIONS {
             let of: Vec<&Visit> =
                 all.iter().filter(|v| orientation_of(v.normal) == orientation).copied().collect();
             if of.len() >= places.fewest {
@@ -233,12 +234,6 @@ fn child(at: [u32; 3], level: u32) -> usize {
     let shift = CUT_LOG2 * (LEVELS - 1 - level);
     let digit = |a: u32| (a >> shift) as usize & ((1 << CUT_LOG2) - 1);
     at.into_iter().fold(0, |child, a| child << CUT_LOG2 | digit(a))
-}
-
-/// The axis that a normal is closest to, and its sign.
-fn orientation_of(normal: Vec3A) -> usize {
-    let axis = normal.abs().max_position();
-    2 * axis + usize::from(normal[axis] < 0.0)
 }
 
 fn mean_squares(powers: &Powers, visits: &[&Visit], around: &[f64]) -> Vec<f64> {

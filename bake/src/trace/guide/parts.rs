@@ -1,0 +1,77 @@
+//! How many of the paths follow a guide: as many as would have had the least variance.
+
+use super::super::orientation::ORIENTATIONS;
+use glam::Vec3A;
+
+/// The choices.
+const PARTS: [f32; 5] = [0.0, 0.25, 0.5, 0.7, 0.85];
+/// Tiles of the film along a side: wider than those of directions, as this takes more paths to know.
+const TILES: usize = 8;
+/// How much the whole film counts beside a cell.
+const LEANING: f64 = 0.3;
+
+/// What the variance would have been by each choice, place by place.
+pub struct Trials {
+    /// Of tiles by row, each by orientation; second moments, by choice.
+    moments: Vec<[f64; PARTS.len()]>,
+}
+
+/// One path as it was traced.
+#[derive(Debug, Clone, Copy)]
+pub struct Trial {
+    /// The square of what it found, over the density with which it went that way.
+    pub moment: f32,
+    /// Densities per steradian of that way: of the guide, and of the lobes.
+    pub densities: [f32; 2],
+    /// That with which a point on the light that it met is chosen.
+    pub of_light: f32,
+}
+
+impl Trials {
+    /// Without any.
+    pub fn new() -> Self {
+        Self { moments: vec![[0.0; PARTS.len()]; TILES * TILES * ORIENTATIONS] }
+    }
+
+    /// Adds a path from a surface of this unit normal, seen at `place`, the film being the unit square.
+    pub fn add(&mut self, place: [f32; 2], normal: Vec3A, trial: &Trial) {
+        let [guide, lobes] = trial.densities;
+        for (moment, part) in self.moments[cell(place, normal)].iter_mut().zip(PARTS) {
+            let density = part * guide + (1.0 - part) * lobes + trial.of_light;
+            *moment += f64::from(trial.moment / density.max(f32::MIN_POSITIVE));
+        }
+    }
+
+    /// The best choice for each place. Cells count more the more light is lost in them, and lean on the film
+    /// as a whole.
+    pub fn parts(&self) -> Parts {
+        let mut all = [0.0; PARTS.len()];
+        self.moments.iter().for_each(|of| all.iter_mut().zip(of).for_each(|(sum, moment)| *sum += moment));
+        let best = |of: &[f64; PARTS.len()]| {
+            let leaning = |k: usize| of[k] / of[0] + LEANING * all[k] / all[0];
+            let choices = if of[0] > 0.0 { 0..PARTS.len() } else { 0..0 };
+            choices.min_by(|a, b| leaning(*a).total_cmp(&leaning(*b))).map_or(0.0, |k| PARTS[k])
+        };
+        Parts(self.moments.iter().map(best).collect())
+    }
+}
+
+/// The part of the paths that follow a guide, place by place.
+pub struct Parts(Vec<f32>);
+
+impl Parts {
+    /// Half of them everywhere.
+    pub fn half() -> Self {
+        Self(vec![0.5; TILES * TILES * ORIENTATIONS])
+    }
+
+    /// At a surface of this normal, seen at `place`.
+    pub fn at(&self, place: [f32; 2], normal: Vec3A) -> f32 {
+        self.0[cell(place, normal)]
+    }
+}
+
+/// The cell of a place, which may be beyond the film, and of a normal.
+fn cell(place: [f32; 2], normal: Vec3A) -> usize {
+    super::cell(place, normal, TILES)
+}

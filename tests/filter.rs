@@ -1,6 +1,7 @@
 //! Noise that is filtered out of transfer-images.
 
 use crate::support::images::{bake, gathering, in_state, on_bases, settings, surface_pixels};
+use crate::support::pictures::{block_sums, squared_error};
 use crate::support::{job, relative_l2, render, with_two_reflections};
 use relume_bake::filter::seen::half_of;
 use relume_bake::filter::{Film, Filter, Seen, Watcher, pictures};
@@ -98,30 +99,6 @@ fn expect_filtered(size: u32, samples: u32, truth: u32) {
     for (told, seen) in [(noise.before, before), (noise.after, after)] {
         assert!((1.0 / 1.5..1.5).contains(&(told / seen)), "{told} for {seen}");
     }
-}
-
-/// Sums over squares of `side` pixels of those in `pixels`.
-fn block_sums(image: &[Rgb], pixels: &[usize], size: u32, side: usize) -> Vec<Rgb> {
-    let across = size as usize / side;
-    let mut sums = vec![[0.0; 3]; across * across];
-    for pixel in pixels {
-        let [x, y] = [pixel % size as usize, pixel / size as usize].map(|p| p / side);
-        sums[y * across + x].iter_mut().zip(image[*pixel]).for_each(|(sum, value)| *sum += value);
-    }
-    sums
-}
-
-/// In parts of the square of the truth, of which there are two independent estimates: their noise is not in
-/// it.
-fn squared_error(image: &[Rgb], truth: &[Vec<Rgb>; 2]) -> f64 {
-    let [a, b] = truth.each_ref().map(|truth| truth.as_flattened());
-    let (mut error, mut norm) = (0.0, 0.0);
-    for ((value, a), b) in image.as_flattened().iter().zip(a).zip(b) {
-        let [value, a, b] = [value, a, b].map(|v| f64::from(*v));
-        error += (value - a) * (value - b);
-        norm += a * b;
-    }
-    error.max(0.0) / norm
 }
 
 fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {

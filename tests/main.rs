@@ -31,6 +31,7 @@ mod cpu_gpu;
 mod docs;
 mod filter;
 mod first_scene;
+mod five_scenes;
 mod frame_cost;
 mod guides;
 mod later;

@@ -20,16 +20,20 @@ pub fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
 
 /// Basis and images of `scene`.
 pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
-    let folder = tempfile::tempdir().unwrap();
     let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
+    let images = gathering(scene, settings, |gather| bake_by(scene, settings, &basis, gather));
+    (basis, images)
+}
+
+/// Images of `scene` on `basis`, by the paths of `gather`.
+pub fn bake_by(scene: &Scene, settings: &Settings, basis: &BrdfBasis, gather: &Gather<'_>) -> TransferImages {
+    let folder = tempfile::tempdir().unwrap();
     let run = |stage: &dyn Stage| {
         let log = WorkLog::create(&folder.path().join(stage.name()), 0).unwrap();
         fill(stage, &log, Share::WHOLE, &job())?;
         Ok(Some(log))
     };
-    let bake = |gather: &Gather<'_>| transfer_images::bake(scene, gather, settings, &basis, &job(), run);
-    let baked = gathering(scene, settings, bake).unwrap().unwrap();
-    (basis, baked.images)
+    transfer_images::bake(scene, gather, settings, basis, &job(), run).unwrap().unwrap().images
 }
 
 /// Gives the paths of a bake of `scene` to `then`.
@@ -37,7 +41,8 @@ pub fn gathering<T>(scene: &Scene, settings: &Settings, then: impl FnOnce(&Gathe
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let Settings { size, samples, seed, .. } = *settings;
-    then(&guided::gather(scene, &world, &lights, size, samples, scene.reflections, seed))
+    let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+    then(&guided::gather(scene, &world, &lights, &paths, &job()).unwrap())
 }
 
 /// The coefficients of materials.

@@ -1,6 +1,7 @@
 //! Scenes made on the spot, bakes, and the binaries.
 
 pub mod images;
+pub mod pictures;
 pub mod relit;
 pub mod room;
 pub mod waiting;

@@ -4,7 +4,7 @@ use super::TILE;
 use super::film::{Film, Fragment};
 use super::likeness::{Likeness, SAME, Samples};
 use super::row::Neighbours;
-use super::seen::{Guide, LAYERS, STATES};
+use super::seen::{LAYERS, STATES, StateLight};
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use rayon::prelude::*;
@@ -36,7 +36,7 @@ pub struct Noise {
 /// Estimates of squared errors, in parts of the square of all that the film shows, means over the states.
 pub struct Errors {
     /// See [`scales`].
-    scales: Guide,
+    scales: StateLight,
     /// Of all candidates, of the fragments that are looked at.
     looked_at: Vec<Option<OfCandidates>>,
     /// What of that is noise.
@@ -114,7 +114,7 @@ pub fn tiles(film: &Film) -> Vec<[i32; 2]> {
 
 /// By state, 1 over the sum of the squares of what the film shows, so that states count alike; 0 where they
 /// show nothing.
-fn scales(film: &Film) -> Guide {
+fn scales(film: &Film) -> StateLight {
     let mut sums = [0.0f64; STATES];
     for fragment in film.fragments() {
         for (state, sum) in sums.iter_mut().enumerate() {
@@ -140,7 +140,12 @@ fn looked_at(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
 
 /// Estimates of the squared errors of all candidates, of the fragments of a class that are looked at in a
 /// tile, and what of them is noise.
-fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(u32, [OfCandidates; 2])> {
+fn errors_of(
+    film: &Film,
+    class: usize,
+    tile: [i32; 2],
+    scales: &StateLight,
+) -> Vec<(u32, [OfCandidates; 2])> {
     let numbers = looked_at(film, class, tile);
     if numbers.is_empty() {
         return Vec::new();
@@ -164,7 +169,7 @@ fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &Guide) -> Vec<(
 }
 
 /// Estimates of the squared errors of a fragment as it is, those of all candidates.
-fn errors_as_is(fragment: &Fragment, scales: &Guide) -> OfCandidates {
+fn errors_as_is(fragment: &Fragment, scales: &StateLight) -> OfCandidates {
     let squared = |layer: usize, k: usize| {
         (fragment.guides[0][layer][k] - fragment.guides[1][layer][k]).powi(2) * scales[k]
     };
@@ -181,7 +186,7 @@ fn errors_of_candidates(
     layer: usize,
     neighbours: &Neighbours,
     likeness: &[Likeness; 2],
-    scales: &Guide,
+    scales: &StateLight,
 ) -> [[f32; CANDIDATES]; 2] {
     let fragment = &film.fragments()[number as usize];
     let pixel = film.pixel(fragment);
@@ -210,7 +215,7 @@ fn errors_of_candidates(
 
 /// How much an error counts among its neighbours': less where noise is more, lest a few samples that found
 /// much light choose for all.
-fn weights(fragment: &Fragment, scales: &Guide) -> [f32; LAYERS] {
+fn weights(fragment: &Fragment, scales: &StateLight) -> [f32; LAYERS] {
     std::array::from_fn(|layer| {
         let squares = |k: usize| fragment.variances[layer][k] + SAME * fragment.guide(layer)[k].powi(2);
         let noise: f32 = (0..STATES).map(|k| squares(k) * scales[k]).sum();

@@ -1,6 +1,6 @@
 //! All fragments of a film, and which are neighbours of which.
 
-use super::seen::{Guide, LAYERS, STATES, Seen};
+use super::seen::{LAYERS, STATES, Seen, StateLight};
 use glam::Vec3A;
 
 /// How far variances are averaged: two halves alone tell little of each.
@@ -24,16 +24,16 @@ pub struct Fragment {
     /// See [`Seen::colour`].
     pub colour: Vec3A,
     /// Light in the random states, by half of the samples and by layer, in parts of the largest of a state.
-    pub guides: [[Guide; LAYERS]; 2],
+    pub guides: [[StateLight; LAYERS]; 2],
     /// Whether both halves of the samples fell on it: else nothing tells its noise.
     pub has_halves: bool,
     /// Variance of one half's.
-    pub variances: [Guide; LAYERS],
+    pub variances: [StateLight; LAYERS],
 }
 
 impl Fragment {
     /// Both halves together.
-    pub fn guide(&self, layer: usize) -> Guide {
+    pub fn guide(&self, layer: usize) -> StateLight {
         let [a, b] = [0, 1].map(|half| &self.guides[half][layer]);
         std::array::from_fn(|state| 0.5 * (a[state] + b[state]))
     }
@@ -122,12 +122,13 @@ impl Film {
     }
 
     fn smooth_variances(&mut self) {
-        let smooth: Vec<[Guide; LAYERS]> = self.fragments.iter().map(|f| self.mean_variance(f)).collect();
+        let smooth: Vec<[StateLight; LAYERS]> =
+            self.fragments.iter().map(|f| self.mean_variance(f)).collect();
         self.fragments.iter_mut().zip(smooth).for_each(|(f, smooth)| f.variances = smooth);
     }
 
     /// Weighed by samples: a fragment that has few says little, and that it has few makes it noisier.
-    fn mean_variance(&self, fragment: &Fragment) -> [Guide; LAYERS] {
+    fn mean_variance(&self, fragment: &Fragment) -> [StateLight; LAYERS] {
         let ([x, y], class) = (self.pixel(fragment), usize::from(fragment.class));
         let (mut sums, mut weights) = ([[0.0; STATES]; LAYERS], 0.0);
         let side = -VARIANCE_RADIUS..=VARIANCE_RADIUS;

@@ -3,7 +3,7 @@
 use super::TILE;
 use super::film::{Film, Fragment};
 use super::row::{RADIUS, WINDOW};
-use super::seen::{Guide, STATES};
+use super::seen::{STATES, StateLight};
 
 /// Radius of patches that are compared, pixels.
 const PATCH: i32 = 3;
@@ -31,8 +31,8 @@ pub enum Samples {
 struct Looks {
     /// Upper left pixel of the tile.
     tile: [i32; 2],
-    guides: Vec<Guide>,
-    variances: Vec<Guide>,
+    guides: Vec<StateLight>,
+    variances: Vec<StateLight>,
     is_there: Vec<bool>,
 }
 

@@ -40,4 +40,4 @@ pub use choice::Filter;
 pub use errors::Noise;
 pub use film::{Film, Fragment};
 pub use row::Row;
-pub use seen::{LAYERS, Layer, Seen, Watcher};
+pub use seen::{LAYERS, Layer, Seen, Watcher, matt_where_it_varies};

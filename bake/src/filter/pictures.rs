@@ -113,16 +113,7 @@ pub fn render(
 fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Result<Vec<Record>, Interrupted> {
     let world = World::new(base);
     let lights = Lights::new(base, &world);
-    let gather = guided::gather(
-        base,
-        &world,
-        &lights,
-        settings.size,
-        settings.samples,
-        settings.reflections,
-        settings.seed,
-    )
-    .with_later_highlights();
+    let gather = guided::gather(base, &world, &lights, &settings.guided(), job)?.with_later_highlights();
     let watcher = Watcher::new(base);
     let states: Vec<Vec<Brdf>> =
         scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();

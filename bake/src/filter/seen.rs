@@ -33,7 +33,7 @@ pub enum Layer {
 }
 
 /// Mean over the channels of light, in each state.
-pub type Guide = [f32; STATES];
+pub type StateLight = [f32; STATES];
 
 /// Sums over the samples of a fragment; or over none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,7 +49,7 @@ pub struct Seen {
     /// Light that surfaces emit, and that of lights: it has no noise but that of its edges.
     pub emitted: [f32; 3],
     /// Light in the random states, by the half of the samples and by layer.
-    pub guides: [[Guide; LAYERS]; 2],
+    pub guides: [[StateLight; LAYERS]; 2],
 }
 
 /// Which half sample number `number` of a pixel's `samples` is of, 0 or 1.
@@ -140,12 +140,20 @@ impl Watcher {
     fn light(&self, eye: &EyeVertex, materials: &[Brdf]) -> [Vec3A; LAYERS] {
         let brdf =
             |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
-        let matt = |m: u32, albedo: Vec3A, angles: &Angles| {
-            let typical = Vec3A::splat(TYPICAL_ALBEDO * FRAC_1_PI);
-            if self.varies[m as usize] { typical } else { brdf(m, albedo, angles) }
-        };
         let [direct, indirect] = eye.early_light(brdf);
-        [direct, indirect, eye.later_light(brdf, matt)]
+        [direct, indirect, eye.later_light(brdf, matt_where_it_varies(&self.varies, brdf))]
+    }
+}
+
+/// `brdf`, which takes the index of a material, its texture's colour and angles, but matt for materials that
+/// vary: as third and later reflections are looked at.
+pub fn matt_where_it_varies(
+    varies: &[bool],
+    brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+) -> impl Fn(u32, Vec3A, &Angles) -> Vec3A {
+    move |m, albedo, angles| {
+        let typical = Vec3A::splat(TYPICAL_ALBEDO * FRAC_1_PI);
+        if varies[m as usize] { typical } else { brdf(m, albedo, angles) }
     }
 }
 

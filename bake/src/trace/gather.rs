@@ -1,7 +1,8 @@
 //! The paths of the method `transfer-images`: two reflections, with what each reflection needs to know left
 //! open, and, where all are asked for, the later ones ([`super::later`]).
 //!
-//! A path does not depend on the materials that vary: directions at these come from a fixed mixture of lobes.
+//! A path does not depend on the materials that vary: directions at these come from a fixed mixture of lobes
+//! and, at the surface that the eye sees, from a [guide](super::guide) that all states share.
 //! So one set of paths serves every basis, every state and the reference alike, and noise is the same in all
 //! of them.
 
@@ -100,6 +101,8 @@ impl EyeVertex {
 /// The direction that a path goes on in, with the densities per steradian that it might have been found by.
 #[derive(Debug, Clone, Copy)]
 pub struct Onward {
+    /// Where the path went through the film, that being the unit square.
+    pub place: [f32; 2],
     /// Unit, world space.
     pub direction: Vec3A,
     /// That of all ways in which paths go on.
@@ -110,8 +113,8 @@ pub struct Onward {
     pub of_light: f32,
 }
 
-/// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by following the
-/// surface's lobes. Both carry the balance heuristic's weights (Veach 1997), so their sum is the estimate.
+/// Light that arrives at a surface, found in two ways: by choosing a point on a light, and by going on from
+/// the surface. Both carry the balance heuristic's weights (Veach 1997), so their sum is the estimate.
 pub type Reflections = [Option<Reflection>; 2];
 
 /// Light about to be reflected: times the BRDF at these angles it is radiance.
@@ -141,6 +144,7 @@ pub struct FirstVertex {
 }
 
 /// Everything that traces the paths of one scene.
+#[derive(Clone)]
 pub struct Gather<'a> {
     /// The scene's surfaces.
     pub world: &'a World,
@@ -196,12 +200,10 @@ impl<'a> Gather<'a> {
     /// find the highlights of materials that vary, too.
     #[must_use]
     pub fn with_later_highlights(&self) -> Self {
-        let (mixtures, later) = (self.mixtures.clone(), self.later.as_ref().map(|_| self.mixtures.clone()));
-        let (fixed, guide) = (self.fixed.clone(), self.guide.clone());
-        Self { mixtures, later, film: self.film, fixed, guide, ..*self }
+        Self { later: self.later.as_ref().map(|_| self.mixtures.clone()), ..self.clone() }
     }
 
-    /// The same, but from what the eye sees paths follow `guide` half of the time.
+    /// The same, but from what the eye sees some of the paths follow `guide`.
     #[must_use]
     pub fn guided_by(self, guide: Guide) -> Self {
         Self { guide: Some(Arc::new(guide)), ..self }
@@ -216,6 +218,12 @@ impl<'a> Gather<'a> {
             let within = sample.pair(0);
             each(&self.path(std::array::from_fn(|k| corner[k] as f32 + within[k]), &sample));
         }
+    }
+
+    /// A path through any point of the film: the first two numbers of `sample` choose it.
+    pub fn anywhere(&self, sample: &Sample) -> GatherPath {
+        let within = sample.pair(0);
+        self.path(std::array::from_fn(|k| within[k] * self.size[k] as f32), sample)
     }
 
     /// The path through a point of the film, in pixels.
@@ -233,10 +241,9 @@ impl<'a> Gather<'a> {
     fn eye_vertex(&self, surface: &Surface, material: u32, at: [f32; 2], sample: &Sample) -> EyeVertex {
         let choices = sample.pair(1);
         let lobes = &self.mixtures[material as usize];
-        let guide = self.guide.as_ref().and_then(|guide| {
-            let place = std::array::from_fn(|k| at[k] / self.size[k] as f32);
-            guide.at(place, sample.pair(GUIDE_PAIR), surface.shading_normal)
-        });
+        let place = std::array::from_fn(|k| at[k] / self.size[k] as f32);
+        let guide = self.guide.as_ref();
+        let guide = guide.and_then(|g| g.at(place, sample.pair(GUIDE_PAIR), surface.shading_normal));
         let chooser = Chooser::guided(lobes, guide);
         let bounce = Bounce::sample(surface, chooser, choices[1], sample.pair(3));
         let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
@@ -245,7 +252,7 @@ impl<'a> Gather<'a> {
             [self.light_sampled(surface, chooser, choices[0], sample.pair(2)), seen.map(|(seen, _)| seen)];
         let onward = bounce.map(|Bounce { direction, density, densities, .. }| {
             let of_light = seen.map_or(0.0, |(_, of_light)| of_light);
-            Onward { direction, density, densities, of_light }
+            Onward { place, direction, density, densities, of_light }
         });
         let indirect = match (bounce, hit) {
             (Some(bounce), Some(first)) if self.indirect => self.first_vertex(&bounce, &first, sample),
@@ -257,7 +264,7 @@ impl<'a> Gather<'a> {
             position: surface.position,
             normal: surface.shading_normal,
             emitted: self.lights.emitted(surface),
-            onward: onward,
+            onward,
             direct,
             indirect,
         }

@@ -39,6 +39,14 @@ pub struct Settings {
     pub paths: Paths,
 }
 
+impl Settings {
+    /// Of the paths of a gather.
+    pub fn guided(&self) -> guided::Settings {
+        let Self { size, samples, seed, reflections, .. } = *self;
+        guided::Settings { size, samples, reflections, seed }
+    }
+}
+
 /// An image with its uncertainty, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
@@ -91,16 +99,8 @@ pub fn render(
             scenes.iter().map(|scene| render_best(scene, &world, &lights, settings, job)).collect()
         }
         Paths::Gather => {
-            let gather = guided::gather(
-                base,
-                &world,
-                &lights,
-                settings.size,
-                settings.samples,
-                settings.reflections,
-                settings.seed,
-            )
-            .with_later_highlights();
+            let gather =
+                guided::gather(base, &world, &lights, &settings.guided(), job)?.with_later_highlights();
             let states: Vec<Vec<Brdf>> =
                 scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {

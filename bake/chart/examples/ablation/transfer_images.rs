@@ -58,11 +58,13 @@ impl Film<'_> {
         self.states.iter().map(image).collect()
     }
 
-    /// Sums of what `radiance` makes of the bake's first `samples` paths in each state.
+    /// Means of what `radiance` makes of the paths of a bake of so many samples, in each state.
     fn gathered(&self, samples: u32, radiance: impl Fn(usize, &GatherPath) -> DVec3 + Sync) -> Images {
         let lights = Lights::new(self.scene, &self.world);
         let reflections = self.scene.reflections;
-        let gather = guided::gather(self.scene, &self.world, &lights, SIZE, samples, reflections, 0);
+        let paths = guided::Settings { size: SIZE, samples, reflections, seed: 0 };
+        let gather =
+            guided::gather(self.scene, &self.world, &lights, &paths, &quiet()).expect("no interrupt");
         let pixel = |pixel: &u32| {
             let mut sums = vec![DVec3::ZERO; self.states.len()];
             gather.pixel(*pixel, samples, |path| {

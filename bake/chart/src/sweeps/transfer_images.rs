@@ -152,7 +152,8 @@ mod tests {
                 Ok(Some(log))
             };
             let Settings { size, samples, seed, .. } = settings;
-            let gather = guided::gather(&scene, &world, &lights, size, samples, scene.reflections, seed);
+            let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+            let gather = guided::gather(&scene, &world, &lights, &paths, &job).unwrap();
             (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap().images, basis)
         };
         let (many, _) = bake_with(16);

@@ -7,6 +7,7 @@ use super::held_out;
 use super::later;
 use super::settings::{NAME, Settings};
 use crate::error::{BakeError, Result};
+use crate::guided;
 use crate::trace::gather::MAX_REFLECTIONS;
 use relume_formats::Place;
 use relume_formats::kinds::transfer_images::{Layout, MAX_MATERIALS};
@@ -71,4 +72,5 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
         + pixels.div_ceil(u64::from(held_out::SPACING.pow(2))) * 12 * u64::from(held_out::STATES)
         + triangles * 600
         + texels * 48
+        + if scene.reflections < 2 { 0 } else { guided::MEMORY }
 }

@@ -87,8 +87,9 @@ impl Method for TransferImagesMethod {
         let preparing = job.step("preparing");
         let world = World::new(scene);
         let lights = Lights::new(scene, &world);
-        let gather = guided::gather(scene, &world, &lights, size, samples, scene.reflections, seed);
         drop(preparing);
+        let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+        let gather = guided::gather(scene, &world, &lights, &paths, job)?;
         let making_basis = job.step("basis");
         let space = space_for(scene, bases.most())?;
         drop(making_basis);

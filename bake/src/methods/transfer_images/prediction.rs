@@ -46,7 +46,8 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let start = Instant::now();
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
-    let gather = guided::gather(scene, &world, &lights, size, samples, scene.reflections, seed);
+    let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+    let gather = guided::gather(scene, &world, &lights, &paths, job)?;
     let space = space_for(scene, bases.most())?;
     let preparing = start.elapsed().as_secs_f64();
     let start = Instant::now();

@@ -1,12 +1,13 @@
 //! How many of the paths follow a guide: as many as would have had the least variance.
 
-use super::super::orientation::ORIENTATIONS;
+use crate::trace::gather::Onward;
+use crate::trace::orientation::ORIENTATIONS;
 use glam::Vec3A;
 
 /// The choices.
 const PARTS: [f32; 5] = [0.0, 0.25, 0.5, 0.7, 0.85];
 /// Tiles of the film along a side: wider than those of directions, as this takes more paths to know.
-const TILES: usize = 8;
+pub(super) const TILES: usize = 8;
 /// How much the whole film counts beside a cell.
 const LEANING: f64 = 0.3;
 
@@ -18,39 +19,40 @@ pub struct Trials {
 
 /// One path as it was traced.
 #[derive(Debug, Clone, Copy)]
-pub struct Trial {
+pub struct Trial<'a> {
     /// The square of what it found, over the density with which it went that way.
     pub moment: f32,
-    /// Densities per steradian of that way: of the guide, and of the lobes.
-    pub densities: [f32; 2],
-    /// That with which a point on the light that it met is chosen.
-    pub of_light: f32,
+    /// The way that it went.
+    pub onward: &'a Onward,
+}
+
+impl Default for Trials {
+    /// Without any.
+    fn default() -> Self {
+        Self { moments: vec![[0.0; PARTS.len()]; TILES * TILES * ORIENTATIONS] }
+    }
 }
 
 impl Trials {
-    /// Without any.
-    pub fn new() -> Self {
-        Self { moments: vec![[0.0; PARTS.len()]; TILES * TILES * ORIENTATIONS] }
-    }
-
-    /// Adds a path from a surface of this unit normal, seen at `place`, the film being the unit square.
-    pub fn add(&mut self, place: [f32; 2], normal: Vec3A, trial: &Trial) {
-        let [guide, lobes] = trial.densities;
+    /// Adds a path from a surface of this unit normal.
+    pub fn add(&mut self, normal: Vec3A, trial: &Trial<'_>) {
+        let Onward { place, densities: [guide, lobes], of_light, .. } = *trial.onward;
         for (moment, part) in self.moments[cell(place, normal)].iter_mut().zip(PARTS) {
-            let density = part * guide + (1.0 - part) * lobes + trial.of_light;
-            *moment += f64::from(trial.moment / density.max(f32::MIN_POSITIVE));
+            let density = part * guide + (1.0 - part) * lobes + of_light;
+            *moment += f64::from(trial.moment) / f64::from(density.max(f32::MIN_POSITIVE));
         }
     }
 
     /// The best choice for each place. Cells count more the more light is lost in them, and lean on the film
-    /// as a whole.
+    /// as a whole, which alone counts where no light was found.
     pub fn parts(&self) -> Parts {
         let mut all = [0.0; PARTS.len()];
         self.moments.iter().for_each(|of| all.iter_mut().zip(of).for_each(|(sum, moment)| *sum += moment));
+        let relative = |of: &[f64; PARTS.len()], k: usize| if of[0] > 0.0 { of[k] / of[0] } else { 0.0 };
         let best = |of: &[f64; PARTS.len()]| {
-            let leaning = |k: usize| of[k] / of[0] + LEANING * all[k] / all[0];
-            let choices = if of[0] > 0.0 { 0..PARTS.len() } else { 0..0 };
-            choices.min_by(|a, b| leaning(*a).total_cmp(&leaning(*b))).map_or(0.0, |k| PARTS[k])
+            let leaning = |k: usize| relative(of, k) + LEANING * relative(&all, k);
+            let choice = (0..PARTS.len()).min_by(|a, b| leaning(*a).total_cmp(&leaning(*b)));
+            choice.map_or(0.0, |k| PARTS[k])
         };
         Parts(self.moments.iter().map(best).collect())
     }

@@ -62,7 +62,8 @@ mod tests {
             for cosine in [0.98, 0.7, 0.1, -0.5] {
                 let inside = directions.iter().filter(|d| d.dot(axis) > cosine).count();
                 let (seen, expected) = (inside as f32 / (N * N) as f32, 0.5 * (1.0 - cosine));
-                assert!((seen - expected).abs() < 1e-3, "{axis} {cosine}: {seen} for {expected}");
+                // The edge of a cap passes through less than 1 % of the points' cells, most of which cancel.
+                assert!((seen - expected).abs() < 2e-3, "{axis} {cosine}: {seen} for {expected}");
             }
         }
     }

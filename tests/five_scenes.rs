@@ -16,6 +16,9 @@ use relume_scenes::{ALL_REFLECTIONS, Scene};
 const SCENES: [&str; 5] = ["cornell-knot", "statue-hall", "ring", "showroom", "bunny-room"];
 const SIZE: u32 = 256;
 const BASES: usize = 9;
+/// Samples, whether paths follow a guide, and whether noise is filtered out.
+const VARIANTS: [(u32, bool, bool); 5] =
+    [(64, false, false), (64, true, false), (64, false, true), (64, true, true), (256, true, true)];
 /// Samples of each half of the truth.
 const TRUTH: u32 = 256;
 /// Side of the squares whose means tell what is wrong beside noise, pixels.
@@ -46,7 +49,7 @@ fn errors(pictures: &[Vec<Rgb>], truths: &[[Vec<Rgb>; 2]], pixels: &[usize]) -> 
 
 /// The table of docs/notes/TRANSFER-IMAGES.md.
 #[test]
-#[ignore = "takes half an hour"]
+#[ignore = "takes a quarter of an hour"]
 fn five_scenes_as_they_are_seen() {
     for name in SCENES {
         let scene = library_scene(name);
@@ -58,31 +61,29 @@ fn five_scenes_as_they_are_seen() {
             [7, 8].map(|seed| render(&scene, [SIZE; 2], TRUTH, ALL_REFLECTIONS, Paths::Best, seed).radiance)
         };
         let truths: Vec<[Vec<Rgb>; 2]> = states.iter().map(truth_of).collect();
-        for samples in [64, 256] {
-            for (guide, filter) in [(false, false), (true, false), (false, true), (true, true)] {
-                let settings = Settings { filter, ..settings(SIZE, samples, BASES, 1) };
-                let start = std::time::Instant::now();
-                let images = if guide {
-                    gathering(&scene, &settings, |gather| bake_by(&scene, &settings, &basis, gather))
-                } else {
-                    let world = World::new(&scene);
-                    let lights = Lights::new(&scene, &world);
-                    let gather = Gather::new(&scene, &world, &lights, [SIZE; 2], ALL_REFLECTIONS, 1);
-                    bake_by(&scene, &settings, &basis, &gather)
-                };
-                let seconds = start.elapsed().as_secs_f64();
-                let shown: Vec<Vec<Rgb>> =
-                    states.iter().map(|state| evaluate(&images, &on_bases(&basis, state))).collect();
-                let of = errors(&shown, &truths, &pixels);
-                let [[all, worst], [means, _]] =
-                    of.each_ref().map(|of| [median(of), of.iter().copied().fold(0.0, f64::max)]);
-                println!(
-                    "| {name} | {samples} | {} | {} | {all:.2} / {worst:.2} | {means:.2} | {seconds:.1} |",
-                    if guide { "guided" } else { "lobes" },
-                    if filter { "on" } else { "off" },
-                );
-                assert!(worst < 100.0, "{name}");
-            }
+        for (samples, guide, filter) in VARIANTS {
+            let settings = Settings { filter, ..settings(SIZE, samples, BASES, 1) };
+            let start = std::time::Instant::now();
+            let images = if guide {
+                gathering(&scene, &settings, |gather| bake_by(&scene, &settings, &basis, gather))
+            } else {
+                let world = World::new(&scene);
+                let lights = Lights::new(&scene, &world);
+                let gather = Gather::new(&scene, &world, &lights, [SIZE; 2], ALL_REFLECTIONS, 1);
+                bake_by(&scene, &settings, &basis, &gather)
+            };
+            let seconds = start.elapsed().as_secs_f64();
+            let shown: Vec<Vec<Rgb>> =
+                states.iter().map(|state| evaluate(&images, &on_bases(&basis, state))).collect();
+            let of = errors(&shown, &truths, &pixels);
+            let [[all, worst], [means, _]] =
+                of.each_ref().map(|of| [median(of), of.iter().copied().fold(0.0, f64::max)]);
+            println!(
+                "| {name} | {samples} | {} | {} | {all:.2} / {worst:.2} | {means:.2} | {seconds:.1} |",
+                if guide { "guided" } else { "lobes" },
+                if filter { "on" } else { "off" },
+            );
+            assert!(worst < 100.0, "{name}");
         }
     }
 }

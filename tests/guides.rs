@@ -13,7 +13,7 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 
 const SIZE: [u32; 2] = [24, 24];
-const SAMPLES: u32 = 1024;
+const SAMPLES: u32 = 4096;
 
 fn guided<'a>(scene: &Scene, world: &'a World, lights: &'a Lights, samples: u32, seed: u64) -> Gather<'a> {
     let settings = Settings { size: SIZE, samples, reflections: 2, seed };
@@ -83,8 +83,8 @@ fn no_guide_changes_what_is_seen() {
     for (light, is_furnace) in [
         ("[environment]\ngain = [1, 1, 1]\n", true),
         (
-            "[[light]]\nkind = 'area'\nradiance = [3, 3, 3]\n\
-             transform = { translation = [0, 2, 2], rotation_deg = [60, 0, 0], scale = 3 }\n",
+            "[[light]]\nname = 'lamp'\nkind = 'area'\nradiance = [3, 3, 3]\n\
+             transform = { translation = [0, 2, 2], rotation_deg = [-45, 0, 0], scale = 3 }\n",
             false,
         ),
     ] {

@@ -22,8 +22,8 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 
 /// Of how many paths one is traced to learn from, and the fewest and most of these.
-const LEARNING: u64 = 8;
-const PATHS: [u64; 2] = [1 << 12, 1 << 19];
+const LEARNING: u64 = 16;
+const PATHS: [u64; 2] = [1 << 15, 1 << 19];
 /// Passes, each of twice as many paths as the one before.
 const PASSES: u32 = 4;
 /// The seed of the first pass; those that follow have the next ones.

@@ -59,12 +59,15 @@ impl Film<'_> {
     }
 
     /// Means of what `radiance` makes of the paths of a bake of so many samples, in each state.
-    fn gathered(&self, samples: u32, radiance: impl Fn(usize, &GatherPath) -> DVec3 + Sync) -> Images {
+    fn gathered(
+        &self,
+        samples: u32,
+        radiance: impl Fn(usize, &GatherPath) -> DVec3 + Sync,
+    ) -> Result<Images> {
         let lights = Lights::new(self.scene, &self.world);
         let reflections = self.scene.reflections;
         let paths = guided::Settings { size: SIZE, samples, reflections, seed: 0 };
-        let gather =
-            guided::gather(self.scene, &self.world, &lights, &paths, &quiet()).expect("no interrupt");
+        let gather = guided::gather(self.scene, &self.world, &lights, &paths, &quiet())?;
         let pixel = |pixel: &u32| {
             let mut sums = vec![DVec3::ZERO; self.states.len()];
             gather.pixel(*pixel, samples, |path| {
@@ -73,7 +76,8 @@ impl Film<'_> {
             sums.into_iter().map(|sum| (sum / f64::from(samples)).as_vec3().to_array()).collect()
         };
         let pixels: Vec<Vec<Rgb>> = self.pixels.par_iter().map(pixel).collect();
-        (0..self.states.len()).map(|state| pixels.iter().map(|pixel| pixel[state]).collect()).collect()
+        let image = |state: usize| pixels.iter().map(|pixel| pixel[state]).collect();
+        Ok((0..self.states.len()).map(image).collect())
     }
 
     fn materials(&self) -> Vec<Vec<Brdf>> {
@@ -81,7 +85,7 @@ impl Film<'_> {
     }
 
     /// With the analytic BRDF.
-    fn analytic(&self, samples: u32) -> Images {
+    fn analytic(&self, samples: u32) -> Result<Images> {
         let materials = self.materials();
         self.gathered(samples, |state, path| {
             radiance_of(path, |m, albedo, angles| {
@@ -92,7 +96,7 @@ impl Film<'_> {
     }
 
     /// With the first `bases` of `basis`.
-    fn on_bases(&self, samples: u32, basis: &BrdfBasis, bases: usize) -> Images {
+    fn on_bases(&self, samples: u32, basis: &BrdfBasis, bases: usize) -> Result<Images> {
         let materials = self.materials();
         let coefficients: Vec<_> =
             materials.iter().map(|materials| editable_coefficients(self.scene, basis, materials)).collect();
@@ -157,19 +161,19 @@ pub fn ablation(name: &str) -> Result<()> {
     film.print("noise of the truth: 1024 samples, other seeds", &film.traced(2, scene.reflections), &two);
     film.print("two reflections instead of all", &two, &unlimited);
     for samples in BAKES {
-        film.print(&format!("paths: {samples} samples, to the path tracer"), &film.analytic(samples), &two);
+        film.print(&format!("paths: {samples} samples, to the path tracer"), &film.analytic(samples)?, &two);
     }
-    let analytic = film.analytic(samples);
+    let analytic = film.analytic(samples)?;
     let space = space_for(&scene, BASES[BASES.len() - 1])?;
     let basis = space.whole();
     for bases in BASES {
         film.print(
             &format!("{bases} bases, on the same paths"),
-            &film.on_bases(samples, basis, bases),
+            &film.on_bases(samples, basis, bases)?,
             &analytic,
         );
     }
-    let unrounded = film.on_bases(samples, &stored_basis, bases);
+    let unrounded = film.on_bases(samples, &stored_basis, bases)?;
     let on_bases = |state: &Scene| -> Vec<Vec<Rgb>> {
         scene
             .vary

@@ -8,6 +8,8 @@ use glam::Vec3A;
 const PARTS: [f32; 5] = [0.0, 0.25, 0.5, 0.7, 0.85];
 /// Tiles of the film along a side: wider than those of directions, as this takes more paths to know.
 pub(super) const TILES: usize = 8;
+/// What a path takes where a guide is asked, in parts of what it takes else.
+const COST: f64 = 1.3;
 /// How much the whole film counts beside a cell.
 const LEANING: f64 = 0.3;
 
@@ -50,7 +52,10 @@ impl Trials {
         self.moments.iter().for_each(|of| all.iter_mut().zip(of).for_each(|(sum, moment)| *sum += moment));
         let relative = |of: &[f64; PARTS.len()], k: usize| if of[0] > 0.0 { of[k] / of[0] } else { 0.0 };
         let best = |of: &[f64; PARTS.len()]| {
-            let leaning = |k: usize| relative(of, k) + LEANING * relative(&all, k);
+            let leaning = |k: usize| {
+                let cost = if k == 0 { 1.0 } else { COST };
+                cost * (relative(of, k) + LEANING * relative(&all, k))
+            };
             let choice = (0..PARTS.len()).min_by(|a, b| leaning(*a).total_cmp(&leaning(*b)));
             choice.map_or(0.0, |k| PARTS[k])
         };

@@ -109,7 +109,8 @@ fn no_guide_changes_what_is_seen() {
             spread.sqrt() / truth
         );
         assert!((found - truth).abs() < 4.0 * error && error < 0.003 * truth, "{found} {truth} ± {error}");
-        assert!(guided_spread > 1.1 * spread, "the guide has not been followed");
+        // Of a lamp most noise is that of choosing points on it.
+        assert!(!is_furnace || guided_spread > 1.1 * spread, "the guide has not been followed");
     }
 }
 

@@ -1,10 +1,10 @@
 //! All reflections of transfer-images: third and later ones by effective albedos.
 
-use crate::support::images::{bake, gathering, in_state, on_bases, settings};
-use crate::support::{job, library_scene, relative_l2, render, scene, with_two_reflections};
+use crate::support::images::{bake, bake_by, gathering, in_state, on_bases, settings};
+use crate::support::{job, library_scene, relative_l2, render, scene};
 use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
-use relume_bake::methods::transfer_images::held_out;
 use relume_bake::methods::transfer_images::later::albedos;
+use relume_bake::methods::transfer_images::{held_out, space_for};
 use relume_bake::trace::reference::Paths;
 use relume_formats::Place;
 use relume_formats::container::Stored as _;
@@ -93,15 +93,16 @@ fn matt_rooms_are_those_of_the_path_tracer() {
     }
 }
 
-/// The images of two reflections are the same but for the steps that they are rounded to, which are larger in
-/// a brighter picture, and files without the others have not a byte of them.
+/// On the same paths, the images of two reflections are the same but for the steps that they are rounded to,
+/// which are larger in a brighter picture, and files without the others have not a byte of them.
 #[test]
 fn other_images_are_those_of_two_reflections() {
-    let mut scene = with_two_reflections("cornell-knot");
-    let bake_of = |scene: &Scene| bake(scene, &settings(16, 8, 4, 1), true).1;
-    let two = bake_of(&scene);
-    scene.reflections = ALL_REFLECTIONS;
-    let all = bake_of(&scene);
+    let (scene, settings) = (library_scene("cornell-knot"), settings(16, 8, 4, 1));
+    let basis = space_for(&scene, settings.bases).unwrap().basis(settings.bases);
+    let [two, all] = gathering(&scene, &settings, |gather| {
+        [2, ALL_REFLECTIONS]
+            .map(|reflections| bake_by(&Scene { reflections, ..scene.clone() }, &settings, &basis, gather))
+    });
     assert!(two.head.later.is_none() && all.head.later.is_some());
     let (a, b) = (two.head.layout(), all.head.layout());
     for image in &two.images {

@@ -89,9 +89,9 @@ fn no_guide_changes_what_is_seen() {
         ),
     ] {
         let scene = scene(&format!(
-            "[camera]\nposition = [1, 1, 4]\ntarget = [0, 0, 0]\nfov_deg = 30\n[render]\nsize = [24, 24]\n[vary]\nmaterials = ['m']\n\
-             [materials.m]\nbrdf = 'blinn-phong'\nkd = [1, 1, 1]\nks = [0, 0, 0]\nshininess = 1\n[[object]]\nname = 'o'\n\
-             material = 'm'\nshape = 'box'\n{light}"
+            "[camera]\nposition = [1, 1, 4]\ntarget = [0, 0, 0]\nfov_deg = 30\n[render]\n\
+             size = [24, 24]\n[vary]\nmaterials = ['m']\n[materials.m]\nbrdf = 'blinn-phong'\nkd = [1, 1, 1]\n\
+             ks = [0, 0, 0]\nshininess = 1\n[[object]]\nname = 'o'\nmaterial = 'm'\nshape = 'box'\n{light}"
         ));
         let world = World::new(&scene);
         let lights = Lights::new(&scene, &world);

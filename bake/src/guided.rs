@@ -50,8 +50,8 @@ pub struct Settings {
     pub seed: u64,
 }
 
-/// The paths of `scene`: those of [`Gather::new`], but from what the eye sees they look for light where it was
-/// seen to come from, if any is reflected twice.
+/// The paths of `scene`: those of [`Gather::new`], but from what the eye sees they look for light where it
+/// was seen to come from, if any is reflected twice.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -109,10 +109,11 @@ struct Learner {
 impl Learner {
     fn learn(&mut self, found: &[Found]) {
         self.states.weigh(found);
+        let weights = self.states.weights();
         let mut trials = Trials::default();
         for Found { onward, normal, light } in found {
             let [mut all, mut guided] = [0.0; 2];
-            for (light, weight) in light.iter().zip(self.states.weights()) {
+            for (light, weight) in light.iter().zip(weights) {
                 all += (weight * light[0]).powi(2);
                 guided += (weight * light[1]).powi(2);
             }

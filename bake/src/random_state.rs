@@ -1,9 +1,7 @@
 //! States that nothing was made for: random parameters of the materials that vary.
 
 use crate::trace::sampler::{PixelSampler, Sample};
-use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SLOPE_MIN,
-};
+use relume_formats::state::{BlinnPhong, Brdf, CookTorrance, Ggx, Model, Rgb};
 use relume_scenes::Scene;
 
 /// Parameters of the materials that vary, in random state number `state`: colours of any hue, diffuse and
@@ -14,10 +12,12 @@ pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     let material = |(index, material): (u32, &usize)| {
         let material = &scene.materials[*material];
         let sample = sampler.sample(index);
-        match material.brdf.model() {
-            Model::BlinnPhong => random_blinn_phong(&sample),
-            Model::Ggx => random_ggx(&sample, material.texture.is_some()),
-            Model::CookTorrance => random_cook_torrance(&sample),
+        let model = material.brdf.model();
+        let sharpest = scene.vary.sharpest(model);
+        match model {
+            Model::BlinnPhong => random_blinn_phong(&sample, sharpest),
+            Model::Ggx => random_ggx(&sample, material.texture.is_some(), sharpest),
+            Model::CookTorrance => random_cook_torrance(&sample, sharpest),
         }
     };
     (0..).zip(&scene.vary.materials).map(material).collect()
@@ -30,9 +30,9 @@ pub fn all_in_random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     all
 }
 
-fn random_blinn_phong(sample: &Sample) -> Brdf {
+fn random_blinn_phong(sample: &Sample, sharpest: f32) -> Brdf {
     let ([kd, ks], exponent) = random_parts(sample);
-    let shininess = SHININESS_MAX.powf(exponent).clamp(1.0, SHININESS_MAX);
+    let shininess = sharpest.powf(exponent).clamp(1.0, sharpest);
     Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
 }
 
@@ -45,22 +45,18 @@ fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
     ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
 }
 
-fn random_cook_torrance(sample: &Sample) -> Brdf {
+fn random_cook_torrance(sample: &Sample, sharpest: f32) -> Brdf {
     let ([kd, ks], octave) = random_parts(sample);
     let [fresnel, _] = sample.pair(4);
-    let roughness = SLOPE_MIN.powf(octave).clamp(SLOPE_MIN, 1.0);
+    let roughness = sharpest.powf(octave).clamp(sharpest, 1.0);
     Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
 }
 
-fn random_ggx(sample: &Sample, textured: bool) -> Brdf {
+fn random_ggx(sample: &Sample, textured: bool, sharpest: f32) -> Brdf {
     let [metal, octave] = sample.pair(0);
     let [r, g] = sample.pair(1);
     let [b, _] = sample.pair(2);
     // A third each of dielectrics and metals, the rest evenly between.
     let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
-    Brdf::Ggx(Ggx {
-        base_color: [r, g, b],
-        metallic,
-        roughness: ROUGHNESS_MIN.powf(octave).clamp(ROUGHNESS_MIN, 1.0),
-    })
+    Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: sharpest.powf(octave).clamp(sharpest, 1.0) })
 }

@@ -141,7 +141,10 @@ impl Hasher {
             let class = classes.get(&index);
             self.number(class.map_or(0, |c| *c as u64));
             match class {
-                Some(_) => self.text(&material.name),
+                Some(_) => {
+                    self.text(&material.name);
+                    self.floats(&[scene.vary.sharpest(material.brdf.model())]);
+                }
                 None => self.brdf(&material.brdf),
             }
             self.number(material.brdf.model() as u64);

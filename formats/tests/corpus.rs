@@ -109,7 +109,7 @@ const CASES: [Case; 43] = [
             file.bytes()
         },
     ),
-    ("ggx-mirror.relume", Kind::BrdfBasis, "values of 0.32 to 1", || {
+    ("ggx-mirror.relume", Kind::BrdfBasis, "values of 0.14 to 1", || {
         let mut basis = samples::ggx_basis(1, 2, 1);
         basis.functions =
             Functions::Microfacet { facets: Facets::Ggx, roughness: vec![0.0], weights: vec![1.0; 3] };
@@ -194,8 +194,13 @@ const CASES: [Case; 43] = [
     ("textured-metal-varies.relume", Kind::Scene, "metallic 0.5 with a textured base colour", || {
         let mut scene: StoredScene = scenes::scene(3);
         let brdf = Brdf::Ggx(Ggx { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5 });
-        scene.meta.materials[0] =
-            StoredMaterial { name: "line\nbreak".to_owned(), brdf, varies: true, textured: true };
+        scene.meta.materials[0] = StoredMaterial {
+            name: "line\nbreak".to_owned(),
+            brdf,
+            varies: true,
+            textured: true,
+            sharpest: 0.32,
+        };
         written(&scene)
     }),
     ("normal-of-no-length.relume", Kind::Scene, "the normal of vertex 1 is of length 0, not 1", || {

@@ -88,14 +88,18 @@ fn samples_of(basis: &mut BrdfBasis) -> (&mut Vec<f32>, &mut Vec<f32>) {
 #[test]
 fn broken_ggx_bases() {
     type Change = fn(&mut BrdfBasis);
-    let cases: [(Change, &str); 14] = [
+    let cases: [(Change, &str); 15] = [
         (|b| b.parameters.reverse(), "increasing parameters"),
-        (|b| b.parameters[0] = 0.3, "section `parameters`: runs from 0.3 to 1, expected 0.32 to 1"),
+        (
+            |b| b.parameters[0] = 0.13,
+            "section `parameters`: runs from 0.13 to 1, expected 0.32 to 1, at most 0.14 to 1",
+        ),
+        (|b| b.parameters[0] = 0.33, "section `parameters`: runs from 0.33 to 1, expected 0.32 to 1"),
         (|b| samples_of(b).1[9] = 1e31, "section `weights`: element 9"),
         (|b| b.coefficients[11] = f32::NAN, "section `coefficients`: element 11"),
-        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
-        (|b| samples_of(b).0[1] = 0.3, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
-        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 values of 0.32 to 1"),
+        (|b| samples_of(b).0[1] = 0.0, "section `roughness`: needs 1 to 64 values of 0.14 to 1"),
+        (|b| samples_of(b).0[1] = 0.13, "section `roughness`: needs 1 to 64 values of 0.14 to 1"),
+        (|b| samples_of(b).0[0] = 1.01, "section `roughness`: needs 1 to 64 values of 0.14 to 1"),
         (|b| samples_of(b).0[0] = f32::NAN, "section `roughness`: element 0"),
         (|b| samples_of(b).1[9] = f32::INFINITY, "section `weights`: element 9"),
         (

@@ -63,7 +63,8 @@ fn cook_torrance(kd: f32, fresnel: f32, roughness: f32) -> Brdf {
 /// Gives the first material, which is textured, other parameters.
 fn wear(scene: &mut StoredScene, varies: bool, brdf: Brdf) {
     let name = scene.meta.materials[0].name.clone();
-    scene.meta.materials[0] = StoredMaterial { name, brdf, varies, textured: true };
+    let sharpest = brdf.model().usual_sharpest();
+    scene.meta.materials[0] = StoredMaterial { name, brdf, varies, textured: true, sharpest };
 }
 
 #[test]

@@ -115,7 +115,9 @@ fn what_varies_is_kept_within_the_range_of_bases() {
     for (brdf, may_vary) in
         fixed_only.into_iter().map(|b| (b, false)).chain(both.into_iter().map(|b| (b, true)))
     {
-        let material = |varies| StoredMaterial { name: "a".to_owned(), brdf, varies, textured: false };
+        let sharpest = brdf.model().usual_sharpest();
+        let material =
+            |varies| StoredMaterial { name: "a".to_owned(), brdf, varies, textured: false, sharpest };
         assert!(material(false).validate(&brdf, &place()).is_ok(), "{brdf:?}");
         assert_eq!(material(true).validate(&brdf, &place()).is_ok(), may_vary, "{brdf:?}");
     }
@@ -123,19 +125,44 @@ fn what_varies_is_kept_within_the_range_of_bases() {
 
 #[test]
 fn a_textured_metal_cannot_vary() {
-    let material = |varies, textured| StoredMaterial { name: "a".to_owned(), brdf: GGX, varies, textured };
-    let message = material(true, true).validate(&GGX, &place()).unwrap_err().to_string();
+    let check = |brdf: Brdf, varies, textured| {
+        let (name, sharpest) = ("a".to_owned(), brdf.model().usual_sharpest());
+        StoredMaterial { name, brdf, varies, textured, sharpest }.validate(&brdf, &place())
+    };
+    let message = check(GGX, true, true).unwrap_err().to_string();
     assert!(
         message.starts_with("state.toml: material `a`: metallic 0.25 with a textured base colour"),
         "{message}"
     );
     assert!(message.ends_with("set metallic to 0 or remove the texture"), "{message}");
-    assert!(material(true, false).validate(&GGX, &place()).is_ok());
-    assert!(material(false, true).validate(&GGX, &place()).is_ok());
-    assert!(material(true, true).validate(&ggx(0.0, 0.5), &place()).is_ok());
+    assert!(check(GGX, true, false).is_ok() && check(GGX, false, true).is_ok());
+    assert!(check(ggx(0.0, 0.5), true, true).is_ok());
     // A diffuse texture beside a grey highlight is no product of two textures.
-    assert!(material(true, true).validate(&BLINN_PHONG, &place()).is_ok());
-    assert!(material(true, true).validate(&GROOVES, &place()).is_ok());
+    assert!(check(BLINN_PHONG, true, true).is_ok() && check(GROOVES, true, true).is_ok());
+}
+
+/// A scene may ask for sharper lobes; what it asked for is what states are held to.
+#[test]
+fn asked_for_materials_that_vary_may_be_sharper() {
+    let check = |brdf: Brdf, sharpest: f32| {
+        let stored = StoredMaterial { name: "a".to_owned(), brdf, varies: true, textured: false, sharpest };
+        stored.validate(&brdf, &place()).map_err(|error| error.to_string())
+    };
+    for (brdf, usual, asked) in
+        [(blinn_phong(1999.0), 200.0, 2000.0), (ggx(1.0, 0.15), 0.32, 0.14), (grooves(1.0, 0.03), 0.1, 0.02)]
+    {
+        assert_eq!(check(brdf, asked), Ok(()));
+        assert!(check(brdf, usual).unwrap_err().contains("is outside"));
+    }
+    let message = check(blinn_phong(2001.0), 2000.0).unwrap_err();
+    for part in [
+        "state.toml: material `a`: shininess 2001 is outside 1..2000",
+        "[vary] shininess_max asks transfer-images for lobes up to 5000",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let message = check(ggx(1.0, 0.13), 0.14).unwrap_err();
+    assert!(message.contains("0.13 is outside 0.14..1") && !message.contains("[vary]"), "{message}");
 }
 
 #[test]

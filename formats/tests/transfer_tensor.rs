@@ -35,7 +35,9 @@ fn material() -> Brdf {
 /// Three vertices of one material that face up, and are seen from above.
 fn scene() -> StoredScene {
     let mut meta = crate::support::scenes::scene(1).meta;
-    let stored = StoredMaterial { name: "m".to_owned(), brdf: material(), varies: true, textured: false };
+    let (name, brdf) = ("m".to_owned(), material());
+    let sharpest = brdf.model().usual_sharpest();
+    let stored = StoredMaterial { name, brdf, varies: true, textured: false, sharpest };
     meta = Meta {
         materials: vec![stored],
         objects: vec![StoredObject { name: "o".to_owned(), material: 0, triangles: 1 }],

@@ -3,7 +3,7 @@
 use relume_formats::basis::{EquirectMap, Texture, linear_from_srgb};
 use relume_formats::display::Tonemap;
 use relume_formats::shape::DeformingMesh;
-use relume_formats::state::{Animation, Brdf, Camera, Rgb};
+use relume_formats::state::{Animation, Brdf, Camera, Model, Rgb};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ impl Scene {
 }
 
 /// What varies at playback.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Vary {
     /// Lights and environment.
     pub light: bool,
@@ -61,9 +61,22 @@ pub struct Vary {
     pub shape: bool,
     /// Indices into [`Scene::materials`], in the order that the scene file names them.
     pub materials: Vec<usize>,
+    /// The largest exponent that they may have, if larger than usual.
+    pub shininess_max: Option<f32>,
+    /// The least roughness or slope that they may have, if less than usual.
+    pub roughness_min: Option<f32>,
 }
 
 impl Vary {
+    /// The sharpest lobe that materials of `model` may have: an exponent, roughness or slope.
+    pub fn sharpest(&self, model: Model) -> f32 {
+        let asked = match model {
+            Model::BlinnPhong => self.shininess_max,
+            Model::Ggx | Model::CookTorrance => self.roughness_min,
+        };
+        asked.unwrap_or(model.usual_sharpest())
+    }
+
     /// The reflections of a scene that says nothing of them: all where materials alone vary, for that is
     /// cheap, else two.
     pub(crate) fn usual_reflections(&self) -> u32 {

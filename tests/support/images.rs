@@ -1,7 +1,7 @@
 //! Bakes of transfer-images without a bundle.
 
 use super::job;
-use relume_bake::brdf::basis;
+use relume_bake::brdf::basis::Space;
 use relume_bake::guided;
 use relume_bake::methods::transfer_images::{self, Settings};
 use relume_bake::stage::{Share, Stage, fill};
@@ -20,7 +20,9 @@ pub fn settings(size: u32, samples: u32, bases: usize, seed: u64) -> Settings {
 
 /// Basis and images of `scene`.
 pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBasis, TransferImages) {
-    let basis = basis::build(transfer_images::model(scene), settings.bases, shared_diffuse).unwrap();
+    let model = transfer_images::model(scene);
+    let space = Space::new(model, scene.vary.sharpest(model), settings.bases, shared_diffuse).unwrap();
+    let basis = space.basis(settings.bases);
     let images = gathering(scene, settings, |gather| bake_by(scene, settings, &basis, gather));
     (basis, images)
 }

@@ -6,7 +6,7 @@
 //! estimate is right for each.
 
 use glam::Vec3A;
-use relume_formats::state::{BlinnPhong, Brdf, CookTorrance};
+use relume_formats::state::{BlinnPhong, Brdf, CookTorrance, Model, SHININESS_MAX};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// A mixture: the cosine lobe takes what the Blinn-Phong lobes leave of the chance.
@@ -22,28 +22,35 @@ impl LobeMixture {
         Self { glossy: Vec::new() }
     }
 
-    /// For a surface whose material may become anything within the space that bases span.
+    /// For a surface whose material may become anything within the space that bases span, lobes of `model` up
+    /// to `sharpest`.
     ///
-    /// Exponents are a factor of five apart; at most four times what the mixture sends is what any lobe asks
-    /// for.
-    pub fn for_any_material() -> Self {
-        Self { glossy: vec![(0.2, 8.0), (0.2, 40.0), (0.2, 200.0)] }
+    /// Exponents are a factor of five apart at most; at most four times what the mixture sends is what any lobe
+    /// asks for, or five times where there are sharper ones than usual.
+    pub fn for_any_material(model: Model, sharpest: f32) -> Self {
+        let mut exponents = vec![8.0, 40.0, SHININESS_MAX];
+        let beyond = exponent_of(model, sharpest) / SHININESS_MAX;
+        if sharpest != model.usual_sharpest() {
+            let more = (beyond.ln() / 5f32.ln()).ceil().max(1.0);
+            exponents.extend((1..=more as u32).map(|i| SHININESS_MAX * beyond.powf(i as f32 / more)));
+        }
+        let of_all = if exponents.len() > 3 { 0.75 } else { 0.6 };
+        let chance = of_all / exponents.len() as f32;
+        Self { glossy: exponents.into_iter().map(|exponent| (chance, exponent)).collect() }
     }
 
     /// For a surface that keeps its material. A share of cosine samples always stays, for it bounds every
     /// weight.
     pub fn for_material(material: &Brdf) -> Self {
         let sum = |k: [f32; 3]| k.iter().sum::<f32>();
-        let (diffuse, glossy, exponent) = match material {
+        let (diffuse, glossy, sharpness) = match material {
             Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => (sum(*kd), sum(*ks), *shininess),
-            Brdf::Ggx(material) => {
-                let slope = material.roughness * material.roughness;
-                (sum(material.diffuse()), sum(material.f0()), exponent_like(slope))
-            }
+            Brdf::Ggx(material) => (sum(material.diffuse()), sum(material.f0()), material.roughness),
             Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness }) => {
-                (sum(*kd), sum(*ks) * fresnel, exponent_like(*roughness))
+                (sum(*kd), sum(*ks) * fresnel, *roughness)
             }
         };
+        let exponent = exponent_of(material.model(), sharpness);
         let chance = if glossy > 0.0 { (glossy / (diffuse + glossy)).min(0.8) } else { 0.0 };
         Self { glossy: if chance > 0.0 { vec![(chance, exponent)] } else { Vec::new() } }
     }
@@ -94,7 +101,12 @@ impl LobeMixture {
 
 /// The exponent of the Blinn-Phong lobe that is as wide near its peak as that of facets of slope α: s = 2/α² −
 /// 2. GGX has longer tails; the cosine lobe covers them. Beckmann's facets have shorter ones.
-fn exponent_like(slope: f32) -> f32 {
+fn exponent_of(model: Model, sharpness: f32) -> f32 {
+    let slope = match model {
+        Model::BlinnPhong => return sharpness,
+        Model::Ggx => sharpness * sharpness,
+        Model::CookTorrance => sharpness,
+    };
     (2.0 / (slope * slope) - 2.0).max(1.0)
 }
 
@@ -110,7 +122,8 @@ mod tests {
         let metal = Brdf::Ggx(Ggx { base_color: [0.9; 3], metallic: 1.0, roughness: 0.5 });
         let grooves = CookTorrance { kd: [0.1; 3], ks: [0.9, 0.6, 0.3], fresnel: 0.7, roughness: 0.3 };
         for mixture in [
-            LobeMixture::for_any_material(),
+            LobeMixture::for_any_material(Model::BlinnPhong, 200.0),
+            LobeMixture::for_any_material(Model::Ggx, 0.2),
             LobeMixture::for_material(&phong),
             LobeMixture::for_material(&metal),
             LobeMixture::for_material(&Brdf::CookTorrance(grooves)),

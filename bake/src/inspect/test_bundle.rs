@@ -10,7 +10,7 @@ use relume_formats::kinds::manifest::{FileEntry, Manifest, MethodEntry, VERSION}
 use relume_formats::kinds::scene::{Meta as SceneMeta, StoredMaterial, StoredObject};
 use relume_formats::kinds::transfer_images::{Head, Image, Meta as ImagesMeta};
 use relume_formats::kinds::{BrdfBasis, StoredScene, TransferImages};
-use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, Track, TrackValues};
+use relume_formats::state::{Animation, BlinnPhong, Brdf, Camera, SHININESS_MAX, Track, TrackValues};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -66,6 +66,7 @@ fn scene() -> StoredScene {
         brdf: Brdf::BlinnPhong(BlinnPhong { kd: [0.5, 0.25, 0.125], ks: [0.25; 3], shininess: 20.0 }),
         varies,
         textured: false,
+        sharpest: SHININESS_MAX,
     };
     let object =
         |name: &str, material, triangles| StoredObject { name: name.to_owned(), material, triangles };

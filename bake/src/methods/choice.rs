@@ -42,6 +42,7 @@ mod tests {
             view,
             shape,
             materials: materials.to_vec(),
+            ..Vary::default()
         };
         let cases = [
             (vary(false, false, false, &[0]), TRANSFER_IMAGES, true),

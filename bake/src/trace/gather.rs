@@ -16,7 +16,7 @@ use crate::brdf::angles;
 use crate::brdf::lobes::LobeMixture;
 use glam::Vec3A;
 use relume_formats::basis::Angles;
-use relume_formats::state::{Brdf, Film};
+use relume_formats::state::{Brdf, Film, Model};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
 use std::sync::Arc;
 
@@ -177,11 +177,15 @@ impl<'a> Gather<'a> {
             (!scene.vary.materials.contains(&index)).then_some(material.brdf)
         };
         let fixed: Vec<Option<Brdf>> = scene.materials.iter().enumerate().map(of).collect();
-        let mixtures_by = |varying: fn() -> LobeMixture| -> Vec<LobeMixture> {
-            fixed.iter().map(|fixed| fixed.as_ref().map_or_else(varying, LobeMixture::for_material)).collect()
+        let mixtures_by = |varying: &dyn Fn(Model) -> LobeMixture| -> Vec<LobeMixture> {
+            let of = |(fixed, material): (&Option<Brdf>, &relume_scenes::Material)| {
+                let any = || varying(material.brdf.model());
+                fixed.as_ref().map_or_else(any, LobeMixture::for_material)
+            };
+            fixed.iter().zip(&scene.materials).map(of).collect()
         };
-        let (mixtures, later) =
-            (mixtures_by(LobeMixture::for_any_material), mixtures_by(LobeMixture::cosine));
+        let of_any = |model: Model| LobeMixture::for_any_material(model, scene.vary.sharpest(model));
+        let (mixtures, later) = (mixtures_by(&of_any), mixtures_by(&|_| LobeMixture::cosine()));
         Self {
             world,
             lights,

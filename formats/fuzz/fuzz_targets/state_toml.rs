@@ -29,7 +29,7 @@ fn play(state: &State) {
         for material in &MATERIALS {
             if let Err(error) = material
                 .with(change, name, &place())
-                .and_then(|brdf| brdf.validate_varying(true, name, &place()))
+                .and_then(|brdf| brdf.validate_varying(true, brdf.model().usual_sharpest(), name, &place()))
             {
                 check_refusal(&error);
             }

@@ -6,6 +6,7 @@
 
 use super::Angles;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// Nodes over half angle, difference angle and azimuth.
 pub const QUADRATURE: [usize; 3] = [48, 24, 12];
@@ -19,16 +20,41 @@ pub struct HalfDifference {
     pub weight: Vec<f64>,
 }
 
+/// Half angles of [`half_angles`].
+const HALF_ANGLES: usize = 256;
+
+/// Cosines of half angles with what they weigh for lobes that depend on nothing else: the same integral, finer.
+pub fn half_angles() -> Vec<(f64, f64)> {
+    let [_, differences, azimuths] = QUADRATURE;
+    let of_half = |half: usize| {
+        let pairs = HalfDifference::of_quadrature([HALF_ANGLES, differences, azimuths], half..half + 1);
+        let cosine = half_angle(middle(half, HALF_ANGLES)).cos();
+        (cosine, pairs.weight.iter().map(|weight| weight * weight).sum())
+    };
+    (0..HALF_ANGLES).map(of_half).collect()
+}
+
+fn middle(index: usize, count: usize) -> f64 {
+    (index as f64 + 0.5) / count as f64
+}
+
+/// Nodes crowd towards the peak: θ = π/2·x², dθ = π·x·dx.
+fn half_angle(x: f64) -> f64 {
+    FRAC_PI_2 * x * x
+}
+
 impl HalfDifference {
     /// All pairs of which both directions are above the surface.
     pub fn new() -> Self {
-        let [halves, differences, azimuths] = QUADRATURE;
+        Self::of_quadrature(QUADRATURE, 0..QUADRATURE[0])
+    }
+
+    /// Those of the half angles of some numbers.
+    fn of_quadrature([halves, differences, azimuths]: [usize; 3], of: Range<usize>) -> Self {
         let (mut angles, mut weight) = (Vec::new(), Vec::new());
-        let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-        for h in 0..halves {
-            // Nodes crowd towards the peak: θ = π/2·x², dθ = π·x·dx.
+        for h in of {
             let x = middle(h, halves);
-            let (sin_half, cos_half) = (FRAC_PI_2 * x * x).sin_cos();
+            let (sin_half, cos_half) = half_angle(x).sin_cos();
             for d in 0..differences {
                 let (sin_difference, cos_difference) = (FRAC_PI_2 * middle(d, differences)).sin_cos();
                 // dω_i dω_o = 4 cos θ_d dω_h dω_d (Rusinkiewicz 1998).
@@ -71,8 +97,13 @@ mod tests {
         let [h, d, a] = QUADRATURE.map(|n| n as f64);
         let steps = (PI / h) * (FRAC_PI_2 / d) * (4.0 * FRAC_PI_2 / a) * TAU;
         let sum: f64 = grid.weight.iter().map(|w| w * w).sum::<f64>() * steps;
+        let fine = half_angles();
+        let sum_of_halves: f64 =
+            fine.iter().map(|(_, weight)| weight).sum::<f64>() * steps * h / fine.len() as f64;
         // Pairs close to the horizon are cut off cell by cell; what is lost or won there is of the order of a
         // cell's share.
-        assert!((sum / PI.powi(2) - 1.0).abs() < 2e-3, "{sum}");
+        for sum in [sum, sum_of_halves] {
+            assert!((sum / PI.powi(2) - 1.0).abs() < 2e-3, "{sum}");
+        }
     }
 }

@@ -103,6 +103,7 @@ mod tests {
             brdf: matte(kd),
             varies: true,
             textured: false,
+            sharpest: 200.0,
         };
         Brdfs::of(&[material("b", 0.1), material("a", 0.2)])
     }

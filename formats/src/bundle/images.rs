@@ -24,6 +24,11 @@ pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place:
             Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
                 return refuse(&place, format!("material `{name}` is of another model than the BRDF basis"));
             }
+            Some(material) if material.varies && !basis.spans(material.sharpest) => {
+                let [of_scene, of_basis] = [material.sharpest, basis.sharpest()];
+                let reason = format!("material `{name}` goes up to {of_scene}, the BRDF basis to {of_basis}");
+                return refuse(&place, reason);
+            }
             Some(material) if material.varies => {}
             Some(_) => return refuse(&place, format!("material `{name}` does not vary in the scene")),
             None => return refuse(&place, format!("material `{name}` is not in the scene")),

@@ -2,6 +2,7 @@
 
 use super::refuse;
 use crate::error::{Place, Result};
+use crate::kinds::scene::StoredMaterial;
 use crate::kinds::transfer_tensor::{Meta, Source};
 use crate::kinds::{BrdfBasis, BrdfTensor, scene};
 use crate::state::Model;
@@ -33,6 +34,14 @@ pub fn expect_spaces(
     if let Some(space) = spaces.iter().find(|space| space.columns() > meta.columns as usize) {
         let (needed, there) = (space.columns(), meta.columns);
         return refuse(place, format!("has {there} columns, a BRDF tensor before it needs {needed}"));
+    }
+    let usual = |material: &StoredMaterial| material.brdf.model().usual_sharpest();
+    if let Some(material) = scene.materials.iter().find(|m| m.varies && m.sharpest != usual(m)) {
+        let (name, sharpest, spanned) = (&material.name, material.sharpest, usual(material));
+        return refuse(
+            place,
+            format!("material `{name}` goes up to {sharpest}, the BRDF tensors before it to {spanned}"),
+        );
     }
     let fault = meta.sources.iter().find_map(|source| fault_of(source, bases, scene));
     fault.map_or(Ok(()), |fault| refuse(&place.part("section `meta`"), fault))

@@ -117,6 +117,8 @@ pub struct StoredMaterial {
     pub varies: bool,
     /// Whether a texture multiplies its diffuse colour.
     pub textured: bool,
+    /// The sharpest lobe that it may be edited to, if it varies: an exponent, roughness or slope.
+    pub sharpest: f32,
 }
 
 /// Most materials: each has a texture of its own on the GPU, if only of one texel.
@@ -137,7 +139,13 @@ impl Meta {
         if let Some(environment) = &self.environment {
             environment.validate(place)?;
         }
-        self.materials.iter().try_for_each(|material| material.validate(&material.brdf, place))?;
+        self.materials.iter().try_for_each(|material| {
+            let sharpest = material.brdf.model().expect_sharpest(material.sharpest);
+            sharpest.map_err(|fault| {
+                Error::invalid(place, format!("material `{}`: its sharpest lobe, {fault}", material.name))
+            })?;
+            material.validate(&material.brdf, place)
+        })?;
         self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, fault)))
     }
 
@@ -189,6 +197,11 @@ impl Meta {
 }
 
 impl StoredMaterial {
+    /// What its lobe may be edited to: from the least exponent, roughness or slope to the largest.
+    pub fn editable(&self) -> [f32; 2] {
+        self.brdf.model().editable(self.sharpest)
+    }
+
     /// Checks parameters that the material has, or is to have: first the narrower range of one that varies,
     /// whose message is of more use.
     ///
@@ -196,7 +209,7 @@ impl StoredMaterial {
     /// `Invalid` with the range that is left.
     pub fn validate(&self, brdf: &Brdf, place: &Place) -> Result<()> {
         if self.varies {
-            brdf.validate_varying(self.textured, &self.name, place)?;
+            brdf.validate_varying(self.textured, self.sharpest, &self.name, place)?;
         }
         brdf.validate(&self.name, place)
     }

@@ -6,18 +6,24 @@ use serde::{Deserialize, Serialize};
 
 /// Smallest exponent of the Blinn-Phong space.
 pub const SHININESS_MIN: f32 = 1.0;
-/// Largest exponent that a material may be edited to. Sharper lobes need more bases than any bake offers.
+/// Largest exponent that a material may be edited to, unless a scene asks for more.
 pub const SHININESS_MAX: f32 = 200.0;
+/// Largest exponent that a scene may ask for: sharper lobes need more bases than are offered.
+pub const ASKED_SHININESS_MAX: f32 = 5_000.0;
 /// Largest exponent of a material that does not vary; it meets no basis, and only single precision limits it.
 pub const FIXED_SHININESS_MAX: f32 = 10_000.0;
-/// Smallest roughness that a material may be edited to: a lobe about as wide as that of exponent
-/// [`SHININESS_MAX`].
+/// Smallest roughness that a material may be edited to, unless a scene asks for less: a lobe about as wide as
+/// that of exponent [`SHININESS_MAX`].
 pub const ROUGHNESS_MIN: f32 = 0.32;
+/// Smallest roughness that a scene may ask for, about as sharp as [`ASKED_SHININESS_MAX`].
+pub const ASKED_ROUGHNESS_MIN: f32 = 0.14;
 /// Smallest roughness of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
 pub const FIXED_ROUGHNESS_MIN: f32 = 0.12;
-/// Smallest slope of Cook-Torrance that a material may be edited to: a lobe about as wide as that of exponent
-/// [`SHININESS_MAX`].
+/// Smallest slope of Cook-Torrance that a material may be edited to, unless a scene asks for less: a lobe about
+/// as wide as that of exponent [`SHININESS_MAX`].
 pub const SLOPE_MIN: f32 = 0.1;
+/// Smallest slope that a scene may ask for, about as sharp as [`ASKED_SHININESS_MAX`].
+pub const ASKED_SLOPE_MIN: f32 = 0.02;
 /// Smallest slope of a material that does not vary, about as sharp as [`FIXED_SHININESS_MAX`].
 pub const FIXED_SLOPE_MIN: f32 = 0.015;
 /// Normal-incidence reflectance of everything that is no metal (glTF 2.0, appendix B).
@@ -43,6 +49,47 @@ impl Model {
             Self::Ggx => "ggx",
             Self::CookTorrance => "cook-torrance",
         }
+    }
+
+    /// The sharpest lobe that a material of this model may be edited to where scenes ask for no sharper one: an
+    /// exponent, roughness or slope.
+    pub fn usual_sharpest(self) -> f32 {
+        match self {
+            Self::BlinnPhong => SHININESS_MAX,
+            Self::Ggx => ROUGHNESS_MIN,
+            Self::CookTorrance => SLOPE_MIN,
+        }
+    }
+
+    /// The sharpest lobe that a scene may ask for.
+    pub fn most_sharpest(self) -> f32 {
+        match self {
+            Self::BlinnPhong => ASKED_SHININESS_MAX,
+            Self::Ggx => ASKED_ROUGHNESS_MIN,
+            Self::CookTorrance => ASKED_SLOPE_MIN,
+        }
+    }
+
+    /// What lobes may be edited to, the sharpest being `sharpest`: from the least number to the largest.
+    pub fn editable(self, sharpest: f32) -> [f32; 2] {
+        match self {
+            Self::BlinnPhong => [SHININESS_MIN, sharpest],
+            Self::Ggx | Self::CookTorrance => [sharpest, 1.0],
+        }
+    }
+
+    /// Checks that scenes may ask for lobes as sharp as `sharpest`, but no blunter than they may be without
+    /// asking.
+    ///
+    /// # Errors
+    /// The range, in words.
+    pub fn expect_sharpest(self, sharpest: f32) -> std::result::Result<(), String> {
+        let (usual, most) = (self.usual_sharpest(), self.most_sharpest());
+        let (low, high) = (usual.min(most), usual.max(most));
+        if (low..=high).contains(&sharpest) {
+            return Ok(());
+        }
+        Err(format!("{sharpest} is outside {low}..{high} of materials that are \"{}\"", self.name()))
     }
 
     /// The leaves of a state that belong to the model.
@@ -200,26 +247,26 @@ impl Brdf {
     pub fn validate(&self, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
             Self::BlinnPhong(brdf) => {
-                check_sum(&brdf.kd, &brdf.ks).and_then(|()| SHININESS.check(brdf.shininess, false))
+                check_sum(&brdf.kd, &brdf.ks).and_then(|()| SHININESS.check(brdf.shininess))
             }
-            Self::Ggx(brdf) => brdf.check().and_then(|()| ROUGHNESS.check(brdf.roughness, false)),
-            Self::CookTorrance(brdf) => brdf.check().and_then(|()| SLOPE.check(brdf.roughness, false)),
+            Self::Ggx(brdf) => brdf.check().and_then(|()| ROUGHNESS.check(brdf.roughness)),
+            Self::CookTorrance(brdf) => brdf.check().and_then(|()| SLOPE.check(brdf.roughness)),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
 
     /// Checks what must hold besides for a material that varies: that its lobe is within the range that bases
-    /// span. `textured` says that a texture multiplies its diffuse colour.
-    pub fn validate_varying(&self, textured: bool, name: &str, place: &Place) -> Result<()> {
+    /// span, no sharper than `sharpest`. `textured` says that a texture multiplies its diffuse colour.
+    pub fn validate_varying(&self, textured: bool, sharpest: f32, name: &str, place: &Place) -> Result<()> {
         let checked = match self {
-            Self::BlinnPhong(brdf) => SHININESS.check(brdf.shininess, true),
+            Self::BlinnPhong(brdf) => SHININESS.check_varying(brdf.shininess, sharpest),
             Self::Ggx(brdf) if textured && brdf.metallic > 0.0 => Err(format!(
                 "metallic {} with a textured base colour, whose product with itself no image of a linear bake holds; set metallic to 0 or remove \
                  the texture",
                 brdf.metallic
             )),
-            Self::Ggx(brdf) => ROUGHNESS.check(brdf.roughness, true),
-            Self::CookTorrance(brdf) => SLOPE.check(brdf.roughness, true),
+            Self::Ggx(brdf) => ROUGHNESS.check_varying(brdf.roughness, sharpest),
+            Self::CookTorrance(brdf) => SLOPE.check_varying(brdf.roughness, sharpest),
         };
         checked.map_err(|reason| Error::invalid(place, format!("material `{name}`: {reason}")))
     }
@@ -251,42 +298,63 @@ impl From<Brdf> for MaterialState {
 
 /// The sharpness of a lobe, and what it may be: bases follow only the blunter ones.
 struct Sharpness {
+    model: Model,
     key: &'static str,
+    /// The key of `[vary]` with which scenes ask for sharper ones.
+    asked_by: &'static str,
     /// Of a material that does not vary.
     fixed: [f32; 2],
-    /// Of one that does.
-    varying: [f32; 2],
 }
 
 const SHININESS: Sharpness = Sharpness {
+    model: Model::BlinnPhong,
     key: "shininess",
+    asked_by: "shininess_max",
     fixed: [SHININESS_MIN, FIXED_SHININESS_MAX],
-    varying: [SHININESS_MIN, SHININESS_MAX],
 };
-const ROUGHNESS: Sharpness =
-    Sharpness { key: "roughness", fixed: [FIXED_ROUGHNESS_MIN, 1.0], varying: [ROUGHNESS_MIN, 1.0] };
-const SLOPE: Sharpness =
-    Sharpness { key: "roughness", fixed: [FIXED_SLOPE_MIN, 1.0], varying: [SLOPE_MIN, 1.0] };
+const ROUGHNESS: Sharpness = Sharpness {
+    model: Model::Ggx,
+    key: "roughness",
+    asked_by: "roughness_min",
+    fixed: [FIXED_ROUGHNESS_MIN, 1.0],
+};
+const SLOPE: Sharpness = Sharpness {
+    model: Model::CookTorrance,
+    key: "roughness",
+    asked_by: "roughness_min",
+    fixed: [FIXED_SLOPE_MIN, 1.0],
+};
 
+/// Why materials that vary may not be as sharp as others.
+const WHY: &str = "as bases follow no sharper lobe";
+
+/// All ranges are told at once: who corrects a value should not meet the other one next.
 impl Sharpness {
-    /// Both ranges are told at once: who corrects a value should not meet the other one next.
-    fn check(&self, value: f32, varies: bool) -> std::result::Result<(), String> {
-        let [least, most] = if varies { self.varying } else { self.fixed };
+    fn check(&self, value: f32) -> std::result::Result<(), String> {
+        let ([least, most], [varying_least, varying_most]) =
+            (self.fixed, self.model.editable(self.model.usual_sharpest()));
+        let key = self.key;
+        (least..=most).contains(&value).then_some(()).ok_or_else(|| {
+            format!(
+                "{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {WHY}"
+            )
+        })
+    }
+
+    fn check_varying(&self, value: f32, sharpest: f32) -> std::result::Result<(), String> {
+        let ([least, most], [fixed_least, fixed_most]) = (self.model.editable(sharpest), self.fixed);
         if (least..=most).contains(&value) {
             return Ok(());
         }
-        let (key, [fixed_least, fixed_most], [varying_least, varying_most]) =
-            (self.key, self.fixed, self.varying);
-        let why = "as bases follow no sharper lobe";
-        Err(if varies {
-            format!(
-                "{key} {value} is outside {least}..{most}, {why}; for a material that does not vary it is {fixed_least}..{fixed_most}"
-            )
+        let (key, asked) = (self.key, self.model.most_sharpest());
+        let more = if sharpest == asked {
+            String::new()
         } else {
-            format!(
-                "{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {why}"
-            )
-        })
+            format!("; [vary] {} asks transfer-images for lobes up to {asked}", self.asked_by)
+        };
+        Err(format!(
+            "{key} {value} is outside {least}..{most}, {WHY}{more}; for a material that does not vary it is {fixed_least}..{fixed_most}"
+        ))
     }
 }
 

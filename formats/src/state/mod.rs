@@ -14,8 +14,9 @@ pub use animation::{Animation, MAX_KEYS, Track, TrackValues};
 pub use camera::{Camera, Film, MAX_COORDINATE, MAX_EXPOSURE_EV};
 pub use light::{MAX_RADIOMETRIC, expect_radiometric};
 pub use material::{
-    BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, FIXED_SLOPE_MIN,
-    Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX, SHININESS_MIN, SLOPE_MIN,
+    ASKED_ROUGHNESS_MIN, ASKED_SHININESS_MAX, ASKED_SLOPE_MIN, BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0,
+    FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, FIXED_SLOPE_MIN, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX,
+    SHININESS_MIN, SLOPE_MIN,
 };
 pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};

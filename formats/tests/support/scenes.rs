@@ -25,7 +25,8 @@ fn material(random: &mut Random, index: usize) -> StoredMaterial {
             Brdf::Ggx(ggx)
         }
     };
-    StoredMaterial { name: format!("m{index}"), brdf, varies, textured }
+    let sharpest = brdf.model().usual_sharpest();
+    StoredMaterial { name: format!("m{index}"), brdf, varies, textured, sharpest }
 }
 
 fn shape(object: &StoredObject) -> StoredShape {

@@ -4,8 +4,7 @@
 use relume_formats::Place;
 use relume_formats::kinds::scene::{EnvironmentLook, StoredMaterial, StoredShape};
 use relume_formats::state::{
-    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, ROUGHNESS_MIN, Rgb,
-    SHININESS_MAX, SHININESS_MIN, SLOPE_MIN, ShapeState, State,
+    Brdf, Camera, CameraState, EnvironmentState, MaterialState, Pose, Posed, Rgb, ShapeState, State,
 };
 use relume_playback::{Look, Scope};
 use std::collections::BTreeMap;
@@ -15,25 +14,26 @@ use std::collections::BTreeMap;
 /// Each value is brought into its range, and what is no number is passed over. If kd is set and kd + ks would
 /// exceed 1, ks is lowered, and the other way round; if both are set, ks is.
 fn apply(material: &StoredMaterial, brdf: Brdf, change: &MaterialState) -> Brdf {
+    let [least, most] = material.editable();
     match brdf {
         Brdf::BlinnPhong(mut new) => {
             set_colour(&mut new.kd, change.kd);
             set_colour(&mut new.ks, change.ks);
-            set(&mut new.shininess, change.shininess, SHININESS_MIN, SHININESS_MAX);
+            set(&mut new.shininess, change.shininess, least, most);
             give_way(&mut new.kd, &mut new.ks, change);
             Brdf::BlinnPhong(new)
         }
         Brdf::Ggx(mut new) => {
             set_colour(&mut new.base_color, change.base_color);
             set(&mut new.metallic, change.metallic, 0.0, if material.textured { 0.0 } else { 1.0 });
-            set(&mut new.roughness, change.roughness, ROUGHNESS_MIN, 1.0);
+            set(&mut new.roughness, change.roughness, least, most);
             Brdf::Ggx(new)
         }
         Brdf::CookTorrance(mut new) => {
             set_colour(&mut new.kd, change.kd);
             set_colour(&mut new.ks, change.ks);
             set(&mut new.fresnel, change.fresnel, 0.0, 1.0);
-            set(&mut new.roughness, change.roughness, SLOPE_MIN, 1.0);
+            set(&mut new.roughness, change.roughness, least, most);
             give_way(&mut new.kd, &mut new.ks, change);
             Brdf::CookTorrance(new)
         }
@@ -130,7 +130,8 @@ mod tests {
     use relume_formats::state::{BlinnPhong, CookTorrance, Ggx};
 
     fn stored(brdf: Brdf, textured: bool) -> StoredMaterial {
-        StoredMaterial { name: "m".to_owned(), brdf, varies: true, textured }
+        let sharpest = brdf.model().usual_sharpest();
+        StoredMaterial { name: "m".to_owned(), brdf, varies: true, textured, sharpest }
     }
 
     #[test]

@@ -8,11 +8,9 @@ use egui::{
     Color32, Context, DragValue, Grid, Key, Rgba, RichText, Slider, SliderClamping, TextEdit, Ui, Vec2,
 };
 use relume_formats::basis::{hex_from_linear, linear_from_hex};
+use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::name::plain;
-use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, MaterialState, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN,
-    SLOPE_MIN,
-};
+use relume_formats::state::{BlinnPhong, Brdf, CookTorrance, Ggx, MaterialState, Rgb};
 
 /// Why a slider is disabled.
 const NO_TEXTURED_METAL: &str = "this material's colour is a texture; a textured metal's picture is not linear in what was baked, so it stays a dielectric";
@@ -40,9 +38,9 @@ pub fn show(ui: &mut Ui, editor: &mut Editor, yielded: &mut Yielded, wishes: &mu
     section(ui, &plain(&material.name).to_uppercase());
     let before = editor.brdf(&material);
     let change = match before {
-        Brdf::BlinnPhong(brdf) => blinn_phong(ui, &brdf),
-        Brdf::Ggx(brdf) => ggx(ui, &brdf, material.textured),
-        Brdf::CookTorrance(brdf) => cook_torrance(ui, &brdf),
+        Brdf::BlinnPhong(brdf) => blinn_phong(ui, &brdf, &material),
+        Brdf::Ggx(brdf) => ggx(ui, &brdf, &material),
+        Brdf::CookTorrance(brdf) => cook_torrance(ui, &brdf, &material),
     };
     if change != MaterialState::default() {
         editor.edit(&material.name, &change);
@@ -107,18 +105,20 @@ fn display_colour(brdf: &Brdf) -> Color32 {
     Rgba::from_rgb(r.clamp(0.0, 1.0), g.clamp(0.0, 1.0), b.clamp(0.0, 1.0)).into()
 }
 
-fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong) -> MaterialState {
+fn blinn_phong(ui: &mut Ui, brdf: &BlinnPhong, material: &StoredMaterial) -> MaterialState {
+    let [least, most] = material.editable();
     let mut change = MaterialState::default();
     Grid::new("blinn-phong").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
         [change.kd, change.ks] = diffuse_and_glossy(ui, brdf.kd, brdf.ks);
         ui.label("shininess").on_hover_text("the exponent: larger is sharper");
-        change.shininess = slider(ui, "shininess", brdf.shininess, SHININESS_MIN, SHININESS_MAX, true);
+        change.shininess = slider(ui, "shininess", brdf.shininess, least, most, true);
         ui.end_row();
     });
     change
 }
 
-fn cook_torrance(ui: &mut Ui, brdf: &CookTorrance) -> MaterialState {
+fn cook_torrance(ui: &mut Ui, brdf: &CookTorrance, material: &StoredMaterial) -> MaterialState {
+    let [least, most] = material.editable();
     let mut change = MaterialState::default();
     Grid::new("cook-torrance").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
         [change.kd, change.ks] = diffuse_and_glossy(ui, brdf.kd, brdf.ks);
@@ -126,10 +126,10 @@ fn cook_torrance(ui: &mut Ui, brdf: &CookTorrance) -> MaterialState {
             .on_hover_text("how much of ks is reflected head-on; metals 0.5 to 0.98, most else about 0.04");
         change.fresnel = slider(ui, "fresnel", brdf.fresnel, 0.0, 1.0, false);
         ui.end_row();
-        ui.label("roughness").on_hover_text(
-            "slope of the facets, smaller is sharper; below 0.1 a bake would need more bases than it has",
-        );
-        change.roughness = slider(ui, "roughness", brdf.roughness, SLOPE_MIN, 1.0, false);
+        ui.label("roughness").on_hover_text(format!(
+            "slope of the facets, smaller is sharper; the bake holds bases for no sharper lobe than {least}'s"
+        ));
+        change.roughness = slider(ui, "roughness", brdf.roughness, least, most, false);
         ui.end_row();
     });
     change
@@ -149,7 +149,8 @@ fn diffuse_and_glossy(ui: &mut Ui, kd: Rgb, ks: Rgb) -> [Option<Rgb>; 2] {
     })
 }
 
-fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
+fn ggx(ui: &mut Ui, brdf: &Ggx, material: &StoredMaterial) -> MaterialState {
+    let ([least, most], textured) = (material.editable(), material.textured);
     let mut change = MaterialState::default();
     Grid::new("ggx").num_columns(2).spacing([10.0, 8.0]).show(ui, |ui| {
         ui.label("base colour").on_hover_text("linear; a texture is multiplied by it");
@@ -164,9 +165,10 @@ fn ggx(ui: &mut Ui, brdf: &Ggx, textured: bool) -> MaterialState {
             .inner
             .filter(|_| !textured);
         ui.end_row();
-        ui.label("roughness")
-            .on_hover_text("smaller is sharper; below 0.32 a bake would need more bases than it has");
-        change.roughness = slider(ui, "roughness", brdf.roughness, ROUGHNESS_MIN, 1.0, false);
+        ui.label("roughness").on_hover_text(format!(
+            "smaller is sharper; the bake holds bases for no sharper lobe than {least}'s"
+        ));
+        change.roughness = slider(ui, "roughness", brdf.roughness, least, most, false);
         ui.end_row();
     });
     change

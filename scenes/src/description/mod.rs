@@ -46,6 +46,8 @@ pub(crate) struct VaryFile {
     pub view: bool,
     pub shape: bool,
     pub materials: Vec<String>,
+    pub shininess_max: Option<f32>,
+    pub roughness_min: Option<f32>,
 }
 
 /// `[render]`.

@@ -1,7 +1,7 @@
 //! `[materials]`, and those that glTF files bring.
 
 use super::Context;
-use crate::description::{BrdfName, MaterialFile};
+use crate::description::{BrdfName, MaterialFile, VaryFile};
 use crate::library::{expect_file, locate};
 use crate::scene::Material;
 use crate::suggest::unknown_name;
@@ -14,21 +14,23 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// Every material, sorted by name. One with a `brdf` replaces an imported one of its name, one without
-/// changes it. `varying` are the names of those that vary.
+/// changes it.
 pub(super) fn build(
     files: &BTreeMap<String, MaterialFile>,
     imported: Vec<Material>,
-    varying: &[String],
+    vary: &VaryFile,
     context: &mut Context<'_>,
 ) -> Result<Vec<Material>> {
     let mut materials: BTreeMap<String, Material> =
         imported.into_iter().map(|m| (m.name.clone(), m)).collect();
-    let varying: HashSet<&str> = varying.iter().map(String::as_str).collect();
+    let varying: HashSet<&str> = vary.materials.iter().map(String::as_str).collect();
+    let least_varying = vary.roughness_min.unwrap_or(ROUGHNESS_MIN);
     for material in materials.values_mut() {
         let roughness_given =
             files.get(&material.name).is_some_and(|file| file.brdf.is_some() || file.roughness.is_some());
         if !roughness_given {
-            raise_roughness(material, varying.contains(material.name.as_str()), context);
+            let varies = varying.contains(material.name.as_str()).then_some(least_varying);
+            raise_roughness(material, varies, context);
         }
     }
     for (name, file) in files {
@@ -130,11 +132,11 @@ fn leaves(file: &MaterialFile) -> MaterialState {
     }
 }
 
-/// Other programs' files are often smoother than what is modelled; they are shown as smooth as it gets.
-fn raise_roughness(material: &mut Material, varies: bool, context: &mut Context<'_>) {
+/// Other programs' files are often smoother than what is modelled; they are shown as smooth as it gets, which is
+/// `varying` for a material that varies.
+fn raise_roughness(material: &mut Material, varying: Option<f32>, context: &mut Context<'_>) {
     let Brdf::Ggx(ggx) = &mut material.brdf else { return };
-    let (least, kind) =
-        if varies { (ROUGHNESS_MIN, "varies") } else { (FIXED_ROUGHNESS_MIN, "does not vary") };
+    let (least, kind) = varying.map_or((FIXED_ROUGHNESS_MIN, "does not vary"), |least| (least, "varies"));
     if ggx.roughness < least {
         let (place, name, given) = (&context.place, &material.name, ggx.roughness);
         context

@@ -19,7 +19,7 @@ use crate::suggest::Names;
 use posing::TO_DEFORM;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::scene::{MAX_PIXELS, MAX_SIDE, is_legal_size};
-use relume_formats::state::{parse_toml, read_text, with_line};
+use relume_formats::state::{Model, parse_toml, read_text, with_line};
 use relume_formats::{Error, Place, Result};
 use std::collections::HashSet;
 use std::path::Path;
@@ -112,8 +112,7 @@ fn load_unlocated(path: &Path, text: &str) -> Result<Scene> {
     objects::check(&file.object, &mut context)?;
     materials::check(&file.materials, &context.place)?;
     let imported = imported::read(&file.object, &file.materials, &mut context)?;
-    let materials =
-        materials::build(&file.materials, imported.materials, &file.vary.materials, &mut context)?;
+    let materials = materials::build(&file.materials, imported.materials, &file.vary, &mut context)?;
     let vary = vary(&file.vary, &materials, &context.place)?;
     let objects = objects::build(&file.object, imported.objects, &materials, &mut context)?;
     let lights = lights::build(&file.light, imported.lights, &mut context)?;
@@ -214,15 +213,50 @@ fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> 
     let known = Names::new("material", materials.iter().map(|m| m.name.as_str()));
     let indices =
         file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
-    let vary = Vary { light: file.light, view: file.view, shape: file.shape, materials: indices };
+    let vary = Vary {
+        light: file.light,
+        view: file.view,
+        shape: file.shape,
+        materials: indices,
+        shininess_max: file.shininess_max,
+        roughness_min: file.roughness_min,
+    };
+    expect_sharpest(&vary, materials, place)?;
     validate_varying(&vary, materials, place)?;
     Ok(vary)
+}
+
+/// Checks that sharper lobes are asked for only of models that vary, and that bases can follow them.
+fn expect_sharpest(vary: &Vary, materials: &[Material], place: &Place) -> Result<()> {
+    let varying = vary.materials.iter().filter_map(|index| materials.get(*index));
+    let varying: Vec<Model> = varying.map(|material| material.brdf.model()).collect();
+    let asked = [
+        ("shininess_max", vary.shininess_max, &[Model::BlinnPhong][..]),
+        ("roughness_min", vary.roughness_min, &[Model::Ggx, Model::CookTorrance]),
+    ];
+    for (key, value, models) in asked {
+        let Some(value) = value else { continue };
+        let place = place.part(format!("[vary] {key}"));
+        let of_it: Vec<&Model> = varying.iter().filter(|model| models.contains(model)).collect();
+        if of_it.is_empty() {
+            let models: Vec<String> = models.iter().map(|model| format!("\"{}\"", model.name())).collect();
+            let reason = format!("no material that varies is {}; remove the key", models.join(" or "));
+            return Err(Error::invalid(&place, reason));
+        }
+        for model in of_it {
+            model.expect_sharpest(value).map_err(|fault| Error::invalid(&place, fault))?;
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the parameters of what varies are within what bases span.
 fn validate_varying(vary: &Vary, materials: &[Material], place: &Place) -> Result<()> {
     let mut varying = vary.materials.iter().filter_map(|index| materials.get(*index));
-    varying.try_for_each(|m| m.brdf.validate_varying(m.texture.is_some(), &m.name, place))
+    varying.try_for_each(|m| {
+        let sharpest = vary.sharpest(m.brdf.model());
+        m.brdf.validate_varying(m.texture.is_some(), sharpest, &m.name, place)
+    })
 }
 
 fn expect_unique<'a>(names: impl IntoIterator<Item = &'a str>, what: &str, place: &Place) -> Result<()> {

@@ -5,6 +5,7 @@ use crate::sweep::{Bench, Sweep, Variant, read};
 use half::f16;
 use relume_bake::compress::quantise::scale_for;
 use relume_bake::error::Result;
+use relume_bake::methods::transfer_images::later::eye_bases;
 use relume_bake::methods::transfer_images::pack::sort_by_importance;
 use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, space_for};
 use relume_formats::kinds::BrdfBasis;
@@ -66,7 +67,7 @@ fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImage
     let old = &images.head;
     let meta = Meta { bases: basis.bases() as u32, ..old.meta.clone() };
     let later = old.later.as_ref().map(|later| Later {
-        eye_bases: later.eye_bases.min(meta.bases),
+        eye_bases: eye_bases(basis.bases()) as u32,
         albedos: later.albedos.iter().take(basis.bases()).copied().collect(),
         ..later.clone()
     });

@@ -23,19 +23,23 @@ enum Grid {
 }
 
 impl Space {
-    /// The first `bases` functions, the diffuse one included. With `shared_diffuse`, glossy lobes are
-    /// approximated with the diffuse basis too.
+    /// The first `bases` functions, the diffuse one included, for lobes of `model` up to `sharpest`, an exponent,
+    /// roughness or slope. With `shared_diffuse`, glossy lobes are approximated with the diffuse basis too.
     ///
     /// # Errors
     /// If LAPACK fails.
-    pub fn new(model: Model, bases: usize, shared_diffuse: bool) -> Result<Self, LinalgError> {
+    pub fn new(model: Model, sharpest: f32, bases: usize, shared_diffuse: bool) -> Result<Self, LinalgError> {
+        let of_facets = |facets| -> Result<_, LinalgError> {
+            let grid = microfacet::Grid::new(facets, sharpest);
+            Ok((microfacet::build(bases, shared_diffuse, &grid)?, Grid::Microfacet(grid)))
+        };
         let (whole, grid) = match model {
             Model::BlinnPhong => {
-                let grid = blinn_phong::Grid::new();
+                let grid = blinn_phong::Grid::new(sharpest);
                 (blinn_phong::build(bases, shared_diffuse, &grid)?, Grid::BlinnPhong(grid))
             }
-            Model::Ggx => of_facets(Facets::Ggx, bases, shared_diffuse)?,
-            Model::CookTorrance => of_facets(Facets::CookTorrance, bases, shared_diffuse)?,
+            Model::Ggx => of_facets(Facets::Ggx)?,
+            Model::CookTorrance => of_facets(Facets::CookTorrance)?,
         };
         Ok(Self { whole, grid })
     }
@@ -57,11 +61,6 @@ impl Space {
     }
 }
 
-fn of_facets(facets: Facets, bases: usize, shared_diffuse: bool) -> Result<(BrdfBasis, Grid), LinalgError> {
-    let grid = microfacet::Grid::new(facets);
-    Ok((microfacet::build(bases, shared_diffuse, &grid)?, Grid::Microfacet(grid)))
-}
-
 /// The first `bases` of `whole`.
 fn first(whole: &BrdfBasis, bases: usize) -> BrdfBasis {
     let per_function = |values: &[f32]| values.len() / (whole.bases() - 1).max(1);
@@ -79,12 +78,12 @@ fn first(whole: &BrdfBasis, bases: usize) -> BrdfBasis {
     BrdfBasis { meta: whole.meta.clone(), parameters: whole.parameters.clone(), coefficients, functions }
 }
 
-/// Builds a basis of `bases` functions; see [`Space::new`].
+/// Builds a basis of `bases` functions for lobes that are no sharper than usual; see [`Space::new`].
 ///
 /// # Errors
 /// If LAPACK fails.
 pub fn build(model: Model, bases: usize, shared_diffuse: bool) -> Result<BrdfBasis, LinalgError> {
-    Ok(Space::new(model, bases, shared_diffuse)?.basis(bases))
+    Ok(Space::new(model, model.usual_sharpest(), bases, shared_diffuse)?.basis(bases))
 }
 
 #[cfg(test)]
@@ -93,13 +92,12 @@ mod tests {
     use relume_formats::Place;
     use relume_formats::container::Stored as _;
 
-    fn assert_taken(model: Model, bases: usize, shared_diffuse: bool) {
-        let basis = build(model, bases, shared_diffuse).unwrap();
+    fn assert_taken(model: Model, sharpest: f32, bases: usize, shared_diffuse: bool) {
+        let basis = Space::new(model, sharpest, bases, shared_diffuse).unwrap().basis(bases);
         let stored = basis.meta.error_at_samples.worst.max(basis.meta.error_between.worst);
         let found = basis.largest_error();
         println!(
-            "{} bases of {}, shared {shared_diffuse}: {found:.3e} at nodes, {stored:.3e} stored",
-            bases,
+            "{bases} bases of {} to {sharpest}, shared {shared_diffuse}: {found:.3e} at nodes, {stored:.3e} stored",
             model.name()
         );
         // Readers allow 1.25 times what is stored, and a thousandth.
@@ -118,7 +116,9 @@ mod tests {
             (Model::CookTorrance, 2, false),
             (Model::CookTorrance, 32, true),
         ] {
-            assert_taken(model, bases, shared);
+            for sharpest in [model.usual_sharpest(), model.most_sharpest()] {
+                assert_taken(model, sharpest, bases, shared);
+            }
         }
     }
 
@@ -134,7 +134,39 @@ mod tests {
                 (Model::CookTorrance, true),
                 (Model::CookTorrance, false),
             ] {
-                assert_taken(model, bases, shared);
+                for sharpest in [model.usual_sharpest(), model.most_sharpest()] {
+                    assert_taken(model, sharpest, bases, shared);
+                }
+            }
+        }
+    }
+
+    /// Lobes sharper than usual cost bases. Ceilings a third above what was measured, for a mean and a worst lobe.
+    #[test]
+    fn sharper_lobes_take_more_bases() {
+        for (model, sharpest, ceilings) in [
+            (Model::BlinnPhong, 500.0, [(8, 0.0054, 0.0144), (10, 0.0012, 0.003), (16, 2e-5, 3e-5)]),
+            (Model::BlinnPhong, 2000.0, [(8, 0.0145, 0.0385), (10, 0.0042, 0.011), (16, 1.1e-4, 2.2e-4)]),
+            (Model::BlinnPhong, 5000.0, [(8, 0.0235, 0.062), (10, 0.0078, 0.021), (16, 2.8e-4, 6e-4)]),
+            (Model::Ggx, 0.2, [(8, 0.063, 0.112), (10, 0.028, 0.044), (16, 0.0019, 0.0032)]),
+            (Model::Ggx, 0.14, [(8, 0.093, 0.26), (10, 0.046, 0.082), (16, 0.0048, 0.0081)]),
+            (Model::CookTorrance, 0.02, [(8, 0.181, 0.452), (10, 0.103, 0.231), (16, 0.0225, 0.0355)]),
+        ] {
+            let space = Space::new(model, sharpest, 16, true).unwrap();
+            for (bases, mean, worst) in ceilings {
+                let basis = space.basis(bases);
+                let [error_at_samples, error_between] =
+                    [basis.meta.error_at_samples, basis.meta.error_between];
+                println!(
+                    "{} {sharpest}, {bases} bases: {error_at_samples:?} {error_between:?}",
+                    model.name()
+                );
+                for error in [error_at_samples, error_between] {
+                    assert!(error.mean <= mean && error.worst <= worst, "{bases} bases: {error:?}");
+                }
+                assert_eq!(basis.sharpest(), sharpest);
+                let usual = build(model, bases, true).unwrap().meta.error_between.mean;
+                assert!(error_between.mean > usual, "{bases} bases: {error_between:?}");
             }
         }
     }
@@ -143,7 +175,7 @@ mod tests {
     #[test]
     fn a_smaller_basis_is_the_beginning_of_a_larger_one_bit_for_bit() {
         for (model, shared) in [(Model::BlinnPhong, true), (Model::Ggx, false), (Model::CookTorrance, true)] {
-            let space = Space::new(model, 16, shared).unwrap();
+            let space = Space::new(model, model.usual_sharpest(), 16, shared).unwrap();
             for bases in [2, 6] {
                 assert_eq!(space.basis(bases), build(model, bases, shared).unwrap(), "{}", model.name());
             }

@@ -35,6 +35,10 @@ struct VaryFile<'a> {
     view: bool,
     shape: bool,
     materials: Vec<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shininess_max: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roughness_min: Option<f32>,
 }
 
 #[derive(Serialize)]
@@ -158,7 +162,14 @@ fn scene_file<'a>(
             number => number.into(),
         },
         max_error: scene.max_error,
-        vary: VaryFile { light: vary.light, view: vary.view, shape: vary.shape, materials: varying },
+        vary: VaryFile {
+            light: vary.light,
+            view: vary.view,
+            shape: vary.shape,
+            materials: varying,
+            shininess_max: vary.shininess_max,
+            roughness_min: vary.roughness_min,
+        },
         camera: scene.camera,
         tonemap: scene.tonemap.name(),
         materials,

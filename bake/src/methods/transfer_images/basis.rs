@@ -17,5 +17,6 @@ pub fn model(scene: &Scene) -> Model {
 /// If LAPACK fails.
 pub fn space_for(scene: &Scene, bases: usize) -> Result<Space> {
     let textured = scene.vary.materials.iter().any(|index| scene.materials[*index].texture.is_some());
-    Ok(Space::new(model(scene), bases, !textured)?)
+    let model = model(scene);
+    Ok(Space::new(model, scene.vary.sharpest(model), bases, !textured)?)
 }

@@ -20,9 +20,10 @@ use std::f32::consts::FRAC_1_PI;
 /// Most materials for which the numerator is of degree 2: with more, its nodes would be more than the images
 /// of first reflections.
 const MOST_OF_DEGREE_2: usize = 8;
-/// Bases of the eye that keep later reflections: light that has been about is smooth, and the first functions
-/// tell all of it that shows.
-const EYE_BASES: u32 = 4;
+/// Fewest bases of the eye that keep later reflections, and of all the part: light that has been about is
+/// smooth, and the first functions tell all of it that shows.
+const EYE_BASES: usize = 4;
+const EYE_SHARE: usize = 2;
 /// A typical albedo: how much light counts that was reflected before.
 const TYPICAL_ALBEDO: f64 = 0.5;
 
@@ -62,8 +63,13 @@ pub fn later(
 /// The images that later reflections of `scene` take, if it is asked for them and has any.
 pub fn images(scene: &Scene, bases: usize) -> Option<LaterImages> {
     let nodes = node_count(scene.vary.materials.len(), degree(scene));
-    let images = LaterImages { nodes, eye_bases: bases.min(EYE_BASES as usize) };
+    let images = LaterImages { nodes, eye_bases: eye_bases(bases) };
     (scene.reflections == ALL_REFLECTIONS).then_some(images)
+}
+
+/// How many of `bases` at the eye keep later reflections.
+pub fn eye_bases(bases: usize) -> usize {
+    bases.div_ceil(EYE_SHARE).max(EYE_BASES).min(bases)
 }
 
 fn degree(scene: &Scene) -> u32 {

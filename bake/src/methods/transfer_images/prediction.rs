@@ -2,7 +2,7 @@
 
 use super::albedo_errors::albedo_errors;
 use super::bake::{projector, trace_pixels};
-use super::basis::space_for;
+use super::basis::{model, space_for};
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
 use super::held_out::{self, HeldOutErrors};
@@ -14,12 +14,14 @@ use crate::guided;
 use crate::job::Job;
 use crate::method::Predicted;
 use crate::methods::spread::spread;
+use crate::trace::gather::Gather;
 use crate::trace::lights::Lights;
 use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::Stored;
 use relume_formats::kinds::transfer_images::{Later, LaterImages, Layout};
+use relume_formats::state::Model;
 use relume_scenes::Scene;
 use std::time::Instant;
 
@@ -59,6 +61,10 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
         }
     };
     let choosing = start.elapsed().as_secs_f64() * f64::from(CHOICE);
+    let mut tells = Vec::new();
+    if let Bases::Error(max) = bases {
+        tells.extend(tell_of_sharper(scene, (&gather, samples, size), (chosen, max), job)?);
+    }
     let start = Instant::now();
     let basis = space.basis(chosen);
     let chromaticity = chromaticity(scene);
@@ -72,7 +78,6 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     let all = size[0] as usize * size[1] as usize;
     let pixels: Vec<u32> = spread(PIXELS, all).into_iter().map(|pixel| pixel as u32).collect();
 
-    let mut tells = Vec::new();
     if let Some(later) = &later {
         let errors = albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?;
         tells.push(tell(later, layout.channels(), errors));
@@ -108,6 +113,29 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
         memory: predicted_bytes(scene, &settings),
         chosen: Some(chosen),
     })
+}
+
+/// What lobes cost that are sharper than usual, if `scene` asks for them: `chosen` bases keep their error below
+/// `max`.
+fn tell_of_sharper(
+    scene: &Scene,
+    (gather, samples, size): (&Gather<'_>, u32, [u32; 2]),
+    (chosen, max): (usize, f64),
+    job: &Job,
+) -> Result<Option<String>> {
+    let (model, mut usual) = (model(scene), scene.clone());
+    (usual.vary.shininess_max, usual.vary.roughness_min) = (None, None);
+    let [asked, sharpest] = [scene, &usual].map(|scene| scene.vary.sharpest(model));
+    if asked == sharpest {
+        return Ok(None);
+    }
+    let space = space_for(&usual, Bases::Error(max).most())?;
+    let pixels = held_out::some_pixels(held_out::CHOICE_PIXELS / CHOICE, size);
+    let enough = held_out::choose_bases(&usual, gather, space.whole(), samples, max, &pixels, job)?;
+    let parameter = if model == Model::BlinnPhong { "shininess" } else { "roughness" };
+    Ok(Some(format!(
+        "lobes as sharp as {parameter} {asked} take {chosen} bases, where {enough} do as sharp as {sharpest}"
+    )))
 }
 
 /// What later reflections cost, and how far off they are where materials shine.

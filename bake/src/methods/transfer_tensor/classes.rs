@@ -3,7 +3,7 @@
 
 use super::BASES;
 use super::functions::{Functions, Terms};
-use crate::brdf::basis::Space;
+use crate::brdf::basis;
 use glam::Vec3A;
 use ndarray_linalg::error::LinalgError;
 use relume_formats::kinds::BrdfBasis;
@@ -173,7 +173,7 @@ fn bases_for(scene: &Scene) -> Result<Vec<BrdfBasis>, LinalgError> {
         let mut of_model = varying().filter(|material| material.brdf.model() == model).peekable();
         if of_model.peek().is_some() {
             let textured = of_model.any(|material| material.texture.is_some());
-            bases.push(Space::new(model, BASES, !textured)?.basis(BASES));
+            bases.push(basis::build(model, BASES, !textured)?);
         }
     }
     Ok(bases)

@@ -25,6 +25,12 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.vary.shape {
         return refuse(format!("[vary] shape = true, but {NAME} keeps shapes fixed; set it to false"));
     }
+    let asked = [("shininess_max", scene.vary.shininess_max), ("roughness_min", scene.vary.roughness_min)];
+    if let Some((key, value)) = asked.iter().find_map(|(key, asked)| Some((key, (*asked)?))) {
+        return refuse(format!(
+            "[vary] {key} = {value}, but {NAME} tabulates no sharper lobes than usual; remove it, or name materials alone"
+        ));
+    }
     environment_lit::expect_fit(scene, NAME)?;
     if scene.reflections > MAX_REFLECTIONS {
         return refuse(format!(

@@ -3,11 +3,11 @@
 //! | section        | type | shape                       | content |
 //! |----------------|------|-----------------------------|---------|
 //! | `meta`         | u8   | record                      | [`Meta`] |
-//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s from 1 to 200, roughness from 0.32 to 1, or slope from 0.1 to 1 |
+//! | `parameters`   | f32  | [nodes]                     | sharpness of the lobe, increasing: exponent s from 1 to 200, roughness from 0.32 to 1, or slope from 0.1 to 1, and as far as 5000, 0.14 or 0.02 |
 //! | `coefficients` | f32  | [nodes, parts, bases]       | coefficients of each part of the unit lobe at each node, of at most [`MAX_COEFFICIENT`] |
 //! | `lobes`        | f32  | [bases − 1, table]          | Blinn-Phong: glossy basis functions over the half angle, see [`crate::basis::lobe_table`] |
-//! | `roughness`    | f32  | [samples]                   | GGX, instead of `lobes`: the samples that basis functions combine, 0.32 to 1 |
-//! | `slopes`       | f32  | [samples]                   | Cook-Torrance, instead of `lobes`: the same, 0.1 to 1 |
+//! | `roughness`    | f32  | [samples]                   | GGX, instead of `lobes`: the samples that basis functions combine |
+//! | `slopes`       | f32  | [samples]                   | Cook-Torrance, instead of `lobes`: the same |
 //! | `weights`      | f32  | [bases − 1, 1 + 2·samples]  | both: of the diffuse lobe, of every D·V·(1 − w), of every D·V·w, w = (1 − v·h)⁵ |
 //!
 //! The first and the last parameter are the ends of the range of materials that vary, to 10⁻⁵ of themselves.
@@ -31,9 +31,7 @@ use crate::basis::microfacet::Facets;
 use crate::basis::{Angles, lobe_table, microfacet};
 use crate::container::{Kind, Section, Sections, Stored, Writer};
 use crate::error::{Error, Result};
-use crate::state::{
-    BlinnPhong, Brdf, CookTorrance, Ggx, Model, ROUGHNESS_MIN, Rgb, SHININESS_MAX, SHININESS_MIN, SLOPE_MIN,
-};
+use crate::state::{BlinnPhong, Brdf, CookTorrance, Ggx, Model, Rgb};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_1_PI;
 
@@ -46,7 +44,7 @@ pub const MAX_SAMPLES: usize = 64;
 pub const MAX_NODES: u64 = 4096;
 
 /// Largest coefficient. Basis functions are scaled so that these are of the order of the BRDF, whose lobes
-/// reach 33 sr⁻¹.
+/// reach 800 sr⁻¹.
 pub const MAX_COEFFICIENT: f32 = 1e4;
 /// Largest value of a basis function, and largest weight. Bases of hardly any lobe are noise, scaled up; sums
 /// of products are still numbers.
@@ -114,16 +112,7 @@ impl Functions {
     pub fn model(&self) -> Model {
         match self {
             Self::BlinnPhong { .. } => Model::BlinnPhong,
-            Self::Microfacet { facets: Facets::Ggx, .. } => Model::Ggx,
-            Self::Microfacet { facets: Facets::CookTorrance, .. } => Model::CookTorrance,
-        }
-    }
-
-    /// The range of the parameters.
-    fn range(&self) -> [f32; 2] {
-        match self {
-            Self::BlinnPhong { .. } => [SHININESS_MIN, SHININESS_MAX],
-            Self::Microfacet { facets, .. } => [sharpest(*facets), 1.0],
+            Self::Microfacet { facets, .. } => model_of(*facets),
         }
     }
 
@@ -143,11 +132,11 @@ impl Functions {
     }
 }
 
-/// The smallest roughness or slope that a basis spans.
-pub fn sharpest(facets: Facets) -> f32 {
+/// The model whose facets these are.
+pub fn model_of(facets: Facets) -> Model {
     match facets {
-        Facets::Ggx => ROUGHNESS_MIN,
-        Facets::CookTorrance => SLOPE_MIN,
+        Facets::Ggx => Model::Ggx,
+        Facets::CookTorrance => Model::CookTorrance,
     }
 }
 
@@ -155,6 +144,24 @@ impl BrdfBasis {
     /// Number of bases, the diffuse one included.
     pub fn bases(&self) -> usize {
         1 + self.functions.glossy_bases()
+    }
+
+    /// The exponent, roughness or slope of the sharpest lobe that it spans.
+    pub fn sharpest(&self) -> f32 {
+        let end = match self.functions {
+            Functions::BlinnPhong { .. } => self.parameters.last(),
+            Functions::Microfacet { .. } => self.parameters.first(),
+        };
+        end.copied().unwrap_or(f32::NAN)
+    }
+
+    /// Whether it spans lobes as sharp as `sharpest`.
+    pub fn spans(&self, sharpest: f32) -> bool {
+        let (end, tolerance) = (self.sharpest(), RANGE_TOLERANCE * sharpest);
+        match self.functions {
+            Functions::BlinnPhong { .. } => sharpest <= end + tolerance,
+            Functions::Microfacet { .. } => sharpest >= end - tolerance,
+        }
     }
 
     /// Largest relative L2 error of a lobe at any node, as a reader measures it: the errors that a basis
@@ -289,7 +296,7 @@ impl Stored for BrdfBasis {
             return Err(section.invalid(format!("holds {bases} bases, 2 to {MAX_BASES} are allowed")));
         }
         section.expect_shape(&[nodes, functions.parts() as u64, bases])?;
-        of_parameters.expect(fault_of_range(&parameters, functions.range()))?;
+        of_parameters.expect(fault_of_range(&parameters, functions.model()))?;
         of_meta.expect(meta.fault_of_means())?;
         let basis = Self { meta, parameters, coefficients, functions };
         section.expect(residual::fault(&basis))?;
@@ -317,14 +324,19 @@ impl Meta {
 }
 
 /// Materials may have any parameter of the range, and beyond the last node nothing is known of their lobes.
-fn fault_of_range(parameters: &[f32], [least, most]: [f32; 2]) -> Option<String> {
+fn fault_of_range(parameters: &[f32], model: Model) -> Option<String> {
     let (first, last) = (*parameters.first()?, *parameters.last()?);
-    let spans =
-        (first - least).abs() <= RANGE_TOLERANCE * least && (last - most).abs() <= RANGE_TOLERANCE * most;
-    (!spans).then(|| format!("runs from {first} to {last}, expected {least} to {most}"))
+    let [least, most] = model.editable(model.usual_sharpest());
+    let [asked_least, asked_most] = model.editable(model.most_sharpest());
+    let within = |value: f32, a: f32, b: f32| {
+        (a * (1.0 - RANGE_TOLERANCE)..=b * (1.0 + RANGE_TOLERANCE)).contains(&value)
+    };
+    let spans = within(first, asked_least, least) && within(last, most, asked_most);
+    let most_of_all = format!("at most {asked_least} to {asked_most}");
+    (!spans).then(|| format!("runs from {first} to {last}, expected {least} to {most}, {most_of_all}"))
 }
 
-/// All there are.
+/// All facets there are.
 const FACETS: [Facets; 2] = [Facets::Ggx, Facets::CookTorrance];
 
 /// The section that has the samples, which tells the model, too.
@@ -356,7 +368,7 @@ fn decode_functions(sections: &mut Sections<'_>) -> Result<Functions> {
             let unknown =
                 "expected section `lobes`, `roughness` or `slopes` here; the file is damaged, bake it again";
             let facets = facets.ok_or_else(|| first.invalid(unknown))?;
-            let (roughness, least) = (within(&first, f32::MAX)?, sharpest(facets));
+            let (roughness, least) = (within(&first, f32::MAX)?, model_of(facets).most_sharpest());
             let samples = first.length()?;
             let legal = least * (1.0 - RANGE_TOLERANCE)..=1.0 + RANGE_TOLERANCE;
             if !(1..=MAX_SAMPLES as u64).contains(&samples) || !roughness.iter().all(|r| legal.contains(r)) {

@@ -5,9 +5,10 @@
 //! together, or are of another size or sign, are told by an error beyond what is stored.
 
 use super::{BrdfBasis, Functions};
-use crate::basis::half_difference::HalfDifference;
+use crate::basis::half_difference::{HalfDifference, half_angles};
 use crate::basis::microfacet::Facets;
 use crate::basis::{Angles, brdf_grid, lobe_table, microfacet};
+use crate::state::SHININESS_MAX;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
@@ -76,15 +77,23 @@ struct Space {
 
 #[derive(Clone, Copy)]
 enum Directions {
-    Table(&'static Table),
+    HalfAngles(&'static HalfAngles),
     Pairs(Facets, &'static Pairs),
 }
 
-/// The used nodes of a lobe table: logarithm of the cosine of the half angle.
-struct Table {
-    nodes: Vec<usize>,
+/// Half angles that Blinn-Phong lobes are compared at: cosines and their logarithms.
+struct HalfAngles {
+    cosines: Vec<f32>,
     log_cosines: Vec<f32>,
     weights: Vec<f64>,
+}
+
+impl HalfAngles {
+    fn new(of: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (cosines, weights): (Vec<f64>, Vec<f64>) = of.into_iter().unzip();
+        let log_cosines = cosines.iter().map(|cosine| cosine.ln() as f32).collect();
+        Self { cosines: cosines.into_iter().map(|cosine| cosine as f32).collect(), log_cosines, weights }
+    }
 }
 
 /// Pairs of directions, with Schlick's weight.
@@ -96,7 +105,7 @@ struct Pairs {
 
 /// The angle grid of the Blinn-Phong bake, each node shared out to the two nodes of the lobe table between
 /// which it falls.
-static TABLE: LazyLock<Table> = LazyLock::new(|| {
+static TABLE: LazyLock<HalfAngles> = LazyLock::new(|| {
     let mut all = vec![0.0; lobe_table::NODES];
     for (i, o) in (0..brdf_grid::THETA_NODES).flat_map(|i| (i..brdf_grid::THETA_NODES).map(move |o| (i, o))) {
         let times = if i == o { 1.0 } else { 2.0 };
@@ -109,11 +118,12 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
             }
         }
     }
-    let (nodes, weights): (Vec<_>, Vec<_>) =
-        all.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0).unzip();
-    let log_cosines = nodes.iter().map(|node| lobe_table::cos_delta(*node).ln() as f32).collect();
-    Table { nodes, log_cosines, weights }
+    let used = all.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0);
+    HalfAngles::new(used.map(|(node, weight)| (lobe_table::cos_delta(node), weight)))
 });
+
+/// That grid cannot tell sharper lobes from one another.
+static SHARP: LazyLock<HalfAngles> = LazyLock::new(|| HalfAngles::new(half_angles()));
 
 static PAIRS: LazyLock<Pairs> = LazyLock::new(|| {
     let HalfDifference { angles, weight } = HalfDifference::new();
@@ -124,17 +134,15 @@ static PAIRS: LazyLock<Pairs> = LazyLock::new(|| {
 impl Space {
     fn of(basis: &BrdfBasis) -> Self {
         let directions = match basis.functions {
-            Functions::BlinnPhong { .. } => Directions::Table(&TABLE),
+            Functions::BlinnPhong { .. } if basis.sharpest() > SHININESS_MAX => {
+                Directions::HalfAngles(&SHARP)
+            }
+            Functions::BlinnPhong { .. } => Directions::HalfAngles(&TABLE),
             Functions::Microfacet { facets, .. } => Directions::Pairs(facets, &PAIRS),
         };
-        let of_node = |node: &usize| Angles {
-            cos_half: lobe_table::cos_delta(*node) as f32,
-            cos_difference: 1.0,
-            cos_in: 1.0,
-            cos_out: 1.0,
-        };
+        let at = |cosine: &f32| Angles { cos_half: *cosine, cos_difference: 1.0, cos_in: 1.0, cos_out: 1.0 };
         let angles = match directions {
-            Directions::Table(table) => &table.nodes.iter().map(of_node).collect(),
+            Directions::HalfAngles(all) => &all.cosines.iter().map(at).collect(),
             Directions::Pairs(_, pairs) => &pairs.angles,
         };
         let mut values = vec![vec![0.0; angles.len()]; basis.bases()];
@@ -164,7 +172,7 @@ impl Space {
     fn sums(&self, parameter: f32, rows: &[f32]) -> Sums {
         let mut sums = Sums { whole: Squares::default(), parts: Vec::new() };
         match self.directions {
-            Directions::Table(Table { log_cosines, weights, .. }) => {
+            Directions::HalfAngles(HalfAngles { log_cosines, weights, .. }) => {
                 let peak = (f64::from(parameter) + 2.0) / TAU;
                 let approximation = self.approximation(rows);
                 for ((log_cosine, weight), value) in log_cosines.iter().zip(weights).zip(approximation) {

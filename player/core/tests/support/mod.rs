@@ -13,7 +13,7 @@ use relume_formats::basis::microfacet::Facets;
 use relume_formats::bundle::Scope;
 use relume_formats::container::Stored;
 use relume_formats::display::Tonemap;
-use relume_formats::kinds::brdf_basis::{Functions, sharpest};
+use relume_formats::kinds::brdf_basis::{Functions, model_of};
 use relume_formats::kinds::manifest::{self, FileEntry, Manifest, MethodEntry};
 use relume_formats::kinds::scene::{self, StoredMaterial, StoredObject, StoredScene};
 use relume_formats::kinds::transfer_images::{Head, Image, LARGEST_HALF, Meta, TransferImages};
@@ -72,7 +72,8 @@ fn material(name: &str, varies: bool, level: f32) -> StoredMaterial {
         ks: [0.3, 0.3, 0.2],
         shininess: 40.0 * level + 5.0,
     });
-    StoredMaterial { name: name.to_owned(), brdf, varies, textured: false }
+    let sharpest = brdf.model().usual_sharpest();
+    StoredMaterial { name: name.to_owned(), brdf, varies, textured: false, sharpest }
 }
 
 /// Two editable materials, listed in another order than the images do, and a fixed one.
@@ -134,7 +135,7 @@ fn microfacet_basis(facets: Facets) -> BrdfBasis {
     let roughness = vec![0.4, 0.8];
     let weights = (0..(BASES - 1) * (1 + 2 * roughness.len())).map(|_| random.unit()).collect();
     honest(BrdfBasis {
-        parameters: vec![sharpest(facets), 0.5, 1.0],
+        parameters: vec![model_of(facets).usual_sharpest(), 0.5, 1.0],
         coefficients: (0..3 * 2 * BASES).map(|_| 2.0 * random.unit() - 0.7).collect(),
         functions: Functions::Microfacet { facets, roughness, weights },
         ..basis()
@@ -231,6 +232,7 @@ impl Bundle {
             let metallic = if material.name == "a" { 0.0 } else { 0.7 };
             material.brdf = Brdf::Ggx(Ggx { base_color: [0.8, 0.5, 0.2], metallic, roughness: 0.45 });
             material.textured = material.name == "a";
+            material.sharpest = material.brdf.model().usual_sharpest();
         }
         Self::still(&scene, microfacet_basis(Facets::Ggx))
     }
@@ -241,6 +243,7 @@ impl Bundle {
         for material in &mut scene.meta.materials {
             material.brdf = Brdf::CookTorrance(COOK_TORRANCE);
             material.textured = material.name == "a";
+            material.sharpest = material.brdf.model().usual_sharpest();
         }
         Self::still(&scene, microfacet_basis(Facets::CookTorrance))
     }

@@ -136,7 +136,10 @@ pub fn scene([columns, rows]: [u32; 2]) -> StoredScene {
         environment: Some(EnvironmentLook { map: "noise".to_owned(), gain: [1.0; 3], rotation_deg: 0.0 }),
         // `a` is for the animation `glow`, which another method of the bundle could play.
         materials: [("grid", false), ("a", true)]
-            .map(|(name, varies)| StoredMaterial { name: name.to_owned(), brdf, varies, textured: false })
+            .map(|(name, varies)| {
+                let (name, sharpest) = (name.to_owned(), brdf.model().usual_sharpest());
+                StoredMaterial { name, brdf, varies, textured: false, sharpest }
+            })
             .to_vec(),
         objects: vec![StoredObject {
             name: "grid".to_owned(),

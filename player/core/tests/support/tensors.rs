@@ -104,6 +104,7 @@ pub fn materials() -> Vec<StoredMaterial> {
         brdf,
         varies: name != "fixed",
         textured: false,
+        sharpest: brdf.model().usual_sharpest(),
     };
     named.map(material).to_vec()
 }

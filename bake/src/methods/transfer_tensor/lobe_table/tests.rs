@@ -1,5 +1,5 @@
 use super::*;
-use crate::brdf::basis::Space;
+use crate::brdf::basis;
 use crate::methods::transfer_tensor::{BASES, FACE_SIZE};
 use crate::trace::sampler::PixelSampler;
 use relume_formats::state::Model;
@@ -125,7 +125,7 @@ fn basis_functions_are_near_their_means() {
     let points = points();
     let discs = Discs::new(FACE_SIZE);
     for model in [Model::BlinnPhong, Model::Ggx, Model::CookTorrance] {
-        let functions = Functions::of_basis(&Space::new(model, BASES, true).unwrap().basis(BASES));
+        let functions = Functions::of_basis(&basis::build(model, BASES, true).unwrap());
         let table = LobeTable::new(&functions, &discs);
         let mut mean = 0.0;
         for number in 0..20 {

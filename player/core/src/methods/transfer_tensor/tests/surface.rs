@@ -36,7 +36,11 @@ fn ball(brdf: Brdf) -> StoredScene {
         *place = [sin * cos_up, sin_up, cos * cos_up];
     }
     scene.normals = scene.positions.clone();
-    scene.meta.materials = vec![StoredMaterial { brdf, ..scene.meta.materials[0].clone() }];
+    scene.meta.materials = vec![StoredMaterial {
+        brdf,
+        sharpest: brdf.model().usual_sharpest(),
+        ..scene.meta.materials[0].clone()
+    }];
     scene.meta.camera = camera();
     scene
 }

@@ -1,5 +1,7 @@
 //! What may be said of a material of any model, in states, animations and scenes.
 
+use crate::support::{samples, scenes};
+use relume_formats::bundle::expect_images;
 use relume_formats::kinds::scene::StoredMaterial;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, State, parse_toml};
 use relume_formats::{Place, Result};
@@ -141,6 +143,39 @@ fn a_textured_metal_cannot_vary() {
     assert!(check(BLINN_PHONG, true, true).is_ok() && check(GROOVES, true, true).is_ok());
 }
 
+/// A file may not say that it goes where its basis does not follow, or nobody could ask for.
+#[test]
+fn scenes_go_no_farther_than_their_basis() {
+    let mut meta = scenes::scene(1).meta;
+    let material = |sharpest, varies| {
+        let (name, brdf) = ("m0".to_owned(), blinn_phong(20.0));
+        StoredMaterial { name, brdf, varies, textured: false, sharpest }
+    };
+    let mut message = |sharpest: f32, varies: bool| {
+        meta.materials = vec![material(sharpest, varies)];
+        (meta.objects, meta.shapes) = (Vec::new(), Vec::new());
+        meta.validate(&place()).err().map(|error| error.to_string())
+    };
+    assert_eq!((message(200.0, true), message(2000.0, true), message(200.0, false)), (None, None, None));
+    for (sharpest, varies, expected) in [
+        (5001.0, true, "material `m0`: sharpest lobe 5001 is outside 200..5000"),
+        (199.0, true, "sharpest lobe 199 is outside"),
+        (f32::NAN, true, "sharpest lobe NaN is outside"),
+        (2000.0, false, "sharpest lobe 2000 is of a material that varies"),
+    ] {
+        let found = message(sharpest, varies).unwrap();
+        assert!(found.contains(expected), "{found}");
+    }
+    let (head, basis) = (samples::images(1, 1, 6, true, [4, 4]).head, samples::basis(1, 6, true));
+    meta.size = [4, 4];
+    for (sharpest, is_sound) in [(200.0, true), (201.0, false)] {
+        meta.materials = vec![material(sharpest, true)];
+        let found = expect_images(&head, &basis, &meta, &place()).err().map(|error| error.to_string());
+        assert_eq!(found.is_none(), is_sound, "{found:?}");
+        assert!(found.is_none_or(|found| found.contains("`m0` goes up to 201, the BRDF basis to 200")));
+    }
+}
+
 /// A scene may ask for sharper lobes; what it asked for is what states are held to.
 #[test]
 fn asked_for_materials_that_vary_may_be_sharper() {
@@ -157,7 +192,7 @@ fn asked_for_materials_that_vary_may_be_sharper() {
     let message = check(blinn_phong(2001.0), 2000.0).unwrap_err();
     for part in [
         "state.toml: material `a`: shininess 2001 is outside 1..2000",
-        "[vary] shininess_max asks transfer-images for lobes up to 5000",
+        "[vary] shininess_max lets transfer-images go up to 5000",
     ] {
         assert!(message.contains(part), "{message}");
     }

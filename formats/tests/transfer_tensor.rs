@@ -9,6 +9,7 @@ use glam::Vec3;
 use half::f16;
 use relume_formats::Place;
 use relume_formats::basis::{EquirectMap, haar, hemisphere, sh};
+use relume_formats::bundle::expect_spaces;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::evaluate::transfer_tensor::{
     Lights, Lobes, Parts, Received, cone_points, harmonic_weights, widths,
@@ -252,6 +253,19 @@ fn twice(transfer: &TransferTensor, lights: &Lights, weights: &[[f32; 3]], [vert
         }
     }
     sum
+}
+
+/// BRDF tensors are tabulated for lobes no sharper than usual.
+#[test]
+fn materials_go_no_farther_than_the_tensors() {
+    let (mut scene, meta) = (scene().meta, tensors(3, 4, 2, &[2], 3).meta);
+    for (sharpest, expected) in
+        [(201.0, "material `m` goes up to 201, the BRDF tensors before it to 200"), (200.0, "no BRDF tensor")]
+    {
+        scene.materials[0].sharpest = sharpest;
+        let message = expect_spaces(&meta, &[], &[], &scene, &Place::file("t")).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
 }
 
 /// Beyond the edge of a light, of a table or of what there is.

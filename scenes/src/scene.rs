@@ -77,6 +77,12 @@ impl Vary {
         asked.unwrap_or(model.usual_sharpest())
     }
 
+    /// That of material number `index`; as usual if it does not vary.
+    pub fn sharpest_of(&self, index: usize, brdf: &Brdf) -> f32 {
+        let model = brdf.model();
+        if self.materials.contains(&index) { self.sharpest(model) } else { model.usual_sharpest() }
+    }
+
     /// The reflections of a scene that says nothing of them: all where materials alone vary, for that is
     /// cheap, else two.
     pub(crate) fn usual_reflections(&self) -> u32 {

@@ -190,7 +190,14 @@ fn of_transfer_images() {
         trace: &["--reflections", "2", "--spp", "256"],
         state: "",
     };
-    picture("images-near-mirror", 0.0, &[sharpest]);
+    let asked = Row {
+        scene: floor("shininess = 5000.0", "materials = ['plane']\nshininess_max = 5000"),
+        bake: &["--bases", "16", "--spp", "256"],
+        reference: None,
+        trace: sharpest.trace,
+        state: "",
+    };
+    picture("images-near-mirror", 0.0, &[sharpest, asked]);
 
     let bright =
         Row { scene: ring(1e7), bake: &["--bases", "9"], reference: None, trace: OWN_PATHS, state: "" };

@@ -26,7 +26,7 @@ impl LobeMixture {
     /// to `sharpest`.
     ///
     /// Exponents are a factor of five apart at most; at most four times what the mixture sends is what any lobe
-    /// asks for, or five times where there are sharper ones than usual.
+    /// asks for, or five and a half where there are sharper ones than usual.
     pub fn for_any_material(model: Model, sharpest: f32) -> Self {
         let mut exponents = vec![8.0, 40.0, SHININESS_MAX];
         let beyond = exponent_of(model, sharpest) / SHININESS_MAX;

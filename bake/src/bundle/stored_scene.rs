@@ -34,7 +34,7 @@ pub fn stored_scene(scene: &Scene, size: [u32; 2]) -> StoredScene {
             brdf: material.brdf,
             varies,
             textured: material.texture.is_some(),
-            sharpest: scene.vary.sharpest(material.brdf.model()),
+            sharpest: scene.vary.sharpest_of(index, &material.brdf),
         });
     }
     for object in &scene.objects {

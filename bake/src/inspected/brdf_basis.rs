@@ -9,7 +9,7 @@ use relume_formats::basis::microfacet::Facets;
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::{BasisError, Functions};
-use relume_formats::state::Model;
+use relume_formats::state::{Model, SHININESS_MAX};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -118,20 +118,27 @@ fn samples(basis: &BrdfBasis) -> Samples {
     let diffuse: Vec<f32> = (0..basis.bases()).map(|b| if b == 0 { 1.0 } else { 0.0 }).collect();
     match &basis.functions {
         Functions::BlinnPhong { .. } => {
-            let integers = || basis.parameters.iter().copied().filter(|s| s.fract() == 0.0);
+            let is_usual = basis.sharpest() <= SHININESS_MAX;
+            let exponents =
+                || basis.parameters.iter().copied().filter(move |s| !is_usual || s.fract() == 0.0);
             Samples {
                 model: "blinn-phong",
                 formula: "rho = kd/pi + ks*(s+2)/(2*pi)*cos(delta)^s, delta between the half vector and the normal, in 1/sr",
                 diffuse: "1/pi",
                 columns: &["kd", "ks", "s"],
                 parameters: std::iter::once(vec![1.0, 0.0, 1.0])
-                    .chain(integers().map(|s| vec![0.0, 1.0, s]))
+                    .chain(exponents().map(|s| vec![0.0, 1.0, s]))
                     .collect(),
                 coefficients: std::iter::once(diffuse)
-                    .chain(integers().map(|s| basis.lobe_coefficients(0, s)))
+                    .chain(exponents().map(|s| basis.lobe_coefficients(0, s)))
                     .collect(),
-                meaning: "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made \
-                          from; linear in kd and ks, interpolated linearly in s",
+                meaning: if is_usual {
+                    "row 0 is the diffuse sample, then the unit glossy lobe of every integer exponent: the samples that the basis was made \
+                     from; linear in kd and ks, interpolated linearly in s"
+                } else {
+                    "row 0 is the diffuse lobe, then the unit glossy lobe of every exponent of exponents.npy; linear in kd and ks, \
+                     interpolated linearly in s"
+                },
                 look_up: "exponent",
                 parts: 1,
             }

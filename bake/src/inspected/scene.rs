@@ -86,8 +86,11 @@ fn export(path: &Path, out: &mut Out) -> Result<()> {
         "camera.json",
         &CameraFile { camera: meta.camera, tonemap: meta.tonemap.name(), size: meta.size },
     )?;
-    let materials: Vec<_> =
-        meta.materials.iter().map(|m| MaterialFile::new(&m.name, m.brdf, m.textured, m.varies)).collect();
+    let material = |m: &'_ StoredMaterial| {
+        let sharpest = m.varies.then_some(m.sharpest);
+        json!(MaterialFile::new(&m.name, m.brdf, m.textured, sharpest))
+    };
+    let materials: Vec<Value> = meta.materials.iter().map(material).collect();
     out.json("materials.json", &materials)?;
     out.json("scene.json", &json!({ "name": meta.name, "mesh": "mesh.ply", "objects": objects(meta) }))
 }
@@ -101,6 +104,9 @@ pub(crate) struct MaterialFile<'a> {
     parameters: Parameters,
     textured: bool,
     varies: bool,
+    /// What its exponent, roughness or slope may be edited to, if it varies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sharpest: Option<f32>,
 }
 
 #[derive(Serialize)]
@@ -112,13 +118,14 @@ enum Parameters {
 }
 
 impl<'a> MaterialFile<'a> {
-    pub fn new(name: &'a str, brdf: Brdf, textured: bool, varies: bool) -> Self {
+    /// `sharpest` is what its lobe may be edited to, if it varies.
+    pub fn new(name: &'a str, brdf: Brdf, textured: bool, sharpest: Option<f32>) -> Self {
         let parameters = match brdf {
             Brdf::BlinnPhong(parameters) => Parameters::BlinnPhong(parameters),
             Brdf::Ggx(parameters) => Parameters::Ggx(parameters),
             Brdf::CookTorrance(parameters) => Parameters::CookTorrance(parameters),
         };
-        Self { name, brdf: brdf.model().name(), parameters, textured, varies }
+        Self { name, brdf: brdf.model().name(), parameters, textured, varies: sharpest.is_some(), sharpest }
     }
 }
 

@@ -7,8 +7,8 @@ use crate::kinds::transfer_tensor::{Meta, Source};
 use crate::kinds::{BrdfBasis, BrdfTensor, scene};
 use crate::state::Model;
 
-/// Fails unless there is one of `spaces` for every model that objects of `scene` wear, none has more columns than there
-/// are, and what reflects light, by the tensors
+/// Fails unless materials of `scene` are no sharper than usual, there is one of `spaces` for every model that objects
+/// wear, none has more columns than there are, and what reflects light, by the tensors
 /// at `place`, are functions of `bases` for materials that vary.
 pub fn expect_spaces(
     meta: &Meta,
@@ -17,6 +17,14 @@ pub fn expect_spaces(
     scene: &scene::Meta,
     place: &Place,
 ) -> Result<()> {
+    let usual = |material: &StoredMaterial| material.brdf.model().usual_sharpest();
+    if let Some(material) = scene.materials.iter().find(|m| m.varies && m.sharpest != usual(m)) {
+        let (name, sharpest, spanned) = (&material.name, material.sharpest, usual(material));
+        return refuse(
+            place,
+            format!("material `{name}` goes up to {sharpest}, the BRDF tensors before it to {spanned}"),
+        );
+    }
     for (number, space) in spaces.iter().enumerate() {
         if spaces[..number].iter().any(|other| other.meta.model == space.meta.model) {
             return refuse(place, format!("has two BRDF tensors of {} before it", space.meta.model.name()));
@@ -34,14 +42,6 @@ pub fn expect_spaces(
     if let Some(space) = spaces.iter().find(|space| space.columns() > meta.columns as usize) {
         let (needed, there) = (space.columns(), meta.columns);
         return refuse(place, format!("has {there} columns, a BRDF tensor before it needs {needed}"));
-    }
-    let usual = |material: &StoredMaterial| material.brdf.model().usual_sharpest();
-    if let Some(material) = scene.materials.iter().find(|m| m.varies && m.sharpest != usual(m)) {
-        let (name, sharpest, spanned) = (&material.name, material.sharpest, usual(material));
-        return refuse(
-            place,
-            format!("material `{name}` goes up to {sharpest}, the BRDF tensors before it to {spanned}"),
-        );
     }
     let fault = meta.sources.iter().find_map(|source| fault_of(source, bases, scene));
     fault.map_or(Ok(()), |fault| refuse(&place.part("section `meta`"), fault))

@@ -117,7 +117,7 @@ pub struct StoredMaterial {
     pub varies: bool,
     /// Whether a texture multiplies its diffuse colour.
     pub textured: bool,
-    /// The sharpest lobe that it may be edited to, if it varies: an exponent, roughness or slope.
+    /// The sharpest lobe that it may be edited to, an exponent, roughness or slope; as usual if it does not vary.
     pub sharpest: f32,
 }
 
@@ -140,10 +140,7 @@ impl Meta {
             environment.validate(place)?;
         }
         self.materials.iter().try_for_each(|material| {
-            let sharpest = material.brdf.model().expect_sharpest(material.sharpest);
-            sharpest.map_err(|fault| {
-                Error::invalid(place, format!("material `{}`: its sharpest lobe, {fault}", material.name))
-            })?;
+            material.expect_sharpest(place)?;
             material.validate(&material.brdf, place)
         })?;
         self.fault().map_or(Ok(()), |fault| Err(Error::invalid(place, fault)))
@@ -197,6 +194,19 @@ impl Meta {
 }
 
 impl StoredMaterial {
+    fn expect_sharpest(&self, place: &Place) -> Result<()> {
+        let (model, sharpest) = (self.brdf.model(), self.sharpest);
+        let is_usual = sharpest == model.usual_sharpest();
+        let checked = if self.varies || is_usual {
+            model.expect_sharpest(sharpest)
+        } else {
+            Err(format!("{sharpest} is of a material that varies, which it does not"))
+        };
+        checked.map_err(|fault| {
+            Error::invalid(place, format!("material `{}`: sharpest lobe {fault}", self.name))
+        })
+    }
+
     /// What its lobe may be edited to: from the least exponent, roughness or slope to the largest.
     pub fn editable(&self) -> [f32; 2] {
         self.brdf.model().editable(self.sharpest)

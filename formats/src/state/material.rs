@@ -336,7 +336,8 @@ impl Sharpness {
         let key = self.key;
         (least..=most).contains(&value).then_some(()).ok_or_else(|| {
             format!(
-                "{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {WHY}"
+                "{key} {value} is outside {least}..{most}; for a material that varies it is {varying_least}..{varying_most}, {WHY}; {}",
+                self.asking()
             )
         })
     }
@@ -346,15 +347,21 @@ impl Sharpness {
         if (least..=most).contains(&value) {
             return Ok(());
         }
-        let (key, asked) = (self.key, self.model.most_sharpest());
-        let more = if sharpest == asked {
+        let asked = if sharpest == self.model.most_sharpest() {
             String::new()
         } else {
-            format!("; [vary] {} asks transfer-images for lobes up to {asked}", self.asked_by)
+            format!("; {}", self.asking())
         };
+        let key = self.key;
         Err(format!(
-            "{key} {value} is outside {least}..{most}, {WHY}{more}; for a material that does not vary it is {fixed_least}..{fixed_most}"
+            "{key} {value} is outside {least}..{most}, {WHY}{asked}; for a material that does not vary it is {fixed_least}..{fixed_most}"
         ))
+    }
+
+    /// How scenes ask for sharper ones.
+    fn asking(&self) -> String {
+        let way = if self.model == Model::BlinnPhong { "up" } else { "down" };
+        format!("[vary] {} lets transfer-images go {way} to {}", self.asked_by, self.model.most_sharpest())
     }
 }
 

@@ -267,7 +267,11 @@ fn the_scene_file_changes_or_replaces_materials() {
 #[test]
 fn smooth_materials_are_roughened_with_a_warning() {
     let smooth = [("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(0.05))];
-    for (vary, least) in [("", FIXED_ROUGHNESS_MIN), ("[vary]\nmaterials = ['paint']", ROUGHNESS_MIN)] {
+    for (vary, least) in [
+        ("", FIXED_ROUGHNESS_MIN),
+        ("[vary]\nmaterials = ['paint']", ROUGHNESS_MIN),
+        ("[vary]\nmaterials = ['paint']\nroughness_min = 0.2", 0.2),
+    ] {
         let scene = load_changed(vary, &smooth);
         assert!(matches!(material(&scene, "paint").brdf, Brdf::Ggx(ggx) if ggx.roughness == least));
         assert_eq!(scene.warnings.len(), 1);

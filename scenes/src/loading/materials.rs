@@ -7,7 +7,8 @@ use crate::scene::Material;
 use crate::suggest::unknown_name;
 use relume_formats::basis::Texture;
 use relume_formats::state::{
-    BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, Ggx, MaterialState, ROUGHNESS_MIN,
+    ASKED_ROUGHNESS_MIN, BlinnPhong, Brdf, CookTorrance, DIELECTRIC_F0, FIXED_ROUGHNESS_MIN, Ggx,
+    MaterialState, ROUGHNESS_MIN,
 };
 use relume_formats::{Error, Place, Result};
 use std::collections::{BTreeMap, HashSet};
@@ -138,10 +139,16 @@ fn raise_roughness(material: &mut Material, varying: Option<f32>, context: &mut 
     let Brdf::Ggx(ggx) = &mut material.brdf else { return };
     let (least, kind) = varying.map_or((FIXED_ROUGHNESS_MIN, "does not vary"), |least| (least, "varies"));
     if ggx.roughness < least {
+        let may_be_asked_for = varying.is_some_and(|least| least > ASKED_ROUGHNESS_MIN);
+        let more = if may_be_asked_for {
+            format!("; [vary] roughness_min lets transfer-images go down to {ASKED_ROUGHNESS_MIN}")
+        } else {
+            String::new()
+        };
         let (place, name, given) = (&context.place, &material.name, ggx.roughness);
         context
             .warnings
-            .push(format!("{place}: material `{name}` {kind}: raised its roughness from {given} to {least}, the least modelled"));
+            .push(format!("{place}: material `{name}` {kind}: raised its roughness from {given} to {least}, the least of one that {kind}{more}"));
         ggx.roughness = least;
     }
 }

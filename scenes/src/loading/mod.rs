@@ -236,15 +236,17 @@ fn expect_sharpest(vary: &Vary, materials: &[Material], place: &Place) -> Result
     ];
     for (key, value, models) in asked {
         let Some(value) = value else { continue };
-        let place = place.part(format!("[vary] {key}"));
+        let place = place.part("[vary]");
         let of_it: Vec<&Model> = varying.iter().filter(|model| models.contains(model)).collect();
         if of_it.is_empty() {
             let models: Vec<String> = models.iter().map(|model| format!("\"{}\"", model.name())).collect();
-            let reason = format!("no material that varies is {}; remove the key", models.join(" or "));
+            let reason = format!("`{key}`: no material that varies is {}; remove it", models.join(" or "));
             return Err(Error::invalid(&place, reason));
         }
         for model in of_it {
-            model.expect_sharpest(value).map_err(|fault| Error::invalid(&place, fault))?;
+            model
+                .expect_sharpest(value)
+                .map_err(|fault| Error::invalid(&place, format!("`{key}` {fault}")))?;
         }
     }
     Ok(())

@@ -125,14 +125,14 @@ fn mistakes_are_one_line_with_file_and_place() {
         (
             "[vary]",
             "[vary]\nshininess_max = 100",
-            "[vary] shininess_max: 100 is outside 200..5000 of materials that are \"blinn-phong\"",
+            "[vary]: `shininess_max` 100 is outside 200..5000 of materials that are \"blinn-phong\"",
         ),
-        ("[vary]", "[vary]\nshininess_max = 5001", "[vary] shininess_max: 5001 is outside 200..5000"),
-        ("[vary]", "[vary]\nshininess_max = nan", "[vary] shininess_max: NaN is outside 200..5000"),
+        ("[vary]", "[vary]\nshininess_max = 5001", "[vary]: `shininess_max` 5001 is outside 200..5000"),
+        ("[vary]", "[vary]\nshininess_max = nan", "[vary]: `shininess_max` NaN is outside 200..5000"),
         (
             "[vary]",
             "[vary]\nroughness_min = 0.2",
-            "[vary] roughness_min: no material that varies is \"ggx\" or \"cook-torrance\"; remove the key",
+            "[vary]: `roughness_min`: no material that varies is \"ggx\" or \"cook-torrance\"; remove it",
         ),
         ("kd = [0.1, 0.1, 0.1]", "kd = [0.6, 0.1, 0.1]", "material `gold`: kd + ks = 1.1 exceeds 1"),
         ("shininess = 80", "shininess = 20000", "shininess 20000 is outside"),

@@ -152,7 +152,10 @@ fn scene_file<'a>(
     let indices: HashSet<usize> = vary.materials.iter().copied().collect();
     let materials = (0..)
         .zip(&scene.materials)
-        .map(|(index, m)| MaterialFile::new(&m.name, m.brdf, m.texture.is_some(), indices.contains(&index)))
+        .map(|(index, m)| {
+            let sharpest = indices.contains(&index).then(|| vary.sharpest(m.brdf.model()));
+            MaterialFile::new(&m.name, m.brdf, m.texture.is_some(), sharpest)
+        })
         .collect();
     SceneFile {
         name: &scene.name,

@@ -115,8 +115,8 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     })
 }
 
-/// What lobes cost that are sharper than usual, if `scene` asks for them: `chosen` bases keep their error below
-/// `max`.
+/// What lobes cost that are sharper than usual, if `scene` asks for them: `chosen` bases are to keep their error
+/// below `max`. Lobes no sharper than usual are tried on the same paths.
 fn tell_of_sharper(
     scene: &Scene,
     (gather, samples, size): (&Gather<'_>, u32, [u32; 2]),
@@ -133,8 +133,13 @@ fn tell_of_sharper(
     let pixels = held_out::some_pixels(held_out::CHOICE_PIXELS / CHOICE, size);
     let enough = held_out::choose_bases(&usual, gather, space.whole(), samples, max, &pixels, job)?;
     let parameter = if model == Model::BlinnPhong { "shininess" } else { "roughness" };
+    let taken = if chosen == *held_out::CHOICE.end() {
+        format!("all {chosen} bases that there may be")
+    } else {
+        format!("{chosen} bases")
+    };
     Ok(Some(format!(
-        "lobes as sharp as {parameter} {asked} take {chosen} bases, where {enough} do as sharp as {sharpest}"
+        "lobes as sharp as {parameter} {asked} take {taken}, as sharp as {sharpest} about {enough}"
     )))
 }
 

@@ -1,12 +1,12 @@
 //! The method's line in the registry.
 
+use super::held_out::CHOICE;
 use super::inspected::INSPECTED;
 use super::settings::{Bases, TransferImagesMethod};
 use crate::methods::asked::Asked;
 use crate::methods::registered::{Bundled, Registered, more_of};
 use relume_formats::bundle::{Maps, expect_images};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::method::TRANSFER_IMAGES;
 use relume_formats::{Place, Result};
@@ -19,7 +19,7 @@ pub const METHOD: Registered = Registered {
     why: "light, view and shape stay, so a frame is a sum of baked images, which costs least",
     option: Some(("--bases", |asked| asked.bases.is_some())),
     new: |asked, _: &Scene| Box::new(method(asked)),
-    remedy: |settings| more_of(settings, "bases", |n| n + 1, MAX_BASES as u64),
+    remedy: |settings| more_of(settings, "bases", |n| n + 1, *CHOICE.end() as u64),
     verify,
     inspected: &[INSPECTED],
 };

@@ -11,6 +11,7 @@ use relume_formats::Place;
 use relume_formats::basis::sh;
 use relume_formats::container::MAX_SECTION_BYTES;
 use relume_formats::kinds::transfer_tensor::{MAX_REFLECTIONS, MAX_SOURCES, ONCE_LIGHT, TWICE_LIGHT};
+use relume_formats::state::Model;
 use relume_scenes::Scene;
 
 /// Columns of direct light of materials with highlights, about.
@@ -25,10 +26,13 @@ pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
     if scene.vary.shape {
         return refuse(format!("[vary] shape = true, but {NAME} keeps shapes fixed; set it to false"));
     }
-    let asked = [("shininess_max", scene.vary.shininess_max), ("roughness_min", scene.vary.roughness_min)];
-    if let Some((key, value)) = asked.iter().find_map(|(key, asked)| Some((key, (*asked)?))) {
+    let models = scene.vary.materials.iter().map(|index| scene.materials[*index].brdf.model());
+    let sharper = |model: &Model| scene.vary.sharpest(*model) != model.usual_sharpest();
+    if let Some(model) = models.into_iter().find(sharper) {
+        let key = if model == Model::BlinnPhong { "shininess_max" } else { "roughness_min" };
+        let value = scene.vary.sharpest(model);
         return refuse(format!(
-            "[vary] {key} = {value}, but {NAME} tabulates no sharper lobes than usual; remove it, or name materials alone"
+            "[vary] `{key}` = {value}, but {NAME} tabulates no sharper lobes than usual; remove it, or name materials alone"
         ));
     }
     environment_lit::expect_fit(scene, NAME)?;

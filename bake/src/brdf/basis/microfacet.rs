@@ -21,8 +21,8 @@ const SAMPLED: usize = 15;
 /// What B counts beside A, whose norm is made 1. B has the factor 1 in every material and A f₀, from 0.04 to
 /// 1; 2 is where metals and dielectrics come off alike. Cook and Torrance's have ks and ks·fresnel.
 const SCHLICK_WEIGHT: f64 = 2.0;
-/// Intervals of the coefficient table of the usual range. Steps of 0.22 % in roughness, or 0.45 % in slope, make linear
-/// interpolation err by about 1e-5 of the lobe.
+/// Intervals of the coefficient table of the usual range. Steps of 0.22 % in roughness, or 0.45 % in slope, make
+/// linear interpolation err by about 1e-5 of the lobe.
 const INTERVALS: usize = 512;
 /// Pairs of directions on which lobes are integrated, and whose lobes these are.
 pub(super) struct Grid {

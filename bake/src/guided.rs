@@ -170,7 +170,7 @@ impl States {
             |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
         let grey = |light: Vec3A| light.element_sum() / 3.0;
         let [_, indirect] = eye.early_light(brdf);
-        let later = eye.later_light(brdf, matt_where_it_varies(&self.varies, brdf));
+        let later = eye.later_light(brdf, brdf, matt_where_it_varies(&self.varies, brdf));
         let indirect = grey(indirect + later) * onward.density;
         let [_, seen] = eye.direct;
         let seen = seen.map_or(Vec3A::ZERO, |seen| seen.light * brdf(eye.material, eye.albedo, &seen.angles));

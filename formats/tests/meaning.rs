@@ -88,6 +88,14 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
     if let Some(later) = &head.later {
         let nodes = node_coefficients(later, on_bases, channel).into_iter().enumerate();
         firsts.extend(nodes.map(|(node, coefficient)| (FirstReflection::Later { node }, coefficient)));
+        let nodes = node_coefficients(&Later { degree: 1, ..later.clone() }, on_bases, channel);
+        for (material, coefficients) in on_bases.iter().enumerate() {
+            for basis in 1..=later.lobes as usize {
+                firsts.extend(nodes.iter().enumerate().map(|(node, weight)| {
+                    (FirstReflection::LaterLobe { material, basis, node }, weight * coefficients[basis])
+                }));
+            }
+        }
     }
     let (mut sum, mut magnitude) = (0.0, 0.0);
     let mut add = |eye: f64, first: f64, stored: f64| {
@@ -109,8 +117,13 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
                     }
                     None => {
                         // Light that has been about has images of the first bases alone.
-                        assert!(matches!(first, FirstReflection::Later { .. }));
-                        assert!(eye_basis >= head.later.as_ref().unwrap().eye_bases as usize);
+                        let later = head.later.as_ref().unwrap();
+                        let kept = match first {
+                            FirstReflection::Later { .. } => later.eye_bases,
+                            FirstReflection::LaterLobe { .. } => later.lobe_eye_bases,
+                            _ => panic!("{first:?} has no image of basis {eye_basis}"),
+                        };
+                        assert!(eye_basis >= kept as usize);
                     }
                 }
             }),

@@ -135,7 +135,7 @@ fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Resu
                         brdf::evaluate(&materials[m as usize], albedo, angles)
                     };
                     let [direct, indirect] = eye.early_light(brdf);
-                    shown.add([direct, indirect, eye.later_light(brdf, brdf)]);
+                    shown.add([direct, indirect, eye.later_light(brdf, brdf, brdf)]);
                 }
             }
             number += 1;

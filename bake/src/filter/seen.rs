@@ -141,7 +141,7 @@ impl Watcher {
         let brdf =
             |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
         let [direct, indirect] = eye.early_light(brdf);
-        [direct, indirect, eye.later_light(brdf, matt_where_it_varies(&self.varies, brdf))]
+        [direct, indirect, eye.later_light(brdf, brdf, matt_where_it_varies(&self.varies, brdf))]
     }
 }
 

@@ -85,15 +85,17 @@ impl EyeVertex {
         [direct, indirect]
     }
 
-    /// Light that it reflects to the eye, and that was reflected twice or more before: there by `before`.
+    /// Light that it reflects to the eye, and that was reflected twice or more before: at the surface before by
+    /// `first`, and at all others by `before`.
     pub fn later_light(
         &self,
         brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+        first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
         before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
     ) -> Vec3A {
-        let first = self.indirect.as_ref().filter(|first| !first.later.is_empty());
-        first.map_or(Vec3A::ZERO, |first| {
-            first.later_light(before) * brdf(self.material, self.albedo, &first.eye_angles)
+        let at_first = self.indirect.as_ref().filter(|vertex| !vertex.later.is_empty());
+        at_first.map_or(Vec3A::ZERO, |vertex| {
+            vertex.later_light(first, before) * brdf(self.material, self.albedo, &vertex.eye_angles)
         })
     }
 }
@@ -152,7 +154,7 @@ pub struct Gather<'a> {
     pub lights: &'a Lights,
     film: Film,
     size: [u32; 2],
-    mixtures: Vec<LobeMixture>,
+    pub(super) mixtures: Vec<LobeMixture>,
     /// For each material: what it is, if it does not vary.
     pub(super) fixed: Vec<Option<Brdf>>,
     indirect: bool,

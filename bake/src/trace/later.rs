@@ -8,7 +8,7 @@
 //! cut off, and the variance is finite even in a closed room.
 
 use super::bounce::{Bounce, Chooser};
-use super::gather::{FirstVertex, Gather, Reflections};
+use super::gather::{FirstVertex, Gather, Reflection, Reflections};
 use super::sampler::Sample;
 use super::world::{Owner, Surface};
 use crate::brdf;
@@ -38,17 +38,23 @@ pub struct LaterVertex {
 
 impl FirstVertex {
     /// Light that it sends on after at least one more reflection, times cosine / density at the surface that
-    /// the eye sees. `brdf` gives the BRDF of a material, by its index, where its texture has a certain
-    /// colour, at some angles.
-    pub fn later_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
-        let (mut throughput, mut sum) = (Vec3A::splat(self.weight), Vec3A::ZERO);
-        let (mut material, mut albedo) = (self.material, self.albedo);
-        for vertex in &self.later {
-            throughput *= brdf(material, albedo, &vertex.next_angles) * vertex.weight;
-            (material, albedo) = (vertex.material, vertex.albedo);
-            let reflections = vertex.reflections.iter().flatten();
-            sum +=
-                throughput * reflections.map(|r| r.light * brdf(material, albedo, &r.angles)).sum::<Vec3A>();
+    /// the eye sees. `first` gives the BRDF of its material, by its index, where its texture has a certain
+    /// colour, at some angles; `before` those of all other surfaces.
+    pub fn later_light(
+        &self,
+        first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+        before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+    ) -> Vec3A {
+        let Some(next) = self.later.first() else { return Vec3A::ZERO };
+        let mut throughput = self.weight * first(self.material, self.albedo, &next.next_angles);
+        let mut sum = Vec3A::ZERO;
+        for (index, vertex) in self.later.iter().enumerate() {
+            throughput *= vertex.weight;
+            if let Some(next) = index.checked_sub(1).and_then(|next| self.later.get(next)) {
+                throughput *= before(next.material, next.albedo, &vertex.next_angles);
+            }
+            let reflected = |r: &Reflection| r.light * before(vertex.material, vertex.albedo, &r.angles);
+            sum += throughput * vertex.reflections.iter().flatten().map(reflected).sum::<Vec3A>();
         }
         sum
     }
@@ -67,6 +73,7 @@ impl Gather<'_> {
         let mut vertices: Vec<LaterVertex> = Vec::new();
         let mut surface = *first;
         for pair in (FIRST_PAIR..).step_by(PAIRS_PER_REFLECTION as usize) {
+            let mixtures = if vertices.is_empty() { &self.mixtures[..] } else { mixtures };
             let chooser = Chooser::by(&mixtures[material as usize]);
             let [end, choice] = sample.pair(pair);
             let bounce = Bounce::sample(&surface, chooser, choice, sample.pair(pair + 1));

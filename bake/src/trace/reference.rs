@@ -122,7 +122,7 @@ pub fn render(
 /// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a
 /// certain colour, at some angles.
 pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
-    early_radiance_of(path, &brdf) + later_radiance_of(path, &brdf, &brdf)
+    early_radiance_of(path, &brdf) + later_radiance_of(path, &brdf, &brdf, &brdf)
 }
 
 /// The part of it that was reflected at most twice.
@@ -136,16 +136,17 @@ pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -
     }
 }
 
-/// The part that was reflected more often, `before` being the BRDFs at all reflections but that towards the
-/// eye.
+/// The part that was reflected more often: `brdf` at the surface that the eye sees, `first` at the one before,
+/// and `before` at all others.
 pub fn later_radiance_of(
     path: &GatherPath,
     brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+    first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
     before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
 ) -> Vec3A {
     match path {
         GatherPath::Light(_) => Vec3A::ZERO,
-        GatherPath::Surface(eye) => eye.later_light(brdf, before),
+        GatherPath::Surface(eye) => eye.later_light(brdf, first, before),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Method `transfer-images`: a pixel is the sum over its fragments of image × coefficient (thesis eq. 4-26,
 //! 4-27).
 
-use crate::kinds::transfer_images::{FirstReflection, Head, Layout, TransferImages};
+use crate::kinds::transfer_images::{FirstReflection, Head, Later, Layout, TransferImages};
 use crate::state::Rgb;
 
 /// Factors on the stored halves of every slot for every class of fragment: row-major [materials + 1, slots],
@@ -11,11 +11,18 @@ use crate::state::Rgb;
 /// `on_bases` holds, for every editable material in the order of the file, its coefficients
 /// ([`crate::kinds::BrdfBasis::coefficients_of`]).
 pub fn coefficients(head: &Head, layout: &Layout, on_bases: &[Vec<Rgb>]) -> Vec<Rgb> {
-    let later = head.later.as_ref().map_or_else(Vec::new, |later| later.weights(&later.albedos_of(on_bases)));
+    let weights = |later: &Later| {
+        let albedos = later.albedos_of(on_bases);
+        (later.weights(&albedos), later.lobe_weights(&albedos))
+    };
+    let (later, lobes) = head.later.as_ref().map(weights).unwrap_or_default();
     let of_first = |first: FirstReflection| match first {
         FirstReflection::None | FirstReflection::Fixed => [1.0; 3],
         FirstReflection::Editable { material, basis } => on_bases[material][basis],
         FirstReflection::Later { node } => later[node],
+        FirstReflection::LaterLobe { material, basis, node } => {
+            Later::of_lobe(on_bases[material][basis], lobes[node])
+        }
     };
     let colour = head.meta.chromaticity.unwrap_or([1.0; 3]);
     let mut table = Vec::with_capacity((layout.materials + 1) * layout.slots.len());

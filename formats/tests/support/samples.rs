@@ -140,9 +140,13 @@ pub fn images_of_all(
 ) -> TransferImages {
     let random = &mut Random(seed ^ 2);
     let share = |random: &mut Random| random.unit() / materials as f32;
+    let eye_bases = 1 + random.below(bases) as u32;
+    let lobes = random.below(bases) as u32;
     let later = Later {
         degree: 1 + random.below(2) as u32,
-        eye_bases: 1 + random.below(bases) as u32,
+        eye_bases,
+        lobes,
+        lobe_eye_bases: if lobes > 0 { 1 + random.below(eye_bases as usize) as u32 } else { 0 },
         albedos: (0..bases).map(|_| random.signed()).collect(),
         textures: (0..materials).map(|_| [random.unit(), random.unit(), 1.0]).collect(),
         returns: (0..3 * materials * materials).map(|_| share(random)).collect(),

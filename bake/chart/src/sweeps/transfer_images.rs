@@ -5,11 +5,11 @@ use crate::sweep::{Bench, Sweep, Variant, read};
 use half::f16;
 use relume_bake::compress::quantise::scale_for;
 use relume_bake::error::Result;
-use relume_bake::methods::transfer_images::later::eye_bases;
+use relume_bake::methods::transfer_images::later::on_bases;
 use relume_bake::methods::transfer_images::pack::sort_by_importance;
 use relume_bake::methods::transfer_images::{Bases, METHOD, NAME, TransferImagesMethod, space_for};
 use relume_formats::kinds::BrdfBasis;
-use relume_formats::kinds::transfer_images::{Head, Image, Later, Layout, Meta, Slot, TransferImages};
+use relume_formats::kinds::transfer_images::{Head, Image, Layout, Meta, Slot, TransferImages};
 use relume_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -66,11 +66,7 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
 fn with_fewer_bases(images: &TransferImages, basis: &BrdfBasis) -> TransferImages {
     let old = &images.head;
     let meta = Meta { bases: basis.bases() as u32, ..old.meta.clone() };
-    let later = old.later.as_ref().map(|later| Later {
-        eye_bases: eye_bases(basis.bases()) as u32,
-        albedos: later.albedos.iter().take(basis.bases()).copied().collect(),
-        ..later.clone()
-    });
+    let later = old.later.clone().map(|later| on_bases(later, basis.bases()));
     let head = Head { meta, later, scales: Vec::new(), ..(**old).clone() };
     let [from, to] = [old.layout(), head.layout()];
     let find = |is: &dyn Fn(&Slot) -> bool| from.slots.iter().position(is);

@@ -36,7 +36,7 @@ pub fn albedo_errors(
     let progress = job.progress("measuring albedos", pixels.len() as u64);
     let gather = gather.with_later_highlights();
     let state = |state| State::new(scene, &random_state(state, scene), Some(later), basis);
-    let states: Vec<State> = (0..STATES).map(state).collect();
+    let states: Vec<State<'_>> = (0..STATES).map(state).collect();
     let squares = pixels.par_iter().map(|pixel| {
         progress.check()?;
         let squares = changes(&gather, *pixel, samples, &states);
@@ -48,7 +48,7 @@ pub fn albedo_errors(
 }
 
 /// By state: what albedos change, squared, and all light, squared; nothing if the pixel shows a light.
-fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State]) -> Vec<Squares> {
+fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State<'_>]) -> Vec<Squares> {
     let mut sums = vec![([DVec3::ZERO; 2], DVec3::ZERO); states.len()];
     let (mut shows_light, mut number) = (false, 0);
     gather.pixel(pixel, samples, |path| {
@@ -57,9 +57,8 @@ fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State]) -> V
         number += 1;
         for ((changes, light), state) in sums.iter_mut().zip(states) {
             let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
-            let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| state.by_albedo(m, albedo, angles);
-            let later = later_radiance_of(path, brdf, brdf);
-            changes[half] += (later - later_radiance_of(path, brdf, by_albedo)).as_dvec3();
+            let later = later_radiance_of(path, brdf, brdf, brdf);
+            changes[half] += (later - state.later_as_baked(path)).as_dvec3();
             *light += (early_radiance_of(path, brdf) + later).as_dvec3();
         }
     });

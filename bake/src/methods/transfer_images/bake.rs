@@ -71,7 +71,7 @@ pub fn bake(
         seed: settings.seed,
         editable_fragments: 0,
     };
-    let head = (meta, later);
+    let head = (meta, later.clone());
     if !settings.filter {
         let noise = noise.map(|noise| Noise { after: noise.before, ..noise });
         let images = traced.pack(basis, head, None, job)?;
@@ -145,14 +145,13 @@ impl Stage for Tiles<'_> {
 pub(super) fn projector<'a>(
     scene: &Scene,
     basis: &'a BrdfBasis,
-    (layout, later): (&'a Layout, Option<&Later>),
+    (layout, later): (&'a Layout, Option<&'a Later>),
     chromaticity: Option<Rgb>,
     watcher: &'a Watcher,
 ) -> Projector<'a> {
     let materials: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-    let nodes = later.map_or_else(Vec::new, Later::node_albedos);
     let grey_channel = grey_channel(chromaticity);
-    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel, nodes, watcher)
+    Projector::new(basis, layout, &materials, &scene.vary.materials, grey_channel, later, watcher)
 }
 
 /// The fragments of some pixels, projected.

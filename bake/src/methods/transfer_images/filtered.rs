@@ -116,7 +116,7 @@ fn layer_of(first: FirstReflection) -> Layer {
     match first {
         FirstReflection::None => Layer::Direct,
         FirstReflection::Fixed | FirstReflection::Editable { .. } => Layer::Indirect,
-        FirstReflection::Later { .. } => Layer::Later,
+        FirstReflection::Later { .. } | FirstReflection::LaterLobe { .. } => Layer::Later,
     }
 }
 

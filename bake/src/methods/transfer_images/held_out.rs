@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
-use crate::trace::reference::{early_radiance_of, later_radiance_of};
+use crate::trace::reference::early_radiance_of;
 use crate::trace::sampler::PixelSampler;
 use glam::{DVec3, Vec3A};
 use half::f16;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
-use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Later, Meta};
+use relume_formats::kinds::transfer_images::{Head, Image, Later, Meta};
 use relume_formats::kinds::{BrdfBasis, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
@@ -89,7 +89,7 @@ pub fn measure(
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
     let layout = baked.head.layout();
-    let is_early = |image: &&Image| !matches!(layout.slots[image.slot].first, FirstReflection::Later { .. });
+    let is_early = |image: &&Image| !layout.slots[image.slot].first.is_later();
     let images = baked.images.iter().filter(is_early).cloned().collect();
     let early = TransferImages { head: baked.head.clone(), images };
     measure_images(scene, gather, settings, basis, (&early, None), job)
@@ -269,7 +269,7 @@ fn true_radiance(
     gather: &Gather<'_>,
     pixel: u32,
     samples: u32,
-    states: &[State],
+    states: &[State<'_>],
     later: bool,
 ) -> Option<Vec<DVec3>> {
     let mut sums = vec![DVec3::ZERO; states.len()];
@@ -278,10 +278,9 @@ fn true_radiance(
         shows_light |= path.shows_light();
         for (sum, state) in sums.iter_mut().zip(states) {
             let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
-            let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| state.by_albedo(m, albedo, angles);
             *sum += early_radiance_of(path, brdf).as_dvec3();
             if later {
-                *sum += later_radiance_of(path, brdf, by_albedo).as_dvec3();
+                *sum += state.later_as_baked(path).as_dvec3();
             }
         }
     });

@@ -4,9 +4,7 @@ use crate::inspected::out::{Out, file_name_part};
 use crate::inspected::words::{grouped, list, many, pixels};
 use crate::inspected::{Described, Facts, Inspected};
 use relume_formats::container::{Kind, Stored};
-use relume_formats::kinds::transfer_images::{
-    FirstReflection, Head, Image, LaterImages, Meta, Slot, TransferImages,
-};
+use relume_formats::kinds::transfer_images::{FirstReflection, Head, Image, Meta, Slot, TransferImages};
 use relume_formats::state::Rgb;
 use relume_formats::{Error, Place, Result};
 use serde::Serialize;
@@ -59,10 +57,7 @@ impl Details {
             seed: head.meta.seed,
             rgb_images,
             single_channel_images: layout.slots.len() - rgb_images,
-            later_images: head.later.as_ref().map(|later| {
-                let LaterImages { nodes, eye_bases } = later.images();
-                nodes * eye_bases
-            }),
+            later_images: head.later.as_ref().map(|later| later.images().count(later.textures.len())),
             fragments: head.pixel.len(),
             classes: materials
                 .enumerate()
@@ -214,15 +209,14 @@ fn file_name(slot: usize, surface: Surface, meaning: &Slot, first: FirstReflecti
         Surface::Editable => format!("eye-b{}", meaning.eye_basis),
         Surface::Fixed => "fixed".to_owned(),
     };
+    let name = |material: usize| file_name_part(meta.materials.get(material).map_or("", String::as_str));
     let first = match first {
         FirstReflection::None => "direct".to_owned(),
         FirstReflection::Fixed => "first-fixed".to_owned(),
         FirstReflection::Later { node } => format!("later-{node}"),
-        FirstReflection::Editable { material, basis } => {
-            format!(
-                "first-{}-b{basis}",
-                file_name_part(meta.materials.get(material).map_or("", String::as_str))
-            )
+        FirstReflection::Editable { material, basis } => format!("first-{}-b{basis}", name(material)),
+        FirstReflection::LaterLobe { material, basis, node } => {
+            format!("later-{}-b{basis}-{node}", name(material))
         }
     };
     format!("image_{slot:04}_{eye}_{first}.exr")
@@ -235,6 +229,10 @@ fn first_json(first: FirstReflection, meta: &Meta) -> Value {
         FirstReflection::Later { node } => json!({ "on": "later", "node": node }),
         FirstReflection::Editable { material, basis } => {
             json!({ "on": "editable", "material": meta.materials.get(material), "basis": basis })
+        }
+        FirstReflection::LaterLobe { material, basis, node } => {
+            let material = meta.materials.get(material);
+            json!({ "on": "later-lobe", "material": material, "basis": basis, "node": node })
         }
     }
 }
@@ -305,6 +303,7 @@ fn metadata(head: &Head, editable: &[LightPath], fixed: &[LightPath]) -> Value {
     if let (Some(later), Some(told)) = (&head.later, told.as_object_mut()) {
         told.insert("later".to_owned(), json!(later));
         told.insert("later_nodes".to_owned(), json!(later.node_albedos()));
+        told.insert("later_lobe_nodes".to_owned(), json!(later.lobe_nodes()));
     }
     told
 }

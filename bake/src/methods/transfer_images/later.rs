@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use relume_formats::basis::half_difference::HalfDifference;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
-use relume_formats::kinds::transfer_images::{Later, LaterImages, node_count};
+use relume_formats::kinds::transfer_images::{Later, LaterImages};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
 use std::f32::consts::FRAC_1_PI;
 
@@ -24,6 +24,10 @@ const MOST_OF_DEGREE_2: usize = 8;
 /// smooth, and the first functions tell all of it that shows.
 const EYE_BASES: usize = 4;
 const EYE_SHARE: usize = 2;
+/// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing better
+/// that albedos at all other surfaces leave.
+const LOBES: usize = 2;
+const LOBE_EYE_BASES: usize = 2;
 /// A typical albedo: how much light counts that was reflected before.
 const TYPICAL_ALBEDO: f64 = 0.5;
 
@@ -38,7 +42,7 @@ pub fn later(
     basis: &BrdfBasis,
     job: &Job,
 ) -> Result<Option<Later>> {
-    let Some(images) = images(scene, settings.bases) else { return Ok(None) };
+    let Some(kept) = kept(scene, settings.bases) else { return Ok(None) };
     let pixels = some_pixels(CHOICE_PIXELS, settings.size);
     let progress = job.progress("light between materials", pixels.len() as u64);
     let found = pixels.par_iter().map(|pixel| {
@@ -52,28 +56,74 @@ pub fn later(
     let mut all = Exchange::new(scene.vary.materials.len());
     found.iter().for_each(|light| all.add(light));
     Ok(all.is_lit.then(|| Later {
-        degree: degree(scene),
-        eye_bases: images.eye_bases as u32,
         albedos: albedos(basis),
         textures: all.textures(),
         returns: all.returns(),
+        ..kept
     }))
 }
 
 /// The images that later reflections of `scene` take, if it is asked for them and has any.
 pub fn images(scene: &Scene, bases: usize) -> Option<LaterImages> {
-    let nodes = node_count(scene.vary.materials.len(), degree(scene));
-    let images = LaterImages { nodes, eye_bases: eye_bases(bases) };
-    (scene.reflections == ALL_REFLECTIONS).then_some(images)
+    kept(scene, bases).map(|later| later.images())
 }
 
-/// How many of `bases` at the eye keep later reflections.
-pub fn eye_bases(bases: usize) -> usize {
-    bases.div_ceil(EYE_SHARE).max(EYE_BASES).min(bases)
+/// What is kept of later reflections, nothing known yet of what they are.
+fn kept(scene: &Scene, bases: usize) -> Option<Later> {
+    let materials = scene.vary.materials.len();
+    let kept = Later {
+        degree: if materials <= MOST_OF_DEGREE_2 { 2 } else { 1 },
+        eye_bases: 0,
+        lobes: 0,
+        lobe_eye_bases: 0,
+        albedos: vec![0.0; bases],
+        textures: vec![[1.0; 3]; materials],
+        returns: Vec::new(),
+    };
+    (scene.reflections == ALL_REFLECTIONS).then(|| on_bases(kept, bases))
 }
 
-fn degree(scene: &Scene) -> u32 {
-    if scene.vary.materials.len() <= MOST_OF_DEGREE_2 { 2 } else { 1 }
+/// The same on other `bases`, all that each needs.
+pub fn on_bases(later: Later, bases: usize) -> Later {
+    let eye_bases = bases.div_ceil(EYE_SHARE).max(EYE_BASES).min(bases);
+    let lobes = if later.degree < 2 { 0 } else { LOBES.min(bases - 1) };
+    let lobe_eye_bases = if lobes > 0 { LOBE_EYE_BASES.min(eye_bases) } else { 0 };
+    let [eye_bases, lobes, lobe_eye_bases] = [eye_bases, lobes, lobe_eye_bases].map(|count| count as u32);
+    Later {
+        eye_bases,
+        lobes,
+        lobe_eye_bases,
+        albedos: later.albedos.iter().take(bases).copied().collect(),
+        ..later
+    }
+}
+
+/// How paths meet later reflections that are baked.
+pub struct Nodes<'a> {
+    later: &'a Later,
+    /// The albedo of every class at every node, [nodes, classes].
+    pub albedos: Vec<Vec<f32>>,
+    /// Which nodes are those of lobes.
+    pub of_lobes: Vec<usize>,
+}
+
+impl<'a> Nodes<'a> {
+    /// Those of `later`.
+    pub fn new(later: &'a Later) -> Self {
+        Self { later, albedos: later.node_albedos(), of_lobes: later.lobe_nodes() }
+    }
+
+    /// What every glossy function that the surface before keeps is there beyond its albedo, by the `values` of
+    /// all functions, sr⁻¹.
+    pub fn beyond_albedo(&self, values: &[f32]) -> impl Iterator<Item = f32> {
+        beyond_albedo(self.later, values)
+    }
+}
+
+/// See [`Nodes::beyond_albedo`].
+pub fn beyond_albedo(later: &Later, values: &[f32]) -> impl Iterator<Item = f32> {
+    let glossy = values.iter().zip(&later.albedos).skip(1).take(later.lobes as usize);
+    glossy.map(|(value, albedo)| value - albedo * FRAC_1_PI)
 }
 
 /// The hemispherical-hemispherical reflectance of every basis function, in units of what a white Lambert

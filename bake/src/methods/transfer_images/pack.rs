@@ -172,7 +172,7 @@ fn slot_weights(layout: &Layout, squares: &[f64]) -> Vec<f64> {
 
 fn slot_weight(slot: &Slot, weights: &[f64]) -> f64 {
     let first = |first: FirstReflection| match first {
-        FirstReflection::Editable { basis, .. } => weights[basis],
+        FirstReflection::Editable { basis, .. } | FirstReflection::LaterLobe { basis, .. } => weights[basis],
         FirstReflection::None | FirstReflection::Fixed | FirstReflection::Later { .. } => 1.0,
     };
     let editable = weights[slot.eye_basis] * first(slot.first);

@@ -20,7 +20,7 @@ use crate::trace::world::{World, reset_ray_counts, take_ray_count};
 use rayon::prelude::*;
 use relume_formats::Place;
 use relume_formats::container::Stored;
-use relume_formats::kinds::transfer_images::{Later, LaterImages, Layout};
+use relume_formats::kinds::transfer_images::{Later, Layout};
 use relume_formats::state::Model;
 use relume_scenes::Scene;
 use std::time::Instant;
@@ -145,8 +145,8 @@ fn tell_of_sharper(
 
 /// What later reflections cost, and how far off they are where materials shine.
 fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String {
-    let LaterImages { nodes, eye_bases } = later.images();
-    let (images, share) = (nodes * eye_bases, 100.0 * (3 * nodes * eye_bases) as f64 / channels as f64);
+    let images = later.images().count(later.textures.len());
+    let share = 100.0 * (3 * images) as f64 / channels as f64;
     let errors = errors.map_or_else(String::new, |HeldOutErrors { median, worst }| {
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });

@@ -1,7 +1,7 @@
 //! Projects paths on BRDF bases: sorts what each path carries by the materials it met, and weighs it with
 //! every basis (thesis eq. 4-26, 4-27).
 
-use super::later::lambert;
+use super::later::{Nodes, lambert};
 use crate::brdf;
 use crate::filter::{Seen, Watcher};
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
@@ -9,7 +9,7 @@ use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
-use relume_formats::kinds::transfer_images::{FirstReflection, Layout};
+use relume_formats::kinds::transfer_images::{FirstReflection, Later, Layout};
 use relume_formats::state::Brdf;
 
 /// How paths of one scene fall into the slots of a layout.
@@ -23,8 +23,8 @@ pub struct Projector<'a> {
     channels: Vec<Channels>,
     /// Which channel of the light single-channel slots follow: the one where the chromaticity is 1.
     grey_channel: usize,
-    /// The albedo of every class at every node of later reflections, [nodes, classes].
-    node_albedos: Vec<Vec<f32>>,
+    /// How later reflections are baked, if they are.
+    later: Option<Nodes<'a>>,
     watcher: &'a Watcher,
 }
 
@@ -68,15 +68,15 @@ impl Record {
 
 impl<'a> Projector<'a> {
     /// Prepares the projection. `editable` lists the materials that vary in order of their class;
-    /// `grey_channel` is the largest of the light's chromaticity; `node_albedos` are those of
-    /// [`relume_formats::kinds::transfer_images::Later`], if `layout` has later reflections.
+    /// `grey_channel` is the largest of the light's chromaticity; `later` is there if `layout` has later
+    /// reflections.
     pub fn new(
         basis: &'a BrdfBasis,
         layout: &'a Layout,
         materials: &[Brdf],
         editable: &[usize],
         grey_channel: usize,
-        node_albedos: Vec<Vec<f32>>,
+        later: Option<&'a Later>,
         watcher: &'a Watcher,
     ) -> Self {
         let class = |index: usize| editable.iter().position(|e| *e == index);
@@ -92,7 +92,7 @@ impl<'a> Projector<'a> {
                 Channels { start, rgb: slot.rgb };
             start += slot.channels();
         }
-        Self { basis, layout, materials, channels, grey_channel, node_albedos, watcher }
+        Self { basis, layout, materials, channels, grey_channel, later: later.map(Nodes::new), watcher }
     }
 
     /// Records with nothing in them.
@@ -171,34 +171,63 @@ impl<'a> Projector<'a> {
                 }
             }
         }
-        if !first.later.is_empty() && !self.node_albedos.is_empty() {
-            for (node, light) in self.later_light(first).into_iter().enumerate() {
-                each(FirstReflection::Later { node }, light);
+        if let Some((later, next)) = self.later.as_ref().zip(first.later.first()) {
+            self.each_later(later, first, &next.next_angles, each);
+        }
+    }
+
+    /// The same for what `first` sends on after more reflections, the first of which it sees at these `angles`;
+    /// see [`FirstVertex::later_light`], which takes one state at a time.
+    fn each_later(
+        &self,
+        later: &Nodes<'_>,
+        first: &FirstVertex,
+        angles: &Angles,
+        mut each: impl FnMut(FirstReflection, Vec3A),
+    ) {
+        let arriving = self.arriving(&later.albedos, first);
+        match self.materials[first.material as usize] {
+            Reflector::Fixed(material) => {
+                let reflectance = brdf::evaluate(&material, first.albedo, angles);
+                for (node, light) in arriving.iter().enumerate() {
+                    each(FirstReflection::Later { node }, *light * reflectance);
+                }
+            }
+            Reflector::Editable(class) => {
+                for (node, (light, albedos)) in arriving.iter().zip(&later.albedos).enumerate() {
+                    each(FirstReflection::Later { node }, *light * lambert(Vec3A::splat(albedos[class])));
+                }
+                let values = self.values(angles);
+                for (basis, value) in later.beyond_albedo(&values).enumerate() {
+                    for (node, of_all) in later.of_lobes.iter().enumerate() {
+                        let first = FirstReflection::LaterLobe { material: class, basis: 1 + basis, node };
+                        each(first, arriving[*of_all] * value);
+                    }
+                }
             }
         }
     }
 
-    /// What `first` sends on after more reflections, at every node; see [`FirstVertex::later_light`], which
-    /// takes one state at a time.
-    fn later_light(&self, first: &FirstVertex) -> Vec<Vec3A> {
-        let mut sums = vec![Vec3A::ZERO; self.node_albedos.len()];
+    /// What arrives at `first` after one reflection and more, at every node.
+    fn arriving(&self, node_albedos: &[Vec<f32>], first: &FirstVertex) -> Vec<Vec3A> {
+        let mut sums = vec![Vec3A::ZERO; node_albedos.len()];
         // What of the light goes on: by fixed surfaces, and by those that vary.
         let mut throughput = Vec3A::splat(first.weight);
-        let mut shares = vec![1.0; self.node_albedos.len()];
-        let (mut reflector, mut albedo) = (self.materials[first.material as usize], first.albedo);
+        let mut shares = vec![1.0; node_albedos.len()];
+        let mut before: Option<(Reflector, Vec3A)> = None;
         for vertex in &first.later {
-            throughput *= vertex.weight
-                * match reflector {
-                    Reflector::Fixed(material) => brdf::evaluate(&material, albedo, &vertex.next_angles),
-                    Reflector::Editable(class) => {
-                        shares
-                            .iter_mut()
-                            .zip(&self.node_albedos)
-                            .for_each(|(s, albedos)| *s *= albedos[class]);
-                        lambert(Vec3A::ONE)
-                    }
-                };
-            (reflector, albedo) = (self.materials[vertex.material as usize], vertex.albedo);
+            throughput *= vertex.weight;
+            match before {
+                None => {}
+                Some((Reflector::Fixed(material), albedo)) => {
+                    throughput *= brdf::evaluate(&material, albedo, &vertex.next_angles);
+                }
+                Some((Reflector::Editable(class), _)) => {
+                    throughput *= lambert(Vec3A::ONE);
+                    shares.iter_mut().zip(node_albedos).for_each(|(s, albedos)| *s *= albedos[class]);
+                }
+            }
+            let (reflector, albedo) = (self.materials[vertex.material as usize], vertex.albedo);
             let (light, class) = match reflector {
                 Reflector::Fixed(material) => (reflect(&vertex.reflections, albedo, &material), None),
                 Reflector::Editable(class) => {
@@ -207,9 +236,10 @@ impl<'a> Projector<'a> {
                 }
             };
             let light = throughput * light;
-            for ((sum, share), albedos) in sums.iter_mut().zip(&shares).zip(&self.node_albedos) {
+            for ((sum, share), albedos) in sums.iter_mut().zip(&shares).zip(node_albedos) {
                 *sum += light * (share * class.map_or(1.0, |class| albedos[class]));
             }
+            before = Some((reflector, albedo));
         }
         sums
     }

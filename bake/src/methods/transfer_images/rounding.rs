@@ -8,7 +8,7 @@
 use crate::compress::quantise::scale_for;
 use half::f16;
 use rayon::prelude::*;
-use relume_formats::kinds::transfer_images::{FirstReflection, Image, Layout};
+use relume_formats::kinds::transfer_images::{Image, Layout};
 
 /// Least steps that the middle one of all fragments that are lit is worth.
 const STEPS_OF_MIDDLE: f32 = 2048.0;
@@ -51,7 +51,7 @@ fn step_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<
             let share = scales[image.slot] / slot.channels() as f32;
             grey.iter_mut().zip(channel).for_each(|(sum, value)| *sum += value.to_f32() * share);
         }
-        let is_later = matches!(slot.first, FirstReflection::Later { .. });
+        let is_later = slot.first.is_later();
         let joined = if is_later { &mut later } else { &mut picture };
         joined.resize(joined.len().max(fragments), 0.0);
         let join = |(all, one): (&mut f32, &f32)| *all = if is_later { all.max(*one) } else { *all + one };

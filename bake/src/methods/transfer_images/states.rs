@@ -1,34 +1,54 @@
 //! States of the materials of a scene, as they are and as later reflections are baked.
 
-use super::later::lambert;
+use super::held_out::{OnBases, editable_coefficients};
+use super::later::{beyond_albedo, lambert};
 use crate::brdf;
+use crate::trace::gather::GatherPath;
+use crate::trace::reference::later_radiance_of;
 use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
+use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::transfer_images::Later;
-use relume_formats::state::Brdf;
+use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 
 /// A state of the materials.
-pub(super) struct State {
+pub(super) struct State<'a> {
+    basis: &'a BrdfBasis,
     /// Of all of them.
     materials: Vec<Brdf>,
-    /// For each: the BRDF of its effective albedo, if it varies and later reflections are baked.
+    /// If later reflections are baked.
+    baked: Option<AsBaked<'a>>,
+}
+
+/// How materials are met by later reflections.
+struct AsBaked<'a> {
+    later: &'a Later,
+    /// For each that varies: its coefficients, and the BRDF of its effective albedo.
+    coefficients: Vec<Option<Vec<Rgb>>>,
     lambert: Vec<Option<Vec3A>>,
 }
 
-impl State {
+impl<'a> State<'a> {
     /// With these parameters of the materials that vary.
-    pub(super) fn new(scene: &Scene, varying: &[Brdf], later: Option<&Later>, basis: &BrdfBasis) -> Self {
-        let mut lambert_of = vec![None; scene.materials.len()];
-        if let Some(later) = later {
+    pub(super) fn new(
+        scene: &Scene,
+        varying: &[Brdf],
+        later: Option<&'a Later>,
+        basis: &'a BrdfBasis,
+    ) -> Self {
+        let materials = all_materials(scene, varying);
+        let baked = later.map(|later| {
+            let coefficients = editable_coefficients(scene, basis, &materials);
+            let mut lambert_of = vec![None; materials.len()];
             let on_bases: Vec<_> = varying.iter().filter_map(|m| basis.coefficients_of(m)).collect();
-            let albedos = later.albedos_of(&on_bases);
-            for (index, albedo) in scene.vary.materials.iter().zip(albedos) {
+            for (index, albedo) in scene.vary.materials.iter().zip(later.albedos_of(&on_bases)) {
                 lambert_of[*index] = Some(lambert(albedo.into()));
             }
-        }
-        Self { materials: all_materials(scene, varying), lambert: lambert_of }
+            AsBaked { later, coefficients, lambert: lambert_of }
+        });
+        Self { basis, materials, baked }
     }
 
     /// As it is, sr⁻¹.
@@ -36,9 +56,28 @@ impl State {
         brdf::evaluate(&self.materials[material as usize], albedo, angles)
     }
 
-    /// At third and later reflections as they are baked.
-    pub(super) fn by_albedo(&self, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
-        self.lambert[material as usize].unwrap_or_else(|| self.brdf(material, albedo, angles))
+    /// Light of third and later reflections as it is baked, but for nodes; all of it if none are.
+    pub(super) fn later_as_baked(&self, path: &GatherPath) -> Vec3A {
+        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| self.brdf(m, albedo, angles);
+        let Some(AsBaked { later, coefficients, lambert }) = &self.baked else {
+            return later_radiance_of(path, brdf, brdf, brdf);
+        };
+        let on = OnBases { basis: self.basis, materials: &self.materials, coefficients };
+        let eye = |bases: u32| {
+            let on = &on;
+            move |m: u32, albedo: Vec3A, angles: &Angles| on.evaluate(bases as usize, m, albedo, angles)
+        };
+        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| {
+            lambert[m as usize].unwrap_or_else(|| brdf(m, albedo, angles))
+        };
+        let beyond = |m: u32, _: Vec3A, angles: &Angles| {
+            let mut values = [0.0; MAX_BASES];
+            self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
+            let coefficients = coefficients[m as usize].iter().flatten().skip(1);
+            coefficients.zip(beyond_albedo(later, &values)).map(|(c, value)| Vec3A::from(*c) * value).sum()
+        };
+        later_radiance_of(path, eye(later.eye_bases), by_albedo, by_albedo)
+            + later_radiance_of(path, eye(later.lobe_eye_bases), beyond, by_albedo)
     }
 }
 

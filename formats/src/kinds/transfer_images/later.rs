@@ -15,6 +15,10 @@
 //!
 //! Nodes are the combinations of 0, [`MAX_ALBEDO`] and half of it whose numbers (0, 1, 2) add up to at most
 //! [`Later::degree`]: 1 + E or (E + 1)(E + 2)/2 for E materials.
+//!
+//! The surface before the one that the eye sees may keep its first glossy functions, too: what function bⱼ of
+//! its material sends on beyond its albedo aⱼ, with bⱼ − aⱼ/π for the BRDF there, has images at nodes of degree
+//! 1, and counts by its coefficient.
 
 use super::LaterImages;
 use crate::state::Rgb;
@@ -29,9 +33,12 @@ pub const MAX_DEGREE: u32 = 2;
 const NODES: [f64; MAX_DEGREE as usize + 1] = [0.0, MAX_ALBEDO as f64, 0.5 * MAX_ALBEDO as f64];
 /// How far a row of [`Later::returns`] may be above 1 in all.
 const RETURNS_TOLERANCE: f32 = 1e-4;
-/// Largest size of what a node counts: that of the product of two coefficients, for which
-/// [`super::MAX_SCALE`] is made. Rooms that hold so much light in so many materials are no rooms of a scene.
-const MAX_WEIGHT: f64 = 4e8;
+/// Total degree of what lobes of the surface before are times D: that surface counts once already.
+const LOBE_DEGREE: u32 = 1;
+/// Largest size of what a node counts, times the coefficient of a lobe: that of the product of two
+/// coefficients, for which [`super::MAX_SCALE`] is made. Rooms that hold so much light in so many materials are
+/// no rooms of a scene.
+const MAX_WEIGHT: f32 = 4e8;
 /// Largest size of a basis function's albedo.
 const MAX_BASIS_ALBEDO: f32 = 1e30;
 
@@ -42,6 +49,10 @@ pub struct Later {
     pub degree: u32,
     /// Bases at the surface that the eye sees, the first ones, from 1 to all.
     pub eye_bases: u32,
+    /// Glossy functions of the surface before that are kept, the first ones; 0 for none.
+    pub lobes: u32,
+    /// Bases at the surface that the eye sees for each of these; 0 for none.
+    pub lobe_eye_bases: u32,
     /// What each basis function reflects of light from everywhere, its hemispherical-hemispherical
     /// reflectance: ∫∫ bₖ cos θᵢ cos θₒ dωᵢ dωₒ / π.
     pub albedos: Vec<f32>,
@@ -74,8 +85,22 @@ pub fn node_count(materials: usize, degree: u32) -> usize {
 impl Later {
     /// How many images it has.
     pub fn images(&self) -> LaterImages {
-        let nodes = node_count(self.textures.len(), self.degree);
-        LaterImages { nodes, eye_bases: self.eye_bases as usize }
+        let materials = self.textures.len();
+        LaterImages {
+            nodes: node_count(materials, self.degree),
+            eye_bases: self.eye_bases as usize,
+            lobes: self.lobes as usize,
+            lobe_nodes: if self.lobes > 0 { node_count(materials, LOBE_DEGREE) } else { 0 },
+            lobe_eye_bases: self.lobe_eye_bases as usize,
+        }
+    }
+
+    /// Which of all nodes are those of lobes.
+    pub fn lobe_nodes(&self) -> Vec<usize> {
+        let all = nodes(self.textures.len(), self.degree);
+        let is_one =
+            |(_, node): &(usize, Vec<u8>)| node.iter().map(|n| u32::from(*n)).sum::<u32>() <= LOBE_DEGREE;
+        all.into_iter().enumerate().filter(is_one).map(|(number, _)| number).collect()
     }
 
     /// The albedo of every editable material at every node, [nodes, materials].
@@ -101,7 +126,21 @@ impl Later {
 
     /// What the image of every node counts for materials of these `albedos`, by channel.
     pub fn weights(&self, albedos: &[Rgb]) -> Vec<Rgb> {
-        let nodes = nodes(albedos.len(), self.degree);
+        self.weights_of(self.degree, albedos)
+    }
+
+    /// What the image of every node of lobes counts, times their coefficients ([`Later::of_lobe`]).
+    pub fn lobe_weights(&self, albedos: &[Rgb]) -> Vec<Rgb> {
+        self.weights_of(LOBE_DEGREE, albedos)
+    }
+
+    /// What the image of a lobe counts, by its coefficient and the node's weight.
+    pub fn of_lobe(coefficient: Rgb, weight: Rgb) -> Rgb {
+        std::array::from_fn(|k| (coefficient[k] * weight[k]).clamp(-MAX_WEIGHT, MAX_WEIGHT))
+    }
+
+    fn weights_of(&self, degree: u32, albedos: &[Rgb]) -> Vec<Rgb> {
+        let nodes = nodes(albedos.len(), degree);
         let mut weights = vec![[0.0; 3]; nodes.len()];
         for channel in 0..3 {
             let at: Vec<f64> = albedos.iter().map(|albedo| f64::from(albedo[channel])).collect();
@@ -110,7 +149,8 @@ impl Later {
                 let there: Vec<f64> = node.iter().map(|number| NODES[usize::from(*number)]).collect();
                 let share = self.denominator(channel, &there) / here;
                 let counts = polynomial_weight(node, &nodes, &at) * share;
-                weight[channel] = counts.clamp(-MAX_WEIGHT, MAX_WEIGHT) as f32;
+                let most = f64::from(MAX_WEIGHT);
+                weight[channel] = counts.clamp(-most, most) as f32;
             }
         }
         weights
@@ -131,10 +171,15 @@ impl Later {
 
     /// What is wrong with it in a file of so many materials and bases.
     pub(super) fn fault(&self, materials: usize, bases: usize) -> Option<String> {
-        let Self { degree, eye_bases, albedos, textures, returns } = self;
+        let Self { degree, eye_bases, lobes, lobe_eye_bases, albedos, textures, returns } = self;
         if !(1..=MAX_DEGREE).contains(degree) || !(1..=bases).contains(&(*eye_bases as usize)) {
             return Some(format!(
                 "later reflections of degree {degree} on {eye_bases} bases are out of range"
+            ));
+        }
+        if *lobes as usize >= bases || lobe_eye_bases > eye_bases || (*lobes == 0) != (*lobe_eye_bases == 0) {
+            return Some(format!(
+                "later reflections on {lobes} lobes and {lobe_eye_bases} of {eye_bases} bases are out of range"
             ));
         }
         if albedos.len() != bases || textures.len() != materials || returns.len() != 3 * materials.pow(2) {
@@ -203,6 +248,8 @@ mod tests {
         Later {
             degree,
             eye_bases: 1,
+            lobes: 1,
+            lobe_eye_bases: 1,
             albedos: vec![1.0; 2],
             textures: vec![[1.0; 3]; materials],
             returns: returns.repeat(3),
@@ -290,6 +337,34 @@ mod tests {
                 "{degree} {eye_bases}"
             );
         }
+        for (lobes, lobe_eye_bases) in [(0, 1), (1, 0), (2, 1), (1, 2), (u32::MAX, 1)] {
+            let later = Later { lobes, lobe_eye_bases, ..sound.clone() };
+            assert!(later.fault(1, 2).is_some(), "{lobes} {lobe_eye_bases}");
+        }
+        assert_eq!(Later { lobes: 0, lobe_eye_bases: 0, ..sound }.fault(1, 2), None);
+    }
+
+    /// The nodes of lobes are some of all; a quotient of degree 1 is met by them whatever the albedos.
+    #[test]
+    fn lobes_have_nodes_of_degree_1() {
+        let mut later = later(2, &[0.3, 0.2, 0.1, 0.0, 0.5, 0.4, 0.9, 0.0, 0.1]);
+        let (all, some) = (later.node_albedos(), later.lobe_nodes());
+        assert_eq!(some.len(), later.images().lobe_nodes);
+        later.degree = 1;
+        let ones = later.node_albedos();
+        assert_eq!(some.iter().map(|node| all[*node].clone()).collect::<Vec<_>>(), ones);
+        let at = [[0.31f32; 3], [0.9; 3], [0.05; 3]];
+        let numerator = |x: &[f64]| 0.3 + x[0] - 2.0 * x[1] + 0.7 * x[2];
+        let quotient = |x: &[f64]| numerator(x) / later.denominator(1, x);
+        let wide = |x: &[f32]| x.iter().copied().map(f64::from).collect::<Vec<_>>();
+        let found: f64 = later
+            .lobe_weights(&at)
+            .iter()
+            .zip(&ones)
+            .map(|(weight, node)| f64::from(weight[1]) * quotient(&wide(node)))
+            .sum();
+        assert!((found - quotient(&wide(&at.map(|a| a[1])))).abs() < 1e-5, "{found}");
+        assert_eq!(Later::of_lobe([2.0, -1e9, 0.0], [0.5, 1e9, 1.0]), [1.0, -MAX_WEIGHT, 0.0]);
     }
 
     #[test]

@@ -12,7 +12,8 @@
 //! RGB images: 29 RGB and 55 single-channel slots for E = 2, G = 5.
 //!
 //! Bakes of all reflections have one more RGB image for each node of [`super::Later`] and each of the eye's
-//! bases that it keeps.
+//! bases that it keeps; and for each of its lobes' nodes, for each function of each editable material, and each
+//! of the eye's bases that these keep.
 
 /// Where light was reflected before it reached the surface that the eye sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +35,23 @@ pub enum FirstReflection {
         /// Index of the node.
         node: usize,
     },
+    /// On an editable material, and at least once more before: what one of its glossy functions sends on that
+    /// its albedo does not, at a node of the lobes of [`super::Later`].
+    LaterLobe {
+        /// Index of the material.
+        material: usize,
+        /// Index of the basis, from 1.
+        basis: usize,
+        /// Index of the node.
+        node: usize,
+    },
+}
+
+impl FirstReflection {
+    /// Whether light was reflected more than twice.
+    pub fn is_later(self) -> bool {
+        matches!(self, Self::Later { .. } | Self::LaterLobe { .. })
+    }
 }
 
 /// What one stored image means.
@@ -59,7 +77,11 @@ impl Slot {
     /// diffuse one, or a fixed surface reflects as it is. Other basis functions may be negative, and so may
     /// what they make of light.
     pub fn is_positive(&self) -> bool {
-        self.eye_basis == 0 && !matches!(self.first, FirstReflection::Editable { basis: 1.., .. })
+        let is_glossy = matches!(
+            self.first,
+            FirstReflection::Editable { basis: 1.., .. } | FirstReflection::LaterLobe { .. }
+        );
+        self.eye_basis == 0 && !is_glossy
     }
 }
 
@@ -70,6 +92,19 @@ pub struct LaterImages {
     pub nodes: usize,
     /// The eye's bases that have an image at each node: the first ones, at least one.
     pub eye_bases: usize,
+    /// Glossy functions of each editable material before that have images of their own: the first ones.
+    pub lobes: usize,
+    /// Nodes of these.
+    pub lobe_nodes: usize,
+    /// The eye's bases that have an image at each of them: the first ones.
+    pub lobe_eye_bases: usize,
+}
+
+impl LaterImages {
+    /// Images of editable fragments, in scenes of so many editable materials.
+    pub fn count(&self, materials: usize) -> usize {
+        self.nodes * self.eye_bases + materials * self.lobes * self.lobe_nodes * self.lobe_eye_bases
+    }
 }
 
 /// All slots of a bake.
@@ -81,30 +116,34 @@ pub struct Layout {
     pub materials: usize,
     /// Number of bases.
     pub bases: usize,
-    /// Nodes of later reflections; 0 in bakes of one or two.
-    later_nodes: usize,
-    /// Bases of the eye that have images of later reflections.
-    later_bases: usize,
+    /// Those of later reflections; none in bakes of one or two.
+    later: LaterImages,
 }
 
 impl Layout {
     /// The layout for `materials` editable materials and `bases` bases; `one_colour` if all light has one
     /// chromaticity. With `later` it has images of all reflections.
     pub fn new(materials: usize, bases: usize, one_colour: bool, later: Option<LaterImages>) -> Self {
-        use FirstReflection::{Editable, Fixed, Later, None};
-        let LaterImages { nodes, eye_bases } = later.unwrap_or_default();
+        use FirstReflection::{Editable, Fixed, Later, LaterLobe, None};
+        let later = later.unwrap_or_default();
         let editable = |material| move |basis| Editable { material, basis };
+        let lobe = |material| {
+            let of = move |basis| move |node| LaterLobe { material, basis, node };
+            (1..=later.lobes).flat_map(move |basis| (0..later.lobe_nodes).map(of(basis)))
+        };
         let firsts: Vec<_> = [None, Fixed]
             .into_iter()
             .chain((0..materials).flat_map(|m| (0..bases).map(editable(m))))
-            .chain((0..nodes).map(|node| Later { node }))
+            .chain((0..later.nodes).map(|node| Later { node }))
+            .chain((0..materials).flat_map(lobe))
             .collect();
+        let kept = |first: FirstReflection| kept_bases(first, bases, &later);
         let grey = |eye_basis: usize, first: FirstReflection| {
             one_colour && eye_basis > 0 && matches!(first, None | Editable { basis: 1.., .. })
         };
         let mut slots: Vec<Slot> = (0..bases)
             .flat_map(|eye_basis| firsts.iter().map(move |&first| (eye_basis, first)))
-            .filter(|(eye_basis, first)| *eye_basis < eye_bases || !matches!(first, Later { .. }))
+            .filter(|(eye_basis, first)| *eye_basis < kept(*first))
             .map(|(eye_basis, first)| Slot {
                 eye_basis,
                 first,
@@ -116,17 +155,18 @@ impl Layout {
         for (slot, &first) in slots.iter_mut().zip(&firsts) {
             slot.fixed = Some(first);
         }
-        Self { slots, materials, bases, later_nodes: nodes, later_bases: eye_bases }
+        Self { slots, materials, bases, later }
     }
 
     /// Number of possible first reflections.
     pub fn firsts(&self) -> usize {
-        2 + self.materials * self.bases + self.later_nodes
+        let LaterImages { nodes, lobes, lobe_nodes, .. } = self.later;
+        2 + self.materials * (self.bases + lobes * lobe_nodes) + nodes
     }
 
     /// The eye's bases that have an image of this first reflection: the first ones, so many.
     pub fn eye_bases(&self, first: FirstReflection) -> usize {
-        if matches!(first, FirstReflection::Later { .. }) { self.later_bases } else { self.bases }
+        kept_bases(first, self.bases, &self.later)
     }
 
     /// A dense number for a first reflection, below [`Layout::firsts`].
@@ -136,12 +176,26 @@ impl Layout {
             FirstReflection::Fixed => 1,
             FirstReflection::Editable { material, basis } => 2 + material * self.bases + basis,
             FirstReflection::Later { node } => 2 + self.materials * self.bases + node,
+            FirstReflection::LaterLobe { material, basis, node } => {
+                let LaterImages { nodes, lobes, lobe_nodes, .. } = self.later;
+                let lobe = material * lobes + basis - 1;
+                2 + self.materials * self.bases + nodes + lobe * lobe_nodes + node
+            }
         }
     }
 
     /// Channels of all slots together.
     pub fn channels(&self) -> usize {
         self.slots.iter().map(Slot::channels).sum()
+    }
+}
+
+/// Of `bases` the first ones at the eye that have an image of `first`.
+fn kept_bases(first: FirstReflection, bases: usize, later: &LaterImages) -> usize {
+    match first {
+        FirstReflection::Later { .. } => later.eye_bases,
+        FirstReflection::LaterLobe { .. } => later.lobe_eye_bases,
+        _ => bases,
     }
 }
 
@@ -170,12 +224,20 @@ mod tests {
     #[test]
     fn later_reflections_add_rgb_images_for_each_node_and_basis() {
         let without = Layout::new(2, 6, true, None);
-        for eye_bases in [1, 4, 6] {
-            let with = Layout::new(2, 6, true, Some(LaterImages { nodes: 6, eye_bases }));
-            assert_eq!(with.channels(), without.channels() + 3 * 6 * eye_bases);
-            assert_eq!(counts(&with), (29 + 6 * eye_bases, 55, 14 + 6));
-            let is_later = |slot: &&Slot| matches!(slot.first, FirstReflection::Later { .. });
-            assert!(with.slots.iter().filter(is_later).all(|s| s.eye_basis < eye_bases && s.rgb));
+        for (eye_bases, lobes, lobe_eye_bases) in [(1, 0, 0), (4, 0, 0), (6, 1, 1), (4, 2, 2)] {
+            let later = LaterImages { nodes: 6, eye_bases, lobes, lobe_nodes: 3, lobe_eye_bases };
+            let with = Layout::new(2, 6, true, Some(later));
+            let images = 6 * eye_bases + 2 * lobes * 3 * lobe_eye_bases;
+            assert_eq!(later.count(2), images);
+            assert_eq!(with.channels(), without.channels() + 3 * images);
+            assert_eq!(counts(&with), (29 + images, 55, 14 + 6 + 2 * lobes * 3));
+            let is_later = |slot: &&Slot| slot.first.is_later();
+            assert_eq!(with.slots.iter().filter(is_later).count(), images);
+            assert!(with.slots.iter().all(|s| s.eye_basis < with.eye_bases(s.first)));
+            assert!(with.slots.iter().filter(is_later).all(|s| s.rgb));
+            let indices: std::collections::BTreeSet<_> =
+                with.slots.iter().map(|s| with.first_index(s.first)).collect();
+            assert_eq!(indices, (0..with.firsts()).collect());
             let others: Vec<_> =
                 with.slots.iter().filter(|s| !is_later(s)).map(|s| (s.eye_basis, s.first)).collect();
             assert_eq!(others, without.slots.iter().map(|s| (s.eye_basis, s.first)).collect::<Vec<_>>());

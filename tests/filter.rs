@@ -24,7 +24,8 @@ fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
 fn pictures_of(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings) -> Vec<Vec<Rgb>> {
     let scenes: Vec<Scene> = states.iter().map(|state| in_state(scene, state)).collect();
     let Settings { size, samples, seed, .. } = *settings;
-    let settings = reference::Settings { size, samples, seed, reflections: 2, paths: Paths::Gather };
+    let settings =
+        reference::Settings { size, samples, seed, reflections: 2, paths: Paths::Gather, target: None };
     pictures::render(scene, &scenes, &settings, &job())
         .unwrap()
         .into_iter()

@@ -9,6 +9,7 @@ use relume_bake::trace::gather::Gather;
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::Paths;
 use relume_bake::trace::world::World;
+use relume_chart::metrics::{displayed, mean_flip};
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::state::{BlinnPhong, Brdf, Rgb};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
@@ -47,6 +48,21 @@ fn errors(pictures: &[Vec<Rgb>], truths: &[[Vec<Rgb>; 2]], pixels: &[usize]) -> 
     })
 }
 
+/// Mean FLIP of pictures beside the mean of both truths, at the exposure that brings the geometric mean of that to
+/// middle grey; state by state.
+fn flips(pictures: &[Vec<Rgb>], truths: &[[Vec<Rgb>; 2]]) -> Vec<f64> {
+    let of = |(picture, [a, b]): (&Vec<Rgb>, &[Vec<Rgb>; 2])| {
+        let mean = |(a, b): (&Rgb, &Rgb)| std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+        let truth: Vec<Rgb> = a.iter().zip(b).map(mean).collect();
+        let lit = truth.as_flattened().iter().filter(|light| **light > 0.0);
+        let logarithms: f32 = lit.clone().map(|light| light.ln()).sum();
+        let gain = 0.18 / (logarithms / lit.count() as f32).exp();
+        let [ours, truth] = [picture, &truth].map(|image| displayed(image, gain));
+        mean_flip(&ours, &truth, [SIZE; 2])
+    };
+    pictures.iter().zip(truths).map(of).collect()
+}
+
 /// The table of docs/notes/TRANSFER-IMAGES.md.
 #[test]
 #[ignore = "takes a quarter of an hour"]
@@ -76,10 +92,11 @@ fn five_scenes_as_they_are_seen() {
             let shown: Vec<Vec<Rgb>> =
                 states.iter().map(|state| evaluate(&images, &on_bases(&basis, state))).collect();
             let of = errors(&shown, &truths, &pixels);
+            let flip = median(&flips(&shown, &truths));
             let [[all, worst], [means, _]] =
                 of.each_ref().map(|of| [median(of), of.iter().copied().fold(0.0, f64::max)]);
             println!(
-                "| {name} | {samples} | {} | {} | {all:.2} / {worst:.2} | {means:.2} | {seconds:.1} |",
+                "| {name} | {samples} | {} | {} | {all:.2} / {worst:.2} | {means:.2} | {flip:.3} | {seconds:.1} |",
                 if guide { "guided" } else { "lobes" },
                 if filter { "on" } else { "off" },
             );

@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [24, 24];
 const SAMPLES: u32 = 4096;
 
 fn guided<'a>(scene: &Scene, world: &'a World, lights: &'a Lights, samples: u32, seed: u64) -> Gather<'a> {
-    let settings = Settings { size: SIZE, samples, reflections: 2, seed };
+    let settings = Settings { size: SIZE, samples, reflections: 2, seed, target: None };
     guided::gather(scene, world, lights, &settings, &job()).unwrap()
 }
 

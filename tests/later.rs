@@ -2,18 +2,23 @@
 
 use crate::support::images::{bake, bake_by, gathering, in_state, on_bases, settings};
 use crate::support::{job, library_scene, relative_l2, render, scene};
+use glam::Vec3A;
+use half::f16;
 use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
 use relume_bake::methods::transfer_images::later::albedos;
 use relume_bake::methods::transfer_images::{held_out, space_for};
-use relume_bake::trace::reference::Paths;
+use relume_bake::trace::reference::{Paths, early_radiance_of, later_radiance_of};
 use relume_formats::Place;
+use relume_formats::basis::Angles;
 use relume_formats::container::Stored as _;
 use relume_formats::evaluate::transfer_images::evaluate;
 use relume_formats::kinds::TransferImages;
-use relume_formats::kinds::transfer_images::Image;
+use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::transfer_images::codes::step_of;
+use relume_formats::kinds::transfer_images::{FirstReflection, Image, Later};
 use relume_formats::state::{BlinnPhong, Brdf, Model, Rgb};
 use relume_scenes::{ALL_REFLECTIONS, Emitter, Light, Scene};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 fn matt(kd: Rgb) -> Brdf {
@@ -175,6 +180,91 @@ fn hemispherical_albedo(material: &BlinnPhong) -> f64 {
         }
     }
     sum / (N * N * N) as f64
+}
+
+/// In a state of a single material that reflects so much that it counts as the brightest node, later light is what
+/// each path makes of that albedo, of two functions at the surface before the eye's, and of the bases that the
+/// eye's surface keeps of either.
+#[test]
+fn images_are_what_paths_make_of_albedos_and_two_functions() {
+    let mut scene = library_scene("cornell-knot");
+    scene.vary.materials.truncate(1);
+    let settings = settings(24, 32, 9, 1);
+    let material = Brdf::BlinnPhong(BlinnPhong { kd: [0.9, 0.8, 0.9], ks: [0.5; 3], shininess: 40.0 });
+    let varying = scene.vary.materials[0];
+    gathering(&scene, &settings, |gather| {
+        let basis = space_for(&scene, settings.bases).unwrap().basis(settings.bases);
+        let images = bake_by(&scene, &settings, &basis, gather);
+        let later = images.head.later.as_ref().unwrap();
+        let coefficients = on_bases(&basis, &[material]);
+        assert_eq!(later.albedos_of(&coefficients), [[0.95; 3]]);
+        let shown = evaluate(&images, &coefficients);
+
+        let functions = |from: usize, to: usize, m: u32, texture: Vec3A, angles: &Angles, less: bool| {
+            if m as usize != varying {
+                let fixed = &scene.materials[m as usize].brdf;
+                return if less { Vec3A::ZERO } else { relume_bake::brdf::evaluate(fixed, texture, angles) };
+            }
+            let mut values = [0.0; MAX_BASES];
+            basis.evaluate(angles, &mut values[..settings.bases]);
+            let value = |k: usize| values[k] - if less { later.albedos[k] * FRAC_1_PI } else { 0.0 };
+            (from..to).map(|k| Vec3A::from(coefficients[0][k]) * value(k)).sum()
+        };
+        let on = |to: usize| move |m: u32, t: Vec3A, angles: &Angles| functions(0, to, m, t, angles, false);
+        let beyond = |m: u32, t: Vec3A, angles: &Angles| functions(1, 3, m, t, angles, true);
+        let matt = |m: u32, t: Vec3A, angles: &Angles| match m as usize == varying {
+            true => Vec3A::splat(0.95 * FRAC_1_PI),
+            false => relume_bake::brdf::evaluate(&scene.materials[m as usize].brdf, t, angles),
+        };
+        let of_pixel = |pixel: u32| {
+            let mut sum = Vec3A::ZERO;
+            gather.pixel(pixel, settings.samples, |path| {
+                sum += early_radiance_of(path, on(9));
+                sum +=
+                    later_radiance_of(path, on(5), matt, matt) + later_radiance_of(path, on(2), beyond, matt);
+            });
+            (sum / settings.samples as f32).to_array()
+        };
+        let expected: Vec<Rgb> = (0..24 * 24).map(of_pixel).collect();
+        let without: Vec<Rgb> = evaluate(&without_lobes(&images), &coefficients);
+        let [error, lobes] = [&shown, &without].map(|image| relative_l2(image, &expected));
+        println!("{error:.1e}, without lobes {lobes:.1e}");
+        // Steps of 2048ths of the middle of the picture, of which sixty images err by half at most.
+        assert!(error < 5e-4 && lobes > 20.0 * error, "{error} {lobes}");
+    });
+}
+
+/// The same images, those of lobes black.
+fn without_lobes(images: &TransferImages) -> TransferImages {
+    let layout = images.head.layout();
+    let mut dark = images.clone();
+    for image in &mut dark.images {
+        if matches!(layout.slots[image.slot].first, FirstReflection::LaterLobe { .. }) {
+            image.values.fill(f16::ZERO);
+        }
+    }
+    dark
+}
+
+/// In rooms of which a material shines, albedos alone are off by more than twice as much as with two functions of the
+/// surface before the eye's.
+#[test]
+fn two_functions_of_the_surface_before_halve_the_error_of_albedos() {
+    let scene = library_scene("cornell-knot");
+    let settings = settings(48, 512, 6, 1);
+    let (basis, images) = bake(&scene, &self::settings(48, 2, 6, 1), true);
+    let with = images.head.later.clone().unwrap();
+    let without = Later { lobes: 0, lobe_eye_bases: 0, ..with.clone() };
+    let pixels = held_out::one_pixel_in(2, settings.size);
+    let [with, without] = gathering(&scene, &settings, |gather| {
+        [&with, &without].map(|later| {
+            albedo_errors(&scene, gather, (&basis, later), settings.samples, &pixels, &job())
+                .unwrap()
+                .unwrap()
+        })
+    });
+    println!("{with:?}, without {without:?}");
+    assert!(2.0 * with.median < without.median && with.median < 0.02, "{with:?} {without:?}");
 }
 
 /// What the bake says of its albedos is what they are off by, and of its images what bases and halves are.

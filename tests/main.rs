@@ -36,6 +36,7 @@ mod frame_cost;
 mod guides;
 mod later;
 mod lights;
+mod noise;
 mod pieces;
 mod plan;
 mod relighting;

@@ -23,8 +23,14 @@ const SAMPLES: u32 = 16;
 pub fn is_black(scene: &Scene, [width, height]: [u32; 2]) -> Result<bool> {
     let smaller = (PIXELS / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
     let size = [width, height].map(|side| ((f64::from(side) * smaller).round() as u32).max(1));
-    let settings =
-        Settings { size, samples: SAMPLES, seed: 0, reflections: scene.reflections, paths: Paths::Best };
+    let settings = Settings {
+        size,
+        samples: SAMPLES,
+        seed: 0,
+        reflections: scene.reflections,
+        paths: Paths::Best,
+        target: None,
+    };
     let scene = in_grey(scene);
     let images =
         reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;

@@ -9,6 +9,7 @@ use crate::brdf;
 use crate::filter::matt_where_it_varies;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
+use crate::noise_target::{self, NoiseTarget};
 use crate::random_state::all_in_random_state;
 use crate::trace::gather::{EyeVertex, Gather, GatherPath, Onward};
 use crate::trace::guide::{FilmTally, Guide, Trial, Trials};
@@ -20,6 +21,7 @@ use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::state::Brdf;
 use relume_scenes::Scene;
+use std::sync::Arc;
 
 /// Of how many paths one is traced to learn from, and the fewest and most of these.
 const LEARNING: u64 = 16;
@@ -48,6 +50,8 @@ pub struct Settings {
     pub reflections: u32,
     /// Seed of the paths.
     pub seed: u64,
+    /// How noisy the film may be; `samples` are then the most in the mean, and some tiles have more of them.
+    pub target: Option<NoiseTarget>,
 }
 
 /// The paths of `scene`: those of [`Gather::new`], but from what the eye sees they look for light where it
@@ -62,16 +66,32 @@ pub fn gather<'a>(
     settings: &Settings,
     job: &Job,
 ) -> Result<Gather<'a>, Interrupted> {
-    let Settings { size, samples, reflections, seed } = *settings;
+    let Settings { size, samples, reflections, seed, target } = *settings;
     let gather = Gather::new(scene, world, lights, size, reflections, seed);
     // Those of the scene: its paths are the same however many reflections of them count.
+    let pilot = Gather::new(scene, world, lights, size, scene.reflections, SEED);
+    let guide = guide(scene, &pilot, settings, job)?.map(Arc::new);
+    let guided =
+        |gather: Gather<'a>| guide.iter().fold(gather, |gather, guide| gather.guided_by(guide.clone()));
+    let (gather, pilot) = (guided(gather), guided(pilot));
+    let Some(target) = target else { return Ok(gather) };
+    Ok(gather.counted_by(noise_target::counts(scene, &pilot, size, samples, target, job)?))
+}
+
+/// What guides the paths of `pilot`, if any light is reflected twice.
+fn guide(
+    scene: &Scene,
+    pilot: &Gather<'_>,
+    settings: &Settings,
+    job: &Job,
+) -> Result<Option<Guide>, Interrupted> {
     if scene.reflections < 2 {
-        return Ok(gather);
+        return Ok(None);
     }
+    let Settings { size, samples, .. } = *settings;
     let wanted = u64::from(size[0]) * u64::from(size[1]) * u64::from(samples) / LEARNING;
     let blocks = wanted.clamp(PATHS[0], PATHS[1]).div_ceil(u64::from(BLOCK)) as u32;
     let progress = job.progress("guiding", u64::from(blocks));
-    let pilot = Gather::new(scene, world, lights, size, scene.reflections, SEED);
     let mut learner = Learner { states: States::new(scene), seen: FilmTally::default(), trials: None };
     let mut guide = None;
     for pass in 0..PASSES {
@@ -87,7 +107,7 @@ pub fn gather<'a>(
         learner.learn(&found);
         guide = Some(Guide::new(&learner.seen, learner.trials.as_ref().filter(|_| pass + 1 == PASSES)));
     }
-    Ok(guide.map_or(gather.clone(), |guide| gather.guided_by(guide)))
+    Ok(guide)
 }
 
 /// What one path found from the surface that the eye sees.

@@ -36,6 +36,7 @@ pub mod memory;
 pub mod merge;
 pub mod method;
 pub mod methods;
+pub mod noise_target;
 pub mod output;
 pub mod playable;
 pub mod probe;

@@ -33,8 +33,8 @@ pub trait Method {
     /// The settings that the user gave or left to default, for the manifest.
     fn asked_for(&self) -> BTreeMap<String, Value>;
 
-    /// The setting that a bake chooses by itself if it is not asked for, if there is one.
-    fn chosen(&self) -> Option<&'static str>;
+    /// The settings that a bake chooses by itself if they are not asked for, the main one first.
+    fn chosen(&self) -> &'static [&'static str];
 
     /// What baking a scene that fits will take, found by doing a small part of it here and now.
     ///
@@ -81,7 +81,7 @@ pub struct Predicted {
     pub bytes: f64,
     /// Of memory, at most.
     pub memory: u64,
-    /// What the bake will choose by itself for [`Method::chosen`].
+    /// What the bake will choose by itself for the first of [`Method::chosen`].
     pub chosen: Option<usize>,
     /// What else it will choose, and why, a sentence each.
     pub tells: Vec<String>,

@@ -3,7 +3,7 @@
 use super::job;
 use relume_bake::brdf::basis::Space;
 use relume_bake::guided;
-use relume_bake::methods::transfer_images::{self, Settings};
+use relume_bake::methods::transfer_images::{self, Baked, Settings};
 use relume_bake::stage::{Share, Stage, fill};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;
@@ -29,13 +29,18 @@ pub fn bake(scene: &Scene, settings: &Settings, shared_diffuse: bool) -> (BrdfBa
 
 /// Images of `scene` on `basis`, by the paths of `gather`.
 pub fn bake_by(scene: &Scene, settings: &Settings, basis: &BrdfBasis, gather: &Gather<'_>) -> TransferImages {
+    baked_by(scene, settings, basis, gather).images
+}
+
+/// All that a bake makes.
+pub fn baked_by(scene: &Scene, settings: &Settings, basis: &BrdfBasis, gather: &Gather<'_>) -> Baked {
     let folder = tempfile::tempdir().unwrap();
     let run = |stage: &dyn Stage| {
         let log = WorkLog::create(&folder.path().join(stage.name()), 0).unwrap();
         fill(stage, &log, Share::WHOLE, &job())?;
         Ok(Some(log))
     };
-    transfer_images::bake(scene, gather, settings, basis, &job(), run).unwrap().unwrap().images
+    transfer_images::bake(scene, gather, settings, basis, &job(), run).unwrap().unwrap()
 }
 
 /// Gives the paths of a bake of `scene` to `then`.
@@ -43,7 +48,8 @@ pub fn gathering<T>(scene: &Scene, settings: &Settings, then: impl FnOnce(&Gathe
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
     let Settings { size, samples, seed, .. } = *settings;
-    let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+    let reflections = scene.reflections;
+    let paths = guided::Settings { size, samples, reflections, seed, target: None };
     then(&guided::gather(scene, &world, &lights, &paths, &job()).unwrap())
 }
 

@@ -59,7 +59,7 @@ pub fn render(
     paths: Paths,
     seed: u64,
 ) -> Estimate {
-    let settings = Settings { size, samples, seed, reflections, paths };
+    let settings = Settings { size, samples, seed, reflections, paths, target: None };
     reference::render(scene, std::slice::from_ref(scene), &settings, &job()).unwrap().swap_remove(0)
 }
 

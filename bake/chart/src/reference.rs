@@ -60,6 +60,7 @@ pub fn render(scene: &Scene, number: usize, size: [u32; 2], folder: &Path, job: 
             seed: SEEDS[half],
             reflections: scene.reflections,
             paths: Paths::Best,
+            target: None,
         };
         let estimate = reference::render(scene, std::slice::from_ref(scene), &settings, job)?.swap_remove(0);
         let seconds = start.elapsed().as_secs_f64();

@@ -57,9 +57,9 @@ pub(super) fn reusable_entry(
 ) -> Option<MethodEntry> {
     let entry = old.methods.iter().find(|m| m.name == method.name())?;
     let mut asked = method.asked_for();
-    if let Some((name, chosen)) = method.chosen().and_then(|name| Some((name, entry.settings.get(name)?))) {
+    for (name, chosen) in method.chosen().iter().filter_map(|name| entry.settings.get_key_value(*name)) {
         // Chosen by error then, and so it would be again.
-        asked.entry(name.to_owned()).or_insert_with(|| chosen.clone());
+        asked.entry(name.clone()).or_insert_with(|| chosen.clone());
     }
     let same = entry.reads == reads && entry.settings == asked;
     (same && entry.files.iter().all(|(_, file)| is_readable(file, folder))).then(|| entry.clone())

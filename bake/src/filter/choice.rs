@@ -30,11 +30,8 @@ impl Filter {
     /// # Errors
     /// If the job is interrupted.
     pub fn new(film: Film, job: &Job) -> Result<Self, Interrupted> {
-        let errors = Errors::new(&film, job)?;
-        let chosen: Vec<_> = errors.smoothed(&film).iter().map(|layers| Some(layers.map(best))).collect();
-        let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
-        let shares = smooth(&film, &chosen, by_samples, CHOICE_RADIUS);
-        let noise = errors.noise(&film, &shares);
+        let (errors, shares) = choose(&film, job)?;
+        let noise = errors.noise(&film, &shares, |_| true);
         Ok(Self { film, shares, noise })
     }
 
@@ -88,6 +85,28 @@ impl Filter {
         };
         numbers.into_iter().map(row).collect()
     }
+}
+
+/// What noise fragments of `film` that are `wanted` would have; `None` if these show no light.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn noise_of(
+    film: &Film,
+    wanted: impl Fn(&Fragment) -> bool,
+    job: &Job,
+) -> Result<Option<Noise>, Interrupted> {
+    let (errors, shares) = choose(film, job)?;
+    Ok(errors.noise(film, &shares, wanted))
+}
+
+/// What errors are expected, and the shares that the candidates of each fragment get by them.
+fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>), Interrupted> {
+    let errors = Errors::new(film, job)?;
+    let chosen: Vec<_> = errors.smoothed(film).iter().map(|layers| Some(layers.map(best))).collect();
+    let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
+    let shares = smooth(film, &chosen, by_samples, CHOICE_RADIUS);
+    Ok((errors, shares))
 }
 
 /// The row of a fragment whose candidates have these shares.

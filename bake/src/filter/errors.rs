@@ -90,12 +90,17 @@ impl Errors {
         smoothed
     }
 
-    /// What noise is left if candidates have these shares; `None` if the film shows no light, or no fragment
-    /// has two halves of samples.
-    pub fn noise(&self, film: &Film, shares: &[OfCandidates]) -> Option<Noise> {
+    /// What noise those fragments that are `wanted` have left if candidates have these shares, in parts of all
+    /// light; `None` if the film shows no light, or no fragment has two halves of samples.
+    pub fn noise(
+        &self,
+        film: &Film,
+        shares: &[OfCandidates],
+        wanted: impl Fn(&Fragment) -> bool,
+    ) -> Option<Noise> {
         let is_lit = self.scales.iter().any(|scale| *scale > 0.0);
         let is_known = is_lit && self.as_is.iter().any(Option::is_some);
-        let sum = |errors: &[Option<OfCandidates>]| sum(film, errors, shares);
+        let sum = |errors: &[Option<OfCandidates>]| sum(film, errors, shares, &wanted);
         is_known.then(|| Noise {
             before: sum(&self.as_is).sqrt(),
             after: sum(&self.looked_at).max(sum(&self.of_noise)).sqrt(),
@@ -119,7 +124,7 @@ fn scales(film: &Film) -> StateLight {
     for fragment in film.fragments() {
         for (state, sum) in sums.iter_mut().enumerate() {
             let light: f32 = (0..LAYERS).map(|layer| fragment.guide(layer)[state]).sum();
-            *sum += f64::from(light * fragment.samples).powi(2);
+            *sum += f64::from(light * fragment.coverage).powi(2);
         }
     }
     sums.map(|sum| if sum > 0.0 { (1.0 / (STATES as f64 * sum)) as f32 } else { 0.0 })
@@ -249,11 +254,19 @@ pub fn smooth(
     film.fragments().par_iter().map(mean).collect()
 }
 
-/// The sum of all errors, if those fragments that have `errors` stand for all.
-fn sum(film: &Film, errors: &[Option<OfCandidates>], shares: &[OfCandidates]) -> f64 {
+/// The sum of the errors of all that are `wanted`, if those of them that have `errors` stand for all.
+fn sum(
+    film: &Film,
+    errors: &[Option<OfCandidates>],
+    shares: &[OfCandidates],
+    wanted: impl Fn(&Fragment) -> bool,
+) -> f64 {
     let (mut sum, mut known, mut all) = (0.0, 0.0, 0.0);
     for ((fragment, errors), shares) in film.fragments().iter().zip(errors).zip(shares) {
-        let weight = f64::from(fragment.samples).powi(2);
+        if !wanted(fragment) {
+            continue;
+        }
+        let weight = f64::from(fragment.coverage).powi(2);
         all += weight;
         let Some(errors) = errors else { continue };
         let mixed = errors.as_flattened().iter().zip(shares.as_flattened()).map(|(e, share)| e * share);

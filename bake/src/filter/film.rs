@@ -17,6 +17,8 @@ pub struct Fragment {
     pub class: u16,
     /// Film samples that fell on surfaces.
     pub samples: f32,
+    /// Their part of those of the pixel.
+    pub coverage: f32,
     /// World space.
     pub position: Vec3A,
     /// Mean of unit normals, world space.
@@ -65,11 +67,16 @@ pub struct Film {
 }
 
 impl Film {
-    /// Of fragments with their pixels and classes; those in which no surface is seen are left out.
-    pub fn new(width: u32, seen: impl Iterator<Item = (u32, u16, Seen)>) -> Self {
+    /// Of fragments with their pixels, which have so many `samples`, and classes; those in which no surface is seen
+    /// are left out.
+    pub fn new(
+        width: u32,
+        samples: impl Fn(u32) -> u32,
+        seen: impl Iterator<Item = (u32, u16, Seen)>,
+    ) -> Self {
         let is_surface = |(_, _, seen): &(u32, u16, Seen)| seen.samples[0] + seen.samples[1] > 0.0;
-        let mut fragments: Vec<Fragment> =
-            seen.filter(is_surface).map(|(pixel, class, seen)| fragment(pixel, class, &seen)).collect();
+        let of = |(pixel, class, seen): (u32, u16, Seen)| fragment(pixel, class, &seen, samples(pixel));
+        let mut fragments: Vec<Fragment> = seen.filter(is_surface).map(of).collect();
         fragments.sort_by_key(|f| (f.class, f.pixel));
         scale_guides(&mut fragments);
         let classes = fragments.last().map_or(0, |f| usize::from(f.class) + 1);
@@ -147,7 +154,7 @@ impl Film {
     }
 }
 
-fn fragment(pixel: u32, class: u16, seen: &Seen) -> Fragment {
+fn fragment(pixel: u32, class: u16, seen: &Seen, all_samples: u32) -> Fragment {
     let samples = seen.samples[0] + seen.samples[1];
     let mean = |sum: [f32; 3]| Vec3A::from(sum) / samples;
     let half = |half: usize| {
@@ -165,6 +172,7 @@ fn fragment(pixel: u32, class: u16, seen: &Seen) -> Fragment {
         pixel,
         class,
         samples,
+        coverage: samples / all_samples as f32,
         position: mean(seen.position),
         normal: mean(seen.normal),
         colour: mean(seen.colour),

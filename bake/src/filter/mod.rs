@@ -34,10 +34,10 @@ mod tests;
 /// Side of the squares of pixels whose fragments are filtered together. Neighbours are in the squares next to
 /// it.
 pub const TILE: i32 = 16;
-const _: () = assert!(row::RADIUS <= TILE);
+const _: () = assert!(RADIUS <= TILE);
 
-pub use choice::Filter;
+pub use choice::{Filter, noise_of};
 pub use errors::Noise;
 pub use film::{Film, Fragment};
-pub use row::Row;
+pub use row::{RADIUS, Row};
 pub use seen::{LAYERS, Layer, Seen, Watcher, matt_where_it_varies};

@@ -8,7 +8,7 @@ use crate::brdf;
 use crate::guided;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
-use crate::trace::gather::GatherPath;
+use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
 use crate::trace::reference::{Estimate, Settings};
 use crate::trace::world::World;
@@ -66,8 +66,12 @@ pub fn render(
     job: &Job,
 ) -> Result<Vec<Estimate>, Interrupted> {
     let [width, height] = settings.size;
-    let records = trace(base, scenes, settings, job)?;
-    let film = Film::new(width, records.iter().map(|r| (r.pixel, r.class, r.seen)));
+    let world = World::new(base);
+    let lights = Lights::new(base, &world);
+    let gather = guided::gather(base, &world, &lights, &settings.guided(), job)?.with_later_highlights();
+    let records = trace(base, &gather, scenes, settings, job)?;
+    let samples = |pixel: u32| gather.samples(pixel, settings.samples);
+    let film = Film::new(width, samples, records.iter().map(|r| (r.pixel, r.class, r.seen)));
     let filter = Filter::new(film, job)?;
     // By number of the fragment.
     let mut shown = vec![&[][..]; filter.fragments().len()];
@@ -77,9 +81,8 @@ pub fn render(
         }
     }
     let mut images = vec![vec![(DVec3::ZERO, DVec3::ZERO); (width * height) as usize]; scenes.len()];
-    let samples = f64::from(settings.samples);
     for record in &records {
-        let emitted = Vec3A::from(record.seen.emitted).as_dvec3() / samples;
+        let emitted = Vec3A::from(record.seen.emitted).as_dvec3() / f64::from(samples(record.pixel));
         images.iter_mut().for_each(|image| image[record.pixel as usize].0 += emitted);
     }
     let tiles = filter.tiles();
@@ -95,7 +98,7 @@ pub fn render(
     });
     for (number, states) in filtered.collect::<Result<Vec<_>, Interrupted>>()?.into_iter().flatten() {
         let fragment = &filter.fragments()[number as usize];
-        let coverage = f64::from(fragment.samples) / samples;
+        let coverage = f64::from(fragment.coverage);
         for (image, (mean, variance)) in images.iter_mut().zip(states) {
             let pixel = &mut image[fragment.pixel as usize];
             pixel.0 += mean * coverage;
@@ -110,10 +113,13 @@ pub fn render(
     Ok(images.iter().map(estimate).collect())
 }
 
-fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Result<Vec<Record>, Interrupted> {
-    let world = World::new(base);
-    let lights = Lights::new(base, &world);
-    let gather = guided::gather(base, &world, &lights, &settings.guided(), job)?.with_later_highlights();
+fn trace(
+    base: &Scene,
+    gather: &Gather<'_>,
+    scenes: &[Scene],
+    settings: &Settings,
+    job: &Job,
+) -> Result<Vec<Record>, Interrupted> {
     let watcher = Watcher::new(base);
     let states: Vec<Vec<Brdf>> =
         scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
@@ -124,12 +130,12 @@ fn trace(base: &Scene, scenes: &[Scene], settings: &Settings, job: &Job) -> Resu
     let progress = job.progress("tracing", u64::from(height));
     let pixel = |pixel: u32| {
         let mut classes = vec![(Seen::default(), vec![Shown::default(); states.len()]); fixed + 1];
-        let mut number = 0;
-        gather.pixel(pixel, settings.samples, |path| {
+        let (mut number, samples) = (0, gather.samples(pixel, settings.samples));
+        gather.pixel(pixel, samples, |path| {
             Watcher::emitted(path, &mut classes[fixed].0);
             if let GatherPath::Surface(eye) = path {
                 let (seen, shown) = &mut classes[class(eye.material)];
-                watcher.add(path, half_of(number, settings.samples), seen);
+                watcher.add(path, half_of(number, samples), seen);
                 for (shown, materials) in shown.iter_mut().zip(&states) {
                     let brdf = |m: u32, albedo: Vec3A, angles: &Angles| {
                         brdf::evaluate(&materials[m as usize], albedo, angles)

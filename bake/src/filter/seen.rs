@@ -58,6 +58,15 @@ pub fn half_of(number: u32, samples: u32) -> usize {
 }
 
 impl Seen {
+    /// Makes all samples so far the first half, the other one having none.
+    pub fn join_halves(&mut self) {
+        let [first, second] = &mut self.guides;
+        let sums = first.as_flattened_mut().iter_mut().zip(second.as_flattened());
+        sums.for_each(|(sum, light)| *sum += light);
+        *second = Default::default();
+        self.samples = [self.samples[0] + self.samples[1], 0.0];
+    }
+
     /// As numbers, and back by [`Seen::from_words`].
     pub fn words(&self) -> [f32; WORDS] {
         let mut words = [0.0; WORDS];
@@ -109,11 +118,20 @@ impl Watcher {
         add(&mut seen.position, eye.position);
         add(&mut seen.normal, eye.normal);
         add(&mut seen.colour, self.colour(eye));
+        let lights = self.lights(eye);
+        let all = seen.guides[half].as_flattened_mut().iter_mut().zip(lights.as_flattened());
+        all.for_each(|(sum, light)| *sum += light);
+    }
+
+    /// Light in the random states, mean over channels, by layer.
+    pub fn lights(&self, eye: &EyeVertex) -> [StateLight; LAYERS] {
+        let mut lights = [[0.0; STATES]; LAYERS];
         for (state, materials) in self.states.iter().enumerate() {
             for (layer, light) in self.light(eye, materials).into_iter().enumerate() {
-                seen.guides[half][layer][state] += (light.x + light.y + light.z) / 3.0;
+                lights[layer][state] = (light.x + light.y + light.z) / 3.0;
             }
         }
+        lights
     }
 
     /// What the eye sees emit.

@@ -29,7 +29,7 @@ fn fragment(pixel: u32, class: u16, light: f32, variance: f32) -> (u32, u16, See
 }
 
 fn filter_of(fragments: impl Iterator<Item = (u32, u16, Seen)>) -> Filter {
-    Filter::new(Film::new(SIDE, fragments), &Job::new(ProgressMode::None)).unwrap()
+    Filter::new(Film::new(SIDE, |_| 2 * SAMPLES as u32, fragments), &Job::new(ProgressMode::None)).unwrap()
 }
 
 /// Two independent numbers of mean 0 and variance `variance`, normally distributed.

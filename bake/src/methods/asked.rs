@@ -50,6 +50,8 @@ pub struct Asked {
     pub max_error: f64,
     /// Whether noise is filtered out of transfer-images.
     pub filter: bool,
+    /// Noise of transfer-images that is good enough, relative L2 over random states.
+    pub noise: Option<f64>,
     /// Bases of transfer-images.
     pub bases: Option<u32>,
     /// Terms of sparse-transfer and transfer-tensor.
@@ -66,6 +68,7 @@ impl Asked {
             seed: 0,
             max_error: scene.max_error,
             filter: true,
+            noise: None,
             bases: None,
             terms: None,
         }

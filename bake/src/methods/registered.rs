@@ -27,7 +27,7 @@ pub struct Registered {
     /// Why it is the one to take where it is, for `bake plan`.
     pub why: &'static str,
     /// The option that is its own.
-    pub option: Option<OwnOption>,
+    pub options: &'static [OwnOption],
     /// The method with its settings for a scene.
     pub new: fn(&Asked, &Scene) -> Box<dyn Method>,
     /// What makes a bake with these settings more exact, for a warning.

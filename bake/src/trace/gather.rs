@@ -11,6 +11,7 @@ use super::guide::Guide;
 use super::later::LaterVertex;
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
+use super::tile_counts::TileCounts;
 use super::world::{Owner, Surface, World};
 use crate::brdf::angles;
 use crate::brdf::lobes::LobeMixture;
@@ -18,6 +19,7 @@ use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::state::{Brdf, Film, Model};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Most reflections of a path, unless it is to have all.
@@ -162,6 +164,8 @@ pub struct Gather<'a> {
     later: Option<Vec<LobeMixture>>,
     /// Where the eye's surface looks for light.
     guide: Option<Arc<Guide>>,
+    /// How many paths pixels have, if some have more than others.
+    counts: Option<Arc<TileCounts>>,
     seed: u64,
 }
 
@@ -198,6 +202,7 @@ impl<'a> Gather<'a> {
             indirect: reflections >= 2,
             later: (reflections == ALL_REFLECTIONS).then_some(later),
             guide: None,
+            counts: None,
             seed,
         }
     }
@@ -211,15 +216,42 @@ impl<'a> Gather<'a> {
 
     /// The same, but from what the eye sees some of the paths follow `guide`.
     #[must_use]
-    pub fn guided_by(self, guide: Guide) -> Self {
-        Self { guide: Some(Arc::new(guide)), ..self }
+    pub fn guided_by(self, guide: impl Into<Arc<Guide>>) -> Self {
+        Self { guide: Some(guide.into()), ..self }
+    }
+
+    /// The same, but of so many paths.
+    #[must_use]
+    pub fn counted_by(self, counts: TileCounts) -> Self {
+        Self { counts: Some(Arc::new(counts)), ..self }
+    }
+
+    /// Paths by other random numbers.
+    #[must_use]
+    pub fn seeded(&self, seed: u64) -> Self {
+        Self { seed, ..self.clone() }
+    }
+
+    /// How many paths pixels have, if some have more than others.
+    pub fn counts(&self) -> Option<&TileCounts> {
+        self.counts.as_deref()
+    }
+
+    /// How many paths pixel number `pixel` has, where `even` is what all have unless some have more.
+    pub fn samples(&self, pixel: u32, even: u32) -> u32 {
+        self.counts.as_ref().map_or(even, |counts| counts.of(pixel))
     }
 
     /// Traces the first `samples` paths of pixel number `pixel`, in order.
-    pub fn pixel(&self, pixel: u32, samples: u32, mut each: impl FnMut(&GatherPath)) {
+    pub fn pixel(&self, pixel: u32, samples: u32, each: impl FnMut(&GatherPath)) {
+        self.some_of_pixel(pixel, 0..samples, each);
+    }
+
+    /// Traces these paths of pixel number `pixel`, in order.
+    pub fn some_of_pixel(&self, pixel: u32, samples: Range<u32>, mut each: impl FnMut(&GatherPath)) {
         let sampler = PixelSampler::new(self.seed, pixel);
         let corner = [pixel % self.size[0], pixel / self.size[0]];
-        for index in 0..samples {
+        for index in samples {
             let sample = sampler.sample(index);
             let within = sample.pair(0);
             each(&self.path(std::array::from_fn(|k| corner[k] as f32 + within[k]), &sample));

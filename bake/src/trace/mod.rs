@@ -16,6 +16,7 @@ pub mod receivers;
 pub mod reference;
 pub mod sampler;
 pub mod spans;
+pub mod tile_counts;
 pub mod triangle;
 mod wide;
 pub mod world;

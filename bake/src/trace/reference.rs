@@ -8,6 +8,7 @@ use crate::brdf;
 use crate::guided;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
+use crate::noise_target::NoiseTarget;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
@@ -37,13 +38,15 @@ pub struct Settings {
     pub reflections: u32,
     /// Which paths.
     pub paths: Paths,
+    /// How noisy pictures may be, with [`Paths::Gather`]; `samples` are then the most in the mean.
+    pub target: Option<NoiseTarget>,
 }
 
 impl Settings {
     /// Of the paths of a gather.
     pub fn guided(&self) -> guided::Settings {
-        let Self { size, samples, seed, reflections, .. } = *self;
-        guided::Settings { size, samples, reflections, seed }
+        let Self { size, samples, seed, reflections, target, .. } = *self;
+        guided::Settings { size, samples, reflections, seed, target }
     }
 }
 
@@ -105,7 +108,7 @@ pub fn render(
                 scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
             let pixel = |pixel| {
                 let mut sums = vec![PixelSums::default(); states.len()];
-                gather.pixel(pixel, settings.samples, |path| {
+                gather.pixel(pixel, gather.samples(pixel, settings.samples), |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
                         sums.add(radiance_of(path, |m, albedo, angles| {
                             brdf::evaluate(&materials[m as usize], albedo, angles)

@@ -18,6 +18,8 @@ pub const TRANSFER_IMAGES: Card = Card {
         ("bases", Form::Count),
         ("max_error", Form::Positive),
         ("filter", Form::Text),
+        ("noise", Form::Positive),
+        ("mean_samples", Form::Positive),
     ],
     sphere_sets: false,
     lies_over: false,

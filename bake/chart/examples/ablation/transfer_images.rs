@@ -66,7 +66,7 @@ impl Film<'_> {
     ) -> Result<Images> {
         let lights = Lights::new(self.scene, &self.world);
         let reflections = self.scene.reflections;
-        let paths = guided::Settings { size: SIZE, samples, reflections, seed: 0 };
+        let paths = guided::Settings { size: SIZE, samples, reflections, seed: 0, target: None };
         let gather = guided::gather(self.scene, &self.world, &lights, &paths, &quiet())?;
         let pixel = |pixel: &u32| {
             let mut sums = vec![DVec3::ZERO; self.states.len()];

@@ -92,8 +92,11 @@ fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
                 None => *shared.insert(bundle::predict_shared(scene, asked.size, asked.seed, &job)?),
             };
             candidate.leaves_out = method.leaves_out(scene);
-            candidate.predicted =
-                Some(Prediction::new(&method.predict(scene, &job)?, &shared, method.chosen()));
+            candidate.predicted = Some(Prediction::new(
+                &method.predict(scene, &job)?,
+                &shared,
+                method.chosen().first().copied(),
+            ));
         }
         Ok(candidate)
     };

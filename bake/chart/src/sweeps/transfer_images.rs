@@ -29,7 +29,7 @@ fn variants(scene: &Scene, bench: &Bench<'_>) -> Result<Vec<Variant>> {
     let space = space_for(scene, most)?;
     for samples in SAMPLES {
         let (size, bases) = (bench.size, Bases::Number(most));
-        let method = TransferImagesMethod { size, samples, seed: 0, bases, filter: true };
+        let method = TransferImagesMethod { size, samples, seed: 0, bases, filter: true, noise: None };
         let baked = bench.bake(scene, Box::new(method), &format!("{NAME}-{samples}"))?;
         let images: TransferImages = read(&baked.folder)?;
         for bases in BASES {
@@ -149,7 +149,8 @@ mod tests {
                 Ok(Some(log))
             };
             let Settings { size, samples, seed, .. } = settings;
-            let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
+            let reflections = scene.reflections;
+            let paths = guided::Settings { size, samples, reflections, seed, target: None };
             let gather = guided::gather(&scene, &world, &lights, &paths, &job).unwrap();
             (bake(&scene, &gather, &settings, &basis, &job, run).unwrap().unwrap().images, basis)
         };

@@ -38,7 +38,8 @@ fn write_new(model: &Path, scene_file: &Path, preview: &Path, scale: Option<f64>
     let (text, scene) = first_scene(model, scene_file, scale)?;
     look_at(&scene, scene.size)?;
     let (size, samples) = PREVIEW;
-    let settings = Settings { size, samples, seed: 0, reflections: scene.reflections, paths: Paths::Best };
+    let settings =
+        Settings { size, samples, seed: 0, reflections: scene.reflections, paths: Paths::Best, target: None };
     let images =
         reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
     let display = Display { exposure_ev: scene.camera.exposure_ev, tonemap: scene.tonemap };

@@ -7,6 +7,7 @@ use relume_bake::error::{BakeError, Result};
 use relume_bake::exr_file::write_exr;
 use relume_bake::filter::pictures;
 use relume_bake::job::{Job, say, watch_signals};
+use relume_bake::noise_target::NoiseTarget;
 use relume_bake::output::expect_writable;
 use relume_bake::trace::gather::MAX_REFLECTIONS;
 use relume_bake::trace::reference::{self, Estimate, Paths};
@@ -22,12 +23,17 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     let base = load(&args.scene)?;
     let states = if args.state.is_empty() { vec![base.clone()] } else { states(&base, &args.state)? };
     let files = output_files(&args.output, states.len())?;
+    if args.noise.is_some() && args.paths != Paths::Gather {
+        let reason = "is for --paths gather; add that, or set the noise by --spp";
+        return Err(BakeError::invalid(&Place::file("--noise"), reason));
+    }
     let settings = reference::Settings {
         size: args.size.unwrap_or(base.size),
         samples: args.spp,
         seed: args.seed,
         reflections: reflections(args, &base)?,
         paths: args.paths,
+        target: args.noise.map(|noise| NoiseTarget { noise, filter: args.filter }),
     };
     states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
     let job = Job::new(args.progress);

@@ -21,8 +21,11 @@ use relume_formats::Place;
 use relume_formats::method::cards_of;
 use relume_scenes::Scene;
 use relume_scenes::starter::is_model;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// Noise may be so many times what was asked for before it is warned of: some paths foretell it.
+const NOISE_TOLERANCE: f64 = 1.25;
 /// How an interrupted bake goes on.
 const RESUME: &str = "finished work is kept, add --resume to go on";
 
@@ -165,6 +168,7 @@ fn asked(args: &RunArgs, scene: &Scene) -> Asked {
         seed: args.seed,
         max_error: args.max_error.unwrap_or(scene.max_error),
         filter: args.filter,
+        noise: args.noise,
         bases: args.bases,
         terms: args.terms,
     }
@@ -178,9 +182,9 @@ fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Resu
         return refuse("--method", "the same one is given twice; once is enough");
     }
     cards_of(names.iter().copied(), &Place::file("--method"))?;
-    let belongs = |flag: &str| chosen.iter().any(|method| method.option.is_some_and(|(own, _)| own == flag));
+    let belongs = |flag: &str| chosen.iter().flat_map(|method| method.options).any(|(own, _)| *own == flag);
     let mut strangers =
-        METHODS.into_iter().filter_map(|method| method.option).filter(|(flag, _)| !belongs(flag));
+        METHODS.into_iter().flat_map(|method| method.options).filter(|(flag, _)| !belongs(flag));
     if let Some((flag, _)) = strangers.find(|(_, is_given)| is_given(asked)) {
         return refuse(
             flag,
@@ -226,7 +230,10 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
             "no error figure: nothing that was compared is lit\n".to_owned()
         }
     };
-    let more = [("nodes", "all reflections, at the nodes' albedos"), ("albedos", "albedos instead of lobes")];
+    let more = [
+        ("nodes", "all reflections, at the nodes' albedos"),
+        ("albedos", "lobes that later reflections leave out"),
+    ];
     for (ending, what) in more {
         let error = |which: &str| error(&format!("relative_l2_{which}_of_{ending}"));
         if let Some((median, worst)) = error("median").zip(error("worst")).filter(|_| !is_black) {
@@ -237,7 +244,16 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     if let Some((after, before)) = of_noise.filter(|_| !is_black) {
         let filtered = entry.settings.get("filter") == Some(&"on".into());
         let was = if filtered { format!(", {before:.2} % before the filter") } else { String::new() };
-        text += &format!("noise over random states: about {after:.2} %{was}\n");
+        let samples = entry.settings.get("mean_samples").and_then(Value::as_f64);
+        let by = samples.map_or_else(String::new, |n| format!(", {n:.0} samples a pixel in the mean"));
+        text += &format!("noise over random states: about {after:.2} %{was}{by}\n");
+        let asked = entry.settings.get("noise").and_then(Value::as_f64).map(|noise| 100.0 * noise);
+        if let Some(asked) = asked.filter(|asked| after > NOISE_TOLERANCE * asked) {
+            say(&format!(
+                "warning: the noise of {} is above the {asked} % asked for; raise --spp, which is the most in the mean",
+                entry.name
+            ));
+        }
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";

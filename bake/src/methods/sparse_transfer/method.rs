@@ -53,8 +53,8 @@ impl Method for SparseTransferMethod {
         asked
     }
 
-    fn chosen(&self) -> Option<&'static str> {
-        Some(TERMS)
+    fn chosen(&self) -> &'static [&'static str] {
+        &[TERMS]
     }
 
     fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {

@@ -21,7 +21,7 @@ const MAX_RAYS_PER_TEXEL: u32 = 256;
 pub const METHOD: Registered = Registered {
     card: &SPARSE_TRANSFER,
     why: "light or view varies while shapes stay, and no cheaper method follows a light or a camera",
-    option: Some(("--terms", |asked| asked.terms.is_some())),
+    options: &[("--terms", |asked| asked.terms.is_some())],
     new: |asked, _| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64),
     verify,

@@ -81,8 +81,8 @@ impl Method for SphereShadowsMethod {
         )
     }
 
-    fn chosen(&self) -> Option<&'static str> {
-        Some("casts")
+    fn chosen(&self) -> &'static [&'static str] {
+        &["casts"]
     }
 
     fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {

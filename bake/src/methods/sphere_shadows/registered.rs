@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub const METHOD: Registered = Registered {
     card: &SPHERE_SHADOWS,
     why: "shapes vary, and no other method's shadows follow them",
-    option: None,
+    options: &[],
     new: |asked, scene| Box::new(SphereShadowsMethod::new(scene, asked.seed, Asked::Error(asked.max_error))),
     remedy: |_| "cut meshes finer where shadows end".to_owned(),
     verify,

@@ -1,5 +1,5 @@
-//! What effective albedos leave of the light after three reflections and more: its error against the analytic
-//! BRDF at all of them, on paths that find highlights.
+//! What effective albedos and the lobes beside them leave of the light after three reflections and more: its error
+//! against the analytic BRDF at all of them, on paths that find highlights.
 
 use super::held_out::{HeldOutErrors, STATES, Squares, random_state, relative_errors};
 use super::states::State;
@@ -39,7 +39,7 @@ pub fn albedo_errors(
     let states: Vec<State<'_>> = (0..STATES).map(state).collect();
     let squares = pixels.par_iter().map(|pixel| {
         progress.check()?;
-        let squares = changes(&gather, *pixel, samples, &states);
+        let squares = changes(&gather, *pixel, gather.samples(*pixel, samples), &states);
         progress.advance(1);
         Ok(squares)
     });

@@ -56,9 +56,11 @@ pub fn bake(
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some(), images);
     let watcher = Watcher::new(scene);
     let projector = projector(scene, basis, (&layout, later.as_ref()), chromaticity, &watcher);
-    let tiles = Tiles { settings: *settings, gather, projector, key: tiles_key(scene, settings, basis) };
+    let tiles =
+        Tiles { settings: *settings, gather, projector, key: tiles_key(scene, gather, settings, basis) };
     let Some(log) = run(&tiles)? else { return Ok(None) };
-    let traced = Records { log: &log, tiles: tiles.pieces(), layout: &layout };
+    let samples = |pixel: u32| gather.samples(pixel, settings.samples);
+    let traced = Records { log: &log, tiles: tiles.pieces(), layout: &layout, samples: &samples };
     let filter = Filter::new(traced.film(settings.size[0], job)?, job)?;
     let noise = filter.noise();
 
@@ -88,7 +90,7 @@ pub fn bake(
 }
 
 /// Everything that the tiles depend on.
-fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
+fn tiles_key(scene: &Scene, gather: &Gather<'_>, settings: &Settings, basis: &BrdfBasis) -> u128 {
     let functions: &[f32] = match &basis.functions {
         Functions::BlinnPhong { lobes } => lobes,
         Functions::Microfacet { weights, .. } => weights,
@@ -96,7 +98,8 @@ fn tiles_key(scene: &Scene, settings: &Settings, basis: &BrdfBasis) -> u128 {
     // What is traced is filtered or not.
     let settings = Settings { filter: false, ..*settings };
     let (reads, functions) = (hash_of(scene, &READS), content_hash(bytemuck::cast_slice(functions)));
-    xxh3_128(format!("{reads:032x} {settings:?} {REVISION} {functions}").as_bytes())
+    let counts = gather.counts();
+    xxh3_128(format!("{reads:032x} {settings:?} {counts:?} {REVISION} {functions}").as_bytes())
 }
 
 /// Tracing and projecting, a tile a piece.
@@ -164,7 +167,7 @@ pub(super) fn trace_pixels(
     let mut records = projector.empty();
     let mut tile = Tile::default();
     for pixel in pixels {
-        let mut number = 0;
+        let (mut number, samples) = (0, gather.samples(pixel, samples));
         gather.pixel(pixel, samples, |path| {
             projector.add(path, half_of(number, samples), &mut records);
             number += 1;

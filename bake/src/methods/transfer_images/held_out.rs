@@ -68,7 +68,7 @@ pub fn measured_on(later: bool) -> String {
     );
     if later {
         measured
-            + " of at most two reflections; of_nodes: all light, later reflections by albedos; of_albedos: what these are off by, noise taken off"
+            + " of at most two reflections; of_nodes: all light, later reflections by the albedos and lobes that are kept of materials; of_albedos: what these are off by, noise taken off"
     } else {
         measured
     }
@@ -95,8 +95,8 @@ pub fn measure(
     measure_images(scene, gather, settings, basis, (&early, None), job)
 }
 
-/// Measures all light of `baked`, third and later reflections by the albedos that it knows them by, as
-/// [`measure`] does: what nodes, and the fewer bases that these have, add to its error.
+/// Measures all light of `baked`, third and later reflections by what it keeps of materials there, as [`measure`]
+/// does: what nodes add to its error, and to its noise.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -136,7 +136,8 @@ fn measure_images(
 
     let sums = pixels.par_iter().enumerate().map(|(number, &pixel)| {
         progress.check()?;
-        let truth = true_radiance(gather, pixel, settings.samples, &states, later.is_some());
+        let samples = gather.samples(pixel, settings.samples);
+        let truth = true_radiance(gather, pixel, samples, &states, later.is_some());
         progress.advance(1);
         let squares = |(truth, image): (&DVec3, &Vec<Rgb>)| {
             let stored = DVec3::from_array(image[number].map(f64::from));

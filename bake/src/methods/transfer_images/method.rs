@@ -26,6 +26,8 @@ use std::collections::BTreeMap;
 
 /// The setting that says how many bases there are.
 const BASES: &str = "bases";
+/// That says how many samples pixels have in the mean.
+const MEAN_SAMPLES: &str = "mean_samples";
 
 impl Method for TransferImagesMethod {
     fn card(&self) -> &'static Card {
@@ -45,7 +47,7 @@ impl Method for TransferImagesMethod {
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {
-        let Self { size, samples, seed, bases, filter } = *self;
+        let Self { size, samples, seed, bases, filter, noise } = *self;
         let mut asked = BTreeMap::from([
             ("revision".to_owned(), json!(REVISION)),
             ("size".to_owned(), json!(size)),
@@ -57,11 +59,12 @@ impl Method for TransferImagesMethod {
             Bases::Number(bases) => asked.insert(BASES.to_owned(), json!(bases)),
             Bases::Error(max) => asked.insert("max_error".to_owned(), json!(max)),
         };
+        asked.extend(noise.map(|noise| ("noise".to_owned(), json!(noise))));
         asked
     }
 
-    fn chosen(&self) -> Option<&'static str> {
-        Some(BASES)
+    fn chosen(&self) -> &'static [&'static str] {
+        &[BASES, MEAN_SAMPLES]
     }
 
     fn predict(&self, scene: &Scene, job: &Job) -> Result<Predicted> {
@@ -69,7 +72,7 @@ impl Method for TransferImagesMethod {
     }
 
     fn memory(&self, scene: &Scene) -> MemoryNeed {
-        let Self { size, samples, seed, bases, filter } = *self;
+        let Self { size, samples, seed, bases, filter, .. } = *self;
         let bases = match bases {
             Bases::Number(bases) => bases,
             Bases::Error(_) => *held_out::CHOICE.start(),
@@ -82,14 +85,13 @@ impl Method for TransferImagesMethod {
     }
 
     fn bake(&self, scene: &Scene, work: &Work<'_>) -> Result<Option<Product>> {
-        let Self { size, samples, seed, bases, filter } = *self;
+        let Self { size, samples, seed, bases, filter, .. } = *self;
         let Work { job, .. } = *work;
         let preparing = job.step("preparing");
         let world = World::new(scene);
         let lights = Lights::new(scene, &world);
         drop(preparing);
-        let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
-        let gather = guided::gather(scene, &world, &lights, &paths, job)?;
+        let gather = guided::gather(scene, &world, &lights, &self.paths(scene.reflections), job)?;
         let making_basis = job.step("basis");
         let space = space_for(scene, bases.most())?;
         drop(making_basis);
@@ -117,6 +119,7 @@ impl Method for TransferImagesMethod {
         ];
         let mut recorded = self.asked_for();
         recorded.insert(BASES.to_owned(), bases.into());
+        recorded.extend(gather.counts().map(|counts| (MEAN_SAMPLES.to_owned(), json!(counts.mean()))));
         let (of_nodes, of_albedos) = match &images.head.later {
             Some(later) => {
                 let pixels = held_out::one_pixel_in(held_out::SPACING, size);

@@ -39,7 +39,6 @@ impl Records<'_> {
         let Self { log, layout, .. } = *self;
         let progress = job.progress("packing", 2 * u64::from(self.tiles));
         let channel_starts = channel_starts(layout);
-        let samples = meta.samples as f32;
         let wanted = |f: &TileFragment| only.is_none_or(|only| only.binary_search(&f.pixel).is_ok());
 
         // First reading: which fragments there are, and the range of each slot.
@@ -53,8 +52,8 @@ impl Records<'_> {
                 for value in records.iter().filter_map(|(_, record)| record.get(start[0]..start[1])).flatten()
                 {
                     sums.overflows |= !value.is_finite();
-                    sums.largest = sums.largest.max((value / samples).abs());
-                    sums.squares += f64::from(value / samples).powi(2);
+                    sums.largest = sums.largest.max(value.abs());
+                    sums.squares += f64::from(*value).powi(2);
                 }
             });
         })?;
@@ -93,7 +92,7 @@ impl Records<'_> {
                         for (channel, value) in
                             record.get(start[0]..start[1]).into_iter().flatten().enumerate()
                         {
-                            image[channel * count_of(slot) + index] = f16::from_f32(value / samples / scale);
+                            image[channel * count_of(slot) + index] = f16::from_f32(value / scale);
                         }
                     }
                 },
@@ -112,7 +111,9 @@ impl Records<'_> {
             // Fragments that only show what others emit have no samples of their own.
             coverage: fragments
                 .iter()
-                .map(|f| f16::from_f32(f.count as f32 / samples).max(f16::from_bits(1)))
+                .map(|f| {
+                    f16::from_f32(f.count as f32 / (self.samples)(f.pixel) as f32).max(f16::from_bits(1))
+                })
                 .collect(),
             scales,
         };

@@ -44,12 +44,11 @@ const CHOSEN: f64 = 1.2e4;
 /// # Errors
 /// If LAPACK fails or the job is interrupted.
 pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Result<Predicted> {
-    let TransferImagesMethod { size, samples, seed, bases, filter } = *method;
+    let TransferImagesMethod { size, samples, seed, bases, filter, .. } = *method;
     let start = Instant::now();
     let world = World::new(scene);
     let lights = Lights::new(scene, &world);
-    let paths = guided::Settings { size, samples, reflections: scene.reflections, seed };
-    let gather = guided::gather(scene, &world, &lights, &paths, job)?;
+    let gather = guided::gather(scene, &world, &lights, &method.paths(scene.reflections), job)?;
     let space = space_for(scene, bases.most())?;
     let preparing = start.elapsed().as_secs_f64();
     let start = Instant::now();
@@ -151,6 +150,6 @@ fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });
     format!(
-        "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there{errors}"
+        "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there, and by two functions of their lobes at the surface that light leaves last{errors}"
     )
 }

@@ -24,6 +24,8 @@ pub struct Records<'a> {
     pub tiles: u32,
     /// What channels there are.
     pub layout: &'a Layout,
+    /// How many samples pixels have.
+    pub samples: &'a (dyn Fn(u32) -> u32 + Sync),
 }
 
 impl Records<'_> {
@@ -41,7 +43,7 @@ impl Records<'_> {
                 seen.extend(records.iter().map(|(f, _)| (f.pixel, f.class, f.seen)));
             },
         )?;
-        Ok(Film::new(width, seen.into_iter()))
+        Ok(Film::new(width, self.samples, seen.into_iter()))
     }
 
     /// Tile number `tile`, as it was traced or filtered: what surfaces emit is not in the sums.
@@ -77,8 +79,8 @@ impl Records<'_> {
         usize::from(fragment.class) == self.layout.materials
     }
 
-    /// Hands over the records of some tiles at a time, in their order, as far as they are `wanted`; what
-    /// surfaces emit is in the sums.
+    /// Hands over the records of some tiles at a time, in their order, as far as they are `wanted`; means over
+    /// samples now, in which is what surfaces emit.
     pub(super) fn for_each_batch(
         &self,
         progress: &Progress,
@@ -88,7 +90,7 @@ impl Records<'_> {
         for first in (0..self.tiles).step_by(BATCH as usize) {
             progress.check().map_err(|Interrupted| Interrupted)?;
             let batch = first..self.tiles.min(first + BATCH);
-            let read = |id: u32| Ok(self.emitting(self.tile(id)?));
+            let read = |id: u32| Ok(self.means(self.tile(id)?));
             let tiles = batch.clone().into_par_iter().map(read).collect::<Result<Vec<Tile>>>()?;
             let mut records = Vec::new();
             for tile in &tiles {
@@ -100,15 +102,18 @@ impl Records<'_> {
         Ok(())
     }
 
-    /// With what surfaces emit in the sums of direct light.
-    fn emitting(&self, mut tile: Tile) -> Tile {
-        let mut start = 0;
+    /// Means over samples, with what surfaces emit in those of direct light.
+    fn means(&self, mut tile: Tile) -> Tile {
+        let mut values = tile.values.as_mut_slice();
         for fragment in &tile.fragments {
+            // Of another layout: refused as it is read.
+            let Some((record, rest)) = values.split_at_mut_checked(self.channels(fragment)) else { break };
             if self.is_fixed(fragment) {
-                let sums = tile.values.iter_mut().skip(start);
-                sums.zip(fragment.seen.emitted).for_each(|(sum, emitted)| *sum += emitted);
+                record.iter_mut().zip(fragment.seen.emitted).for_each(|(sum, emitted)| *sum += emitted);
             }
-            start += self.channels(fragment);
+            let samples = (self.samples)(fragment.pixel) as f32;
+            record.iter_mut().for_each(|value| *value /= samples);
+            values = rest;
         }
         tile
     }

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub const METHOD: Registered = Registered {
     card: &TRANSFER_IMAGES,
     why: "light, view and shape stay, so a frame is a sum of baked images, which costs least",
-    option: Some(("--bases", |asked| asked.bases.is_some())),
+    options: &[("--bases", |asked| asked.bases.is_some()), ("--noise", |asked| asked.noise.is_some())],
     new: |asked, _: &Scene| Box::new(method(asked)),
     remedy: |settings| more_of(settings, "bases", |n| n + 1, *CHOICE.end() as u64),
     verify,
@@ -31,6 +31,7 @@ fn method(asked: &Asked) -> TransferImagesMethod {
         seed: asked.seed,
         bases: asked.bases.map_or(Bases::Error(asked.max_error), |n| Bases::Number(n as usize)),
         filter: asked.filter,
+        noise: asked.noise,
     }
 }
 

@@ -1,12 +1,14 @@
 //! What decides what a bake makes: settings, and what is read of the scene.
 
 use super::held_out::CHOICE;
+use crate::guided;
+use crate::noise_target::NoiseTarget;
 use crate::scene_hash::Part;
 
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
 /// Changes whenever the same scene and settings give other bytes than before.
-pub const REVISION: u32 = 7;
+pub const REVISION: u32 = 8;
 /// What a bake reads of a scene.
 pub(super) const READS: [Part; 6] =
     [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];
@@ -39,6 +41,17 @@ pub struct TransferImagesMethod {
     pub bases: Bases,
     /// Whether noise is filtered out.
     pub filter: bool,
+    /// Relative L2 noise over random states that is good enough; `samples` are then the most in the mean.
+    pub noise: Option<f64>,
+}
+
+impl TransferImagesMethod {
+    /// Its paths, of at most so many reflections.
+    pub(super) fn paths(&self, reflections: u32) -> guided::Settings {
+        let Self { size, samples, seed, filter, noise, .. } = *self;
+        let target = noise.map(|noise| NoiseTarget { noise, filter });
+        guided::Settings { size, samples, reflections, seed, target }
+    }
 }
 
 impl Bases {

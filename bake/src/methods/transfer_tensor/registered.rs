@@ -23,7 +23,7 @@ const MAX_RAYS_PER_TEXEL: u32 = 256;
 pub const METHOD: Registered = Registered {
     card: &TRANSFER_TENSOR,
     why: "light or view varies together with materials, which no other method serves",
-    option: Some(("--terms", |asked| asked.terms.is_some())),
+    options: &[("--terms", |asked| asked.terms.is_some())],
     new: |asked, _| Box::new(method(asked)),
     remedy: |settings| {
         let more = more_of(settings, "terms", |n| 2 * n, MAX_TERMS as u64);

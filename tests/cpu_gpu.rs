@@ -23,8 +23,14 @@ fn shaders_equal_evaluate() {
 
 fn expect_equal_shaders(scene: &Scene) {
     let folder = tempfile::tempdir().unwrap();
-    let wanted =
-        TransferImagesMethod { size: [96, 64], samples: 16, seed: 5, bases: Bases::Number(6), filter: true };
+    let wanted = TransferImagesMethod {
+        size: [96, 64],
+        samples: 16,
+        seed: 5,
+        bases: Bases::Number(6),
+        filter: true,
+        noise: None,
+    };
     bundle::run(scene, &[Box::new(wanted)], wanted.size, folder.path(), Leftover::Refuse, 0, &job()).unwrap();
     let images = TransferImages::read_file(&folder.path().join("transfer-images.relume")).unwrap();
     assert_eq!(images.head.later.is_some(), scene.reflections == ALL_REFLECTIONS);

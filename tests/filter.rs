@@ -110,14 +110,15 @@ fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter 
     let mut fragments = Vec::new();
     for pixel in 0..settings.size[0] * settings.size[1] {
         let mut classes = vec![Seen::default(); fixed + 1];
-        let mut number = 0;
-        gather.pixel(pixel, settings.samples, |path| {
+        let (mut number, samples) = (0, gather.samples(pixel, settings.samples));
+        gather.pixel(pixel, samples, |path| {
             if let GatherPath::Surface(eye) = path {
-                watcher.add(path, half_of(number, settings.samples), &mut classes[class(eye.material)]);
+                watcher.add(path, half_of(number, samples), &mut classes[class(eye.material)]);
             }
             number += 1;
         });
         fragments.extend((0..).zip(classes).map(|(class, seen)| (pixel, class, seen)));
     }
-    Filter::new(Film::new(settings.size[0], fragments.into_iter()), &job()).unwrap()
+    let samples = |pixel: u32| gather.samples(pixel, settings.samples);
+    Filter::new(Film::new(settings.size[0], samples, fragments.into_iter()), &job()).unwrap()
 }

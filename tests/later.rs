@@ -218,12 +218,13 @@ fn images_are_what_paths_make_of_albedos_and_two_functions() {
         };
         let of_pixel = |pixel: u32| {
             let mut sum = Vec3A::ZERO;
-            gather.pixel(pixel, settings.samples, |path| {
+            let samples = gather.samples(pixel, settings.samples);
+            gather.pixel(pixel, samples, |path| {
                 sum += early_radiance_of(path, on(9));
                 sum +=
                     later_radiance_of(path, on(5), matt, matt) + later_radiance_of(path, on(2), beyond, matt);
             });
-            (sum / settings.samples as f32).to_array()
+            (sum / samples as f32).to_array()
         };
         let expected: Vec<Rgb> = (0..24 * 24).map(of_pixel).collect();
         let without: Vec<Rgb> = evaluate(&without_lobes(&images), &coefficients);

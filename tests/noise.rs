@@ -73,24 +73,20 @@ fn bakes_have_the_noise_that_is_asked_for_by_fewer_samples() {
     let mean = counts.mean();
     assert!(mean > f64::from(FEWEST) && mean < 1024.0, "{mean}");
     let even = settings(SIZE, mean.ceil() as u32, BASES, 1);
-    let noise = |target: Option<NoiseTarget>| {
-        noise_of(
-            [1, 2].map(|seed| {
-                let settings = Settings { seed, ..even };
-                match target {
-                    Some(target) => aiming(&scene, 4096, target, seed, |gather| {
-                        assert_eq!(gather.counts(), Some(&counts), "other paths, the same counts");
-                        pictures(&scene, gather, &settings, &states)
-                    }),
-                    None => crate::support::images::gathering(&scene, &settings, |gather| {
-                        pictures(&scene, gather, &settings, &states)
-                    }),
-                }
-            }),
-            &pixels,
-        )
+    let tiles = SIZE.div_ceil(16) as usize;
+    let everywhere = TileCounts::new([SIZE; 2], 16, vec![mean.ceil() as u32; tiles * tiles]);
+    let noise = |is_spread: bool| {
+        let of_seed = |seed| {
+            aiming(&scene, 4096, target, seed, |gather| {
+                assert_eq!(gather.counts(), Some(&counts), "other paths, the same counts");
+                let gather =
+                    if is_spread { gather.clone() } else { gather.clone().counted_by(everywhere.clone()) };
+                pictures(&scene, &gather, &Settings { seed, ..even }, &states)
+            })
+        };
+        noise_of([1, 2].map(of_seed), &pixels)
     };
-    let [spread, even] = [Some(target), None].map(noise);
+    let [spread, even] = [true, false].map(noise);
     println!("asked 0.1, has {spread:.4}; with {mean:.0} samples everywhere {even:.4}");
     // Paths are stratified, which the pilot's, few a pixel, are less; and states differ.
     assert!(spread > 0.05 && spread < 0.13, "{spread}");

@@ -90,11 +90,12 @@ fn radiance(bundle: &TransferImages, on_bases: &[Vec<f64>], fragment: usize, cha
         firsts.extend(nodes.map(|(node, coefficient)| (FirstReflection::Later { node }, coefficient)));
         let nodes = node_coefficients(&Later { degree: 1, ..later.clone() }, on_bases, channel);
         for (material, coefficients) in on_bases.iter().enumerate() {
-            for basis in 1..=later.lobes as usize {
-                firsts.extend(nodes.iter().enumerate().map(|(node, weight)| {
-                    (FirstReflection::LaterLobe { material, basis, node }, weight * coefficients[basis])
-                }));
-            }
+            let lobes = coefficients.iter().enumerate().skip(1).take(later.lobes as usize);
+            firsts.extend(lobes.flat_map(|(basis, coefficient)| {
+                nodes.iter().enumerate().map(move |(node, weight)| {
+                    (FirstReflection::LaterLobe { material, basis, node }, weight * coefficient)
+                })
+            }));
         }
     }
     let (mut sum, mut magnitude) = (0.0, 0.0);

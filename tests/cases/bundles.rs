@@ -117,6 +117,7 @@ impl Sound {
             seed: 5,
             bases: transfer_images::Bases::Number(3),
             filter: true,
+            noise: None,
         };
         let animation = "duration_s = 2.0\n[[key]]\nt_s = 0\nmaterials.ball.kd = [0.1, 0.2, 0.3]\n[[key]]\nt_s = 2\nmaterials.ball.kd = [0.6, 0.2, 0.3]";
         Self::bake("materials = ['ball']", BALL, animation, |_| Box::new(method))

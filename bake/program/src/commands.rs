@@ -40,7 +40,7 @@ pub fn plan(args: &PlanArgs) -> Result<String> {
     let mut scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
     look_at(&scene, scene.size)?;
     scene.max_error = args.max_error.unwrap_or(scene.max_error);
-    warn_of_per_cent(scene.max_error);
+    warn_of_per_cent("an error", scene.max_error);
     plan::plan(&scene, &folders, args.json)
 }
 

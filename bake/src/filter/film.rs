@@ -67,8 +67,8 @@ pub struct Film {
 }
 
 impl Film {
-    /// Of fragments with their pixels, which have so many `samples`, and classes; those in which no surface is seen
-    /// are left out.
+    /// Of fragments with their pixels, which have so many `samples`, and classes; those in which no surface is
+    /// seen are left out.
     pub fn new(
         width: u32,
         samples: impl Fn(u32) -> u32,

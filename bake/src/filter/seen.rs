@@ -154,7 +154,8 @@ impl Watcher {
         }
     }
 
-    /// By layer, as if materials that vary were matt where third and later reflections come from.
+    /// By layer, as if materials that vary were matt where fourth and later reflections come from. At the
+    /// surface before the eye's bakes keep less of a lobe than is looked at here, so that there is less noise.
     fn light(&self, eye: &EyeVertex, materials: &[Brdf]) -> [Vec3A; LAYERS] {
         let brdf =
             |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);

@@ -207,8 +207,8 @@ impl<'a> Gather<'a> {
         }
     }
 
-    /// The same but for third and later reflections, which bakes look for as matt surfaces reflect; these
-    /// find the highlights of materials that vary, too.
+    /// The same but for fourth and later reflections, which bakes look for as matt surfaces reflect; these find
+    /// the highlights of materials that vary, too.
     #[must_use]
     pub fn with_later_highlights(&self) -> Self {
         Self { later: self.later.as_ref().map(|_| self.mixtures.clone()), ..self.clone() }

@@ -1,11 +1,12 @@
 //! The rest of a gather path: what surfaces send on to the one before the eye's after three reflections and
 //! more.
 //!
-//! Directions at materials that vary do not depend on these, so that one path serves every state: bakes,
-//! which know these materials by their albedos from here on, look where matt surfaces reflect, and every
-//! reflection carries its albedo. Paths end by chance: at such a material they go on with that of the largest
-//! albedo that any state may have, else with what the fixed material carries on, at most that. So nothing is
-//! cut off, and the variance is finite even in a closed room.
+//! Directions at materials that vary do not depend on these, so that one path serves every state. From the
+//! first surface paths go on as from the eye's, for bakes keep something of its lobes; behind it, where they
+//! know these materials by their albedos alone, they look where matt surfaces reflect, and every reflection
+//! carries its albedo. Paths end by chance: at such a material they go on with that of the largest albedo that
+//! any state may have, else with what the fixed material carries on, at most that. So nothing is cut off, and
+//! the variance is finite even in a closed room.
 
 use super::bounce::{Bounce, Chooser};
 use super::gather::{FirstVertex, Gather, Reflection, Reflections};

@@ -63,6 +63,7 @@ pub struct Estimate {
 /// Sums of one pixel in one state.
 #[derive(Debug, Clone, Copy, Default)]
 struct PixelSums {
+    samples: u32,
     sum: DVec3,
     squares: DVec3,
 }
@@ -70,16 +71,17 @@ struct PixelSums {
 impl PixelSums {
     fn add(&mut self, radiance: Vec3A) {
         let radiance = radiance.as_dvec3();
+        self.samples += 1;
         self.sum += radiance;
         self.squares += radiance * radiance;
     }
 
-    fn mean_and_variance(&self, samples: u32) -> ([f32; 3], [f32; 3]) {
-        let n = f64::from(samples);
+    fn mean_and_variance(&self) -> ([f32; 3], [f32; 3]) {
+        let n = f64::from(self.samples);
         let mean = self.sum / n;
         let spread = (self.squares / n - mean * mean).max(DVec3::ZERO);
         // One sample says nothing of its spread.
-        let variance = if samples > 1 { spread / (n - 1.0) } else { DVec3::INFINITY };
+        let variance = if self.samples > 1 { spread / (n - 1.0) } else { DVec3::INFINITY };
         (mean.as_vec3().to_array(), variance.as_vec3().to_array())
     }
 }
@@ -188,7 +190,7 @@ fn film(
         })
         .collect::<Result<_, Interrupted>>()?;
     let estimate = |image: usize| {
-        let pixels = rows.iter().flatten().map(|sums| sums[image].mean_and_variance(settings.samples));
+        let pixels = rows.iter().flatten().map(|sums| sums[image].mean_and_variance());
         let (radiance, variance) = pixels.unzip();
         Estimate { radiance, variance }
     };

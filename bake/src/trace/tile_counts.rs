@@ -12,8 +12,8 @@ pub struct TileCounts {
 }
 
 impl TileCounts {
-    /// Of a film of `size` pixels in tiles of `side`, row by row, the last of each row and column perhaps smaller;
-    /// every tile has a count of its own.
+    /// Of a film of `size` pixels in tiles of `side`, row by row, the last of each row and column perhaps
+    /// smaller; every tile has a count of its own.
     pub fn new(size: [u32; 2], side: u32, counts: Vec<u32>) -> Self {
         Self { size, side, counts }
     }

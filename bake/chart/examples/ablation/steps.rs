@@ -55,7 +55,8 @@ pub fn at_states(scene: &Scene) -> Result<Vec<Scene>> {
 
 /// The path tracer's image of direct light.
 fn reference(scene: &Scene, seed: u64) -> Result<Vec<Rgb>> {
-    let settings = Settings { size: SIZE, samples: SAMPLES, seed, reflections: 1, paths: Paths::Best };
+    let settings =
+        Settings { size: SIZE, samples: SAMPLES, seed, reflections: 1, paths: Paths::Best, target: None };
     Ok(reference::render(scene, std::slice::from_ref(scene), &settings, &quiet())?.swap_remove(0).radiance)
 }
 

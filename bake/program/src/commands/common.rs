@@ -35,11 +35,11 @@ pub(super) fn look_at(scene: &Scene, size: [u32; 2]) -> Result<()> {
     Ok(())
 }
 
-/// Warns of an error to keep below of 1 or more, which is 100 %: who writes that means per cent.
-pub(super) fn warn_of_per_cent(max_error: f64) {
-    if max_error >= 1.0 {
-        let (per_cent, meant) = (100.0 * max_error, max_error / 100.0);
-        say(&format!("warning: an error of {max_error} is {per_cent} %; for {max_error} % write {meant}"));
+/// Warns of an error, or noise, to keep below of 1 or more, which is 100 %: who writes that means per cent.
+pub(super) fn warn_of_per_cent(what: &str, most: f64) {
+    if most >= 1.0 {
+        let (per_cent, meant) = (100.0 * most, most / 100.0);
+        say(&format!("warning: {what} of {most} is {per_cent} %; for {most} % write {meant}"));
     }
 }
 

@@ -1,6 +1,6 @@
 //! `bake reference`.
 
-use super::common::{load, start_threads};
+use super::common::{load, start_threads, warn_of_per_cent};
 use crate::cli::ReferenceArgs;
 use relume_bake::brdf::blinn_phong::glossy_albedo;
 use relume_bake::error::{BakeError, Result};
@@ -27,6 +27,7 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
         let reason = "is for --paths gather; add that, or set the noise by --spp";
         return Err(BakeError::invalid(&Place::file("--noise"), reason));
     }
+    args.noise.into_iter().for_each(|noise| warn_of_per_cent("noise", noise));
     let settings = reference::Settings {
         size: args.size.unwrap_or(base.size),
         samples: args.spp,

@@ -52,7 +52,8 @@ pub fn run(args: &RunArgs) -> Result<String> {
     let chosen =
         if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
     let asked = asked(args, &scene);
-    warn_of_per_cent(asked.max_error);
+    warn_of_per_cent("an error", asked.max_error);
+    asked.noise.into_iter().for_each(|noise| warn_of_per_cent("noise", noise));
     let looking = job.step("looking");
     look_at(&scene, asked.size)?;
     drop(looking);
@@ -249,8 +250,14 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
         text += &format!("noise over random states: about {after:.2} %{was}{by}\n");
         let asked = entry.settings.get("noise").and_then(Value::as_f64).map(|noise| 100.0 * noise);
         if let Some(asked) = asked.filter(|asked| after > NOISE_TOLERANCE * asked) {
+            let all = entry.settings.get("samples").and_then(Value::as_f64).unwrap_or_default();
+            let remedy = if samples.is_some_and(|mean| mean < 0.9 * all) {
+                "it was foretold to be less, ask for less by --noise"
+            } else {
+                "raise --spp, which is the most in the mean"
+            };
             say(&format!(
-                "warning: the noise of {} is above the {asked} % asked for; raise --spp, which is the most in the mean",
+                "warning: the noise of {} is above the {asked:.2} % asked for; {remedy}",
                 entry.name
             ));
         }

@@ -1,5 +1,5 @@
-//! What effective albedos and the lobes beside them leave of the light after three reflections and more: its error
-//! against the analytic BRDF at all of them, on paths that find highlights.
+//! What effective albedos and the lobes beside them leave of the light after three reflections and more: its
+//! error against the analytic BRDF at all of them, on paths that find highlights.
 
 use super::held_out::{HeldOutErrors, STATES, Squares, random_state, relative_errors};
 use super::states::State;

@@ -303,7 +303,9 @@ fn metadata(head: &Head, editable: &[LightPath], fixed: &[LightPath]) -> Value {
     if let (Some(later), Some(told)) = (&head.later, told.as_object_mut()) {
         told.insert("later".to_owned(), json!(later));
         told.insert("later_nodes".to_owned(), json!(later.node_albedos()));
-        told.insert("later_lobe_nodes".to_owned(), json!(later.lobe_nodes()));
+        if later.lobes > 0 {
+            told.insert("later_lobe_nodes".to_owned(), json!(later.lobe_nodes()));
+        }
     }
     told
 }

@@ -24,8 +24,11 @@ const MOST_OF_DEGREE_2: usize = 8;
 /// smooth, and the first functions tell all of it that shows.
 const EYE_BASES: usize = 4;
 const EYE_SHARE: usize = 2;
-/// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing better
-/// that albedos at all other surfaces leave.
+/// Most materials whose surfaces before the eye's keep lobes: with more these would be more images than all
+/// others of third and later reflections, and of first ones, too.
+const MOST_WITH_LOBES: usize = 4;
+/// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing
+/// better that albedos at all other surfaces leave.
 const LOBES: usize = 2;
 const LOBE_EYE_BASES: usize = 2;
 /// A typical albedo: how much light counts that was reflected before.
@@ -86,7 +89,7 @@ fn kept(scene: &Scene, bases: usize) -> Option<Later> {
 /// The same on other `bases`, all that each needs.
 pub fn on_bases(later: Later, bases: usize) -> Later {
     let eye_bases = bases.div_ceil(EYE_SHARE).max(EYE_BASES).min(bases);
-    let lobes = if later.degree < 2 { 0 } else { LOBES.min(bases - 1) };
+    let lobes = if later.textures.len() > MOST_WITH_LOBES { 0 } else { LOBES.min(bases - 1) };
     let lobe_eye_bases = if lobes > 0 { LOBE_EYE_BASES.min(eye_bases) } else { 0 };
     let [eye_bases, lobes, lobe_eye_bases] = [eye_bases, lobes, lobe_eye_bases].map(|count| count as u32);
     Later {
@@ -113,8 +116,8 @@ impl<'a> Nodes<'a> {
         Self { later, albedos: later.node_albedos(), of_lobes: later.lobe_nodes() }
     }
 
-    /// What every glossy function that the surface before keeps is there beyond its albedo, by the `values` of
-    /// all functions, sr⁻¹.
+    /// What every glossy function that the surface before keeps is there beyond its albedo, by the `values`
+    /// of all functions, sr⁻¹.
     pub fn beyond_albedo(&self, values: &[f32]) -> impl Iterator<Item = f32> {
         beyond_albedo(self.later, values)
     }

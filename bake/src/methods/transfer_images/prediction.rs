@@ -149,7 +149,9 @@ fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String
     let errors = errors.map_or_else(String::new, |HeldOutErrors { median, worst }| {
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });
+    let lobes =
+        if later.lobes > 0 { ", and by their broad lobes at the surface that light leaves last" } else { "" };
     format!(
-        "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there, and by two functions of their lobes at the surface that light leaves last{errors}"
+        "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there{lobes}{errors}"
     )
 }

@@ -21,6 +21,7 @@
 //! 1, and counts by its coefficient.
 
 use super::LaterImages;
+use crate::container::MAX_SECTIONS;
 use crate::state::Rgb;
 use serde::{Deserialize, Serialize};
 
@@ -35,10 +36,12 @@ const NODES: [f64; MAX_DEGREE as usize + 1] = [0.0, MAX_ALBEDO as f64, 0.5 * MAX
 const RETURNS_TOLERANCE: f32 = 1e-4;
 /// Total degree of what lobes of the surface before are times D: that surface counts once already.
 const LOBE_DEGREE: u32 = 1;
-/// Largest size of what a node counts, times the coefficient of a lobe: that of the product of two
-/// coefficients, for which [`super::MAX_SCALE`] is made. Rooms that hold so much light in so many materials are
-/// no rooms of a scene.
-const MAX_WEIGHT: f32 = 4e8;
+/// Largest size of what a node counts, and a node times the coefficient of a lobe: that of a coefficient, for
+/// which [`super::MAX_SCALE`] is made. Rooms that hold so much light in so many materials are no rooms of a
+/// scene.
+const MAX_WEIGHT: f32 = 2e4;
+/// Most slots of a file, each of which is a section of it.
+const MAX_SLOTS: usize = MAX_SECTIONS - super::HEAD_SECTIONS;
 /// Largest size of a basis function's albedo.
 const MAX_BASIS_ALBEDO: f32 = 1e30;
 
@@ -169,6 +172,14 @@ impl Later {
         determinant(there.iter().map(|i| there.iter().map(|j| entry(*i, *j)).collect()).collect())
     }
 
+    /// Slots of a file of so many materials and bases, at most 64 and 32.
+    fn slots(&self, materials: usize, bases: usize) -> usize {
+        let Self { degree, eye_bases, lobes, lobe_eye_bases, .. } = self;
+        let of_lobes =
+            materials * *lobes as usize * node_count(materials, LOBE_DEGREE) * *lobe_eye_bases as usize;
+        bases * (2 + materials * bases) + node_count(materials, *degree) * *eye_bases as usize + of_lobes
+    }
+
     /// What is wrong with it in a file of so many materials and bases.
     pub(super) fn fault(&self, materials: usize, bases: usize) -> Option<String> {
         let Self { degree, eye_bases, lobes, lobe_eye_bases, albedos, textures, returns } = self;
@@ -181,6 +192,9 @@ impl Later {
             return Some(format!(
                 "later reflections on {lobes} lobes and {lobe_eye_bases} of {eye_bases} bases are out of range"
             ));
+        }
+        if self.slots(materials, bases) > MAX_SLOTS {
+            return Some(format!("later reflections have more images than the {MAX_SLOTS} of a file"));
         }
         if albedos.len() != bases || textures.len() != materials || returns.len() != 3 * materials.pow(2) {
             return Some("later reflections are of other bases or materials".to_owned());
@@ -341,7 +355,18 @@ mod tests {
             let later = Later { lobes, lobe_eye_bases, ..sound.clone() };
             assert!(later.fault(1, 2).is_some(), "{lobes} {lobe_eye_bases}");
         }
-        assert_eq!(Later { lobes: 0, lobe_eye_bases: 0, ..sound }.fault(1, 2), None);
+        assert_eq!(Later { lobes: 0, lobe_eye_bases: 0, ..sound.clone() }.fault(1, 2), None);
+        // As many as a file may have of materials and bases, and more images than it may have sections.
+        let all = Later {
+            albedos: vec![0.0; 32],
+            eye_bases: 32,
+            lobes: 31,
+            lobe_eye_bases: 32,
+            ..later(2, &[0.0; 4096])
+        };
+        assert!(all.fault(64, 32).is_some_and(|fault| fault.contains("more images")));
+        let some = Later { eye_bases: 1, lobes: 2, lobe_eye_bases: 1, ..all };
+        assert_eq!(some.slots(8, 6), 6 * 50 + 45 + 8 * 2 * 9);
     }
 
     /// The nodes of lobes are some of all; a quotient of degree 1 is met by them whatever the albedos.

@@ -65,7 +65,7 @@ pub struct Meta {
     /// The one colour of all light, its largest channel 1; `None` if lights differ in colour, then every slot
     /// is RGB.
     pub chromaticity: Option<Rgb>,
-    /// Film samples a pixel.
+    /// Film samples a pixel; the most in the mean of bakes that were to have no more noise than so much.
     pub samples: u32,
     /// Seed of the paths.
     pub seed: u64,

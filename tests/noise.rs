@@ -66,10 +66,10 @@ fn states(scene: &Scene) -> Vec<Vec<Brdf>> {
 #[test]
 fn bakes_have_the_noise_that_is_asked_for_by_fewer_samples() {
     let scene = library_scene("ring");
-    let target = NoiseTarget { noise: 0.1, filter: false };
+    let target = NoiseTarget { noise: 0.05, filter: false };
     let pixels = surface_pixels(&scene, &settings(SIZE, 16, BASES, 1));
     let states = states(&scene);
-    let counts = counts(&scene, 4096, target);
+    let counts = counts(&scene, 1024, target);
     let mean = counts.mean();
     assert!(mean > f64::from(FEWEST) && mean < 1024.0, "{mean}");
     let even = settings(SIZE, mean.ceil() as u32, BASES, 1);
@@ -77,7 +77,7 @@ fn bakes_have_the_noise_that_is_asked_for_by_fewer_samples() {
     let everywhere = TileCounts::new([SIZE; 2], 16, vec![mean.ceil() as u32; tiles * tiles]);
     let noise = |is_spread: bool| {
         let of_seed = |seed| {
-            aiming(&scene, 4096, target, seed, |gather| {
+            aiming(&scene, 1024, target, seed, |gather| {
                 assert_eq!(gather.counts(), Some(&counts), "other paths, the same counts");
                 let gather =
                     if is_spread { gather.clone() } else { gather.clone().counted_by(everywhere.clone()) };
@@ -87,10 +87,10 @@ fn bakes_have_the_noise_that_is_asked_for_by_fewer_samples() {
         noise_of([1, 2].map(of_seed), &pixels)
     };
     let [spread, even] = [true, false].map(noise);
-    println!("asked 0.1, has {spread:.4}; with {mean:.0} samples everywhere {even:.4}");
-    // Paths are stratified, which the pilot's, few a pixel, are less; and states differ.
-    assert!(spread > 0.05 && spread < 0.13, "{spread}");
-    assert!(even > 1.1 * spread, "{even} {spread}");
+    println!("asked 0.05, has {spread:.4}; with {mean:.0} samples everywhere {even:.4}");
+    // Four states stand for all of them, some of which shine more.
+    assert!(spread > 0.025 && spread < 0.1, "{spread}");
+    assert!(even > 1.03 * spread, "{even} {spread}");
 }
 
 /// With the filter, what it leaves is what is asked for; and no more samples are spent than the most.

@@ -242,6 +242,7 @@ pub(super) const IN_COMMANDS: &[(&str, &[&str])] = &[
         "a state that is not there",
         &["bake", "reference", "scene.toml", "--state", "stat.toml", "-o", "a.exr"],
     ),
+    ("noise for the best paths", &["bake", "reference", "scene.toml", "--noise", "0.01", "-o", "a.exr"]),
     ("another format for references", &["bake", "reference", "scene.toml", "-o", "a.png"]),
     ("a scene where a bundle is wanted", &["bake", "info", "cornell-knot"]),
     ("a misspelt scene where a bundle is wanted", &["bake", "info", "cornel-knot"]),

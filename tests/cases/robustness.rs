@@ -304,7 +304,7 @@ fn a_limit_on_file_sizes_ends_a_bake_with_a_line() {
     let whole = std::fs::read(place.at("out/transfer-images.relume")).unwrap();
     std::fs::remove_dir_all(place.at("out")).unwrap();
     let output = Command::new("sh")
-        .args(["-c", "ulimit -f 128; exec \"$0\" \"$@\""])
+        .args(["-c", "ulimit -f 256; exec \"$0\" \"$@\""])
         .arg(command("bake").get_program())
         .args(place.arguments(&settings))
         .output()

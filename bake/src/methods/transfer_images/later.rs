@@ -24,8 +24,8 @@ const MOST_OF_DEGREE_2: usize = 8;
 /// smooth, and the first functions tell all of it that shows.
 const EYE_BASES: usize = 4;
 const EYE_SHARE: usize = 2;
-/// Most materials whose surfaces before the eye's keep lobes: with more these would be more images than all
-/// others of third and later reflections, and of first ones, too.
+/// Most materials whose surfaces before the eye's keep lobes, the images of which grow by the square of their
+/// number: 80 for four.
 const MOST_WITH_LOBES: usize = 4;
 /// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing
 /// better that albedos at all other surfaces leave.

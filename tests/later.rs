@@ -188,7 +188,8 @@ fn hemispherical_albedo(material: &BlinnPhong) -> f64 {
 #[test]
 fn images_are_what_paths_make_of_albedos_and_two_functions() {
     let mut scene = library_scene("cornell-knot");
-    scene.vary.materials.truncate(1);
+    // The walls.
+    scene.vary.materials.remove(0);
     let settings = settings(24, 32, 9, 1);
     let material = Brdf::BlinnPhong(BlinnPhong { kd: [0.9, 0.8, 0.9], ks: [0.5; 3], shininess: 40.0 });
     let varying = scene.vary.materials[0];
@@ -230,7 +231,7 @@ fn images_are_what_paths_make_of_albedos_and_two_functions() {
         let without: Vec<Rgb> = evaluate(&without_lobes(&images), &coefficients);
         let [error, lobes] = [&shown, &without].map(|image| relative_l2(image, &expected));
         println!("{error:.1e}, without lobes {lobes:.1e}");
-        // Steps of 2048ths of the middle of the picture, of which sixty images err by half at most.
+        // Steps of 256ths of the middle of the picture, of which 27 images of later light err by half at most.
         assert!(error < 5e-4 && lobes > 20.0 * error, "{error} {lobes}");
     });
 }
@@ -266,6 +267,19 @@ fn two_functions_of_the_surface_before_halve_the_error_of_albedos() {
     });
     println!("{with:?}, without {without:?}");
     assert!(2.0 * with.median < without.median && with.median < 0.02, "{with:?} {without:?}");
+}
+
+/// Lobes are stored where light that has been about meets materials that vary, and not in a hall where a tenth of
+/// the picture does.
+#[test]
+fn lobes_are_kept_where_they_change_pictures() {
+    for (name, lobes) in [("cornell-knot", 2), ("ring", 2), ("statue-hall", 0)] {
+        for seed in [1, 2] {
+            let (_, images) = bake(&library_scene(name), &settings(64, 2, 6, seed), true);
+            let later = images.head.later.as_ref().unwrap();
+            assert_eq!((later.lobes, later.lobe_eye_bases), (lobes, lobes), "{name} {seed}");
+        }
+    }
 }
 
 /// What the bake says of its albedos is what they are off by, and of its images what bases and halves are.

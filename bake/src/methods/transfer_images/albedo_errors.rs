@@ -1,13 +1,13 @@
-//! What effective albedos and the lobes beside them leave of the light after three reflections and more: its
-//! error against the analytic BRDF at all of them, on paths that find highlights.
+//! What effective albedos and the lobes beside them leave of the light after three reflections and more, its
+//! error against the analytic BRDF at all of them on paths that find highlights, and what lobes have of it.
 
 use super::held_out::{HeldOutErrors, STATES, Squares, random_state, relative_errors};
 use super::states::State;
 use crate::error::Result;
 use crate::interrupted::Interrupted;
-use crate::job::Job;
-use crate::trace::gather::Gather;
-use crate::trace::reference::{early_radiance_of, later_radiance_of};
+use crate::job::{Job, Progress};
+use crate::trace::gather::{Gather, GatherPath};
+use crate::trace::reference::{early_radiance_of, later_radiance_of, radiance_of};
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
@@ -15,31 +15,68 @@ use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::transfer_images::Later;
 use relume_scenes::Scene;
 
-/// Errors over the held-out states at `pixels`, relative to all light there; pixels that show a light are
-/// left out. The noise of two halves of the samples is independent, so that the product of what they show has
-/// no bias by it, and none of it is in the errors but for what they are uncertain by. `None` with a single
-/// sample.
+/// What the baked kind of later reflections is off by over the held-out states at `pixels`, relative to all light
+/// there; pixels that show a light are left out. The noise of two halves of the samples is independent, so that
+/// the product of what they show has no bias by it, and none of it is in the errors but for what they are
+/// uncertain by. `None` with a single sample.
 ///
 /// # Errors
 /// If the job is interrupted.
 pub fn albedo_errors(
     scene: &Scene,
     gather: &Gather<'_>,
-    (basis, later): (&BrdfBasis, &Later),
+    kept: (&BrdfBasis, &Later),
     samples: u32,
     pixels: &[u32],
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
+    let error = |state: &State<'_>, path: &GatherPath| {
+        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+        let later = later_radiance_of(path, brdf, brdf, brdf);
+        [later - state.later_as_baked(path), early_radiance_of(path, brdf) + later]
+    };
+    let progress = job.progress("measuring albedos", pixels.len() as u64);
+    changes(scene, &gather.with_later_highlights(), kept, (samples, pixels), &progress, error)
+}
+
+/// The same of what lobes have beyond albedos, on the paths of a bake.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn share_of_lobes(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    kept: (&BrdfBasis, &Later),
+    samples: u32,
+    pixels: &[u32],
+    job: &Job,
+) -> Result<Option<HeldOutErrors>> {
+    let lobes = |state: &State<'_>, path: &GatherPath| {
+        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+        [state.lobes_as_baked(path), radiance_of(path, brdf)]
+    };
+    let progress = job.progress("light of lobes", pixels.len() as u64);
+    changes(scene, gather, kept, (samples, pixels), &progress, lobes)
+}
+
+/// How large a change is over the held-out states, in parts of all light, by those of a path: see
+/// [`albedo_errors`].
+fn changes(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    (basis, later): (&BrdfBasis, &Later),
+    (samples, pixels): (u32, &[u32]),
+    progress: &Progress,
+    of_path: impl Fn(&State<'_>, &GatherPath) -> [Vec3A; 2] + Sync,
+) -> Result<Option<HeldOutErrors>> {
     if samples < 2 {
         return Ok(None);
     }
-    let progress = job.progress("measuring albedos", pixels.len() as u64);
-    let gather = gather.with_later_highlights();
     let state = |state| State::new(scene, &random_state(state, scene), Some(later), basis);
     let states: Vec<State<'_>> = (0..STATES).map(state).collect();
     let squares = pixels.par_iter().map(|pixel| {
         progress.check()?;
-        let squares = changes(&gather, *pixel, gather.samples(*pixel, samples), &states);
+        let squares = changes_of_pixel(gather, *pixel, gather.samples(*pixel, samples), &states, &of_path);
         progress.advance(1);
         Ok(squares)
     });
@@ -47,8 +84,14 @@ pub fn albedo_errors(
     Ok(HeldOutErrors::of(&relative_errors(&squares, states.len())))
 }
 
-/// By state: what albedos change, squared, and all light, squared; nothing if the pixel shows a light.
-fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State<'_>]) -> Vec<Squares> {
+/// By state: what changes, squared, and all light, squared; nothing if the pixel shows a light.
+fn changes_of_pixel(
+    gather: &Gather<'_>,
+    pixel: u32,
+    samples: u32,
+    states: &[State<'_>],
+    of_path: impl Fn(&State<'_>, &GatherPath) -> [Vec3A; 2],
+) -> Vec<Squares> {
     let mut sums = vec![([DVec3::ZERO; 2], DVec3::ZERO); states.len()];
     let (mut shows_light, mut number) = (false, 0);
     gather.pixel(pixel, samples, |path| {
@@ -56,10 +99,9 @@ fn changes(gather: &Gather<'_>, pixel: u32, samples: u32, states: &[State<'_>]) 
         let half = usize::from(2 * number >= samples);
         number += 1;
         for ((changes, light), state) in sums.iter_mut().zip(states) {
-            let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
-            let later = later_radiance_of(path, brdf, brdf, brdf);
-            changes[half] += (later - state.later_as_baked(path)).as_dvec3();
-            *light += (early_radiance_of(path, brdf) + later).as_dvec3();
+            let [change, all] = of_path(state, path);
+            changes[half] += change.as_dvec3();
+            *light += all.as_dvec3();
         }
     });
     let first = samples.div_ceil(2);

@@ -1,6 +1,7 @@
 //! Light after three reflections and more: what is to be known of a scene before its images are made, found
 //! on some paths of it.
 
+use super::albedo_errors::share_of_lobes;
 use super::held_out::{CHOICE_PATHS, CHOICE_PIXELS, some_pixels};
 use super::settings::Settings;
 use crate::brdf;
@@ -26,11 +27,15 @@ const EYE_BASES: usize = 4;
 const EYE_SHARE: usize = 2;
 /// Most materials whose surfaces before the eye's keep lobes, the images of which grow by the square of their
 /// number: 80 for four.
-const MOST_WITH_LOBES: usize = 4;
+pub(super) const MOST_WITH_LOBES: usize = 4;
 /// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing
 /// better that albedos at all other surfaces leave.
-const LOBES: usize = 2;
-const LOBE_EYE_BASES: usize = 2;
+const LOBES: u32 = 2;
+const LOBE_EYE_BASES: u32 = 2;
+/// Least that lobes change random states by in the median, relative L2: less is not worth a third of a file.
+const LEAST_LOBES: f64 = 0.005;
+/// Paths of each of some pixels that tell how much they change, be those of the bake ever so few.
+const LOBE_PATHS: u32 = 64;
 /// A typical albedo: how much light counts that was reflected before.
 const TYPICAL_ALBEDO: f64 = 0.5;
 
@@ -58,12 +63,13 @@ pub fn later(
     let found = found.collect::<std::result::Result<Vec<Exchange>, Interrupted>>()?;
     let mut all = Exchange::new(scene.vary.materials.len());
     found.iter().for_each(|light| all.add(light));
-    Ok(all.is_lit.then(|| Later {
-        albedos: albedos(basis),
-        textures: all.textures(),
-        returns: all.returns(),
-        ..kept
-    }))
+    if !all.is_lit {
+        return Ok(None);
+    }
+    let later = Later { albedos: albedos(basis), textures: all.textures(), returns: all.returns(), ..kept };
+    let changed = share_of_lobes(scene, gather, (basis, &later), LOBE_PATHS, &pixels, job)?;
+    let is_needed = changed.is_some_and(|changed| changed.median >= LEAST_LOBES);
+    Ok(Some(if is_needed { later } else { Later { lobes: 0, lobe_eye_bases: 0, ..later } }))
 }
 
 /// The images that later reflections of `scene` take, if it is asked for them and has any.
@@ -77,8 +83,8 @@ fn kept(scene: &Scene, bases: usize) -> Option<Later> {
     let kept = Later {
         degree: if materials <= MOST_OF_DEGREE_2 { 2 } else { 1 },
         eye_bases: 0,
-        lobes: 0,
-        lobe_eye_bases: 0,
+        lobes: if materials <= MOST_WITH_LOBES { LOBES } else { 0 },
+        lobe_eye_bases: LOBE_EYE_BASES,
         albedos: vec![0.0; bases],
         textures: vec![[1.0; 3]; materials],
         returns: Vec::new(),
@@ -89,9 +95,9 @@ fn kept(scene: &Scene, bases: usize) -> Option<Later> {
 /// The same on other `bases`, all that each needs.
 pub fn on_bases(later: Later, bases: usize) -> Later {
     let eye_bases = bases.div_ceil(EYE_SHARE).max(EYE_BASES).min(bases);
-    let lobes = if later.textures.len() > MOST_WITH_LOBES { 0 } else { LOBES.min(bases - 1) };
-    let lobe_eye_bases = if lobes > 0 { LOBE_EYE_BASES.min(eye_bases) } else { 0 };
-    let [eye_bases, lobes, lobe_eye_bases] = [eye_bases, lobes, lobe_eye_bases].map(|count| count as u32);
+    let lobes = later.lobes.min(bases as u32 - 1);
+    let eye_bases = eye_bases as u32;
+    let lobe_eye_bases = if lobes > 0 { later.lobe_eye_bases.min(eye_bases) } else { 0 };
     Later {
         eye_bases,
         lobes,

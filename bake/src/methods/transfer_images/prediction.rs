@@ -6,7 +6,7 @@ use super::basis::{model, space_for};
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
 use super::held_out::{self, HeldOutErrors};
-use super::later::later;
+use super::later::{MOST_WITH_LOBES, later};
 use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
 use crate::filter::Watcher;
@@ -149,8 +149,11 @@ fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String
     let errors = errors.map_or_else(String::new, |HeldOutErrors { median, worst }| {
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });
-    let lobes =
-        if later.lobes > 0 { ", and by their broad lobes at the surface that light leaves last" } else { "" };
+    let lobes = match later.lobes {
+        0 if later.textures.len() > MOST_WITH_LOBES => "",
+        0 => "; their lobes would change next to nothing",
+        _ => ", and by their broad lobes at the surface that light leaves last",
+    };
     format!(
         "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there{lobes}{errors}"
     )

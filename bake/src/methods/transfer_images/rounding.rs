@@ -3,7 +3,8 @@
 //! How bright pictures are is told by that of white matt materials, and an image counts in a picture by its
 //! basis functions' largest coefficients. All images are rounded to steps that count alike there:
 //! [`STEPS_OF_MIDDLE`] are the middle fragment, and [`STEPS_OF_DARK`] a dark one. What dozens of images are off
-//! by adds up to a few parts in 10,000 of the former, where bases alone leave ten times as much.
+//! by adds up to a few parts in 10,000 of the former, where bases alone leave ten times as much. Later reflections,
+//! which are a per cent off for want of what is known of materials there, have [`STEPS_OF_LATER`].
 
 use crate::compress::quantise::scale_for;
 use half::f16;
@@ -12,6 +13,8 @@ use relume_formats::kinds::transfer_images::{Image, Layout};
 
 /// Least steps that the middle one of all fragments that are lit is worth.
 const STEPS_OF_MIDDLE: f32 = 2048.0;
+/// The same of images of later reflections.
+const STEPS_OF_LATER: f32 = 256.0;
 /// Which part of the fragments is darker than a dark one, and least steps that it is worth.
 const DARK: f64 = 0.05;
 const STEPS_OF_DARK: f32 = 64.0;
@@ -23,13 +26,14 @@ const LEAST_WEIGHT: f64 = 1e-12;
 /// Rounds `images`, of these `scales` by slot, and gives them the scales of what is left; `weights` are the
 /// largest squares of what a slot's values are multiplied with.
 pub fn round(images: &mut [Image], scales: &mut [f32], layout: &Layout, weights: &[f64]) {
-    let Some(step) = step_of_picture(images, scales, layout) else { return };
+    let Some([early, later]) = steps_of_picture(images, scales, layout) else { return };
     let rounded: Vec<(usize, f32)> = images
         .par_iter_mut()
         .filter(|image| scales[image.slot] > 0.0)
         .map(|image| {
             let factor = weights[image.slot].max(LEAST_WEIGHT).sqrt();
             let scale = scales[image.slot];
+            let step = if layout.slots[image.slot].first.is_later() { later } else { early };
             let step = (f64::from(step) / factor).log2().floor().exp2() / f64::from(scale);
             // From the least half, which rounds nothing, to more than twice the largest, which leaves nothing.
             let step = step.clamp(f64::from(f16::from_bits(1)), 131_072.0) as f32;
@@ -39,8 +43,9 @@ pub fn round(images: &mut [Image], scales: &mut [f32], layout: &Layout, weights:
     rounded.into_iter().for_each(|(slot, scale)| scales[slot] = scale);
 }
 
-/// The step, in radiance, of an image that counts 1; `None` if nothing is lit.
-fn step_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<f32> {
+/// The steps, in radiance, of an image that counts 1: of at most two reflections and of later ones; `None` if
+/// nothing is lit.
+fn steps_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<[f32; 2]> {
     // All but later reflections add up; of these, there are some at each node.
     let (mut picture, mut later): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
     for image in images.iter().filter(|image| layout.slots[image.slot].is_positive()) {
@@ -63,7 +68,8 @@ fn step_of_picture(images: &[Image], scales: &[f32], layout: &Layout) -> Option<
     picture.sort_by(f32::total_cmp);
     let at = |part: f64| picture.get((part * picture.len() as f64) as usize).copied();
     let (dark, middle) = (at(DARK)?, at(0.5)?);
-    Some((middle / STEPS_OF_MIDDLE).min(dark.max(middle * DARKEST) / STEPS_OF_DARK))
+    let of_dark = dark.max(middle * DARKEST) / STEPS_OF_DARK;
+    Some([STEPS_OF_MIDDLE, STEPS_OF_LATER].map(|steps| (middle / steps).min(of_dark)))
 }
 
 /// Rounds halves to multiples of `step`, a power of two, and returns the scale that suits them then.
@@ -80,6 +86,7 @@ fn round_image(values: &mut [f16], scale: f32, step: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use relume_formats::kinds::transfer_images::{LaterImages, Slot};
 
     /// One editable material of two bases and light of two colours: slots 0 to 3 are matt, then the other
     /// basis'.
@@ -136,6 +143,26 @@ mod tests {
         round(&mut images, &mut scales, &layout(), &weights);
         let dark = images[0].values[0].to_f32() * scales[0];
         assert!((dark / 1e-3 - 1.0).abs() < 1.0 / 128.0, "{dark}");
+    }
+
+    /// Images of later reflections have coarser steps, but where dark places want them fine.
+    #[test]
+    fn later_reflections_have_coarser_steps() {
+        let later = LaterImages { nodes: 1, eye_bases: 1, ..LaterImages::default() };
+        let layout = Layout::new(1, 2, false, Some(later));
+        let is_later = |slot: &Slot| slot.first.is_later();
+        let slots = [0, layout.slots.iter().position(is_later).unwrap()];
+        for (darkest, steps) in [(0.4, [2f32.powi(-11), 2f32.powi(-8)]), (1e-3, [2f32.powi(-16); 2])] {
+            let values: Vec<f32> = (0..1000).map(|i| if i % 10 == 0 { darkest } else { 0.5 }).collect();
+            let mut scales = vec![scale_for(0.5); layout.slots.len()];
+            let mut images = slots.map(|slot| image(slot, &values, scales[slot]));
+            round(&mut images, &mut scales, &layout, &vec![1.0; layout.slots.len()]);
+            for (image, step) in images.iter().zip(steps) {
+                let dark = image.values[0].to_f32() * scales[image.slot];
+                assert_eq!((dark / step).fract(), 0.0, "{dark} {step}");
+                assert!((dark - darkest).abs() <= 0.5 * step + darkest * 5e-4, "{dark} {step}");
+            }
+        }
     }
 
     #[test]

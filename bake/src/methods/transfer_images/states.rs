@@ -59,25 +59,39 @@ impl<'a> State<'a> {
     /// Light of third and later reflections as it is baked, but for nodes; all of it if none are.
     pub(super) fn later_as_baked(&self, path: &GatherPath) -> Vec3A {
         let brdf = |m: u32, albedo: Vec3A, angles: &Angles| self.brdf(m, albedo, angles);
-        let Some(AsBaked { later, coefficients, lambert }) = &self.baked else {
-            return later_radiance_of(path, brdf, brdf, brdf);
-        };
-        let on = OnBases { basis: self.basis, materials: &self.materials, coefficients };
-        let eye = |bases: u32| {
-            let on = &on;
-            move |m: u32, albedo: Vec3A, angles: &Angles| on.evaluate(bases as usize, m, albedo, angles)
-        };
-        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| {
-            lambert[m as usize].unwrap_or_else(|| brdf(m, albedo, angles))
-        };
+        let Some(baked) = &self.baked else { return later_radiance_of(path, brdf, brdf, brdf) };
+        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| self.by_albedo(baked, m, albedo, angles);
+        let eye = self.on_bases(baked, baked.later.eye_bases);
+        later_radiance_of(path, eye, by_albedo, by_albedo) + self.lobes_as_baked(path)
+    }
+
+    /// What of that lobes add to albedos.
+    pub(super) fn lobes_as_baked(&self, path: &GatherPath) -> Vec3A {
+        let Some(baked) = &self.baked else { return Vec3A::ZERO };
+        let AsBaked { later, coefficients, .. } = baked;
         let beyond = |m: u32, _: Vec3A, angles: &Angles| {
             let mut values = [0.0; MAX_BASES];
             self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
             let coefficients = coefficients[m as usize].iter().flatten().skip(1);
             coefficients.zip(beyond_albedo(later, &values)).map(|(c, value)| Vec3A::from(*c) * value).sum()
         };
-        later_radiance_of(path, eye(later.eye_bases), by_albedo, by_albedo)
-            + later_radiance_of(path, eye(later.lobe_eye_bases), beyond, by_albedo)
+        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| self.by_albedo(baked, m, albedo, angles);
+        later_radiance_of(path, self.on_bases(baked, later.lobe_eye_bases), beyond, by_albedo)
+    }
+
+    /// The BRDF of a material with the first `bases` of the basis.
+    fn on_bases<'b>(
+        &'b self,
+        baked: &'b AsBaked<'_>,
+        bases: u32,
+    ) -> impl Fn(u32, Vec3A, &Angles) -> Vec3A + use<'a, 'b> {
+        let on = OnBases { basis: self.basis, materials: &self.materials, coefficients: &baked.coefficients };
+        move |m: u32, albedo: Vec3A, angles: &Angles| on.evaluate(bases as usize, m, albedo, angles)
+    }
+
+    /// A Lambert surface's for a material that varies.
+    fn by_albedo(&self, baked: &AsBaked<'_>, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
+        baked.lambert[material as usize].unwrap_or_else(|| self.brdf(material, albedo, angles))
     }
 }
 

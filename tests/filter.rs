@@ -105,8 +105,7 @@ fn expect_filtered(size: u32, samples: u32, truth: u32) {
 fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
     let watcher = Watcher::new(scene);
     let fixed = scene.vary.materials.len();
-    let class =
-        |material: u32| scene.vary.materials.iter().position(|m| *m == material as usize).unwrap_or(fixed);
+    let class = |material: u32| scene.vary.place_of(material).unwrap_or(fixed);
     let mut fragments = Vec::new();
     for pixel in 0..settings.size[0] * settings.size[1] {
         let mut classes = vec![Seen::default(); fixed + 1];

@@ -8,52 +8,75 @@ use relume_scenes::Scene;
 /// glossy in any proportion, or dielectrics, metals and what is between in equal numbers; exponents and
 /// roughnesses evenly spread over octaves, which is how artists perceive them.
 pub fn random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
+    varying_in(state, scene, |_, gloss_and_sharpness| gloss_and_sharpness)
+}
+
+/// All materials of `scene`, those that vary being in random state number `state`.
+pub fn all_in_random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
+    with_varying(scene, random_state(state, scene))
+}
+
+/// All materials of `scene` in so many states, number `first` and those that follow, which together have all that
+/// there may be: each material that varies is in one of them as sharp and glossy as few states have it, in
+/// another as blunt and matt, and in between in the rest. Not all materials are the sharpest in the same one.
+pub fn all_in_spread_states(first: u32, states: u32, scene: &Scene) -> Vec<Vec<Brdf>> {
+    let spread = |state: u32| {
+        let within = |material: u32, [gloss, sharpness]: [f32; 2]| {
+            let part = (state + material) % states;
+            [gloss, sharpness].map(|x| (part as f32 + x) / states as f32)
+        };
+        with_varying(scene, varying_in(first + state, scene, within))
+    };
+    (0..states).map(spread).collect()
+}
+
+/// The materials that vary, in state number `state`; `place` moves how glossy and how sharp each is, of 0..1.
+fn varying_in(state: u32, scene: &Scene, place: impl Fn(u32, [f32; 2]) -> [f32; 2]) -> Vec<Brdf> {
     let sampler = PixelSampler::new(0x68_656c_646f_7574, state);
     let material = |(index, material): (u32, &usize)| {
         let material = &scene.materials[*material];
         let sample = sampler.sample(index);
         let model = material.brdf.model();
         let sharpest = scene.vary.sharpest(model);
+        let [first, sharpness] = sample.pair(0);
+        let placed = |gloss| place(index, [gloss, sharpness]);
         match model {
-            Model::BlinnPhong => random_blinn_phong(&sample, sharpest),
-            Model::Ggx => random_ggx(&sample, material.texture.is_some(), sharpest),
-            Model::CookTorrance => random_cook_torrance(&sample, sharpest),
+            Model::BlinnPhong => random_blinn_phong(&sample, placed(1.0 - first), sharpest),
+            Model::Ggx => random_ggx(&sample, placed(first), material.texture.is_some(), sharpest),
+            Model::CookTorrance => random_cook_torrance(&sample, placed(1.0 - first), sharpest),
         }
     };
     (0..).zip(&scene.vary.materials).map(material).collect()
 }
 
-/// All materials of `scene`, those that vary being in random state number `state`.
-pub fn all_in_random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
+fn with_varying(scene: &Scene, varying: Vec<Brdf>) -> Vec<Brdf> {
     let mut all: Vec<Brdf> = scene.materials.iter().map(|m| m.brdf).collect();
-    scene.vary.materials.iter().zip(random_state(state, scene)).for_each(|(index, brdf)| all[*index] = brdf);
+    scene.vary.materials.iter().zip(varying).for_each(|(index, brdf)| all[*index] = brdf);
     all
 }
 
-fn random_blinn_phong(sample: &Sample, sharpest: f32) -> Brdf {
-    let ([kd, ks], exponent) = random_parts(sample);
+fn random_blinn_phong(sample: &Sample, [gloss, exponent]: [f32; 2], sharpest: f32) -> Brdf {
+    let [kd, ks] = random_parts(sample, gloss);
     let shininess = sharpest.powf(exponent).clamp(1.0, sharpest);
     Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess })
 }
 
-/// Colours of a diffuse and of a glossy part that share what is reflected, and how sharp that one is, 0..1.
-fn random_parts(sample: &Sample) -> ([Rgb; 2], f32) {
-    let [share, sharpness] = sample.pair(0);
+/// Colours of a diffuse and of a glossy part, which is so large, of what is reflected.
+fn random_parts(sample: &Sample, gloss: f32) -> [Rgb; 2] {
     let [kr, kg] = sample.pair(1);
     let [kb, sr] = sample.pair(2);
     let [sg, sb] = sample.pair(3);
-    ([[kr, kg, kb].map(|k| k * share), [sr, sg, sb].map(|k| k * (1.0 - share))], sharpness)
+    [[kr, kg, kb].map(|k| k * (1.0 - gloss)), [sr, sg, sb].map(|k| k * gloss)]
 }
 
-fn random_cook_torrance(sample: &Sample, sharpest: f32) -> Brdf {
-    let ([kd, ks], octave) = random_parts(sample);
+fn random_cook_torrance(sample: &Sample, [gloss, octave]: [f32; 2], sharpest: f32) -> Brdf {
+    let [kd, ks] = random_parts(sample, gloss);
     let [fresnel, _] = sample.pair(4);
     let roughness = sharpest.powf(octave).clamp(sharpest, 1.0);
     Brdf::CookTorrance(CookTorrance { kd, ks, fresnel, roughness })
 }
 
-fn random_ggx(sample: &Sample, textured: bool, sharpest: f32) -> Brdf {
-    let [metal, octave] = sample.pair(0);
+fn random_ggx(sample: &Sample, [metal, octave]: [f32; 2], textured: bool, sharpest: f32) -> Brdf {
     let [r, g] = sample.pair(1);
     let [b, _] = sample.pair(2);
     // A third each of dielectrics and metals, the rest evenly between.

@@ -68,6 +68,11 @@ pub struct Vary {
 }
 
 impl Vary {
+    /// Which of the materials that vary the one of this number is.
+    pub fn place_of(&self, material: u32) -> Option<usize> {
+        self.materials.iter().position(|varies| *varies == material as usize)
+    }
+
     /// The sharpest lobe that materials of `model` may have: an exponent, roughness or slope.
     pub fn sharpest(&self, model: Model) -> f32 {
         let asked = match model {

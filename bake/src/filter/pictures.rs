@@ -124,8 +124,7 @@ fn trace(
     let states: Vec<Vec<Brdf>> =
         scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
     let fixed = base.vary.materials.len();
-    let class =
-        |material: u32| base.vary.materials.iter().position(|m| *m == material as usize).unwrap_or(fixed);
+    let class = |material: u32| base.vary.place_of(material).unwrap_or(fixed);
     let [width, height] = settings.size;
     let progress = job.progress("tracing", u64::from(height));
     let pixel = |pixel: u32| {

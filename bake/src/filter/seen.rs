@@ -1,7 +1,7 @@
 //! What the samples of a fragment tell of it beside what is stored.
 
 use crate::brdf;
-use crate::random_state::all_in_random_state;
+use crate::random_state::all_in_spread_states;
 use crate::trace::gather::{EyeVertex, GatherPath};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -9,8 +9,8 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 use std::f32::consts::FRAC_1_PI;
 
-/// Random states in which fragments are looked at: enough that what shines or is dark in one shows in
-/// another.
+/// States in which fragments are looked at, spread over all that there may be: enough that what shines or is dark
+/// in one shows in another, and that the sharpest highlights are in one.
 pub const STATES: usize = 4;
 /// The first of these states; bakes are judged by others.
 const FIRST_STATE: u32 = 0x6775_6964;
@@ -103,9 +103,7 @@ impl Watcher {
     /// For `scene`.
     pub fn new(scene: &Scene) -> Self {
         Self {
-            states: (0..STATES as u32)
-                .map(|number| all_in_random_state(FIRST_STATE + number, scene))
-                .collect(),
+            states: all_in_spread_states(FIRST_STATE, STATES as u32, scene),
             varies: (0..scene.materials.len()).map(|m| scene.vary.materials.contains(&m)).collect(),
         }
     }

@@ -25,6 +25,10 @@ use std::sync::Arc;
 /// Most reflections of a path, unless it is to have all.
 pub const MAX_REFLECTIONS: u32 = 2;
 
+/// Points on lights that the surface that the eye sees looks at for every path: highlights and soft shadows are
+/// there, and a look is cheap beside all that follows on a path.
+pub const POINTS: usize = 4;
+
 /// The dimension pair that moves what the guide is asked for; later reflections count on from 7.
 const GUIDE_PAIR: u32 = u32::MAX;
 
@@ -66,8 +70,9 @@ pub struct EyeVertex {
     pub emitted: Vec3A,
     /// Where the path goes on; `None` if below the surface.
     pub onward: Option<Onward>,
-    /// Light that arrives directly.
-    pub direct: Reflections,
+    /// Light that arrives directly: from points chosen on lights, and last what going on from here met. Weighed
+    /// as [`Reflections`] are.
+    pub direct: [Option<Reflection>; POINTS + 1],
     /// Light that arrives by way of another surface.
     pub indirect: Option<FirstVertex>,
 }
@@ -76,7 +81,7 @@ impl EyeVertex {
     /// Light that it reflects to the eye, and that was reflected nowhere else, or once more. `brdf` gives the
     /// BRDF of a material, by its index, where its texture has a certain colour, at some angles.
     pub fn early_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> [Vec3A; 2] {
-        let reflected = |material: u32, albedo: Vec3A, reflections: &Reflections| -> Vec3A {
+        let reflected = |material: u32, albedo: Vec3A, reflections: &[Option<Reflection>]| -> Vec3A {
             reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
         };
         let direct = reflected(self.material, self.albedo, &self.direct);
@@ -113,7 +118,7 @@ pub struct Onward {
     pub density: f32,
     /// Those of the guide and of the lobes, which that one is mixed of.
     pub densities: [f32; 2],
-    /// That of choosing a point on the light that is met in this direction, if any is.
+    /// That of choosing points on the light that is met in this direction, if any is: of all that are chosen.
     pub of_light: f32,
 }
 
@@ -277,17 +282,23 @@ impl<'a> Gather<'a> {
     }
 
     fn eye_vertex(&self, surface: &Surface, material: u32, at: [f32; 2], sample: &Sample) -> EyeVertex {
-        let choices = sample.pair(1);
         let lobes = &self.mixtures[material as usize];
         let place = std::array::from_fn(|k| at[k] / self.size[k] as f32);
         let guide = self.guide.as_ref();
         let guide = guide.and_then(|g| g.at(place, sample.pair(GUIDE_PAIR), surface.shading_normal));
         let chooser = Chooser::guided(lobes, guide);
-        let bounce = Bounce::sample(surface, chooser, choices[1], sample.pair(3));
+        let bounce = Bounce::sample(surface, chooser, sample.pair(1)[1], sample.pair(3));
         let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
-        let seen = bounce.and_then(|b| self.light_seen(surface, &b, hit.as_ref()));
-        let direct =
-            [self.light_sampled(surface, chooser, choices[0], sample.pair(2)), seen.map(|(seen, _)| seen)];
+        let points = if self.lights.are_one_point() { 1 } else { POINTS };
+        let seen = bounce.and_then(|b| self.light_seen(surface, &b, hit.as_ref(), points));
+        let direct = std::array::from_fn(|number| {
+            let point = || sample.part(number, points);
+            match number {
+                POINTS => seen.map(|(seen, _)| seen),
+                _ if number < points => self.light_sampled(surface, chooser, &point(), [1, 2], points),
+                _ => None,
+            }
+        });
         let onward = bounce.map(|Bounce { direction, density, densities, .. }| {
             let of_light = seen.map_or(0.0, |(_, of_light)| of_light);
             Onward { place, direction, density, densities, of_light }
@@ -310,10 +321,9 @@ impl<'a> Gather<'a> {
 
     fn first_vertex(&self, bounce: &Bounce, first: &Surface, sample: &Sample) -> Option<FirstVertex> {
         let Owner::Material(material) = first.owner else { return None };
-        let choices = sample.pair(4);
         let chooser = Chooser::by(&self.mixtures[material as usize]);
-        let sampled = self.light_sampled(first, chooser, choices[0], sample.pair(5));
-        let seen = Bounce::sample(first, chooser, choices[1], sample.pair(6))
+        let sampled = self.light_sampled(first, chooser, sample, [4, 5], 1);
+        let seen = Bounce::sample(first, chooser, sample.pair(4)[1], sample.pair(6))
             .and_then(|b| self.light_along(first, &b));
         let carried = |r: Reflection| Reflection { light: r.light * bounce.weight(), ..r };
         let reflections = [sampled.map(carried), seen.map(carried)];
@@ -329,35 +339,41 @@ impl<'a> Gather<'a> {
         })
     }
 
-    /// Light from a point chosen on a light.
+    /// Light from one of so many `points` chosen on lights: by the first number of one pair of `sample`, and by
+    /// another pair.
     pub(super) fn light_sampled(
         &self,
         surface: &Surface,
         chooser: Chooser<'_>,
-        choice: f32,
-        point: [f32; 2],
+        sample: &Sample,
+        [light, point]: [u32; 2],
+        points: usize,
     ) -> Option<Reflection> {
+        let (choice, point) = (sample.pair(light)[0], sample.pair(point));
         let LightSample { direction, weight, density, .. } =
             self.lights.sample_visible(self.world, surface, choice, point)?;
         let normal = surface.shading_normal;
-        let share = density.map_or(1.0, |d| d / (d + chooser.density(surface, direction)));
+        let points = points as f32;
+        // Weight points · density / (points · density + chooser's), over so many points.
+        let share = density.map_or(1.0 / points, |d| d / (points * d + chooser.density(surface, direction)));
         let angles = angles(direction, surface.outgoing, normal);
         Some(Reflection { angles, light: weight * (direction.dot(normal) * share) })
     }
 
     /// Light that a bounce met, `hit` being the first surface in its way; and the density per steradian with
-    /// which lights are chosen there.
+    /// which all of so many `points` on lights are chosen there.
     pub(super) fn light_seen(
         &self,
         surface: &Surface,
         bounce: &Bounce,
         hit: Option<&Surface>,
+        points: usize,
     ) -> Option<(Reflection, f32)> {
         let radiance = self.lights.met(bounce.direction, hit);
         if radiance == Vec3A::ZERO {
             return None;
         }
-        let density = self.lights.density_of(surface, bounce.direction, hit);
+        let density = points as f32 * self.lights.density_of(surface, bounce.direction, hit);
         // Weight density / (density + light's) over density.
         let light = radiance * (bounce.cosine / (bounce.density + density));
         (light != Vec3A::ZERO).then_some((Reflection { angles: bounce.angles, light }, density))
@@ -369,7 +385,7 @@ impl<'a> Gather<'a> {
         let from = surface.offset();
         if self.lights.have_meshes() {
             let hit = self.world.intersect(from, bounce.direction);
-            return self.light_seen(surface, bounce, hit.as_ref()).map(|(seen, _)| seen);
+            return self.light_seen(surface, bounce, hit.as_ref(), 1).map(|(seen, _)| seen);
         }
         let (radiance, density, distance) = self.lights.along(surface, bounce.direction)?;
         let light = radiance * (bounce.cosine / (bounce.density + density));

@@ -80,9 +80,8 @@ impl Gather<'_> {
             let bounce = Bounce::sample(&surface, chooser, choice, sample.pair(pair + 1));
             let hit = bounce.and_then(|b| self.world.intersect(surface.offset(), b.direction));
             if let Some(vertex) = vertices.last_mut() {
-                let choice = sample.pair(pair + 2)[0];
-                let sampled = self.light_sampled(&surface, chooser, choice, sample.pair(pair + 3));
-                let seen = bounce.and_then(|b| self.light_seen(&surface, &b, hit.as_ref()));
+                let sampled = self.light_sampled(&surface, chooser, sample, [pair + 2, pair + 3], 1);
+                let seen = bounce.and_then(|b| self.light_seen(&surface, &b, hit.as_ref(), 1));
                 vertex.reflections = [sampled, seen.map(|(seen, _)| seen)];
             }
             let Some((bounce, next)) = bounce.zip(hit) else { break };

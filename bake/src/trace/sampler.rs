@@ -33,6 +33,12 @@ impl PixelSampler {
 }
 
 impl Sample {
+    /// Number `number` of so many `parts` of it, each as good as a sample: those of all samples of a pixel are a
+    /// sequence themselves.
+    pub fn part(&self, number: usize, parts: usize) -> Self {
+        Self { index: self.index.wrapping_mul(parts as u32).wrapping_add(number as u32), ..*self }
+    }
+
     /// The two coordinates of dimension pair `pair`, each in [0, 1).
     pub fn pair(&self, pair: u32) -> [f32; 2] {
         let seed = hash(self.pixel_hash ^ pair.wrapping_mul(0x9e37_79b9));

@@ -184,14 +184,13 @@ impl Exchange {
     /// Follows a path away from the eye. What comes back is what goes: reflectances are symmetric.
     fn add_surfaces(&mut self, first: &FirstVertex, scene: &Scene) {
         let materials = self.arriving.len();
-        let varying = |material: u32| scene.vary.materials.iter().position(|m| *m == material as usize);
         let mut weight = DVec3::ONE;
         // The last material that varies, and what of its light arrived since.
         let mut before: Option<usize> = None;
         let (mut material, mut albedo) = (first.material, first.albedo);
         let mut ahead = first.later.iter();
         loop {
-            let here = varying(material);
+            let here = scene.vary.place_of(material);
             if let Some(here) = here {
                 if let Some(before) = before {
                     self.going_on[before * materials + here] += weight / TYPICAL_ALBEDO;

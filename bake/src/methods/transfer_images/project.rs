@@ -4,7 +4,7 @@
 use super::later::{Nodes, lambert};
 use crate::brdf;
 use crate::filter::{Seen, Watcher};
-use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection, Reflections};
+use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
@@ -287,7 +287,7 @@ impl PixelRecords {
     }
 }
 
-fn reflect(reflections: &Reflections, albedo: Vec3A, material: &Brdf) -> Vec3A {
+fn reflect(reflections: &[Option<Reflection>], albedo: Vec3A, material: &Brdf) -> Vec3A {
     reflections.iter().flatten().map(|r| r.light * brdf::evaluate(material, albedo, &r.angles)).sum()
 }
 

@@ -89,6 +89,13 @@ impl Lights {
             .filter(|s| !world.occluded(surface.offset(), s.direction, s.distance))
     }
 
+    /// Whether all light comes from one point, be that at infinity: to choose it is to choose nothing.
+    pub fn are_one_point(&self) -> bool {
+        let is_point =
+            |light| matches!(light, &PreparedLight::Point { .. } | &PreparedLight::Directional { .. });
+        self.environment.is_none() && self.lights.len() == 1 && self.lights.iter().all(is_point)
+    }
+
     /// Whether any light is a mesh, of which [`Lights::along`] knows nothing.
     pub fn have_meshes(&self) -> bool {
         self.lights.iter().any(|light| matches!(light, PreparedLight::Mesh { .. }))

@@ -11,9 +11,10 @@ use crate::job::Job;
 
 /// How far choices are averaged, pixels.
 const CHOICE_RADIUS: i32 = 1;
-/// A fragment stays as it is where the errors of all strengths seem so many times its own: what noise does to
-/// a fragment is known well, what a filter does to it is an estimate that is noisy itself.
-const DOUBT: f32 = 3.0;
+/// A fragment stays as it is where the errors of all strengths seem so many times its own, by layer: what noise does
+/// to a fragment is known well, what a filter does to it is an estimate that is noisy itself. Direct light has
+/// little noise, and highlights that must not be blurred.
+const DOUBT: [f32; LAYERS] = [1.5, 3.0, 3.0];
 
 /// What every fragment of a film becomes.
 pub struct Filter {
@@ -103,7 +104,7 @@ pub fn noise_of(
 /// What errors are expected, and the shares that the candidates of each fragment get by them.
 fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>), Interrupted> {
     let errors = Errors::new(film, job)?;
-    let chosen: Vec<_> = errors.smoothed(film).iter().map(|layers| Some(layers.map(best))).collect();
+    let chosen: Vec<_> = errors.smoothed(film).iter().map(|layers| Some(best(layers))).collect();
     let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
     let shares = smooth(film, &chosen, by_samples, CHOICE_RADIUS);
     Ok((errors, shares))
@@ -135,9 +136,13 @@ fn in_tile(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
     pixels.filter_map(|[x, y]| film.at(class, x, y)).collect()
 }
 
-/// All of the share to the candidate with the least error, the weaker if two have; see [`DOUBT`].
-fn best(errors: [f32; CANDIDATES]) -> [f32; CANDIDATES] {
-    let told = |candidate: usize| if candidate == 0 { DOUBT * errors[0] } else { errors[candidate] };
-    let least = (0..CANDIDATES).min_by(|a, b| told(*a).total_cmp(&told(*b))).unwrap_or(0);
-    std::array::from_fn(|candidate| if candidate == least { 1.0 } else { 0.0 })
+/// In each layer all of the share to the candidate with the least error, the weaker if two have; see [`DOUBT`].
+fn best(layers: &OfCandidates) -> OfCandidates {
+    std::array::from_fn(|layer| {
+        let errors = layers[layer];
+        let told =
+            |candidate: usize| if candidate == 0 { DOUBT[layer] * errors[0] } else { errors[candidate] };
+        let least = (0..CANDIDATES).min_by(|a, b| told(*a).total_cmp(&told(*b))).unwrap_or(0);
+        std::array::from_fn(|candidate| if candidate == least { 1.0 } else { 0.0 })
+    })
 }

@@ -83,3 +83,42 @@ fn random_ggx(sample: &Sample, [metal, octave]: [f32; 2], textured: bool, sharpe
     let metallic = if textured { 0.0 } else { (3.0 * metal - 1.0).clamp(0.0, 1.0) };
     Brdf::Ggx(Ggx { base_color: [r, g, b], metallic, roughness: sharpest.powf(octave).clamp(sharpest, 1.0) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sharpness in octaves, and how glossy: parts of what is reflected on average.
+    fn gloss_and_octave(brdf: &Brdf) -> [f32; 2] {
+        let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = brdf else { panic!("{brdf:?}") };
+        let [kd, ks] = [kd, ks].map(|colour| colour.iter().sum::<f32>());
+        [ks / (kd + ks), shininess.ln() / 200f32.ln()]
+    }
+
+    /// Each material has every quarter of sharpness in one of four states, and is glossiest where it is sharpest;
+    /// the two are not the sharpest in the same state. What does not vary stays.
+    #[test]
+    fn spread_states_have_all_that_there_may_be() {
+        let scene = relume_scenes::load("../scenes/library/cornell-knot/scene.toml".as_ref()).unwrap();
+        let states = all_in_spread_states(7, 4, &scene);
+        let octaves: Vec<Vec<f32>> = (scene.vary.materials.iter())
+            .map(|material| states.iter().map(|state| gloss_and_octave(&state[*material])[1]).collect())
+            .collect();
+        for octaves in &octaves {
+            let mut quarters: Vec<u32> = octaves.iter().map(|octave| (octave * 4.0) as u32).collect();
+            quarters.sort_unstable();
+            assert_eq!(quarters, [0, 1, 2, 3], "{octaves:?}");
+        }
+        let sharpest = |octaves: &Vec<f32>| octaves.iter().position(|octave| *octave >= 0.75).unwrap();
+        assert_ne!(sharpest(&octaves[0]), sharpest(&octaves[1]));
+        for (material, octaves) in scene.vary.materials.iter().zip(&octaves) {
+            let gloss: Vec<f32> = states.iter().map(|state| gloss_and_octave(&state[*material])[0]).collect();
+            let most = gloss.iter().copied().fold(0.0, f32::max);
+            assert_eq!(gloss[sharpest(octaves)], most, "{gloss:?}");
+        }
+        for (number, material) in scene.materials.iter().enumerate() {
+            let stays = !scene.vary.materials.contains(&number);
+            assert!(!stays || states.iter().all(|state| state[number] == material.brdf));
+        }
+    }
+}

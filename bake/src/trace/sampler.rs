@@ -121,6 +121,16 @@ mod tests {
         }
     }
 
+    #[test]
+    fn parts_of_samples_are_a_sequence_themselves() {
+        let sampler = PixelSampler::new(7, 3);
+        for (index, number) in [(0, 0), (0, 3), (5, 1), (63, 3)] {
+            let part = sampler.sample(index).part(number as usize, 4);
+            assert_eq!(part.pair(2), sampler.sample(4 * index + number).pair(2));
+        }
+        assert_eq!(sampler.sample(9).part(0, 1).pair(1), sampler.sample(9).pair(1));
+    }
+
     /// Pixels, pairs and seeds must not be correlated: the mean of xy over independent uniform numbers is 1/4
     /// with variance 7/144.
     #[test]

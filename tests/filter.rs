@@ -102,7 +102,8 @@ fn expect_filtered(size: u32, samples: u32, truth: u32) {
     }
 }
 
-fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
+/// The filter of a bake.
+pub fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
     let watcher = Watcher::new(scene);
     let fixed = scene.vary.materials.len();
     let class = |material: u32| scene.vary.place_of(material).unwrap_or(fixed);

@@ -30,6 +30,7 @@ mod cli;
 mod cpu_gpu;
 mod docs;
 mod filter;
+mod filter_pictures;
 mod first_scene;
 mod five_scenes;
 mod frame_cost;

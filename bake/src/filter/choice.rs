@@ -1,7 +1,7 @@
 //! How strong the filter is where, and what fragments become by it.
 
 use super::TILE;
-use super::errors::{CANDIDATES, Errors, Noise, OfCandidates, STRENGTHS, smooth, tiles};
+use super::errors::{CANDIDATES, Errors, Noise, OfCandidates, STRENGTHS, mix, smooth, tiles};
 use super::film::{Film, Fragment};
 use super::likeness::{Likeness, Samples};
 use super::row::{Neighbours, Row, WINDOW};
@@ -21,6 +21,8 @@ pub struct Filter {
     film: Film,
     /// Of the candidates of each fragment.
     shares: Vec<OfCandidates>,
+    /// See [`Filter::expected_errors`].
+    expected: Vec<f32>,
     /// See there; `None` without light.
     noise: Option<Noise>,
 }
@@ -31,14 +33,21 @@ impl Filter {
     /// # Errors
     /// If the job is interrupted.
     pub fn new(film: Film, job: &Job) -> Result<Self, Interrupted> {
-        let (errors, shares) = choose(&film, job)?;
+        let (errors, smoothed, shares) = choose(&film, job)?;
         let noise = errors.noise(&film, &shares, |_| true);
-        Ok(Self { film, shares, noise })
+        let expected = smoothed.iter().zip(&shares).map(|(errors, shares)| mix(errors, shares)).collect();
+        Ok(Self { film, shares, expected, noise })
     }
 
     /// See [`Noise`]; `None` if the film shows no light.
     pub fn noise(&self) -> Option<Noise> {
         self.noise
+    }
+
+    /// Squared errors that fragments are expected to have, in parts of the square of all that the film shows, means
+    /// over the states that it looks at and over the fragments around.
+    pub fn expected_errors(&self) -> &[f32] {
+        &self.expected
     }
 
     /// The fragments that it knows.
@@ -97,17 +106,19 @@ pub fn noise_of(
     wanted: impl Fn(&Fragment) -> bool,
     job: &Job,
 ) -> Result<Option<Noise>, Interrupted> {
-    let (errors, shares) = choose(film, job)?;
+    let (errors, _, shares) = choose(film, job)?;
     Ok(errors.noise(film, &shares, wanted))
 }
 
-/// What errors are expected, and the shares that the candidates of each fragment get by them.
-fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>), Interrupted> {
+/// What errors are expected of the candidates of fragments that are looked at, of all fragments by those around, and
+/// the shares that the candidates of each fragment get by them.
+fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>, Vec<OfCandidates>), Interrupted> {
     let errors = Errors::new(film, job)?;
-    let chosen: Vec<_> = errors.smoothed(film).iter().map(|layers| Some(best(layers))).collect();
+    let smoothed = errors.smoothed(film);
+    let chosen: Vec<_> = smoothed.iter().map(|layers| Some(best(layers))).collect();
     let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
     let shares = smooth(film, &chosen, by_samples, CHOICE_RADIUS);
-    Ok((errors, shares))
+    Ok((errors, smoothed, shares))
 }
 
 /// The row of a fragment whose candidates have these shares.

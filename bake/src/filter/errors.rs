@@ -254,6 +254,11 @@ pub fn smooth(
     film.fragments().par_iter().map(mean).collect()
 }
 
+/// The error of a fragment whose candidates have these errors and shares.
+pub fn mix(errors: &OfCandidates, shares: &OfCandidates) -> f32 {
+    errors.as_flattened().iter().zip(shares.as_flattened()).map(|(error, share)| error * share).sum()
+}
+
 /// The sum of the errors of all that are `wanted`, if those of them that have `errors` stand for all.
 fn sum(
     film: &Film,
@@ -269,8 +274,7 @@ fn sum(
         let weight = f64::from(fragment.coverage).powi(2);
         all += weight;
         let Some(errors) = errors else { continue };
-        let mixed = errors.as_flattened().iter().zip(shares.as_flattened()).map(|(e, share)| e * share);
-        sum += weight * f64::from(mixed.sum::<f32>());
+        sum += weight * f64::from(mix(errors, shares));
         known += weight;
     }
     if known > 0.0 { sum * all / known } else { 0.0 }

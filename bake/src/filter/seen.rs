@@ -108,6 +108,11 @@ impl Watcher {
         }
     }
 
+    /// The states in which it looks at them: of each, all materials.
+    pub fn states(&self) -> &[Vec<Brdf>] {
+        &self.states
+    }
+
     /// Adds a path to what is seen of its fragment, `half` of the samples being 0 or 1. Light that a surface
     /// of a material that varies emits is another fragment's; see [`Watcher::emitted`].
     pub fn add(&self, path: &GatherPath, half: usize, seen: &mut Seen) {

@@ -102,8 +102,12 @@ fn expect_filtered(size: u32, samples: u32, truth: u32) {
     }
 }
 
-/// The filter of a bake.
-pub fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
+fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Filter {
+    Filter::new(film_of(scene, gather, settings), &job()).unwrap()
+}
+
+/// What a bake knows of its fragments.
+pub fn film_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Film {
     let watcher = Watcher::new(scene);
     let fixed = scene.vary.materials.len();
     let class = |material: u32| scene.vary.place_of(material).unwrap_or(fixed);
@@ -120,5 +124,5 @@ pub fn filter_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Fil
         fragments.extend((0..).zip(classes).map(|(class, seen)| (pixel, class, seen)));
     }
     let samples = |pixel: u32| gather.samples(pixel, settings.samples);
-    Filter::new(Film::new(settings.size[0], samples, fragments.into_iter()), &job()).unwrap()
+    Film::new(settings.size[0], samples, fragments.into_iter())
 }

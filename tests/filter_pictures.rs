@@ -1,9 +1,9 @@
 //! Pictures of what the filter of transfer-images does, for docs/notes/TRANSFER-IMAGES.md.
 
-use crate::filter::filter_of;
+use crate::filter::film_of;
 use crate::support::images::{bake, gathering, in_state, on_bases, settings};
-use crate::support::{job, library_scene, render, with_two_reflections};
-use relume_bake::filter::{Fragment, Watcher, pictures};
+use crate::support::{job, library_scene, relative_l2, render, with_two_reflections};
+use relume_bake::filter::{Fragment, Watcher, expected_errors, pictures};
 use relume_bake::methods::transfer_images::Settings;
 use relume_bake::trace::reference::{self, Paths};
 use relume_chart::picture::alone;
@@ -46,12 +46,12 @@ fn grid(rows: &[Vec<Vec<Rgb>>], side: usize) -> (Vec<Rgb>, [usize; 2]) {
     (grid, size)
 }
 
-/// What is at `corner`, enlarged, with as many times its radiance.
-fn zoom(image: &[Rgb], corner: [usize; 2], gain: f32) -> Vec<Rgb> {
+/// What is at `corner`, enlarged.
+fn zoom(image: &[Rgb], corner: [usize; 2]) -> Vec<Rgb> {
     let side = CROP * TIMES;
     let of = |place: usize| {
         let [x, y] = [place % side, place / side].map(|p| p / TIMES);
-        image[(corner[1] + y) * SIZE + corner[0] + x].map(|c| gain * c)
+        image[(corner[1] + y) * SIZE + corner[0] + x]
     };
     (0..side * side).map(of).collect()
 }
@@ -60,13 +60,10 @@ fn zoom(image: &[Rgb], corner: [usize; 2], gain: f32) -> Vec<Rgb> {
 #[test]
 #[ignore = "takes minutes"]
 fn zooms_beside_the_reference() {
-    let places: [(&str, f32, &[[usize; 2]]); 3] = [
-        ("cornell-knot", 1.0, &[[98, 90], [60, 195]]),
-        ("statue-hall", 1.0, &[[104, 88]]),
-        ("ring", 1.0, &[[62, 98]]),
-    ];
+    let places: [(&str, &[[usize; 2]]); 3] =
+        [("cornell-knot", &[[98, 90], [60, 195]]), ("statue-hall", &[[104, 88]]), ("ring", &[[62, 98]])];
     let mut rows = Vec::new();
-    for (name, gain, corners) in places {
+    for (name, corners) in places {
         let scene = library_scene(name);
         let materials: Vec<Brdf> = scene.vary.materials.iter().map(|m| scene.materials[*m].brdf).collect();
         let shown = [false, true].map(|filter| {
@@ -77,8 +74,9 @@ fn zooms_beside_the_reference() {
         });
         let truth = render(&scene, [SIZE as u32; 2], 512, ALL_REFLECTIONS, Paths::Best, 7).radiance;
         let [raw, filtered] = shown;
+        assert!(relative_l2(&filtered, &truth) < relative_l2(&raw, &truth), "{name}");
         for corner in corners {
-            rows.push([&raw, &filtered, &truth].map(|image| zoom(image, *corner, gain)).to_vec());
+            rows.push([&raw, &filtered, &truth].map(|image| zoom(image, *corner)).to_vec());
         }
     }
     let (image, size) = grid(&rows, CROP * TIMES);
@@ -92,11 +90,11 @@ fn zooms_beside_the_reference() {
 fn expected_errors_beside_true_ones() {
     let scene = with_two_reflections("cornell-knot");
     let settings = Settings { filter: true, ..settings(SIZE as u32, 64, 4, 1) };
-    let filter = gathering(&scene, &settings, |gather| filter_of(&scene, gather, &settings));
+    let film = gathering(&scene, &settings, |gather| film_of(&scene, gather, &settings));
     let mut expected = vec![0.0f64; SIZE * SIZE];
-    for (fragment, error) in filter.fragments().iter().zip(filter.expected_errors()) {
+    for (fragment, error) in film.fragments().iter().zip(expected_errors(&film, &job()).unwrap()) {
         let Fragment { pixel, coverage, .. } = *fragment;
-        expected[pixel as usize] += f64::from(*error) * f64::from(coverage).powi(2);
+        expected[pixel as usize] += f64::from(error) * f64::from(coverage).powi(2);
     }
     let watcher = Watcher::new(&scene);
     let states: Vec<Scene> = (watcher.states().iter())

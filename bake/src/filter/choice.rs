@@ -21,8 +21,6 @@ pub struct Filter {
     film: Film,
     /// Of the candidates of each fragment.
     shares: Vec<OfCandidates>,
-    /// See [`Filter::expected_errors`].
-    expected: Vec<f32>,
     /// See there; `None` without light.
     noise: Option<Noise>,
 }
@@ -33,21 +31,14 @@ impl Filter {
     /// # Errors
     /// If the job is interrupted.
     pub fn new(film: Film, job: &Job) -> Result<Self, Interrupted> {
-        let (errors, smoothed, shares) = choose(&film, job)?;
+        let (errors, _, shares) = choose(&film, job)?;
         let noise = errors.noise(&film, &shares, |_| true);
-        let expected = smoothed.iter().zip(&shares).map(|(errors, shares)| mix(errors, shares)).collect();
-        Ok(Self { film, shares, expected, noise })
+        Ok(Self { film, shares, noise })
     }
 
     /// See [`Noise`]; `None` if the film shows no light.
     pub fn noise(&self) -> Option<Noise> {
         self.noise
-    }
-
-    /// Squared errors that fragments are expected to have, in parts of the square of all that the film shows, means
-    /// over the states that it looks at and over the fragments around.
-    pub fn expected_errors(&self) -> &[f32] {
-        &self.expected
     }
 
     /// The fragments that it knows.
@@ -108,6 +99,16 @@ pub fn noise_of(
 ) -> Result<Option<Noise>, Interrupted> {
     let (errors, _, shares) = choose(film, job)?;
     Ok(errors.noise(film, &shares, wanted))
+}
+
+/// Squared errors that fragments of `film`, filtered, are expected to have, in parts of the square of all that it
+/// shows, means over the states that are looked at and over the fragments around; 0 where nothing is known.
+///
+/// # Errors
+/// If the job is interrupted.
+pub fn expected_errors(film: &Film, job: &Job) -> Result<Vec<f32>, Interrupted> {
+    let (_, smoothed, shares) = choose(film, job)?;
+    Ok(smoothed.iter().zip(&shares).map(|(errors, shares)| mix(errors, shares)).collect())
 }
 
 /// What errors are expected of the candidates of fragments that are looked at, of all fragments by those around, and

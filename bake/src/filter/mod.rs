@@ -8,7 +8,7 @@
 //! other way round.
 //!
 //! * [`seen`]: what paths tell of a fragment beside what is stored: where it is, and what it shows in a few
-//!   random states, in two halves of the samples;
+//!   states of all kinds, in two halves of the samples;
 //! * [`film`]: all fragments, and which are neighbours;
 //! * [`likeness`]: how alike fragments look (Rousselle et al. 2012, patches of guides);
 //! * [`row`]: weights of one fragment's neighbours: a first-order fit (Bitterli et al. 2016);
@@ -36,7 +36,7 @@ mod tests;
 pub const TILE: i32 = 16;
 const _: () = assert!(RADIUS <= TILE);
 
-pub use choice::{Filter, noise_of};
+pub use choice::{Filter, expected_errors, noise_of};
 pub use errors::Noise;
 pub use film::{Film, Fragment};
 pub use row::{RADIUS, Row};

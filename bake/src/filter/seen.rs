@@ -48,7 +48,7 @@ pub struct Seen {
     pub colour: [f32; 3],
     /// Light that surfaces emit, and that of lights: it has no noise but that of its edges.
     pub emitted: [f32; 3],
-    /// Light in the random states, by the half of the samples and by layer.
+    /// Light in the states, by the half of the samples and by layer.
     pub guides: [[StateLight; LAYERS]; 2],
 }
 
@@ -126,7 +126,7 @@ impl Watcher {
         all.for_each(|(sum, light)| *sum += light);
     }
 
-    /// Light in the random states, mean over channels, by layer.
+    /// Light in the states, mean over channels, by layer.
     pub fn lights(&self, eye: &EyeVertex) -> [StateLight; LAYERS] {
         let mut lights = [[0.0; STATES]; LAYERS];
         for (state, materials) in self.states.iter().enumerate() {

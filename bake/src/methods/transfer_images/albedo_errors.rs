@@ -36,10 +36,11 @@ pub fn albedo_errors(
         [later - state.later_as_baked(path), early_radiance_of(path, brdf) + later]
     };
     let progress = job.progress("measuring albedos", pixels.len() as u64);
-    changes(scene, &gather.with_later_highlights(), kept, (samples, pixels), &progress, error)
+    let samples = |pixel| gather.samples(pixel, samples);
+    changes(scene, &gather.with_later_highlights(), kept, (&samples, pixels), &progress, error)
 }
 
-/// The same of what lobes have beyond albedos, on the paths of a bake.
+/// The same of what lobes have beyond albedos, on so many `samples` of every pixel's paths in a bake.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -56,7 +57,7 @@ pub fn share_of_lobes(
         [state.lobes_as_baked(path), radiance_of(path, brdf)]
     };
     let progress = job.progress("light of lobes", pixels.len() as u64);
-    changes(scene, gather, kept, (samples, pixels), &progress, lobes)
+    changes(scene, gather, kept, (&|_| samples, pixels), &progress, lobes)
 }
 
 /// How large a change is over the held-out states, in parts of all light, by those of a path: see
@@ -65,18 +66,15 @@ fn changes(
     scene: &Scene,
     gather: &Gather<'_>,
     (basis, later): (&BrdfBasis, &Later),
-    (samples, pixels): (u32, &[u32]),
+    (samples, pixels): (&(dyn Fn(u32) -> u32 + Sync), &[u32]),
     progress: &Progress,
     of_path: impl Fn(&State<'_>, &GatherPath) -> [Vec3A; 2] + Sync,
 ) -> Result<Option<HeldOutErrors>> {
-    if samples < 2 {
-        return Ok(None);
-    }
     let state = |state| State::new(scene, &random_state(state, scene), Some(later), basis);
     let states: Vec<State<'_>> = (0..STATES).map(state).collect();
     let squares = pixels.par_iter().map(|pixel| {
         progress.check()?;
-        let squares = changes_of_pixel(gather, *pixel, gather.samples(*pixel, samples), &states, &of_path);
+        let squares = changes_of_pixel(gather, *pixel, samples(*pixel), &states, &of_path);
         progress.advance(1);
         Ok(squares)
     });
@@ -84,7 +82,8 @@ fn changes(
     Ok(HeldOutErrors::of(&relative_errors(&squares, states.len())))
 }
 
-/// By state: what changes, squared, and all light, squared; nothing if the pixel shows a light.
+/// By state: what changes, squared, and all light, squared; nothing if the pixel shows a light, or has a single
+/// sample.
 fn changes_of_pixel(
     gather: &Gather<'_>,
     pixel: u32,
@@ -92,23 +91,22 @@ fn changes_of_pixel(
     states: &[State<'_>],
     of_path: impl Fn(&State<'_>, &GatherPath) -> [Vec3A; 2],
 ) -> Vec<Squares> {
-    let mut sums = vec![([DVec3::ZERO; 2], DVec3::ZERO); states.len()];
+    let mut sums = vec![[[DVec3::ZERO; 2]; 2]; states.len()];
     let (mut shows_light, mut number) = (false, 0);
     gather.pixel(pixel, samples, |path| {
         shows_light |= path.shows_light();
         let half = usize::from(2 * number >= samples);
         number += 1;
-        for ((changes, light), state) in sums.iter_mut().zip(states) {
-            let [change, all] = of_path(state, path);
-            changes[half] += change.as_dvec3();
-            *light += all.as_dvec3();
+        for (sums, state) in sums.iter_mut().zip(states) {
+            let both = of_path(state, path);
+            sums.iter_mut().zip(both).for_each(|(sum, light)| sum[half] += light.as_dvec3());
         }
     });
     let first = samples.div_ceil(2);
     let pairs = f64::from(first) * f64::from(samples - first);
-    let squares = |([a, b], light): &([DVec3; 2], DVec3)| Squares {
-        difference: a.dot(*b) / pairs,
-        norm: light.length_squared() / f64::from(samples).powi(2),
+    let squares = |sums: &[[DVec3; 2]; 2]| {
+        let [difference, norm] = sums.map(|[a, b]| a.dot(b) / pairs);
+        Squares { difference, norm }
     };
-    if shows_light { Vec::new() } else { sums.iter().map(squares).collect() }
+    if shows_light || samples < 2 { Vec::new() } else { sums.iter().map(squares).collect() }
 }

@@ -19,7 +19,7 @@ use crate::work_log::WorkLog;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
 use relume_formats::kinds::manifest::content_hash;
-use relume_formats::kinds::transfer_images::{Later, Layout, Meta, TransferImages};
+use relume_formats::kinds::transfer_images::{Later, LaterImages, Layout, Meta, TransferImages};
 use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 use xxhash_rust::xxh3::xxh3_128;
@@ -56,8 +56,12 @@ pub fn bake(
     let layout = Layout::new(scene.vary.materials.len(), settings.bases, chromaticity.is_some(), images);
     let watcher = Watcher::new(scene);
     let projector = projector(scene, basis, (&layout, later.as_ref()), chromaticity, &watcher);
-    let tiles =
-        Tiles { settings: *settings, gather, projector, key: tiles_key(scene, gather, settings, basis) };
+    let tiles = Tiles {
+        settings: *settings,
+        gather,
+        projector,
+        key: tiles_key(scene, gather, (settings, images), basis),
+    };
     let Some(log) = run(&tiles)? else { return Ok(None) };
     let samples = |pixel: u32| gather.samples(pixel, settings.samples);
     let traced = Records { log: &log, tiles: tiles.pieces(), layout: &layout, samples: &samples };
@@ -90,7 +94,12 @@ pub fn bake(
 }
 
 /// Everything that the tiles depend on.
-fn tiles_key(scene: &Scene, gather: &Gather<'_>, settings: &Settings, basis: &BrdfBasis) -> u128 {
+fn tiles_key(
+    scene: &Scene,
+    gather: &Gather<'_>,
+    (settings, later): (&Settings, Option<LaterImages>),
+    basis: &BrdfBasis,
+) -> u128 {
     let functions: &[f32] = match &basis.functions {
         Functions::BlinnPhong { lobes } => lobes,
         Functions::Microfacet { weights, .. } => weights,
@@ -99,7 +108,7 @@ fn tiles_key(scene: &Scene, gather: &Gather<'_>, settings: &Settings, basis: &Br
     let settings = Settings { filter: false, ..*settings };
     let (reads, functions) = (hash_of(scene, &READS), content_hash(bytemuck::cast_slice(functions)));
     let counts = gather.counts();
-    xxh3_128(format!("{reads:032x} {settings:?} {counts:?} {REVISION} {functions}").as_bytes())
+    xxh3_128(format!("{reads:032x} {settings:?} {later:?} {counts:?} {REVISION} {functions}").as_bytes())
 }
 
 /// Tracing and projecting, a tile a piece.

@@ -63,10 +63,14 @@ pub fn later(
     let found = found.collect::<std::result::Result<Vec<Exchange>, Interrupted>>()?;
     let mut all = Exchange::new(scene.vary.materials.len());
     found.iter().for_each(|light| all.add(light));
+    drop(progress);
     if !all.is_lit {
         return Ok(None);
     }
     let later = Later { albedos: albedos(basis), textures: all.textures(), returns: all.returns(), ..kept };
+    if later.lobes == 0 {
+        return Ok(Some(later));
+    }
     let changed = share_of_lobes(scene, gather, (basis, &later), LOBE_PATHS, &pixels, job)?;
     let is_needed = changed.is_some_and(|changed| changed.median >= LEAST_LOBES);
     Ok(Some(if is_needed { later } else { Later { lobes: 0, lobe_eye_bases: 0, ..later } }))

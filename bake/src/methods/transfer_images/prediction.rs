@@ -151,7 +151,7 @@ fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String
     });
     let lobes = match later.lobes {
         0 if later.textures.len() > MOST_WITH_LOBES => "",
-        0 => "; their lobes would change next to nothing",
+        0 => "; their lobes would change less than 0.5 % of the light in the median",
         _ => ", and by their broad lobes at the surface that light leaves last",
     };
     format!(

@@ -270,7 +270,8 @@ fn two_functions_of_the_surface_before_halve_the_error_of_albedos() {
 }
 
 /// Lobes are stored where light that has been about meets materials that vary, and not in a hall where a tenth of
-/// the picture does.
+/// the picture does; nor where materials may be sharper than usual, for there the ripples of a few functions are
+/// dark dots beside highlights.
 #[test]
 fn lobes_are_kept_where_they_change_pictures() {
     for (name, lobes) in [("cornell-knot", 2), ("ring", 2), ("statue-hall", 0)] {
@@ -280,6 +281,10 @@ fn lobes_are_kept_where_they_change_pictures() {
             assert_eq!((later.lobes, later.lobe_eye_bases), (lobes, lobes), "{name} {seed}");
         }
     }
+    let mut sharper = library_scene("cornell-knot");
+    sharper.vary.shininess_max = Some(2000.0);
+    let (_, images) = bake(&sharper, &settings(64, 2, 6, 1), true);
+    assert_eq!(images.head.later.as_ref().unwrap().lobes, 0);
 }
 
 /// What the bake says of its albedos is what they are off by, and of its images what bases and halves are.

@@ -15,7 +15,7 @@ use relume_formats::basis::half_difference::HalfDifference;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::MAX_BASES;
 use relume_formats::kinds::transfer_images::{Later, LaterImages};
-use relume_scenes::{ALL_REFLECTIONS, Scene};
+use relume_scenes::{ALL_REFLECTIONS, Scene, Vary};
 use std::f32::consts::FRAC_1_PI;
 
 /// Most materials for which the numerator is of degree 2: with more, its nodes would be more than the images
@@ -27,7 +27,7 @@ const EYE_BASES: usize = 4;
 const EYE_SHARE: usize = 2;
 /// Most materials whose surfaces before the eye's keep lobes, the images of which grow by the square of their
 /// number: 80 for four.
-pub(super) const MOST_WITH_LOBES: usize = 4;
+const MOST_WITH_LOBES: usize = 4;
 /// Glossy functions of the surface before that are kept, and bases of the eye for each: more make nothing
 /// better that albedos at all other surfaces leave.
 const LOBES: u32 = 2;
@@ -87,13 +87,20 @@ fn kept(scene: &Scene, bases: usize) -> Option<Later> {
     let kept = Later {
         degree: if materials <= MOST_OF_DEGREE_2 { 2 } else { 1 },
         eye_bases: 0,
-        lobes: if materials <= MOST_WITH_LOBES { LOBES } else { 0 },
+        lobes: if may_have_lobes(scene) { LOBES } else { 0 },
         lobe_eye_bases: LOBE_EYE_BASES,
         albedos: vec![0.0; bases],
         textures: vec![[1.0; 3]; materials],
         returns: Vec::new(),
     };
     (scene.reflections == ALL_REFLECTIONS).then(|| on_bases(kept, bases))
+}
+
+/// Whether surfaces before the eye's may keep lobes. Of lobes sharper than usual a few functions leave ripples that
+/// are worse than none.
+pub(super) fn may_have_lobes(scene: &Scene) -> bool {
+    let Vary { materials, shininess_max, roughness_min, .. } = &scene.vary;
+    materials.len() <= MOST_WITH_LOBES && shininess_max.is_none() && roughness_min.is_none()
 }
 
 /// The same on other `bases`, all that each needs.

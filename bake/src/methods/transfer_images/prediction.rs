@@ -6,7 +6,7 @@ use super::basis::{model, space_for};
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
 use super::held_out::{self, HeldOutErrors};
-use super::later::{MOST_WITH_LOBES, later};
+use super::later::{later, may_have_lobes};
 use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
 use crate::filter::Watcher;
@@ -79,7 +79,7 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
 
     if let Some(later) = &later {
         let errors = albedo_errors(scene, &gather, (&basis, later), samples, &pixels, job)?;
-        tells.push(tell(later, layout.channels(), errors));
+        tells.push(tell(scene, later, layout.channels(), errors));
     }
 
     reset_ray_counts();
@@ -143,14 +143,14 @@ fn tell_of_sharper(
 }
 
 /// What later reflections cost, and how far off they are where materials shine.
-fn tell(later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String {
+fn tell(scene: &Scene, later: &Later, channels: usize, errors: Option<HeldOutErrors>) -> String {
     let images = later.images().count(later.textures.len());
     let share = 100.0 * (3 * images) as f64 / channels as f64;
     let errors = errors.map_or_else(String::new, |HeldOutErrors { median, worst }| {
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });
     let lobes = match later.lobes {
-        0 if later.textures.len() > MOST_WITH_LOBES => "",
+        0 if !may_have_lobes(scene) => "",
         0 => "; their lobes would change less than 0.5 % of the light in the median",
         _ => ", and by their broad lobes at the surface that light leaves last",
     };

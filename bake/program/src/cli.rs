@@ -139,8 +139,8 @@ pub struct RunArgs {
     /// transfer-images: whether noise is filtered out, the same way of all images
     #[arg(long, action = ArgAction::Set, default_value = "on", value_parser = one_of(&FILTER))]
     pub filter: bool,
-    /// transfer-images: noise over four states of all kinds that is good enough, relative L2, such as 0.01; tiles then get
-    /// as many samples as this takes, noisy ones more, and those of --quality or --spp are the most in the mean
+    /// transfer-images: noise over random states that is good enough, relative L2, such as 0.01; tiles then get as
+    /// many samples as this takes, noisy ones more, and those of --quality or --spp are the most in the mean
     #[arg(long, value_name = "E", value_parser = parse_max_error)]
     pub noise: Option<f64>,
     /// Film size [default: the scene's]
@@ -305,8 +305,8 @@ pub struct ReferenceArgs {
     /// With --paths gather, whether noise is filtered out as `bake run` does
     #[arg(long, action = ArgAction::Set, default_value = "on", value_parser = one_of(&FILTER))]
     pub filter: bool,
-    /// With --paths gather, noise over four states of all kinds that is good enough, as in `bake run`; --spp is then the
-    /// most in the mean
+    /// With --paths gather, noise over random states that is good enough, as in `bake run`; --spp is then the most
+    /// in the mean
     #[arg(long, value_name = "E", value_parser = parse_max_error)]
     pub noise: Option<f64>,
     /// FILE.exr, or a pattern such as 'OUT/%04d.exr' for one image per state

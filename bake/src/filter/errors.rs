@@ -24,7 +24,7 @@ const LEAST: f32 = 1e-20;
 /// By layer and candidate.
 pub type OfCandidates = [[f32; CANDIDATES]; LAYERS];
 
-/// What noise is left, as the root of the mean square over the states of relative L2 errors.
+/// What noise is left, as the root of the mean square over the random states of relative L2 errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Without the filter.

@@ -25,7 +25,7 @@ pub struct Fragment {
     pub normal: Vec3A,
     /// See [`Seen::colour`].
     pub colour: Vec3A,
-    /// Light in the states, by half of the samples and by layer, in parts of the largest of a state.
+    /// Light in the random states, by half of the samples and by layer, in parts of the largest of a state.
     pub guides: [[StateLight; LAYERS]; 2],
     /// Whether both halves of the samples fell on it: else nothing tells its noise.
     pub has_halves: bool,

@@ -1,7 +1,7 @@
 //! What the samples of a fragment tell of it beside what is stored.
 
 use crate::brdf;
-use crate::random_state::all_in_spread_states;
+use crate::random_state::all_in_random_state;
 use crate::trace::gather::{EyeVertex, GatherPath};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -9,8 +9,8 @@ use relume_formats::state::Brdf;
 use relume_scenes::Scene;
 use std::f32::consts::FRAC_1_PI;
 
-/// States in which fragments are looked at, spread over all that there may be: enough that what shines or is dark
-/// in one shows in another, and that the sharpest highlights are in one.
+/// Random states in which fragments are looked at: enough that what shines or is dark in one shows in
+/// another.
 pub const STATES: usize = 4;
 /// The first of these states; bakes are judged by others.
 const FIRST_STATE: u32 = 0x6775_6964;
@@ -48,7 +48,7 @@ pub struct Seen {
     pub colour: [f32; 3],
     /// Light that surfaces emit, and that of lights: it has no noise but that of its edges.
     pub emitted: [f32; 3],
-    /// Light in the states, by the half of the samples and by layer.
+    /// Light in the random states, by the half of the samples and by layer.
     pub guides: [[StateLight; LAYERS]; 2],
 }
 
@@ -103,7 +103,9 @@ impl Watcher {
     /// For `scene`.
     pub fn new(scene: &Scene) -> Self {
         Self {
-            states: all_in_spread_states(FIRST_STATE, STATES as u32, scene),
+            states: (0..STATES as u32)
+                .map(|number| all_in_random_state(FIRST_STATE + number, scene))
+                .collect(),
             varies: (0..scene.materials.len()).map(|m| scene.vary.materials.contains(&m)).collect(),
         }
     }
@@ -126,7 +128,7 @@ impl Watcher {
         all.for_each(|(sum, light)| *sum += light);
     }
 
-    /// Light in the states, mean over channels, by layer.
+    /// Light in the random states, mean over channels, by layer.
     pub fn lights(&self, eye: &EyeVertex) -> [StateLight; LAYERS] {
         let mut lights = [[0.0; STATES]; LAYERS];
         for (state, materials) in self.states.iter().enumerate() {

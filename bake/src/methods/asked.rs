@@ -50,7 +50,7 @@ pub struct Asked {
     pub max_error: f64,
     /// Whether noise is filtered out of transfer-images.
     pub filter: bool,
-    /// Noise of transfer-images that is good enough, relative L2 over the states that the filter looks at.
+    /// Noise of transfer-images that is good enough, relative L2 over random states.
     pub noise: Option<f64>,
     /// Bases of transfer-images.
     pub bases: Option<u32>,

@@ -1,6 +1,6 @@
 //! How many samples each tile gets so that a bake has no more noise than asked for.
 //!
-//! Noise is that of the states that the filter looks at, and never of the default alone. Paths of a
+//! Noise is that of the random states that the filter looks at, and never of the default alone. Paths of a
 //! seed of their own tell how noisy tiles are, so that the estimates of the bake stay unbiased. With v the
 //! variance of a tile's samples, n samples a pixel leave v/n; of all ways to spread a number of samples the
 //! least is left by n ∝ √v. What the filter leaves of that is tried on a few small windows, at twice the
@@ -40,7 +40,7 @@ const WINDOW: u32 = 4;
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseTarget {
-    /// Relative L2 error over the states that the filter looks at.
+    /// Relative L2 error over random states.
     pub noise: f64,
     /// Whether what is left by the filter is meant.
     pub filter: bool,

@@ -247,7 +247,7 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
         let was = if filtered { format!(", {before:.2} % before the filter") } else { String::new() };
         let samples = entry.settings.get("mean_samples").and_then(Value::as_f64);
         let by = samples.map_or_else(String::new, |n| format!(", {n:.0} samples a pixel in the mean"));
-        text += &format!("noise over four states of all kinds: about {after:.2} %{was}{by}\n");
+        text += &format!("noise over random states: about {after:.2} %{was}{by}\n");
         let asked = entry.settings.get("noise").and_then(Value::as_f64).map(|noise| 100.0 * noise);
         if let Some(asked) = asked.filter(|asked| after > NOISE_TOLERANCE * asked) {
             let all = entry.settings.get("samples").and_then(Value::as_f64).unwrap_or_default();

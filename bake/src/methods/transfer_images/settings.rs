@@ -41,7 +41,7 @@ pub struct TransferImagesMethod {
     pub bases: Bases,
     /// Whether noise is filtered out.
     pub filter: bool,
-    /// Relative L2 noise over the states that the filter looks at that is good enough; `samples` are then the most in the mean.
+    /// Relative L2 noise over random states that is good enough; `samples` are then the most in the mean.
     pub noise: Option<f64>,
 }
 

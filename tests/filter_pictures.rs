@@ -1,7 +1,7 @@
 //! Pictures of what the filter of transfer-images does, for docs/notes/TRANSFER-IMAGES.md.
 
 use crate::filter::film_of;
-use crate::support::images::{bake, gathering, in_state, on_bases, settings};
+use crate::support::images::{bake, gathering, in_state, on_bases, settings, surface_pixels};
 use crate::support::{job, library_scene, relative_l2, render, with_two_reflections};
 use relume_bake::filter::{Fragment, Watcher, expected_errors, pictures};
 use relume_bake::methods::transfer_images::Settings;
@@ -90,11 +90,14 @@ fn zooms_beside_the_reference() {
 fn expected_errors_beside_true_ones() {
     let scene = with_two_reflections("cornell-knot");
     let settings = Settings { filter: true, ..settings(SIZE as u32, 64, 4, 1) };
+    let pixels = surface_pixels(&scene, &settings);
     let film = gathering(&scene, &settings, |gather| film_of(&scene, gather, &settings));
     let mut expected = vec![0.0f64; SIZE * SIZE];
+    let shows_surfaces = |fragment: &Fragment| pixels.binary_search(&(fragment.pixel as usize)).is_ok();
     for (fragment, error) in film.fragments().iter().zip(expected_errors(&film, &job()).unwrap()) {
-        let Fragment { pixel, coverage, .. } = *fragment;
-        expected[pixel as usize] += f64::from(error) * f64::from(coverage).powi(2);
+        if shows_surfaces(fragment) {
+            expected[fragment.pixel as usize] += f64::from(error) * f64::from(fragment.coverage).powi(2);
+        }
     }
     let watcher = Watcher::new(&scene);
     let states: Vec<Scene> = (watcher.states().iter())
@@ -114,11 +117,10 @@ fn expected_errors_beside_true_ones() {
             image.iter().map(|pixel| pixel.iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0).collect()
         };
         let [shown, a, b] = [&picture.radiance, &truth[0], &truth[1]].map(|image| grey(image));
-        let lit = |pixel: &usize| expected[*pixel] > 0.0;
-        let norm: f64 = (0..SIZE * SIZE).filter(lit).map(|p| a[p] * b[p]).sum();
-        for pixel in (0..SIZE * SIZE).filter(lit) {
-            let error = (shown[pixel] - a[pixel]) * (shown[pixel] - b[pixel]);
-            made[pixel] += error / (norm * states.len() as f64);
+        let norm: f64 = pixels.iter().map(|p| a[*p] * b[*p]).sum();
+        for pixel in &pixels {
+            let error = (shown[*pixel] - a[*pixel]) * (shown[*pixel] - b[*pixel]);
+            made[*pixel] += error / (norm * states.len() as f64);
         }
     }
     let [expected, made] = [expected, made].map(|errors| smoothed(&errors));

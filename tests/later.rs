@@ -8,6 +8,7 @@ use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
 use relume_bake::methods::transfer_images::later::albedos;
 use relume_bake::methods::transfer_images::{held_out, space_for};
 use relume_bake::trace::reference::{Paths, early_radiance_of, later_radiance_of};
+use relume_bake::trace::tile_counts::TileCounts;
 use relume_formats::Place;
 use relume_formats::basis::Angles;
 use relume_formats::container::Stored as _;
@@ -281,9 +282,17 @@ fn lobes_are_kept_where_they_change_pictures() {
             assert_eq!((later.lobes, later.lobe_eye_bases), (lobes, lobes), "{name} {seed}");
         }
     }
-    let mut sharper = library_scene("cornell-knot");
+    // By as many paths, whatever those of the bake are.
+    let (scene, settings) = (library_scene("cornell-knot"), settings(64, 2, 6, 1));
+    let basis = space_for(&scene, settings.bases).unwrap().basis(settings.bases);
+    let images = gathering(&scene, &settings, |gather| {
+        let single = TileCounts::new(settings.size, 16, vec![1; 16]);
+        bake_by(&scene, &settings, &basis, &gather.clone().counted_by(single))
+    });
+    assert_eq!(images.head.later.as_ref().unwrap().lobes, 2);
+    let mut sharper = scene;
     sharper.vary.shininess_max = Some(2000.0);
-    let (_, images) = bake(&sharper, &settings(64, 2, 6, 1), true);
+    let (_, images) = bake(&sharper, &settings, true);
     assert_eq!(images.head.later.as_ref().unwrap().lobes, 0);
 }
 

@@ -11,7 +11,7 @@ use crate::interrupted::Interrupted;
 use crate::job::Job;
 use crate::noise_target::{self, NoiseTarget};
 use crate::random_state::all_in_random_state;
-use crate::trace::gather::{EyeVertex, Gather, GatherPath, Onward, POINTS};
+use crate::trace::gather::{EyeVertex, Gather, GatherPath, Onward, Reflection};
 use crate::trace::guide::{FilmTally, Guide, Trial, Trials};
 use crate::trace::lights::Lights;
 use crate::trace::sampler::PixelSampler;
@@ -192,8 +192,8 @@ impl States {
         let [_, indirect] = eye.early_light(brdf);
         let later = eye.later_light(brdf, brdf, matt_where_it_varies(&self.varies, brdf));
         let indirect = grey(indirect + later) * onward.density;
-        let seen = eye.direct[POINTS]
-            .map_or(Vec3A::ZERO, |seen| seen.light * brdf(eye.material, eye.albedo, &seen.angles));
+        let of_met = |met: &Reflection| met.light * brdf(eye.material, eye.albedo, &met.angles);
+        let seen = eye.met().map_or(Vec3A::ZERO, of_met);
         let seen = grey(seen) * (onward.density + onward.of_light);
         let [_, lobes] = onward.densities;
         let left = (lobes / (lobes + onward.of_light).max(f32::MIN_POSITIVE)).powi(2);

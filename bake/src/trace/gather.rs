@@ -27,7 +27,7 @@ pub const MAX_REFLECTIONS: u32 = 2;
 
 /// Points on lights that the surface that the eye sees looks at for every path: highlights and soft shadows are
 /// there, and a look is cheap beside all that follows on a path.
-pub const POINTS: usize = 4;
+const POINTS: usize = 4;
 
 /// The dimension pair that moves what the guide is asked for; later reflections count on from 7.
 const GUIDE_PAIR: u32 = u32::MAX;
@@ -70,14 +70,19 @@ pub struct EyeVertex {
     pub emitted: Vec3A,
     /// Where the path goes on; `None` if below the surface.
     pub onward: Option<Onward>,
-    /// Light that arrives directly: from points chosen on lights, and last what going on from here met. Weighed
-    /// as [`Reflections`] are.
+    /// Light that arrives directly: from points chosen on lights, and last [`EyeVertex::met`]. Weighed as
+    /// [`Reflections`] are.
     pub direct: [Option<Reflection>; POINTS + 1],
     /// Light that arrives by way of another surface.
     pub indirect: Option<FirstVertex>,
 }
 
 impl EyeVertex {
+    /// Of direct light, what going on from here met.
+    pub fn met(&self) -> Option<&Reflection> {
+        self.direct[POINTS].as_ref()
+    }
+
     /// Light that it reflects to the eye, and that was reflected nowhere else, or once more. `brdf` gives the
     /// BRDF of a material, by its index, where its texture has a certain colour, at some angles.
     pub fn early_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> [Vec3A; 2] {
@@ -292,12 +297,11 @@ impl<'a> Gather<'a> {
         let points = if self.lights.are_one_point() { 1 } else { POINTS };
         let seen = bounce.and_then(|b| self.light_seen(surface, &b, hit.as_ref(), points));
         let direct = std::array::from_fn(|number| {
-            let point = || sample.part(number, points);
-            match number {
-                POINTS => seen.map(|(seen, _)| seen),
-                _ if number < points => self.light_sampled(surface, chooser, &point(), [1, 2], points),
-                _ => None,
+            if number == POINTS {
+                return seen.map(|(seen, _)| seen);
             }
+            let point = (number < points).then(|| sample.part(number, points))?;
+            self.light_sampled(surface, chooser, &point, [1, 2], points)
         });
         let onward = bounce.map(|Bounce { direction, density, densities, .. }| {
             let of_light = seen.map_or(0.0, |(_, of_light)| of_light);

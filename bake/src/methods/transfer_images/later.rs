@@ -33,7 +33,7 @@ const MOST_WITH_LOBES: usize = 4;
 const LOBES: u32 = 2;
 const LOBE_EYE_BASES: u32 = 2;
 /// Least that lobes change random states by in the median, relative L2: less is not worth a third of a file.
-const LEAST_LOBES: f64 = 0.005;
+pub(super) const LEAST_LOBES: f64 = 0.005;
 /// Paths of each of some pixels that tell how much they change, be those of the bake ever so few.
 const LOBE_PATHS: u32 = 64;
 /// A typical albedo: how much light counts that was reflected before.

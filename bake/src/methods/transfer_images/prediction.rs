@@ -6,7 +6,7 @@ use super::basis::{model, space_for};
 use super::chromaticity::chromaticity;
 use super::fit::predicted_bytes;
 use super::held_out::{self, HeldOutErrors};
-use super::later::{later, may_have_lobes};
+use super::later::{LEAST_LOBES, later, may_have_lobes};
 use super::settings::{Bases, Settings, TransferImagesMethod};
 use crate::error::Result;
 use crate::filter::Watcher;
@@ -150,9 +150,9 @@ fn tell(scene: &Scene, later: &Later, channels: usize, errors: Option<HeldOutErr
         format!(": error over random states median {:.1} %, worst {:.1} %", 100.0 * median, 100.0 * worst)
     });
     let lobes = match later.lobes {
-        0 if !may_have_lobes(scene) => "",
-        0 => "; their lobes would change less than 0.5 % of the light in the median",
-        _ => ", and by their broad lobes at the surface that light leaves last",
+        0 if !may_have_lobes(scene) => String::new(),
+        0 => format!("; their lobes would change the median state by less than {} %", 100.0 * LEAST_LOBES),
+        _ => ", and by their broad lobes at the surface that light leaves last".to_owned(),
     };
     format!(
         "third and later reflections take {images} RGB images, {share:.0} % of the values of a surface that varies; materials that vary count by their albedos there{lobes}{errors}"

@@ -4,8 +4,8 @@
 //! basis functions' largest coefficients. All images are rounded to steps that count alike there:
 //! [`STEPS_OF_MIDDLE`] are the middle fragment, and [`STEPS_OF_DARK`] a dark one. What dozens of images are off
 //! by adds up to a few parts in 10,000 of the former, where bases alone leave ten times as much. Later reflections,
-//! which are a per cent off or more for want of what is known of materials there, have [`STEPS_OF_LATER`]: those of
-//! eight materials, with 45 nodes, add up to half a per cent.
+//! which are a per cent off or more for want of what is known of materials there, have [`STEPS_OF_LATER`]: by
+//! calculation those of eight materials, with 45 nodes, add up to half a per cent of the middle.
 
 use crate::compress::quantise::scale_for;
 use half::f16;

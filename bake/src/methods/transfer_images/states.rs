@@ -67,7 +67,9 @@ impl<'a> State<'a> {
 
     /// What of that lobes add to albedos.
     pub(super) fn lobes_as_baked(&self, path: &GatherPath) -> Vec3A {
-        let Some(baked) = &self.baked else { return Vec3A::ZERO };
+        let Some(baked) = self.baked.as_ref().filter(|baked| baked.later.lobes > 0) else {
+            return Vec3A::ZERO;
+        };
         let AsBaked { later, coefficients, .. } = baked;
         let beyond = |m: u32, _: Vec3A, angles: &Angles| {
             let mut values = [0.0; MAX_BASES];

@@ -30,6 +30,20 @@ pub fn all_in_random_state(state: u32, scene: &Scene) -> Vec<Brdf> {
     all
 }
 
+/// All materials of `scene`, those that vary being in random state number `state` but as sharp as they may be.
+pub fn all_as_sharp_as_they_get(state: u32, scene: &Scene) -> Vec<Brdf> {
+    let mut all = all_in_random_state(state, scene);
+    for index in &scene.vary.materials {
+        let sharpest = scene.vary.sharpest(all[*index].model());
+        match &mut all[*index] {
+            Brdf::BlinnPhong(material) => material.shininess = sharpest,
+            Brdf::CookTorrance(material) => material.roughness = sharpest,
+            Brdf::Ggx(material) => material.roughness = sharpest,
+        }
+    }
+    all
+}
+
 fn random_blinn_phong(sample: &Sample, sharpest: f32) -> Brdf {
     let ([kd, ks], exponent) = random_parts(sample);
     let shininess = sharpest.powf(exponent).clamp(1.0, sharpest);

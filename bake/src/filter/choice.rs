@@ -14,7 +14,7 @@ const CHOICE_RADIUS: i32 = 1;
 /// A fragment stays as it is where the errors of all strengths seem so many times its own, by layer: what noise does
 /// to a fragment is known well, what a filter does to it is an estimate that is noisy itself. Direct light has
 /// little noise, and highlights that must not be blurred.
-const DOUBT: [f32; LAYERS] = [1.5, 3.0, 3.0];
+const DOUBT: [f32; LAYERS] = [1.0, 3.0, 3.0];
 
 /// What every fragment of a film becomes.
 pub struct Filter {
@@ -102,7 +102,7 @@ pub fn noise_of(
 }
 
 /// Squared errors that fragments of `film`, filtered, are expected to have, in parts of the square of all that it
-/// shows, means over the states that are looked at and over the fragments around; 0 where nothing is known.
+/// shows, means over the random states that are looked at, the sharpest one added, and over the fragments around; 0 where nothing is known.
 ///
 /// # Errors
 /// If the job is interrupted.
@@ -116,9 +116,9 @@ pub fn expected_errors(film: &Film, job: &Job) -> Result<Vec<f32>, Interrupted> 
 fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>, Vec<OfCandidates>), Interrupted> {
     let errors = Errors::new(film, job)?;
     let smoothed = errors.smoothed(film);
-    let chosen: Vec<_> = smoothed.iter().map(|layers| Some(best(layers))).collect();
+    let chosen: Vec<_> = smoothed.iter().map(best).collect();
     let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
-    let shares = smooth(film, &chosen, by_samples, CHOICE_RADIUS);
+    let shares = smooth(film, |number| chosen.get(number as usize), by_samples, CHOICE_RADIUS);
     Ok((errors, smoothed, shares))
 }
 

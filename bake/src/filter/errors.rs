@@ -4,7 +4,7 @@ use super::TILE;
 use super::film::{Film, Fragment};
 use super::likeness::{Likeness, SAME, Samples};
 use super::row::Neighbours;
-use super::seen::{LAYERS, STATES, StateLight};
+use super::seen::{LAYERS, LOOKS, STATES, StateLight};
 use crate::interrupted::Interrupted;
 use crate::job::Job;
 use rayon::prelude::*;
@@ -24,6 +24,13 @@ const LEAST: f32 = 1e-20;
 /// By layer and candidate.
 pub type OfCandidates = [[f32; CANDIDATES]; LAYERS];
 
+/// In all states that are looked at, which is what strengths are chosen by, and in the random ones, which is told.
+#[derive(Debug, Clone, Copy, Default)]
+struct OfLooks {
+    all: OfCandidates,
+    random: OfCandidates,
+}
+
 /// What noise is left, as the root of the mean square over the random states of relative L2 errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -33,16 +40,17 @@ pub struct Noise {
     pub after: f64,
 }
 
-/// Estimates of squared errors, in parts of the square of all that the film shows, means over the states.
+/// Estimates of squared errors, in parts of the square of all that the film shows, means over the random states, to
+/// which the sharpest one is added where it counts.
 pub struct Errors {
     /// See [`scales`].
     scales: StateLight,
     /// Of all candidates, of the fragments that are looked at.
-    looked_at: Vec<Option<OfCandidates>>,
+    looked_at: Vec<Option<OfLooks>>,
     /// What of that is noise.
-    of_noise: Vec<Option<OfCandidates>>,
+    of_noise: Vec<Option<OfLooks>>,
     /// Of all fragments as they are, for all candidates.
-    as_is: Vec<Option<OfCandidates>>,
+    as_is: Vec<Option<OfLooks>>,
 }
 
 impl Errors {
@@ -75,7 +83,9 @@ impl Errors {
     pub fn smoothed(&self, film: &Film) -> Vec<OfCandidates> {
         let weights: Vec<_> = film.fragments().iter().map(|f| weights(f, &self.scales)).collect();
         let by_noise = |number: u32, layer: usize| weights[number as usize][layer];
-        let smooth = |errors: &[Option<OfCandidates>]| smooth(film, errors, by_noise, RADIUS);
+        let smooth = |errors: &[Option<OfLooks>]| {
+            smooth(film, |number| errors[number as usize].as_ref().map(|of| &of.all), by_noise, RADIUS)
+        };
         let mut smoothed = smooth(&self.looked_at);
         for (errors, noise) in smoothed.iter_mut().zip(smooth(&self.of_noise)) {
             let all = errors.as_flattened_mut().iter_mut().zip(noise.as_flattened());
@@ -100,7 +110,7 @@ impl Errors {
     ) -> Option<Noise> {
         let is_lit = self.scales.iter().any(|scale| *scale > 0.0);
         let is_known = is_lit && self.as_is.iter().any(Option::is_some);
-        let sum = |errors: &[Option<OfCandidates>]| sum(film, errors, shares, &wanted);
+        let sum = |errors: &[Option<OfLooks>]| sum(film, errors, shares, &wanted);
         is_known.then(|| Noise {
             before: sum(&self.as_is).sqrt(),
             after: sum(&self.looked_at).max(sum(&self.of_noise)).sqrt(),
@@ -120,7 +130,7 @@ pub fn tiles(film: &Film) -> Vec<[i32; 2]> {
 /// By state, 1 over the sum of the squares of what the film shows, so that states count alike; 0 where they
 /// show nothing.
 fn scales(film: &Film) -> StateLight {
-    let mut sums = [0.0f64; STATES];
+    let mut sums = [0.0f64; LOOKS];
     for fragment in film.fragments() {
         for (state, sum) in sums.iter_mut().enumerate() {
             let light: f32 = (0..LAYERS).map(|layer| fragment.guide(layer)[state]).sum();
@@ -145,46 +155,45 @@ fn looked_at(film: &Film, class: usize, tile: [i32; 2]) -> Vec<u32> {
 
 /// Estimates of the squared errors of all candidates, of the fragments of a class that are looked at in a
 /// tile, and what of them is noise.
-fn errors_of(
-    film: &Film,
-    class: usize,
-    tile: [i32; 2],
-    scales: &StateLight,
-) -> Vec<(u32, [OfCandidates; 2])> {
+fn errors_of(film: &Film, class: usize, tile: [i32; 2], scales: &StateLight) -> Vec<(u32, [OfLooks; 2])> {
     let numbers = looked_at(film, class, tile);
     if numbers.is_empty() {
         return Vec::new();
     }
     let neighbours: Vec<Neighbours> = numbers.iter().map(|n| Neighbours::new(film, *n)).collect();
-    let mut errors: Vec<_> = numbers.into_iter().map(|n| (n, [OfCandidates::default(); 2])).collect();
+    let mut errors: Vec<_> = numbers.into_iter().map(|n| (n, [OfLooks::default(); 2])).collect();
     for layer in 0..LAYERS {
-        let is_lit = |(number, _): &(u32, [OfCandidates; 2])| {
-            film.fragments()[*number as usize].guide(layer) != [0.0; STATES]
+        let is_lit = |(number, _): &(u32, [OfLooks; 2])| {
+            film.fragments()[*number as usize].guide(layer) != [0.0; LOOKS]
         };
         if !errors.iter().any(is_lit) {
             continue;
         }
         let likeness = [0, 1].map(|half| Likeness::new(film, class, layer, tile, Samples::Half(half)));
         for ((number, [errors, noise]), neighbours) in errors.iter_mut().zip(&neighbours) {
-            [errors[layer], noise[layer]] =
-                errors_of_candidates(film, *number, layer, neighbours, &likeness, scales);
+            let [all, random] = errors_of_candidates(film, *number, layer, neighbours, &likeness, scales);
+            [errors.all[layer], noise.all[layer]] = all;
+            [errors.random[layer], noise.random[layer]] = random;
         }
     }
     errors
 }
 
 /// Estimates of the squared errors of a fragment as it is, those of all candidates.
-fn errors_as_is(fragment: &Fragment, scales: &StateLight) -> OfCandidates {
+fn errors_as_is(fragment: &Fragment, scales: &StateLight) -> OfLooks {
     let squared = |layer: usize, k: usize| {
         (fragment.guides[0][layer][k] - fragment.guides[1][layer][k]).powi(2) * scales[k]
     };
-    std::array::from_fn(|layer| [0.25 * (0..STATES).map(|k| squared(layer, k)).sum::<f32>(); CANDIDATES])
+    let of = |looks: usize| {
+        std::array::from_fn(|layer| [0.25 * (0..looks).map(|k| squared(layer, k)).sum::<f32>(); CANDIDATES])
+    };
+    OfLooks { all: of(LOOKS), random: of(STATES) }
 }
 
 /// A candidate made of one half is taken to be independent of the other half, which it is but for that both
 /// are of one stratified sequence; so what they differ by is its error and the noise of the other, which is
 /// known. Both halves together, which are what is wanted, have half of a candidate's own noise; that is what
-/// two candidates differ by, and comes second.
+/// two candidates differ by, and comes second. Both in all states, and in the random ones.
 fn errors_of_candidates(
     film: &Film,
     number: u32,
@@ -192,30 +201,33 @@ fn errors_of_candidates(
     neighbours: &Neighbours,
     likeness: &[Likeness; 2],
     scales: &StateLight,
-) -> [[f32; CANDIDATES]; 2] {
+) -> [[[f32; CANDIDATES]; 2]; 2] {
     let fragment = &film.fragments()[number as usize];
     let pixel = film.pixel(fragment);
     let halves = [0, 1].map(|half| fragment.guides[half][layer]);
-    let sum = |of_state: &dyn Fn(usize) -> f32| (0..STATES).map(|k| of_state(k) * scales[k]).sum::<f32>();
-    let noise = sum(&|k| (halves[0][k] - halves[1][k]).powi(2));
-    let [mut errors, mut of_noise] = [[0.25 * noise; CANDIDATES]; 2];
-    for (candidate, strength) in (1..).zip(STRENGTHS) {
-        let filtered = [0, 1].map(|half| {
+    let filtered = STRENGTHS.map(|strength| {
+        [0, 1].map(|half| {
             let row = neighbours.row(likeness[half].at(pixel), strength);
-            let mut value = [0.0; STATES];
+            let mut value = [0.0; LOOKS];
             for (other, weight) in row {
                 let guide = &film.fragments()[other as usize].guides[half][layer];
                 value.iter_mut().zip(guide).for_each(|(value, guide)| *value += weight * guide);
             }
             value
-        });
-        let [a, b] = &filtered;
-        let crossed = sum(&|k| (a[k] - halves[1][k]).powi(2) + (b[k] - halves[0][k]).powi(2));
-        let own = sum(&|k| (a[k] - b[k]).powi(2));
-        errors[candidate] = 0.5 * crossed - 0.5 * noise - 0.25 * own;
-        of_noise[candidate] = 0.25 * own;
-    }
-    [errors, of_noise]
+        })
+    });
+    [LOOKS, STATES].map(|looks| {
+        let sum = |of_state: &dyn Fn(usize) -> f32| (0..looks).map(|k| of_state(k) * scales[k]).sum::<f32>();
+        let noise = sum(&|k| (halves[0][k] - halves[1][k]).powi(2));
+        let [mut errors, mut of_noise] = [[0.25 * noise; CANDIDATES]; 2];
+        for (candidate, [a, b]) in (1..).zip(&filtered) {
+            let crossed = sum(&|k| (a[k] - halves[1][k]).powi(2) + (b[k] - halves[0][k]).powi(2));
+            let own = sum(&|k| (a[k] - b[k]).powi(2));
+            errors[candidate] = 0.5 * crossed - 0.5 * noise - 0.25 * own;
+            of_noise[candidate] = 0.25 * own;
+        }
+        [errors, of_noise]
+    })
 }
 
 /// How much an error counts among its neighbours': less where noise is more, lest a few samples that found
@@ -223,15 +235,15 @@ fn errors_of_candidates(
 fn weights(fragment: &Fragment, scales: &StateLight) -> [f32; LAYERS] {
     std::array::from_fn(|layer| {
         let squares = |k: usize| fragment.variances[layer][k] + SAME * fragment.guide(layer)[k].powi(2);
-        let noise: f32 = (0..STATES).map(|k| squares(k) * scales[k]).sum();
+        let noise: f32 = (0..LOOKS).map(|k| squares(k) * scales[k]).sum();
         fragment.samples / noise.max(LEAST)
     })
 }
 
 /// Means over those neighbours of the same class that have a value, by the weight of each in each layer.
-pub fn smooth(
+pub fn smooth<'a>(
     film: &Film,
-    values: &[Option<OfCandidates>],
+    values: impl Fn(u32) -> Option<&'a OfCandidates> + Sync,
     weight: impl Fn(u32, usize) -> f32 + Sync,
     radius: i32,
 ) -> Vec<OfCandidates> {
@@ -240,7 +252,7 @@ pub fn smooth(
         let (mut sums, mut weights) = (OfCandidates::default(), [0.0; LAYERS]);
         for (dx, dy) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy))) {
             let Some(number) = film.at(class, x + dx, y + dy) else { continue };
-            let Some(value) = &values[number as usize] else { continue };
+            let Some(value) = values(number) else { continue };
             for layer in 0..LAYERS {
                 let weight = weight(number, layer);
                 let all = sums[layer].iter_mut().zip(value[layer]);
@@ -262,7 +274,7 @@ pub fn mix(errors: &OfCandidates, shares: &OfCandidates) -> f32 {
 /// The sum of the errors of all that are `wanted`, if those of them that have `errors` stand for all.
 fn sum(
     film: &Film,
-    errors: &[Option<OfCandidates>],
+    errors: &[Option<OfLooks>],
     shares: &[OfCandidates],
     wanted: impl Fn(&Fragment) -> bool,
 ) -> f64 {
@@ -274,7 +286,7 @@ fn sum(
         let weight = f64::from(fragment.coverage).powi(2);
         all += weight;
         let Some(errors) = errors else { continue };
-        sum += weight * f64::from(mix(errors, shares));
+        sum += weight * f64::from(mix(&errors.random, shares));
         known += weight;
     }
     if known > 0.0 { sum * all / known } else { 0.0 }

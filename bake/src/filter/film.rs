@@ -1,6 +1,6 @@
 //! All fragments of a film, and which are neighbours of which.
 
-use super::seen::{LAYERS, STATES, Seen, StateLight};
+use super::seen::{LAYERS, LOOKS, Seen, StateLight};
 use glam::Vec3A;
 
 /// How far variances are averaged: two halves alone tell little of each.
@@ -25,7 +25,7 @@ pub struct Fragment {
     pub normal: Vec3A,
     /// See [`Seen::colour`].
     pub colour: Vec3A,
-    /// Light in the random states, by half of the samples and by layer, in parts of the largest of a state.
+    /// Light in the states, by half of the samples and by layer, in parts of the largest of a state.
     pub guides: [[StateLight; LAYERS]; 2],
     /// Whether both halves of the samples fell on it: else nothing tells its noise.
     pub has_halves: bool,
@@ -137,7 +137,7 @@ impl Film {
     /// Weighed by samples: a fragment that has few says little, and that it has few makes it noisier.
     fn mean_variance(&self, fragment: &Fragment) -> [StateLight; LAYERS] {
         let ([x, y], class) = (self.pixel(fragment), usize::from(fragment.class));
-        let (mut sums, mut weights) = ([[0.0; STATES]; LAYERS], 0.0);
+        let (mut sums, mut weights) = ([[0.0; LOOKS]; LAYERS], 0.0);
         let side = -VARIANCE_RADIUS..=VARIANCE_RADIUS;
         for (dx, dy) in side.clone().flat_map(|dy| side.clone().map(move |dx| (dx, dy))) {
             let Some(other) = self.at(class, x + dx, y + dy) else { continue };
@@ -185,7 +185,7 @@ fn fragment(pixel: u32, class: u16, seen: &Seen, all_samples: u32) -> Fragment {
 /// Makes the largest guide of each state 1, so that squares are numbers however bright the light is, and
 /// tells what halves differ by.
 fn scale_guides(fragments: &mut [Fragment]) {
-    let mut largest = [0.0f32; STATES];
+    let mut largest = [0.0f32; LOOKS];
     for guide in fragments.iter().flat_map(|f| f.guides.as_flattened()) {
         largest.iter_mut().zip(guide).for_each(|(largest, value)| *largest = largest.max(*value));
     }

@@ -3,7 +3,7 @@
 use super::TILE;
 use super::film::{Film, Fragment};
 use super::row::{RADIUS, WINDOW};
-use super::seen::{STATES, StateLight};
+use super::seen::{LOOKS, StateLight, looks_of};
 
 /// Radius of patches that are compared, pixels.
 const PATCH: i32 = 3;
@@ -31,6 +31,8 @@ pub enum Samples {
 struct Looks {
     /// Upper left pixel of the tile.
     tile: [i32; 2],
+    /// How many of a place's guides are looked at.
+    looks: usize,
     guides: Vec<StateLight>,
     variances: Vec<StateLight>,
     is_there: Vec<bool>,
@@ -43,7 +45,7 @@ impl Looks {
             Samples::All => (fragment.guide(layer), fragment.variances[layer].map(|v| 0.5 * v)),
         };
         let count = SIDE * SIDE;
-        let (mut guides, mut variances) = (vec![[0.0; STATES]; count], vec![[0.0; STATES]; count]);
+        let (mut guides, mut variances) = (vec![[0.0; LOOKS]; count], vec![[0.0; LOOKS]; count]);
         let mut is_there = vec![false; count];
         for place in 0..count {
             let [x, y] = [place % SIDE, place / SIDE].map(|k| k as i32 - MARGIN);
@@ -52,7 +54,7 @@ impl Looks {
                 is_there[place] = true;
             }
         }
-        Self { tile, guides, variances, is_there }
+        Self { tile, looks: looks_of(layer), guides, variances, is_there }
     }
 
     /// Between two places, and whether there is something at both.
@@ -68,7 +70,7 @@ impl Looks {
             (difference * difference - noise)
                 / (va[k] + vb[k] + SAME * (a[k] * a[k] + b[k] * b[k]) + f32::MIN_POSITIVE)
         };
-        (((0..STATES).map(of_state).sum::<f32>() / STATES as f32).min(MOST), 1.0)
+        (((0..self.looks).map(of_state).sum::<f32>() / self.looks as f32).min(MOST), 1.0)
     }
 }
 

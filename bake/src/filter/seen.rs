@@ -1,7 +1,7 @@
 //! What the samples of a fragment tell of it beside what is stored.
 
 use crate::brdf;
-use crate::random_state::all_in_random_state;
+use crate::random_state::{all_as_sharp_as_they_get, all_in_random_state};
 use crate::trace::gather::{EyeVertex, GatherPath};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -12,12 +12,15 @@ use std::f32::consts::FRAC_1_PI;
 /// Random states in which fragments are looked at: enough that what shines or is dark in one shows in
 /// another.
 pub const STATES: usize = 4;
+/// These, and one in which all that varies is as sharp as it gets: in its direct light stand highlights that
+/// must not be blurred. What is told of noise is told of random states alone.
+pub const LOOKS: usize = STATES + 1;
 /// The first of these states; bakes are judged by others.
 const FIRST_STATE: u32 = 0x6775_6964;
 /// How often light was reflected: once, twice, more often.
 pub const LAYERS: usize = 3;
 /// Numbers that one [`Seen`] has.
-pub const WORDS: usize = 14 + 2 * LAYERS * STATES;
+pub const WORDS: usize = 14 + 2 * LAYERS * LOOKS;
 /// The albedo that materials that vary have at third and later reflections.
 const TYPICAL_ALBEDO: f32 = 0.5;
 
@@ -32,8 +35,13 @@ pub enum Layer {
     Later,
 }
 
-/// Mean over the channels of light, in each state.
-pub type StateLight = [f32; STATES];
+/// How many looks the light of a layer has: later layers have no highlights.
+pub const fn looks_of(layer: usize) -> usize {
+    if layer == Layer::Direct as usize { LOOKS } else { STATES }
+}
+
+/// Mean over the channels of light, in each state that is looked at; 0 where none is, see [`looks_of`].
+pub type StateLight = [f32; LOOKS];
 
 /// Sums over the samples of a fragment; or over none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,7 +56,7 @@ pub struct Seen {
     pub colour: [f32; 3],
     /// Light that surfaces emit, and that of lights: it has no noise but that of its edges.
     pub emitted: [f32; 3],
-    /// Light in the random states, by the half of the samples and by layer.
+    /// Light in the states, by the half of the samples and by layer.
     pub guides: [[StateLight; LAYERS]; 2],
 }
 
@@ -93,7 +101,7 @@ impl Seen {
 
 /// Looks at paths of one scene.
 pub struct Watcher {
-    /// By state, all materials.
+    /// By look, all materials.
     states: Vec<Vec<Brdf>>,
     /// For each material, whether it varies.
     varies: Vec<bool>,
@@ -105,14 +113,15 @@ impl Watcher {
         Self {
             states: (0..STATES as u32)
                 .map(|number| all_in_random_state(FIRST_STATE + number, scene))
+                .chain([all_as_sharp_as_they_get(FIRST_STATE + STATES as u32, scene)])
                 .collect(),
             varies: (0..scene.materials.len()).map(|m| scene.vary.materials.contains(&m)).collect(),
         }
     }
 
-    /// The states in which it looks at them: of each, all materials.
+    /// The random states in which it looks at them: of each, all materials.
     pub fn states(&self) -> &[Vec<Brdf>] {
-        &self.states
+        &self.states[..STATES]
     }
 
     /// Adds a path to what is seen of its fragment, `half` of the samples being 0 or 1. Light that a surface
@@ -128,12 +137,13 @@ impl Watcher {
         all.for_each(|(sum, light)| *sum += light);
     }
 
-    /// Light in the random states, mean over channels, by layer.
+    /// Light in the states, mean over channels, by layer.
     pub fn lights(&self, eye: &EyeVertex) -> [StateLight; LAYERS] {
-        let mut lights = [[0.0; STATES]; LAYERS];
-        for (state, materials) in self.states.iter().enumerate() {
-            for (layer, light) in self.light(eye, materials).into_iter().enumerate() {
-                lights[layer][state] = (light.x + light.y + light.z) / 3.0;
+        let mut lights = [[0.0; LOOKS]; LAYERS];
+        for (look, materials) in self.states.iter().enumerate() {
+            let of_layers = self.light(eye, materials).into_iter().enumerate();
+            for (layer, light) in of_layers.filter(|(layer, _)| look < looks_of(*layer)) {
+                lights[layer][look] = (light.x + light.y + light.z) / 3.0;
             }
         }
         lights

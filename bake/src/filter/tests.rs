@@ -1,7 +1,7 @@
 use super::*;
 use crate::job::{Job, ProgressMode};
 use crate::trace::sampler::PixelSampler;
-use seen::STATES;
+use seen::{LOOKS, looks_of};
 use std::f32::consts::TAU;
 
 const SIDE: u32 = 48;
@@ -12,8 +12,10 @@ const SAMPLES: f32 = 8.0;
 fn fragment(pixel: u32, class: u16, light: f32, variance: f32) -> (u32, u16, Seen) {
     let (x, y) = ((pixel % SIDE) as f32, (pixel / SIDE) as f32);
     let all = 2.0 * SAMPLES;
-    let mut guides = [[[0.0; STATES]; LAYERS]; 2];
-    for (pair, (layer, state)) in (0..).zip((0..2).flat_map(|layer| (0..STATES).map(move |s| (layer, s)))) {
+    let mut guides = [[[0.0; LOOKS]; LAYERS]; 2];
+    for (pair, (layer, state)) in
+        (0..).zip((0..2).flat_map(|layer| (0..looks_of(layer)).map(move |s| (layer, s))))
+    {
         let noise = normal(pixel, pair, variance);
         guides.iter_mut().zip(noise).for_each(|(half, noise)| half[layer][state] = (light + noise) * SAMPLES);
     }

@@ -9,7 +9,7 @@
 mod shares;
 mod window;
 
-use crate::filter::seen::{LAYERS, STATES, half_of};
+use crate::filter::seen::{LAYERS, STATES, StateLight, half_of};
 use crate::filter::{self, Watcher};
 use crate::interrupted::Interrupted;
 use crate::job::Job;
@@ -228,13 +228,16 @@ struct Moments {
 }
 
 impl Moments {
-    fn add(&mut self, half: usize, lights: &[[f32; STATES]; LAYERS]) {
+    fn add(&mut self, half: usize, lights: &[StateLight; LAYERS]) {
         self.samples[half] += 1.0;
-        let all = self.sums[half].as_flattened_mut().iter_mut().zip(self.squares.as_flattened_mut());
-        for ((sum, square), light) in all.zip(lights.as_flattened()) {
-            let light = f64::from(*light);
-            *sum += light;
-            *square += light * light;
+        let layers = self.sums[half].iter_mut().zip(&mut self.squares).zip(lights);
+        for ((sums, squares), lights) in layers {
+            // Of the random states alone.
+            for ((sum, square), light) in sums.iter_mut().zip(squares).zip(lights) {
+                let light = f64::from(*light);
+                *sum += light;
+                *square += light * light;
+            }
         }
     }
 

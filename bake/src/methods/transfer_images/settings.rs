@@ -8,7 +8,7 @@ use crate::scene_hash::Part;
 /// Name of the method.
 pub const NAME: &str = relume_formats::method::TRANSFER_IMAGES.name;
 /// Changes whenever the same scene and settings give other bytes than before.
-pub const REVISION: u32 = 10;
+pub const REVISION: u32 = 11;
 /// What a bake reads of a scene.
 pub(super) const READS: [Part; 6] =
     [Part::Geometry, Part::Surfaces, Part::Lights, Part::Camera, Part::Reflections, Part::Environment];

@@ -31,7 +31,7 @@ impl Filter {
     /// # Errors
     /// If the job is interrupted.
     pub fn new(film: Film, job: &Job) -> Result<Self, Interrupted> {
-        let (errors, _, shares) = choose(&film, job)?;
+        let (errors, shares) = choose(&film, job)?;
         let noise = errors.noise(&film, &shares, |_| true);
         Ok(Self { film, shares, noise })
     }
@@ -97,29 +97,29 @@ pub fn noise_of(
     wanted: impl Fn(&Fragment) -> bool,
     job: &Job,
 ) -> Result<Option<Noise>, Interrupted> {
-    let (errors, _, shares) = choose(film, job)?;
+    let (errors, shares) = choose(film, job)?;
     Ok(errors.noise(film, &shares, wanted))
 }
 
 /// Squared errors that fragments of `film`, filtered, are expected to have, in parts of the square of all that it
-/// shows, means over the random states that are looked at, the sharpest one added, and over the fragments around; 0 where nothing is known.
+/// shows, means over the random states that are looked at and over the fragments around; 0 where nothing is known.
 ///
 /// # Errors
 /// If the job is interrupted.
 pub fn expected_errors(film: &Film, job: &Job) -> Result<Vec<f32>, Interrupted> {
-    let (_, smoothed, shares) = choose(film, job)?;
+    let (errors, shares) = choose(film, job)?;
+    let smoothed = errors.smoothed(film, |looks| &looks.random);
     Ok(smoothed.iter().zip(&shares).map(|(errors, shares)| mix(errors, shares)).collect())
 }
 
-/// What errors are expected of the candidates of fragments that are looked at, of all fragments by those around, and
-/// the shares that the candidates of each fragment get by them.
-fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>, Vec<OfCandidates>), Interrupted> {
+/// What errors are expected of the candidates of fragments that are looked at, and the shares that the candidates of
+/// each fragment get by those around it, in all states.
+fn choose(film: &Film, job: &Job) -> Result<(Errors, Vec<OfCandidates>), Interrupted> {
     let errors = Errors::new(film, job)?;
-    let smoothed = errors.smoothed(film);
-    let chosen: Vec<_> = smoothed.iter().map(best).collect();
+    let chosen: Vec<_> = errors.smoothed(film, |looks| &looks.all).iter().map(best).collect();
     let by_samples = |number: u32, _| film.fragments()[number as usize].samples;
     let shares = smooth(film, |number| chosen.get(number as usize), by_samples, CHOICE_RADIUS);
-    Ok((errors, smoothed, shares))
+    Ok((errors, shares))
 }
 
 /// The row of a fragment whose candidates have these shares.

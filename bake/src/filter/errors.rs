@@ -24,11 +24,13 @@ const LEAST: f32 = 1e-20;
 /// By layer and candidate.
 pub type OfCandidates = [[f32; CANDIDATES]; LAYERS];
 
-/// In all states that are looked at, which is what strengths are chosen by, and in the random ones, which is told.
+/// In all states that are looked at, by which strengths are chosen, and in the random ones, which are told of.
 #[derive(Debug, Clone, Copy, Default)]
-struct OfLooks {
-    all: OfCandidates,
-    random: OfCandidates,
+pub struct OfLooks {
+    /// Sums over all states, each by its [`scales`].
+    pub all: OfCandidates,
+    /// Those over the random ones, which are means over these.
+    pub random: OfCandidates,
 }
 
 /// What noise is left, as the root of the mean square over the random states of relative L2 errors.
@@ -79,12 +81,12 @@ impl Errors {
         Ok(Self { scales, looked_at, of_noise, as_is })
     }
 
-    /// Of every fragment, means over those around it.
-    pub fn smoothed(&self, film: &Film) -> Vec<OfCandidates> {
+    /// Of every fragment, means over those around it, of some of the states.
+    pub fn smoothed(&self, film: &Film, of: impl Fn(&OfLooks) -> &OfCandidates + Sync) -> Vec<OfCandidates> {
         let weights: Vec<_> = film.fragments().iter().map(|f| weights(f, &self.scales)).collect();
         let by_noise = |number: u32, layer: usize| weights[number as usize][layer];
         let smooth = |errors: &[Option<OfLooks>]| {
-            smooth(film, |number| errors[number as usize].as_ref().map(|of| &of.all), by_noise, RADIUS)
+            smooth(film, |number| errors[number as usize].as_ref().map(&of), by_noise, RADIUS)
         };
         let mut smoothed = smooth(&self.looked_at);
         for (errors, noise) in smoothed.iter_mut().zip(smooth(&self.of_noise)) {
@@ -128,7 +130,7 @@ pub fn tiles(film: &Film) -> Vec<[i32; 2]> {
 }
 
 /// By state, 1 over the sum of the squares of what the film shows, so that states count alike; 0 where they
-/// show nothing.
+/// show nothing. Of the sharpest state direct light is all that is looked at.
 fn scales(film: &Film) -> StateLight {
     let mut sums = [0.0f64; LOOKS];
     for fragment in film.fragments() {

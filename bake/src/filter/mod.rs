@@ -8,7 +8,7 @@
 //! other way round.
 //!
 //! * [`seen`]: what paths tell of a fragment beside what is stored: where it is, and what it shows in a few
-//!   random states, in two halves of the samples;
+//!   states, in two halves of the samples;
 //! * [`film`]: all fragments, and which are neighbours;
 //! * [`likeness`]: how alike fragments look (Rousselle et al. 2012, patches of guides);
 //! * [`row`]: weights of one fragment's neighbours: a first-order fit (Bitterli et al. 2016);

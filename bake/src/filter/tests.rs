@@ -1,7 +1,7 @@
 use super::*;
 use crate::job::{Job, ProgressMode};
 use crate::trace::sampler::PixelSampler;
-use seen::{LOOKS, looks_of};
+use seen::{LOOKS, STATES, looks_of};
 use std::f32::consts::TAU;
 
 const SIDE: u32 = 48;
@@ -135,6 +135,52 @@ fn edges_stay() {
         let truth = edge(pixel);
         assert!((filtered - truth).abs() < 4.0 * 0.0316, "{filtered} for {truth}");
     }
+}
+
+/// A film that is even in random states, with noise, and shows `light` by direct light where all is sharp.
+fn with_sharp(light: impl Fn(u32) -> f32) -> Vec<(u32, u16, Seen)> {
+    let mut fragments = whole(|_| 1.0, 0.02);
+    for (pixel, _, seen) in &mut fragments {
+        seen.guides.iter_mut().for_each(|half| half[0][STATES] = light(*pixel) * SAMPLES);
+    }
+    fragments
+}
+
+/// What is a highlight only where all is sharp stays, be there ever so much noise in random states, which is blurred
+/// where the sharpest state shows nothing. Light that was reflected before is not asked.
+#[test]
+fn highlights_of_the_sharpest_state_stay() {
+    let glints = |pixel: u32| if (pixel % SIDE + pixel / SIDE) % 2 == 0 { 0.1 } else { 2.0 };
+    let rows_of = |light: &dyn Fn(u32) -> f32| rows(&filter_of(with_sharp(light).into_iter()));
+    let [of_glints, of_even] = [rows_of(&glints), rows_of(&|_| 1.0)];
+    let worst = |rows: &[(u32, [Row; LAYERS])]| {
+        let off = |(number, rows): &(u32, [Row; LAYERS])| {
+            let shown: f32 = rows[0].iter().map(|(other, weight)| weight * glints(*other)).sum();
+            (shown - glints(*number)).abs()
+        };
+        rows.iter().map(off).fold(0.0, f32::max)
+    };
+    let [kept, blurred] = [&of_glints, &of_even].map(|rows| worst(rows));
+    assert!(kept < 0.01 && blurred > 0.5, "{kept} {blurred}");
+    assert!(of_glints.iter().zip(&of_even).all(|((_, a), (_, b))| a[1] == b[1]));
+}
+
+/// Noise that only the sharpest state has is not told.
+#[test]
+fn what_is_told_is_told_of_random_states() {
+    let noisy = |scale: f32| {
+        let mut fragments = whole(|_| 1.0, 0.02);
+        for (pixel, _, seen) in &mut fragments {
+            let noise = normal(*pixel, 99, 0.1);
+            let halves = seen.guides.iter_mut().zip(noise);
+            halves.for_each(|(half, noise)| half[0][STATES] = (1.0 + scale * noise) * SAMPLES);
+        }
+        filter_of(fragments.into_iter()).noise().unwrap()
+    };
+    let [usual, more] = [0.1, 1.0].map(noisy);
+    // Shares of candidates, which are others, are 1 in all but for rounding.
+    assert!((more.before / usual.before - 1.0).abs() < 1e-6, "{usual:?} {more:?}");
+    assert!((more.after / usual.after - 1.0).abs() < 0.25, "{usual:?} {more:?}");
 }
 
 /// Light of any brightness is filtered alike.

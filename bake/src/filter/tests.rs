@@ -150,7 +150,7 @@ fn with_sharp(light: impl Fn(u32) -> f32) -> Vec<(u32, u16, Seen)> {
 /// where the sharpest state shows nothing. Light that was reflected before is not asked.
 #[test]
 fn highlights_of_the_sharpest_state_stay() {
-    let glints = |pixel: u32| if (pixel % SIDE + pixel / SIDE) % 2 == 0 { 0.1 } else { 2.0 };
+    let glints = |pixel: u32| if (pixel % SIDE + pixel / SIDE).is_multiple_of(2) { 0.1 } else { 2.0 };
     let rows_of = |light: &dyn Fn(u32) -> f32| rows(&filter_of(with_sharp(light).into_iter()));
     let [of_glints, of_even] = [rows_of(&glints), rows_of(&|_| 1.0)];
     let worst = |rows: &[(u32, [Row; LAYERS])]| {

@@ -124,11 +124,12 @@ struct Order<'a> {
     shard: Option<&'a Shard>,
 }
 
-/// Fails if a bundle of `scene` may not be put into `folder`, for it holds another.
+/// Fails if a bundle of `scene` may not be put into `folder`, for it holds another or the scene itself.
 ///
 /// # Errors
 /// `Invalid` with the remedy.
 pub fn expect_room(scene: &Scene, folder: &Path) -> Result<()> {
+    publish::expect_apart(folder, scene)?;
     publish::old_manifest(folder, &folder.join(UNFINISHED), scene, Leftover::Resume).map(drop)
 }
 
@@ -166,6 +167,7 @@ fn make(
 ) -> Result<(Outcome, FolderLock)> {
     let Order { folder, size, leftover, shard, .. } = *order;
     let stored = expect_fit(scene, methods, size, job)?;
+    publish::expect_apart(folder, scene)?;
     let lock = FolderLock::take(folder)?;
     let unfinished = folder.join(UNFINISHED);
     traced::expect_folder(folder)?;

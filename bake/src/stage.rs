@@ -2,7 +2,7 @@
 //! cluster are here and nowhere else.
 
 use crate::error::{BakeError, Result};
-use crate::job::Job;
+use crate::job::{Job, note};
 use crate::trace::world::{reset_ray_counts, take_ray_count};
 use crate::work_log::WorkLog;
 use rayon::prelude::*;
@@ -116,6 +116,9 @@ pub fn fill(stage: &dyn Stage, log: &WorkLog, share: Share, job: &Job) -> Result
     let is_missing =
         |piece: &u32| finished.binary_search(piece).is_err() && share.has(stage.first_share() + piece);
     let missing: Vec<u32> = (0..stage.pieces()).filter(is_missing).collect();
+    if let Some(label) = stage.label().filter(|_| !finished.is_empty() && !missing.is_empty()) {
+        note(&format!("note: {label}: goes on after {} of {} pieces", finished.len(), stage.pieces()));
+    }
     let progress = stage.label().map(|label| job.progress(label, missing.len() as u64));
     // What came before may have traced some, too.
     reset_ray_counts();

@@ -118,6 +118,40 @@ pub struct RunArgs {
     /// sparse-transfer if only these do, else transfer-images]
     #[arg(long, value_name = "NAME", value_parser = method_parser())]
     pub method: Vec<&'static Registered>,
+    /// What is asked of methods.
+    #[command(flatten)]
+    pub asked: AskedArgs,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the
+    /// machine has free]
+    #[arg(long, value_name = "GIB", value_parser = parse_memory)]
+    pub memory: Option<MemoryLimit>,
+    /// Go on with an interrupted bake
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Throw away what is there and bake everything again; what other methods left unfinished stays
+    #[arg(long)]
+    pub force: bool,
+    /// Make piece I of every N alone, for one of N machines, each with a folder of its own; `bake merge`
+    /// makes the bundle of all N folders
+    #[arg(
+        long,
+        value_name = "I/N",
+        default_value = "1/1",
+        hide_default_value = true,
+        conflicts_with = "force"
+    )]
+    pub pieces: Share,
+    /// How progress is told
+    #[arg(long, default_value = "auto", value_parser = one_of(&PROGRESS))]
+    pub progress: ProgressMode,
+}
+
+/// What `bake run` bakes and `bake plan` predicts.
+#[derive(Debug, Args)]
+pub struct AskedArgs {
     /// Samples by name. transfer-images, film samples a pixel: draft 64, preview 256, final 1024;
     /// sparse-transfer and transfer-tensor, rays for a texel of the light at whose border visibility changes:
     /// draft 1, preview 16, final 64, and of the latter for reflected light 256, 1024, 4096; sphere-shadows has
@@ -152,32 +186,6 @@ pub struct RunArgs {
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Threads [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub threads: Option<u32>,
-    /// Most memory that the bake may take; it is refused at once if it will take more [default: what the
-    /// machine has free]
-    #[arg(long, value_name = "GIB", value_parser = parse_memory)]
-    pub memory: Option<MemoryLimit>,
-    /// Go on with an interrupted bake
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-    /// Throw away what is there and bake everything again; what other methods left unfinished stays
-    #[arg(long)]
-    pub force: bool,
-    /// Make piece I of every N alone, for one of N machines, each with a folder of its own; `bake merge`
-    /// makes the bundle of all N folders
-    #[arg(
-        long,
-        value_name = "I/N",
-        default_value = "1/1",
-        hide_default_value = true,
-        conflicts_with = "force"
-    )]
-    pub pieces: Share,
-    /// How progress is told
-    #[arg(long, default_value = "auto", value_parser = one_of(&PROGRESS))]
-    pub progress: ProgressMode,
 }
 
 /// Arguments of `bake merge`.
@@ -206,9 +214,9 @@ pub struct MergeArgs {
 pub struct PlanArgs {
     /// The scene, or a model, whose first scene is planned and not written
     pub scene: String,
-    /// Largest relative L2 error, as for `bake run` [default: the scene's, or 0.01]
-    #[arg(long, value_name = "E", value_parser = parse_max_error)]
-    pub max_error: Option<f64>,
+    /// What would be asked of methods.
+    #[command(flatten)]
+    pub asked: AskedArgs,
     /// As JSON
     #[arg(long)]
     pub json: bool,
@@ -309,7 +317,7 @@ pub struct ReferenceArgs {
     /// in the mean
     #[arg(long, value_name = "E", value_parser = parse_max_error)]
     pub noise: Option<f64>,
-    /// FILE.exr, or a pattern such as 'OUT/%04d.exr' for one image per state
+    /// FILE.exr, or FILE.png to look at; or a pattern such as 'OUT/%04d.exr' for one image per state
     #[arg(short, long, value_name = "FILE")]
     pub output: String,
     /// Threads [default: one per core]

@@ -12,7 +12,7 @@ mod spheres;
 
 use bundle_path::expect_no_scene;
 pub use chart::chart;
-use common::{BUNDLES, load, look_at, warn_of_per_cent};
+use common::{BUNDLES, asked, load, look_at};
 pub use first_scene::new;
 pub use gallery::gallery;
 pub use reference::reference;
@@ -37,11 +37,10 @@ pub fn plan(args: &PlanArgs) -> Result<String> {
     let folders =
         plan::Folders { bundles: Path::new(BUNDLES), charts: Path::new(relume_chart::chart::FOLDER) };
     let model = Path::new(&args.scene);
-    let mut scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
-    look_at(&scene, scene.size)?;
-    scene.max_error = args.max_error.unwrap_or(scene.max_error);
-    warn_of_per_cent("an error", scene.max_error);
-    plan::plan(&scene, &folders, args.json)
+    let scene = if is_model(model) { first_scene::unwritten(model)? } else { load(&args.scene)? };
+    let asked = asked(&args.asked, &scene);
+    look_at(&scene, asked.size)?;
+    plan::plan(&scene, &asked, &folders, args.json)
 }
 
 /// `bake info`.

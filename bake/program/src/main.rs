@@ -83,10 +83,27 @@ fn meant_command(error: &clap::Error) -> Option<String> {
     Some(what_there_is(&given, &names))
 }
 
+/// What an option is that the command has not, but another one.
+fn of_other_command(error: &clap::Error) -> Option<String> {
+    let given = error.get(ContextKind::InvalidArg).filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    let given = given.to_string();
+    let name = given.strip_prefix("--")?;
+    let cli = Cli::command();
+    let has = |command: &&clap::Command| command.get_arguments().any(|arg| arg.get_long() == Some(name));
+    let own: Vec<String> =
+        cli.get_subcommands().filter(has).map(|command| format!("`bake {}`", command.get_name())).collect();
+    let of_scene = if name == "reflections" { "; for a bake the scene says it, in [render]" } else { "" };
+    (!own.is_empty())
+        .then(|| format!("{given} is an option of {}{of_scene} (see bake --help)", own.join(", ")))
+}
+
 /// clap's message on one line, without its own prefix and usage.
 fn usage_line(error: &clap::Error) -> String {
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         return "no command is given, such as `bake run SCENE` (see bake --help)".to_owned();
+    }
+    if let Some(text) = of_other_command(error) {
+        return text;
     }
     let text = error.to_string();
     let mut lines =

@@ -47,6 +47,19 @@ pub(super) fn old_manifest(
     }
 }
 
+/// Fails if the file of `scene` stands in `folder`, however either is called.
+///
+/// # Errors
+/// `Invalid` with the remedy.
+pub(super) fn expect_apart(folder: &Path, scene: &Scene) -> Result<()> {
+    let (of_bundle, file) = (folder.canonicalize().ok(), scene.file.canonicalize().ok());
+    if of_bundle.is_none() || of_bundle.as_deref() != file.as_deref().and_then(Path::parent) {
+        return Ok(());
+    }
+    let reason = "is the folder of the scene, whose files a bundle would stand among; give another with -o";
+    Err(BakeError::invalid(&Place::file(folder), reason))
+}
+
 /// The method's entry of a finished bundle if all that it `reads` of the scene and its settings are the same,
 /// and its files are whole and of today's versions.
 pub(super) fn reusable_entry(

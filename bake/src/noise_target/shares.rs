@@ -42,7 +42,11 @@ impl Shares {
     /// Samples of each tile, of so many in the mean at most.
     pub fn counts(&self, samples: f64) -> Vec<u32> {
         let [least, most] = OF_PIXEL;
-        let of = |share: &f64| (share * samples).clamp(least.min(samples), most) as u32;
+        if samples * LEAST < least {
+            // Where some would have too few, all have as many.
+            return vec![samples as u32; self.of_tiles.len()];
+        }
+        let of = |share: &f64| (share * samples).clamp(least, most) as u32;
         self.of_tiles.iter().map(of).collect()
     }
 }
@@ -138,6 +142,9 @@ mod tests {
         let shares = Shares { of_tiles: vec![0.97, 0.97, 1.06], noise: Vec::new(), left: 1.0 };
         assert_eq!(shares.counts(16.0), [15, 15, 16]);
         assert_eq!(shares.counts(1.0), [1, 1, 1]);
+        // No tile has less than halves take, and the mean is no more for it.
+        let uneven = Shares { of_tiles: vec![0.25, 1.75], noise: Vec::new(), left: 1.0 };
+        assert_eq!((uneven.counts(15.0), uneven.counts(16.0)), (vec![15, 15], vec![4, 28]));
         assert_eq!(shares.counts(1e9), [1_000_000; 3]);
     }
 }

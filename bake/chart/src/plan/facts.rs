@@ -42,7 +42,7 @@ pub(super) struct Candidate {
     pub misfit: Option<String>,
     pub serves_all: bool,
     pub leaves_out: Vec<String>,
-    /// Those of `bake run` without options.
+    /// Those of `bake run` with the same options.
     pub settings: BTreeMap<String, Value>,
     pub predicted: Option<Prediction>,
     pub stored: Option<StoredFigures>,

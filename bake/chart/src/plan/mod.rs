@@ -27,13 +27,13 @@ pub struct Folders<'a> {
     pub charts: &'a Path,
 }
 
-/// The plan for `scene`, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
+/// The plan for `scene` and what is `asked` of methods, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
 ///
 /// # Errors
 /// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses
 /// nothing.
-pub fn plan(scene: &Scene, folders: &Folders<'_>, json: bool) -> Result<String> {
-    let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, folders)? };
+pub fn plan(scene: &Scene, asked: &Asked, folders: &Folders<'_>, json: bool) -> Result<String> {
+    let plan = if varies_nothing(scene) { nothing(scene) } else { make(scene, asked, folders)? };
     if !json {
         return Ok(text::of(&plan));
     }
@@ -65,14 +65,13 @@ fn nothing(scene: &Scene) -> Plan {
     }
 }
 
-fn make(scene: &Scene, folders: &Folders<'_>) -> Result<Plan> {
-    let asked = Asked::of_scene(scene);
+fn make(scene: &Scene, asked: &Asked, folders: &Folders<'_>) -> Result<Plan> {
     let job = Job::new(ProgressMode::None);
     let mut stored = stored::read(&folders.bundles.join(&scene.name), scene);
     let mut charted = charted::read(&folders.charts.join(&scene.name));
     let mut shared = None;
     let mut candidate = |registered: &'static Registered| {
-        let method = (registered.new)(&asked, scene);
+        let method = (registered.new)(asked, scene);
         let misfit =
             method.expect_fit(scene).err().map(|error| reason(&error.with_line().to_string(), scene));
         let mut candidate = Candidate {

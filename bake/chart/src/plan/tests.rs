@@ -29,14 +29,19 @@ fn at(folder: &Path) -> Folders<'_> {
     Folders { bundles: folder, charts: folder }
 }
 
+/// With what `bake plan SCENE` asks for.
+fn planned(scene: &Scene, folders: &Folders<'_>, json: bool) -> Result<String> {
+    plan(scene, &Asked::of_scene(scene), folders, json)
+}
+
 fn json_of(scene: &Scene, bundles: &Path) -> Value {
-    serde_json::from_str(&plan(scene, &at(bundles), true).unwrap()).unwrap()
+    serde_json::from_str(&planned(scene, &at(bundles), true).unwrap()).unwrap()
 }
 
 #[test]
 fn a_scene_that_varies_nothing_is_told_so() {
     let scene = ball("", "reflections = 1", "");
-    let text = plan(&scene, &at(Path::new("none")), false).unwrap();
+    let text = planned(&scene, &at(Path::new("none")), false).unwrap();
     assert!(
         text.starts_with(
             "ball varies nothing, so there is nothing to bake: make one image with `bake reference`"
@@ -91,7 +96,7 @@ fn what_no_method_does_is_said() {
 
 #[test]
 fn where_the_wanted_method_does_not_fit_none_is_chosen_and_the_remedy_is_said() {
-    let text = plan(&ball("shape = true", "reflections = 2", ""), &at(Path::new("none")), false).unwrap();
+    let text = planned(&ball("shape = true", "reflections = 2", ""), &at(Path::new("none")), false).unwrap();
     assert!(
         text.contains(
             "\nsparse-transfer: does not fit: [vary] shape = true, but sparse-transfer keeps shapes fixed"
@@ -160,7 +165,7 @@ fn figures_of_an_earlier_bake_count_if_the_scene_is_the_same() {
     manifest.write(&folder).unwrap();
     let report = json!({ "methods": { "transfer-images": { "rays": 2e6, "tracing_seconds": 3.0 } }, "frame": { "transfer-images": { "median_ms": 1.25 } } });
     std::fs::write(folder.join("report.json"), report.to_string()).unwrap();
-    let text = plan(&scene, &at(bundles.path()), false).unwrap();
+    let text = planned(&scene, &at(bundles.path()), false).unwrap();
     let stored = "(bases 5): error 0.250 % median, 0.750 % worst; 0.0 MB on disk, 2.0 million rays in 3.0 s, a frame in 1.25 ms";
     assert!(text.contains(stored), "{text}");
     assert_eq!(json_of(&scene, bundles.path())["methods"][0]["stored"]["bytes_on_disk"], 100);
@@ -183,7 +188,7 @@ fn the_best_point_of_a_chart_is_told() {
     let best = of_method.map(|point| point.errors.relative_l2.median).fold(f64::INFINITY, f64::min);
     let value = json_of(&scene, charts.path());
     assert_eq!(value["methods"][0]["charted"]["relative_l2_median"], best);
-    let text = plan(&scene, &at(charts.path()), false).unwrap();
+    let text = planned(&scene, &at(charts.path()), false).unwrap();
     assert!(
         text.contains(&format!("{:.3} % median", 100.0 * best))
             && text.contains("nearest to path traced images with"),
@@ -192,11 +197,30 @@ fn the_best_point_of_a_chart_is_told() {
 }
 
 #[test]
+fn a_plan_is_for_what_is_asked() {
+    let scene = ball("materials = ['white']", "reflections = 1", "");
+    let predicted = |asked: &Asked| {
+        let text = plan(&scene, asked, &at(Path::new("none")), true).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        let methods = value["methods"].as_array().unwrap();
+        methods.iter().find(|method| method["name"] == "transfer-images").unwrap().clone()
+    };
+    let usual = predicted(&Asked::of_scene(&scene));
+    let asked = Asked { size: [16, 12], samples: Some(64), bases: Some(4), ..Asked::of_scene(&scene) };
+    let fewer = predicted(&Asked { noise: Some(0.02), ..asked });
+    assert_eq!((&fewer["settings"]["bases"], &fewer["settings"]["size"]), (&json!(4), &json!([16, 12])));
+    let rays = |method: &Value| method["predicted"]["rays"].as_u64().unwrap();
+    assert!(rays(&fewer) > 0 && rays(&fewer) < rays(&usual) / 4, "{fewer} {usual}");
+    let tells = fewer["predicted"]["tells"].to_string();
+    assert!(tells.contains("until noise is about 2 %"), "{tells}");
+}
+
+#[test]
 fn settings_are_said_in_words() {
     let scene = ball("light = true\nview = true", "reflections = 1", "");
-    let text = plan(&scene, &at(Path::new("none")), false).unwrap();
+    let text = planned(&scene, &at(Path::new("none")), false).unwrap();
     assert!(text.contains("max_error 0.01, objects (plane, ball), seed 0"), "{text}");
     let asking = ball("light = true\nview = true", "reflections = 1", "spheres = 8");
-    let text = plan(&asking, &at(Path::new("none")), false).unwrap();
+    let text = planned(&asking, &at(Path::new("none")), false).unwrap();
     assert!(text.contains("objects (plane, ball 8)"), "{text}");
 }

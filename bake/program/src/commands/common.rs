@@ -1,7 +1,9 @@
 //! What several commands need: where things go, scenes, threads.
 
+use crate::cli::AskedArgs;
 use relume_bake::error::Result;
 use relume_bake::job::{detail, is_verbose, say};
+use relume_bake::methods::asked::Asked;
 use relume_bake::probe::Probe;
 use relume_formats::counts::counted;
 use relume_scenes::Scene;
@@ -33,6 +35,24 @@ pub(super) fn look_at(scene: &Scene, size: [u32; 2]) -> Result<()> {
     warn(&Probe::new(scene, size)?.warnings());
     detail(&format!("looked at the scene in {:.2} s", start.elapsed().as_secs_f64()));
     Ok(())
+}
+
+/// What the command line asks of all methods. Warns of what is meant as per cent.
+pub(super) fn asked(args: &AskedArgs, scene: &Scene) -> Asked {
+    let asked = Asked {
+        size: args.size.unwrap_or(scene.size),
+        quality: args.quality,
+        samples: args.spp,
+        seed: args.seed,
+        max_error: args.max_error.unwrap_or(scene.max_error),
+        filter: args.filter,
+        noise: args.noise,
+        bases: args.bases,
+        terms: args.terms,
+    };
+    warn_of_per_cent("an error", asked.max_error);
+    asked.noise.into_iter().for_each(|noise| warn_of_per_cent("noise", noise));
+    asked
 }
 
 /// Warns of an error, or noise, to keep below of 1 or more, which is 100 %: who writes that means per cent.

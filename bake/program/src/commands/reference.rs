@@ -11,7 +11,10 @@ use relume_bake::noise_target::NoiseTarget;
 use relume_bake::output::expect_writable;
 use relume_bake::trace::gather::MAX_REFLECTIONS;
 use relume_bake::trace::reference::{self, Estimate, Paths};
+use relume_chart::picture;
 use relume_formats::Place;
+use relume_formats::container::replace_file;
+use relume_formats::display::Display;
 use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
 use std::path::{Path, PathBuf};
@@ -50,8 +53,11 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
         let filtered = args.filter && args.paths == Paths::Gather;
         let render = if filtered { pictures::render } else { reference::render };
         let images = render(&base, &states[from..to], &settings, &job)?;
-        for (image, file) in images.iter().zip(&files[from..to]) {
-            write_estimate(image, settings.size, file)?;
+        for ((image, state), file) in images.iter().zip(&states[from..to]).zip(&files[from..to]) {
+            match file.extension().is_some_and(|ending| ending == "png") {
+                true => write_shown(image, state, settings.size, file)?,
+                false => write_estimate(image, settings.size, file)?,
+            }
         }
         from = to;
     }
@@ -115,8 +121,8 @@ fn differ_in_materials_only(a: &Scene, b: &Scene) -> bool {
 fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
     let place = Place::file(pattern);
     let refuse = |reason: &str| Err(BakeError::invalid(&place, reason));
-    if !pattern.ends_with(".exr") {
-        return refuse("references are written as .exr; end the name so");
+    if ![".exr", ".png"].iter().any(|ending| pattern.ends_with(ending)) {
+        return refuse("references are written as .exr, or to look at as .png; end the name so");
     }
     let Some((before, rest)) = pattern.split_once('%') else {
         return if count == 1 {
@@ -133,6 +139,13 @@ fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
     };
     let width: usize = digits.parse().unwrap_or(1).min(20);
     Ok((0..count).map(|i| format!("{before}{i:0width$}{after}").into()).collect())
+}
+
+/// As the player shows it.
+fn write_shown(image: &Estimate, state: &Scene, size: [u32; 2], file: &Path) -> Result<()> {
+    let display = Display { exposure_ev: state.camera.exposure_ev, tonemap: state.tonemap };
+    let shown: Vec<_> = image.radiance.iter().map(|radiance| display.shown(*radiance)).collect();
+    Ok(replace_file(file, &picture::alone(&shown, size, 0.0)?)?)
 }
 
 fn write_estimate(image: &Estimate, [width, height]: [u32; 2], file: &Path) -> Result<()> {

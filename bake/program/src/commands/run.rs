@@ -1,6 +1,6 @@
 //! `bake run` and `bake merge`.
 
-use super::common::{BUNDLES, load, look_at, start_threads, warn, warn_of_per_cent};
+use super::common::{BUNDLES, asked, load, look_at, start_threads, warn};
 use super::first_scene::{Beside, expect_no_other};
 use super::spheres;
 use crate::cli::{MergeArgs, RunArgs};
@@ -51,9 +51,7 @@ pub fn run(args: &RunArgs) -> Result<String> {
     };
     let chosen =
         if args.method.is_empty() { vec![choice::cheapest(&scene.vary)] } else { args.method.clone() };
-    let asked = asked(args, &scene);
-    warn_of_per_cent("an error", asked.max_error);
-    asked.noise.into_iter().for_each(|noise| warn_of_per_cent("noise", noise));
+    let asked = asked(&args.asked, &scene);
     let looking = job.step("looking");
     look_at(&scene, asked.size)?;
     drop(looking);
@@ -160,21 +158,6 @@ fn names(methods: &[Box<dyn Method>]) -> Vec<&'static str> {
     methods.iter().map(|method| method.name()).collect()
 }
 
-/// What the command line asks of all methods.
-fn asked(args: &RunArgs, scene: &Scene) -> Asked {
-    Asked {
-        size: args.size.unwrap_or(scene.size),
-        quality: args.quality,
-        samples: args.spp,
-        seed: args.seed,
-        max_error: args.max_error.unwrap_or(scene.max_error),
-        filter: args.filter,
-        noise: args.noise,
-        bases: args.bases,
-        terms: args.terms,
-    }
-}
-
 /// The methods that are `chosen`, with what is `asked` of them. Tells what they leave out.
 fn methods(chosen: &[&'static Registered], asked: &Asked, scene: &Scene) -> Result<Vec<Box<dyn Method>>> {
     let refuse = |flag: &str, reason: &str| Err(BakeError::invalid(&Place::file(flag), reason));
@@ -261,6 +244,9 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
                 entry.name
             ));
         }
+    }
+    if entry.settings.get("samples") == Some(&1.into()) && entry.settings.contains_key("filter") {
+        text += "noise over random states: not known, for that takes two samples a pixel\n";
     }
     if traced.is_some_and(|traced| traced.pieces == 0) {
         text += "rays traced before are used again\n";

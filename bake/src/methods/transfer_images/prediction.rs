@@ -61,6 +61,9 @@ pub fn predict(method: &TransferImagesMethod, scene: &Scene, job: &Job) -> Resul
     };
     let choosing = start.elapsed().as_secs_f64() * f64::from(CHOICE);
     let mut tells = Vec::new();
+    tells.extend(method.noise.map(|noise| {
+        format!("tiles get samples until noise is about {} %: rays and time are the most", 100.0 * noise)
+    }));
     if let Bases::Error(max) = bases {
         tells.extend(tell_of_sharper(scene, (&gather, samples, size), (chosen, max), job)?);
     }

@@ -54,6 +54,9 @@ const OF_SCENES_ALONE: [(&str, &[&str], &[&str]); 4] = [
     ),
 ];
 
+/// What many call the colour of a material.
+const COLOURS: [&str; 5] = ["color", "colour", "albedo", "diffuse", "diffuse_color"];
+
 /// Why `key` is refused where `expected` may stand.
 pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
     let names = || expected.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
@@ -63,6 +66,11 @@ pub(super) fn unknown_key(key: &str, expected: &[&str]) -> String {
         return format!(
             "a state cannot set `{key}` of {whose}, only scene.toml can, before the bake; there are: {}",
             names()
+        );
+    }
+    if COLOURS.contains(&key) && expected.contains(&"base_color") {
+        return format!(
+            "unknown key `{key}`; the colour of a material is `base_color` of ggx, `kd` of other models"
         );
     }
     // A table that has other keys of a home is that very table.

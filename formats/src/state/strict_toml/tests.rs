@@ -16,6 +16,10 @@ fn unknown_keys_name_line_column_and_what_was_meant() {
             "[materials.a]\nKD = [0.1, 0.1, 0.1]\n",
             "line 2, column 1: materials.a: unknown key `KD`; did you mean `kd`?",
         ),
+        (
+            "[materials.a]\ncolor = [0.1, 0.1, 0.1]\n",
+            "line 2, column 1: materials.a: unknown key `color`; the colour of a material is `base_color` of ggx, `kd` of other models",
+        ),
         ("[camera]\nfov = 3.0\n", "line 2, column 1: camera: unknown key `fov`; did you mean `fov_deg`?"),
         (
             "[camera]\nkd = [0.1, 0.1, 0.1]\n",

@@ -11,6 +11,7 @@ mod image_file;
 mod library;
 mod loading;
 mod numbering;
+pub mod painting;
 mod scene;
 mod shapes;
 mod skies;

@@ -61,6 +61,8 @@ pub struct Vary {
     pub shape: bool,
     /// Indices into [`Scene::materials`], in the order that the scene file names them.
     pub materials: Vec<usize>,
+    /// Those of them that take textures, in the order that the scene file names them.
+    pub painted: Vec<usize>,
     /// The largest exponent that they may have, if larger than usual.
     pub shininess_max: Option<f32>,
     /// The least roughness or slope that they may have, if less than usual.

@@ -6,6 +6,7 @@ mod common;
 mod first_scene;
 mod gallery;
 mod reference;
+mod regions;
 mod run;
 mod shell;
 mod spheres;
@@ -64,7 +65,9 @@ pub fn export(args: &ExportArgs) -> Result<String> {
     let files = if is_bundle {
         inspect::export_file(path, &args.output)?
     } else {
-        inspect::export_scene(&load(&args.what)?, &args.output)?
+        let scene = load(&args.what)?;
+        let files = inspect::export_scene(&scene, &args.output)?;
+        [files, regions::export(&scene, &args.output)?].concat()
     };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
 }

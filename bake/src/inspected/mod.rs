@@ -6,7 +6,7 @@ mod brdf_basis;
 mod brdf_tensor;
 mod environment;
 mod haar_table;
-pub(crate) mod out;
+pub mod out;
 pub(crate) mod ply;
 pub(crate) mod scene;
 mod shape;

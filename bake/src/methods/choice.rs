@@ -19,13 +19,15 @@ impl Registered {
     }
 }
 
-/// The cheapest method that serves whatever varies; where none does, that which serves light, view and shape.
+/// The cheapest method that serves whatever varies; where none does, with textures as whole materials; where none does
+/// that either, light, view and shape.
 pub fn cheapest(vary: &Vary) -> &'static Registered {
     let all = variation(vary);
+    let whole = Variation { materials: all.materials.min(Materials::Whole), ..all };
     let moves = Variation { materials: Materials::Fixed, ..all };
     let serving = |wanted: Variation| METHODS.into_iter().find(|m| m.card.lets_vary.includes(&wanted));
     let [.., last] = METHODS;
-    serving(all).or_else(|| serving(moves)).unwrap_or(last)
+    [all, whole, moves].into_iter().find_map(serving).unwrap_or(last)
 }
 
 #[cfg(test)]
@@ -60,6 +62,13 @@ mod tests {
                 (cheapest(&vary).card, cheapest(&vary).serves_all(&vary)),
                 (&expected, all),
                 "{vary:?}"
+            );
+        }
+        for (light, expected) in [(false, TRANSFER_IMAGES), (true, TRANSFER_TENSOR)] {
+            let painted = Vary { painted: vec![1], ..vary(light, false, false, &[0, 1]) };
+            assert_eq!(
+                (cheapest(&painted).card, cheapest(&painted).serves_all(&painted)),
+                (&expected, false)
             );
         }
         assert!(!transfer_images::METHOD.serves_all(&vary(true, false, false, &[0])));

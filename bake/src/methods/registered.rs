@@ -57,8 +57,20 @@ pub struct Bundled<'a> {
 
 /// What `vary` asks of a method.
 pub fn variation(vary: &Vary) -> Variation {
-    let materials = if vary.materials.is_empty() { Materials::Fixed } else { Materials::Whole };
+    let materials = match (vary.materials.is_empty(), vary.painted.is_empty()) {
+        (true, _) => Materials::Fixed,
+        (false, true) => Materials::Whole,
+        (false, false) => Materials::Painted,
+    };
     Variation { light: vary.light, view: vary.view, materials, shape: vary.shape, media: false }
+}
+
+/// What the method called `name`, which edits materials as wholes, leaves out of those that take textures.
+pub(super) fn unpainted<'a>(scene: &'a Scene, name: &'a str) -> impl Iterator<Item = String> + 'a {
+    let painted = scene.vary.painted.iter().filter_map(|index| scene.materials.get(*index));
+    painted.map(move |material| {
+        format!("[vary] painted: {name} edits `{}` as a whole, without textures", material.name)
+    })
 }
 
 /// What to tell a user whose bake with `settings` is not exact enough: to ask for the `next` number of what

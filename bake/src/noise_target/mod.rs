@@ -33,7 +33,7 @@ const PATHS: u32 = 32;
 /// twice that.
 pub const FEWEST: u32 = 16;
 /// For so many tiles there is a window, and the most windows; their side, tiles.
-const TILES_PER_WINDOW: usize = 128;
+const TILES_PER_WINDOW: usize = 32;
 const WINDOWS: usize = 8;
 const WINDOW: u32 = 4;
 
@@ -169,26 +169,41 @@ impl Pilot<'_> {
         while samples >= 2.0 * f64::from(FEWEST) {
             samples *= 0.5;
         }
-        let mut before: Option<(f64, f64)> = None;
+        // Samples, with what part of the noise the filter leaves, and with what is left of all light.
+        let mut tried: Option<(f64, f64)> = None;
+        let mut known: Option<(f64, f64)> = None;
         loop {
             let counts = TileCounts::new(self.size, TILE, shares.counts(samples));
-            let progress = job.progress("trying the filter", windows.len() as u64);
-            let mut parts = Vec::new();
-            for window in &mut windows {
-                window.trace(self, &counts, &progress)?;
-                parts.extend(window.left(self.size[0], &counts)?);
-                progress.advance(1);
+            let part = self.part_left(&mut windows, &counts, job)?;
+            if let Some((fewer, part_of_fewer)) = tried {
+                // Where light is found by chance windows disagree with themselves: two trials know more.
+                let left = (shares.left / fewer * 0.5 * (part_of_fewer + part)).sqrt();
+                if left <= noise {
+                    return Ok(between(known, (fewer, left), noise));
+                }
+                known = Some((fewer, left));
             }
-            let weights: f64 = parts.iter().map(|(weight, _)| weight).sum();
-            let part = parts.iter().map(|(weight, part)| weight * part).sum::<f64>() / weights;
-            // Without light in any window nothing is known of the filter.
-            let left = (shares.left / samples * if weights > 0.0 { part } else { 1.0 }).sqrt();
-            if left <= noise || samples >= f64::from(most) {
-                return Ok(between(before, (samples, left), noise));
+            if samples >= f64::from(most) {
+                return Ok(between(known, (samples, (shares.left / samples * part).sqrt()), noise));
             }
-            before = Some((samples, left));
+            tried = Some((samples, part));
             samples *= 2.0;
         }
+    }
+
+    /// What part of their noise, squared, the filter leaves in `windows` at these `counts`.
+    fn part_left(&self, windows: &mut [Window], counts: &TileCounts, job: &Job) -> Result<f64, Interrupted> {
+        let progress = job.progress("trying the filter", windows.len() as u64);
+        let mut parts = Vec::new();
+        for window in windows {
+            window.trace(self, counts, &progress)?;
+            parts.extend(window.left(self.size[0], counts)?);
+            progress.advance(1);
+        }
+        let weights: f64 = parts.iter().map(|(weight, _)| weight).sum();
+        // Without light in any window nothing is known of the filter.
+        let sum = parts.iter().map(|(weight, part)| weight * part).sum::<f64>();
+        Ok(if weights > 0.0 { sum / weights } else { 1.0 })
     }
 
     /// Windows where noise is, found with a chance as high as it is.

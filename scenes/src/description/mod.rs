@@ -46,6 +46,7 @@ pub(crate) struct VaryFile {
     pub view: bool,
     pub shape: bool,
     pub materials: Vec<String>,
+    pub painted: Vec<String>,
     pub shininess_max: Option<f32>,
     pub roughness_min: Option<f32>,
 }

@@ -205,25 +205,36 @@ fn max_error(file: &ErrorFile, place: &Place) -> Result<f64> {
 }
 
 fn vary(file: &VaryFile, materials: &[Material], place: &Place) -> Result<Vary> {
-    let in_vary = place.part("[vary] materials");
-    let mut listed = HashSet::new();
-    if let Some(twice) = file.materials.iter().find(|name| !listed.insert(name.as_str())) {
-        return Err(Error::invalid(&in_vary, format!("`{twice}` is listed twice; remove one")));
-    }
     let known = Names::new("material", materials.iter().map(|m| m.name.as_str()));
-    let indices =
-        file.materials.iter().map(|name| known.index_of(name, &in_vary)).collect::<Result<Vec<_>>>()?;
+    let varying = listed(&file.materials, &known, &place.part("[vary] materials"))?;
+    let in_painted = place.part("[vary] painted");
+    let painted = listed(&file.painted, &known, &in_painted)?;
+    if let Some(whole) = painted.iter().find(|index| !varying.contains(index)) {
+        let name = &materials[*whole].name;
+        let reason = format!("`{name}` is not among the materials that vary; add it there");
+        return Err(Error::invalid(&in_painted, reason));
+    }
     let vary = Vary {
         light: file.light,
         view: file.view,
         shape: file.shape,
-        materials: indices,
+        materials: varying,
+        painted,
         shininess_max: file.shininess_max,
         roughness_min: file.roughness_min,
     };
     expect_sharpest(&vary, materials, place)?;
     validate_varying(&vary, materials, place)?;
     Ok(vary)
+}
+
+/// Indices of the materials that a list names, each once.
+fn listed(names: &[String], known: &Names<'_>, place: &Place) -> Result<Vec<usize>> {
+    let mut seen = HashSet::new();
+    if let Some(twice) = names.iter().find(|name| !seen.insert(name.as_str())) {
+        return Err(Error::invalid(place, format!("`{twice}` is listed twice; remove one")));
+    }
+    names.iter().map(|name| known.index_of(name, place)).collect()
 }
 
 /// Checks that sharper lobes are asked for only of models that vary, and that bases can follow them.

@@ -35,6 +35,7 @@ struct VaryFile<'a> {
     view: bool,
     shape: bool,
     materials: Vec<&'a str>,
+    painted: Vec<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     shininess_max: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -149,6 +150,7 @@ fn scene_file<'a>(
         .filter_map(|index| scene.materials.get(*index))
         .map(|m| m.name.as_str())
         .collect();
+    let painted = vary.painted.iter().filter_map(|index| scene.materials.get(*index));
     let indices: HashSet<usize> = vary.materials.iter().copied().collect();
     let materials = (0..)
         .zip(&scene.materials)
@@ -170,6 +172,7 @@ fn scene_file<'a>(
             view: vary.view,
             shape: vary.shape,
             materials: varying,
+            painted: painted.map(|m| m.name.as_str()).collect(),
             shininess_max: vary.shininess_max,
             roughness_min: vary.roughness_min,
         },

@@ -13,6 +13,7 @@ use crate::guided;
 use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
+use crate::methods::registered::unpainted;
 use crate::scene_hash::hash_of;
 use crate::trace::lights::Lights;
 use crate::trace::world::World;
@@ -43,6 +44,7 @@ impl Method for TransferImagesMethod {
         let fixed = parts.into_iter().filter(|(_, varies)| *varies);
         fixed
             .map(|(what, _)| format!("[vary] {what} = true, but {NAME} keeps the {what} as the scene has it"))
+            .chain(unpainted(scene, NAME))
             .collect()
     }
 

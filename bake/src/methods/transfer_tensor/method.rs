@@ -9,6 +9,7 @@ use crate::job::Job;
 use crate::memory::MemoryNeed;
 use crate::method::{Method, Predicted, Product};
 use crate::methods::environment_lit;
+use crate::methods::registered::unpainted;
 use crate::methods::sparse_transfer::Terms;
 use crate::scene_hash::{Part, hash_of};
 use crate::unfinished::Work;
@@ -40,7 +41,7 @@ impl Method for TransferTensorMethod {
     }
 
     fn leaves_out(&self, scene: &Scene) -> Vec<String> {
-        environment_lit::shine_left_out(scene, NAME)
+        environment_lit::shine_left_out(scene, NAME).into_iter().chain(unpainted(scene, NAME)).collect()
     }
 
     fn asked_for(&self) -> BTreeMap<String, Value> {

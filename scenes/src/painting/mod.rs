@@ -1,0 +1,124 @@
+//! Where textures that are painted on a material lie on the surfaces that wear it, and the regions of them in
+//! which light is baked.
+//!
+//! All surfaces of a material share one square of texture coordinates. Those of the meshes serve if every point of
+//! the surfaces has a place of its own there; else an atlas is made of them.
+
+mod atlas;
+mod cover;
+
+use crate::scene::Scene;
+use cover::Cover;
+use relume_formats::{Place, Result};
+use std::collections::BTreeMap;
+
+/// Regions along each side of the square.
+pub const REGIONS: u32 = 32;
+
+/// Cells along each side of the square, by which surfaces are told to overlap: a thousandth of it.
+const CELLS: u32 = 1024;
+/// How many of the cells that are covered may be so twice: where charts touch.
+const OVERLAPPING: f64 = 0.001;
+/// How far outside the square coordinates may be, for they are rounded.
+const OUTSIDE: f32 = 1e-4;
+/// How much of the surface may have no area in the square: slivers.
+const WITHOUT_AREA: f64 = 0.001;
+
+/// Texture coordinates of the corners of a triangle.
+pub type Corners = [[f32; 2]; 3];
+
+/// Texture coordinates of all surfaces that wear a material: within the unit square, (0, 0) the upper left corner
+/// of a texture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Painting {
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// Why those of the meshes do not serve, if these are of an atlas.
+    pub atlas_because: Option<String>,
+    /// Of each object that wears the material, by its number, those of all its triangles.
+    objects: BTreeMap<usize, Vec<Corners>>,
+}
+
+impl Painting {
+    /// The coordinates of what wears `material` in `scene`.
+    ///
+    /// # Errors
+    /// If an atlas is needed and cannot be made.
+    pub fn new(scene: &Scene, material: usize) -> Result<Self> {
+        let worn = scene.objects.iter().enumerate().filter(|(_, object)| object.material == material);
+        let objects: Vec<usize> = worn.map(|(number, _)| number).collect();
+        let (of_objects, atlas_because) = match of_meshes(scene, &objects) {
+            Ok(corners) => (corners, None),
+            Err(why) => {
+                let meshes: Vec<_> = objects.iter().map(|number| &*scene.objects[*number].mesh).collect();
+                let name = &scene.materials[material].name;
+                let place = Place::file(&scene.file).part(format!("material `{name}`"));
+                (atlas::make(&meshes, &place)?, Some(why))
+            }
+        };
+        Ok(Self { material, atlas_because, objects: objects.into_iter().zip(of_objects).collect() })
+    }
+
+    /// Where a point of a triangle of object number `object` is, by the weights of its second and third corner;
+    /// `None` if that wears another material.
+    pub fn at(&self, object: usize, triangle: usize, [v, w]: [f32; 2]) -> Option<[f32; 2]> {
+        let [a, b, c] = self.objects.get(&object)?.get(triangle)?;
+        Some(std::array::from_fn(|k| (a[k] + (b[k] - a[k]) * v + (c[k] - a[k]) * w).clamp(0.0, 1.0)))
+    }
+
+    /// Whether the middle of each of `side` × `side` cells of the square is on a surface, row by row.
+    pub fn covered(&self, side: u32) -> Vec<bool> {
+        let mut cover = Cover::new(side);
+        self.objects.values().flatten().for_each(|corners| cover.add(corners));
+        cover.counts.iter().map(|count| *count > 0).collect()
+    }
+}
+
+/// The number of the region that `uv` is in, row by row.
+pub fn region_of(uv: [f32; 2]) -> u32 {
+    let [column, row] = uv.map(|x| ((x * REGIONS as f32) as u32).min(REGIONS - 1));
+    row * REGIONS + column
+}
+
+/// The coordinates that the meshes of `objects` have, or why they do not serve.
+fn of_meshes(scene: &Scene, objects: &[usize]) -> std::result::Result<Vec<Vec<Corners>>, String> {
+    let mut cover = Cover::new(CELLS);
+    let (mut all, mut without_area) = (0.0, 0.0);
+    let mut of_objects = Vec::new();
+    for number in objects {
+        let object = &scene.objects[*number];
+        let (name, mesh) = (&object.name, &object.mesh);
+        if mesh.uvs.is_empty() {
+            return Err(format!("`{name}` has none"));
+        }
+        let mut triangles = Vec::with_capacity(mesh.triangles.len());
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|vertex| mesh.uvs[vertex as usize]);
+            if !corners.as_flattened().iter().all(|x| (-OUTSIDE..=1.0 + OUTSIDE).contains(x)) {
+                return Err(format!("those of `{name}` leave the square from 0 to 1"));
+            }
+            let area = area(triangle.map(|vertex| mesh.positions[vertex as usize]));
+            all += area;
+            without_area += if cover::signed_area(&corners) == 0.0 { area } else { 0.0 };
+            cover.add(&corners);
+            if cover.is_more_than(OVERLAPPING) {
+                return Err(format!("those of `{name}` overlap with others"));
+            }
+            triangles.push(corners);
+        }
+        of_objects.push(triangles);
+    }
+    if without_area > WITHOUT_AREA * all {
+        return Err("they leave some surfaces without any texels".to_owned());
+    }
+    Ok(of_objects)
+}
+
+/// Square metres.
+fn area(corners: [[f32; 3]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| glam::DVec3::from(corner.map(f64::from)));
+    0.5 * (b - a).cross(c - a).length()
+}
+
+#[cfg(test)]
+mod tests;

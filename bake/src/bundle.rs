@@ -169,6 +169,8 @@ fn make(
     let stored = expect_fit(scene, methods, size, job)?;
     publish::expect_apart(folder, scene)?;
     let lock = FolderLock::take(folder)?;
+    // By a name such as `new/..` it is there only now.
+    publish::expect_apart(folder, scene)?;
     let unfinished = folder.join(UNFINISHED);
     traced::expect_folder(folder)?;
     [folder, &unfinished, &traced::folder_of(folder)].into_iter().try_for_each(expect_files)?;

@@ -41,7 +41,7 @@ fn mistakes_in_scenes_get_one_clear_line() {
     expect_exit("bake", &["run", "cornell-knot", "--size", "0x9"], 2);
     expect_exit("bake", &["bake-everything"], 2);
     expect_exit("bake", &["info", &w.path("nowhere")], 2);
-    expect_exit("bake", &["reference", "cornell-knot", "-o", "x.png"], 2);
+    expect_exit("bake", &["reference", "cornell-knot", "-o", "x.jpg"], 2);
     expect_exit("bake", &["--help"], 0);
 }
 

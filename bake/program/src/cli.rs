@@ -56,7 +56,7 @@ light that bounces, is done here; the scene is read again from where it was.")]
     Info(InfoArgs),
     /// Check every checksum and invariant of a file or bundle
     Verify(PathArgs),
-    /// Write a file, bundle or scene in standard formats: .npy, .exr, .ply, .json
+    /// Write a file, bundle or scene in standard formats: .npy, .exr, .ply, .json, and of painted materials .png
     Export(ExportArgs),
     /// Write the tables that depend on no scene
     Tables(TablesArgs),

@@ -58,6 +58,7 @@ pub fn verify(args: &PathArgs) -> Result<String> {
 
 /// `bake export`.
 pub fn export(args: &ExportArgs) -> Result<String> {
+    watch_signals()?;
     let path = Path::new(&args.what);
     // A bundle that is not finished says so better than a scene that is not there.
     let is_of_bundle = ["manifest.json", "unfinished"].iter().any(|name| path.join(name).exists());
@@ -66,8 +67,10 @@ pub fn export(args: &ExportArgs) -> Result<String> {
         inspect::export_file(path, &args.output)?
     } else {
         let scene = load(&args.what)?;
+        // They take longest and may fail: before anything is written.
+        let paintings = regions::paintings(&scene)?;
         let files = inspect::export_scene(&scene, &args.output)?;
-        [files, regions::export(&scene, &args.output)?].concat()
+        [files, regions::export(&scene, &paintings, &args.output)?].concat()
     };
     Ok(files.iter().map(|f| format!("{}\n", f.display())).collect())
 }

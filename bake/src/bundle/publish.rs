@@ -47,13 +47,19 @@ pub(super) fn old_manifest(
     }
 }
 
-/// Fails if the file of `scene` stands in `folder`, however either is called.
+/// Fails if the file of `scene`, or what that is a link to, stands in `folder`, however either is called.
 ///
 /// # Errors
 /// `Invalid` with the remedy.
 pub(super) fn expect_apart(folder: &Path, scene: &Scene) -> Result<()> {
-    let (of_bundle, file) = (folder.canonicalize().ok(), scene.file.canonicalize().ok());
-    if of_bundle.is_none() || of_bundle.as_deref() != file.as_deref().and_then(Path::parent) {
+    let Ok(of_bundle) = folder.canonicalize() else { return Ok(()) };
+    let above = |file: &Path| match file.parent() {
+        Some(above) if above.as_os_str().is_empty() => Path::new(".").canonicalize().ok(),
+        above => above.and_then(|above| above.canonicalize().ok()),
+    };
+    let linked = scene.file.canonicalize().ok();
+    let of_scene = [above(&scene.file), linked.as_deref().and_then(above)];
+    if !of_scene.iter().flatten().any(|above| *above == of_bundle) {
         return Ok(());
     }
     let reason = "is the folder of the scene, whose files a bundle would stand among; give another with -o";

@@ -51,10 +51,14 @@ impl Cover {
         }
     }
 
-    /// Whether more than that part of what can be covered at all is so twice.
-    pub fn is_more_than(&self, part: f64) -> bool {
-        // Of the whole square, so that the first triangles of a mesh do not decide.
-        f64::from(self.twice) > part * f64::from(self.side * self.side)
+    /// What part of the square is covered at all.
+    pub fn once(&self) -> f64 {
+        f64::from(self.once) / f64::from(self.side * self.side)
+    }
+
+    /// What part of it is so twice, or more often.
+    pub fn twice(&self) -> f64 {
+        f64::from(self.twice) / f64::from(self.side * self.side)
     }
 }
 

@@ -19,6 +19,8 @@ pub const REGIONS: u32 = 32;
 const CELLS: u32 = 1024;
 /// How many of the cells that are covered may be so twice: where charts touch.
 const OVERLAPPING: f64 = 0.001;
+/// What part of the square is covered at least: of less, regions and texels are wasted.
+const COVERED: f64 = 0.01;
 /// How far outside the square coordinates may be, for they are rounded.
 const OUTSIDE: f32 = 1e-4;
 /// How much of the surface may have no area in the square: slivers.
@@ -33,30 +35,42 @@ pub type Corners = [[f32; 2]; 3];
 pub struct Painting {
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// Why those of the meshes do not serve, if these are of an atlas.
-    pub atlas_because: Option<String>,
     /// Of each object that wears the material, by its number, those of all its triangles.
     objects: BTreeMap<usize, Vec<Corners>>,
 }
 
 impl Painting {
-    /// The coordinates of what wears `material` in `scene`.
+    /// The coordinates that the meshes have of what wears `material` in `scene`.
     ///
     /// # Errors
-    /// If an atlas is needed and cannot be made.
-    pub fn new(scene: &Scene, material: usize) -> Result<Self> {
-        let worn = scene.objects.iter().enumerate().filter(|(_, object)| object.material == material);
-        let objects: Vec<usize> = worn.map(|(number, _)| number).collect();
-        let (of_objects, atlas_because) = match of_meshes(scene, &objects) {
-            Ok(corners) => (corners, None),
-            Err(why) => {
-                let meshes: Vec<_> = objects.iter().map(|number| &*scene.objects[*number].mesh).collect();
-                let name = &scene.materials[material].name;
-                let place = Place::file(&scene.file).part(format!("material `{name}`"));
-                (atlas::make(&meshes, &place)?, Some(why))
-            }
-        };
-        Ok(Self { material, atlas_because, objects: objects.into_iter().zip(of_objects).collect() })
+    /// Why they do not serve, as part of a sentence.
+    pub fn of_meshes(scene: &Scene, material: usize) -> std::result::Result<Self, String> {
+        let objects = wearing(scene, material);
+        let corners = of_meshes(scene, &objects)?;
+        Ok(Self { material, objects: objects.into_iter().zip(corners).collect() })
+    }
+
+    /// Those of an atlas. `goes_on` is told how many triangles have been laid out, now and then, and says whether to
+    /// go on; `None` if it does not.
+    ///
+    /// # Errors
+    /// `Invalid` with the remedy if none can be made.
+    pub fn of_atlas(
+        scene: &Scene,
+        material: usize,
+        goes_on: impl Fn(usize) -> bool + Sync,
+    ) -> Result<Option<Self>> {
+        let objects = wearing(scene, material);
+        let meshes: Vec<_> = objects.iter().map(|number| &*scene.objects[*number].mesh).collect();
+        let name = &scene.materials[material].name;
+        let place = Place::file(&scene.file).part(format!("material `{name}`"));
+        let corners = atlas::make(&meshes, &goes_on, &place)?;
+        Ok(corners.map(|corners| Self { material, objects: objects.into_iter().zip(corners).collect() }))
+    }
+
+    /// Whether no object wears the material.
+    pub fn is_empty(&self) -> bool {
+        self.objects.is_empty()
     }
 
     /// Where a point of a triangle of object number `object` is, by the weights of its second and third corner;
@@ -80,6 +94,12 @@ pub fn region_of(uv: [f32; 2]) -> u32 {
     row * REGIONS + column
 }
 
+/// Numbers of the objects that wear `material`.
+fn wearing(scene: &Scene, material: usize) -> Vec<usize> {
+    let worn = scene.objects.iter().enumerate().filter(|(_, object)| object.material == material);
+    worn.map(|(number, _)| number).collect()
+}
+
 /// The coordinates that the meshes of `objects` have, or why they do not serve.
 fn of_meshes(scene: &Scene, objects: &[usize]) -> std::result::Result<Vec<Vec<Corners>>, String> {
     let mut cover = Cover::new(CELLS);
@@ -101,12 +121,19 @@ fn of_meshes(scene: &Scene, objects: &[usize]) -> std::result::Result<Vec<Vec<Co
             all += area;
             without_area += if cover::signed_area(&corners) == 0.0 { area } else { 0.0 };
             cover.add(&corners);
-            if cover.is_more_than(OVERLAPPING) {
+            // Of the whole square: the first triangles of a mesh do not decide, and no mesh covers it for ever.
+            if cover.twice() > OVERLAPPING {
                 return Err(format!("those of `{name}` overlap with others"));
             }
             triangles.push(corners);
         }
         of_objects.push(triangles);
+    }
+    if cover.twice() > OVERLAPPING * cover.once() {
+        return Err("some overlap with others".to_owned());
+    }
+    if cover.once() < COVERED && !objects.is_empty() {
+        return Err("they take up less than a hundredth of the square from 0 to 1".to_owned());
     }
     if without_area > WITHOUT_AREA * all {
         return Err("they leave some surfaces without any texels".to_owned());

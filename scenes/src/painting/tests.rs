@@ -1,12 +1,15 @@
 //! Every point of what wears a material has a place of its own.
 
 use super::*;
+use crate::scene::Mesh;
 use crate::test_support::Scratch;
 
-/// What wears the material `paint` in a scene with these objects.
-fn painting(objects: &str) -> Painting {
-    let (scene, paint) = scene(objects);
-    Painting::new(&scene, paint).unwrap()
+/// What wears the material `paint` in a scene, and why an atlas was made.
+fn painting(scene: &Scene, paint: usize) -> (Painting, Option<String>) {
+    match Painting::of_meshes(scene, paint) {
+        Ok(painting) => (painting, None),
+        Err(why) => (Painting::of_atlas(scene, paint, |_| true).unwrap().unwrap(), Some(why)),
+    }
 }
 
 fn scene(objects: &str) -> (Scene, usize) {
@@ -27,7 +30,7 @@ fn object(name: &str, keys: &str) -> String {
 
 /// All are within the square, none lies over another, and of the surface hardly anything has no area there, or
 /// much less or more than its share.
-fn expect_sound(painting: &Painting, scene: &Scene) {
+fn expect_sound(painting: &Painting, is_atlas: bool, scene: &Scene) {
     let mut cover = Cover::new(CELLS);
     let mut areas = Vec::new();
     for (number, triangles) in &painting.objects {
@@ -43,11 +46,11 @@ fn expect_sound(painting: &Painting, scene: &Scene) {
             areas.push((of_surface, cover::signed_area(corners).abs()));
         }
     }
-    assert!(!cover.is_more_than(OVERLAPPING / 10.0));
+    assert!(cover.twice() < 0.1 * OVERLAPPING * cover.once());
     let [all, in_square] = [areas.iter().map(|(a, _)| a).sum::<f64>(), areas.iter().map(|(_, a)| a).sum()];
     let uneven = |(of_surface, of_square): &&(f64, f64)| {
         let ratio = (of_square / in_square) / (of_surface / all);
-        painting.atlas_because.is_some() && !(0.2..=5.0).contains(&ratio)
+        is_atlas && !(0.2..=5.0).contains(&ratio)
     };
     let uneven: f64 = areas.iter().filter(uneven).map(|(area, _)| area).sum();
     assert!(uneven < 0.01 * all, "{uneven} of {all}");
@@ -71,16 +74,49 @@ fn coordinates_of_meshes_serve_if_every_point_has_a_place_of_its_own() {
         (object("tire", "shape = 'torus'"), Some("those of `tire` leave the square from 0 to 1")),
     ] {
         let (scene, paint) = scene(&objects);
-        let painting = Painting::new(&scene, paint).unwrap();
-        assert_eq!(painting.atlas_because.as_deref(), why, "{objects}");
-        expect_sound(&painting, &scene);
+        let (painting, because) = painting(&scene, paint);
+        assert_eq!(because.as_deref(), why, "{objects}");
+        expect_sound(&painting, because.is_some(), &scene);
     }
+}
+
+/// However small the places are that two surfaces share, and however small all of them are.
+#[test]
+fn small_coordinates_do_not_serve() {
+    let of = |size: f32, apart: f32| {
+        let (mut scene, paint) =
+            scene(&(object("a", "file = 'bare.off'") + &object("b", "file = 'bare.off'")));
+        for (number, object) in scene.objects.iter_mut().enumerate() {
+            let from = apart * number as f32;
+            let uvs =
+                [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[u, v]| [from + size * u, size * v]);
+            let mesh = Mesh { uvs: uvs.to_vec(), ..(*object.mesh).clone() };
+            object.mesh = std::sync::Arc::new(mesh);
+        }
+        Painting::of_meshes(&scene, paint).map(|_| ())
+    };
+    assert_eq!(of(0.4, 0.5), Ok(()));
+    let overlap = "some overlap with others";
+    assert!([0.4, 0.12, 0.03].iter().all(|size| of(*size, 0.0).unwrap_err().contains("overlap with others")));
+    assert_eq!(of(0.03, 0.01), Err(overlap.to_owned()));
+    let small = "they take up less than a hundredth of the square from 0 to 1";
+    assert_eq!((of(0.03, 0.5), of(1e-6, 0.0)), (Err(small.to_owned()), Err(small.to_owned())));
+}
+
+#[test]
+fn an_atlas_is_given_up_if_nobody_waits_for_it() {
+    let (scene, paint) = scene(&object("cube", "shape = 'box'"));
+    assert_eq!(Painting::of_atlas(&scene, paint, |_| false).unwrap(), None);
+    let (nobody, _) =
+        (Painting::of_meshes(&Scene { objects: Vec::new(), ..scene.clone() }, paint).unwrap(), ());
+    assert!(nobody.is_empty() && !nobody.covered(8).contains(&true));
 }
 
 #[test]
 fn points_of_other_materials_are_nowhere_and_corners_where_they_are_said_to_be() {
     let other = "[[object]]\nname = 'wall'\nmaterial = 'other'\nshape = 'quad'\n";
-    let painting = painting(&(other.to_owned() + &object("floor", "shape = 'quad'")));
+    let (scene, paint) = scene(&(other.to_owned() + &object("floor", "shape = 'quad'")));
+    let (painting, _) = painting(&scene, paint);
     assert_eq!(painting.at(0, 0, [0.2, 0.2]), None);
     assert_eq!(painting.at(1, 2, [0.2, 0.2]), None, "it has two triangles");
     let [a, b, c] = painting.objects[&1][0];
@@ -109,10 +145,11 @@ fn an_atlas_is_the_same_at_any_number_of_threads() {
     let objects = object("knot", "shape = 'torus-knot'") + &object("cube", "shape = 'box'");
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| painting(&objects))
+        let (scene, paint) = scene(&objects);
+        pool.install(|| painting(&scene, paint))
     };
     let one = with(1);
-    assert!(one.atlas_because.is_some());
+    assert!(one.1.is_some());
     assert_eq!(with(3), one);
 }
 

@@ -70,6 +70,11 @@ pub(super) const IN_SCENES: &[(&str, &str, &str)] = &[
     ("the wrong quantity of a light", "intensity = [10.0", "radiance = [10.0"),
     ("an unknown material", "material = \"steel\"", "material = \"stel\""),
     ("an unknown material that varies", "materials = [\"paint\"]", "materials = [\"pain\"]"),
+    (
+        "a painted material that does not vary",
+        "materials = [\"paint\"]",
+        "materials = [\"paint\"]\npainted = [\"steel\"]",
+    ),
     ("two objects of one name", "name = \"ball\"", "name = \"floor\""),
     ("another shape's key", "shape = \"quad\"", "shape = \"quad\"\nsubdivisions = 3"),
     ("a camera that looks nowhere", "target = [0.0, 0.5, 0.0]", "target = [0.0, 1.2, 4.0]"),

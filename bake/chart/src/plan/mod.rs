@@ -15,7 +15,7 @@ use relume_bake::methods::choice::{METHODS, cheapest};
 use relume_bake::methods::registered::Registered;
 use relume_bake::playable;
 use relume_formats::{Error, Place};
-use relume_scenes::Scene;
+use relume_scenes::{Scene, Vary};
 use std::path::Path;
 
 /// Where bundles and charts of scenes are, each in a folder called as the scene.
@@ -67,6 +67,7 @@ fn nothing(scene: &Scene) -> Plan {
 
 fn make(scene: &Scene, asked: &Asked, folders: &Folders<'_>) -> Result<Plan> {
     let job = Job::new(ProgressMode::None);
+    bundle::expect_fit(scene, &[], asked.size, &job)?;
     let mut stored = stored::read(&folders.bundles.join(&scene.name), scene);
     let mut charted = charted::read(&folders.charts.join(&scene.name));
     let mut shared = None;
@@ -136,7 +137,9 @@ fn not_modelled(scene: &Scene, chosen: Option<&Candidate>) -> Vec<String> {
         .into_iter()
         .filter(|(_, varies)| *varies);
     let moves: Vec<&str> = moves.map(|(what, _)| what).collect();
-    let served = METHODS.into_iter().any(|method| method.serves_all(vary));
+    // What is painted is edited as a whole if it must be, and that is told of the method.
+    let whole = Vary { painted: Vec::new(), ..vary.clone() };
+    let served = METHODS.into_iter().any(|method| method.serves_all(&whole));
     let both = !served && !moves.is_empty() && !vary.materials.is_empty();
     let together = both.then(|| format!("no method varies materials together with {}", moves.join(", ")));
     let meta = bundle::stored_scene(scene, scene.size).meta;

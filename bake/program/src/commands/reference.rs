@@ -121,7 +121,8 @@ fn differ_in_materials_only(a: &Scene, b: &Scene) -> bool {
 fn output_files(pattern: &str, count: usize) -> Result<Vec<PathBuf>> {
     let place = Place::file(pattern);
     let refuse = |reason: &str| Err(BakeError::invalid(&place, reason));
-    if ![".exr", ".png"].iter().any(|ending| pattern.ends_with(ending)) {
+    let ending = Path::new(pattern).extension().unwrap_or_default();
+    if ending != "exr" && ending != "png" {
         return refuse("references are written as .exr, or to look at as .png; end the name so");
     }
     let Some((before, rest)) = pattern.split_once('%') else {

@@ -3,7 +3,8 @@
 
 use relume_bake::error::Result;
 use relume_bake::inspected::out::file_name_part;
-use relume_bake::job::note;
+use relume_bake::interrupted::Interrupted;
+use relume_bake::job::{Job, ProgressMode, note};
 use relume_bake::trace::world::World;
 use relume_chart::picture;
 use relume_formats::container::replace_file;
@@ -11,6 +12,7 @@ use relume_formats::state::Rgb;
 use relume_scenes::Scene;
 use relume_scenes::painting::{Painting, REGIONS, region_of};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Side of the pictures of textures, pixels: a region is 32.
 const SIDE: u32 = 1024;
@@ -18,31 +20,63 @@ const SIDE: u32 = 1024;
 const NOTHING: Rgb = [0.0; 3];
 const UNPAINTED: f32 = 0.18;
 
-/// Writes a picture for each material that is painted, and one of the scene, into the folder `out`. Returns the
-/// files.
+/// Where textures lie on the materials of `scene` that are painted, and that anything wears. Tells how they are found.
 ///
 /// # Errors
-/// If a material needs an atlas and none can be made, or a file cannot be written.
-pub(super) fn export(scene: &Scene, out: &Path) -> Result<Vec<PathBuf>> {
-    let of = |material: &usize| Painting::new(scene, *material);
-    let paintings = scene.vary.painted.iter().map(of).collect::<relume_formats::Result<Vec<_>>>()?;
-    let mut files = Vec::new();
-    for painting in &paintings {
-        let name = &scene.materials[painting.material].name;
-        if let Some(why) = &painting.atlas_because {
-            note(&format!(
-                "note: `{name}`: texture coordinates do not serve for painting, {why}; an atlas is made"
-            ));
+/// If a material needs an atlas and none can be made, or the user asks to stop.
+pub(super) fn paintings(scene: &Scene) -> Result<Vec<Painting>> {
+    let of = |material: &usize| {
+        let name = &scene.materials[*material].name;
+        match Painting::of_meshes(scene, *material) {
+            Ok(painting) => {
+                note(&format!("note: `{name}` is painted by the texture coordinates of its meshes"));
+                Ok(painting)
+            }
+            Err(why) => {
+                note(&format!(
+                    "note: `{name}` is painted by an atlas, for its texture coordinates do not serve: {why}"
+                ));
+                atlas(scene, *material)
+            }
         }
-        files.push(out.join(format!("regions-{}.png", file_name_part(name))));
-        replace_file(&files[files.len() - 1], &picture::alone(&of_textures(painting), [SIDE; 2], 0.0)?)?;
+    };
+    let found = scene.vary.painted.iter().map(of).collect::<Result<Vec<_>>>()?;
+    Ok(found.into_iter().filter(|painting| !painting.is_empty()).collect())
+}
+
+fn atlas(scene: &Scene, material: usize) -> Result<Painting> {
+    let worn = scene.objects.iter().filter(|object| object.material == material);
+    let triangles: usize = worn.map(|object| object.mesh.triangles.len()).sum();
+    let progress = Job::new(ProgressMode::Auto).progress("making an atlas", triangles as u64);
+    let told = AtomicUsize::new(0);
+    let goes_on = |done: usize| {
+        let before = told.fetch_max(done, Ordering::Relaxed);
+        progress.advance(done.saturating_sub(before) as u64);
+        progress.check().is_ok()
+    };
+    let atlas = Painting::of_atlas(scene, material, goes_on)?;
+    // Only an interruption ends it.
+    atlas.map_or_else(|| Err(progress.check().err().unwrap_or(Interrupted).into()), Ok)
+}
+
+/// Writes a picture for each of `paintings`, and one of the scene, into the folder `out`. Returns the files.
+///
+/// # Errors
+/// If a file cannot be written.
+pub(super) fn export(scene: &Scene, paintings: &[Painting], out: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut write = |name: String, pixels: &[Rgb], size: [u32; 2]| -> Result<()> {
+        files.push(out.join(name));
+        Ok(replace_file(&files[files.len() - 1], &picture::alone(pixels, size, 0.0)?)?)
+    };
+    for painting in paintings {
+        let name = file_name_part(&scene.materials[painting.material].name);
+        // Names of files may be alike where those of materials are not.
+        let file = format!("regions_{:03}_{name}.png", painting.material);
+        write(file, &of_textures(painting), [SIDE; 2])?;
     }
     if !paintings.is_empty() {
-        files.push(out.join("regions.png"));
-        replace_file(
-            &files[files.len() - 1],
-            &picture::alone(&as_seen(scene, &paintings), scene.size, 0.0)?,
-        )?;
+        write("regions.png".to_owned(), &as_seen(scene, paintings), scene.size)?;
     }
     Ok(files)
 }
@@ -106,11 +140,12 @@ mod tests {
         let file = folder.path().join("scene.toml");
         std::fs::write(&file, SCENE).unwrap();
         let scene = relume_scenes::load(&file).unwrap();
-        let files = export(&scene, folder.path()).unwrap();
-        assert_eq!(files, ["regions-paint.png", "regions.png"].map(|name| folder.path().join(name)));
+        let paintings = paintings(&scene).unwrap();
+        let files = export(&scene, &paintings, folder.path()).unwrap();
+        let paint = format!("regions_{:03}_paint.png", scene.vary.painted[0]);
+        assert_eq!(files, [paint.as_str(), "regions.png"].map(|name| folder.path().join(name)));
         assert!(files.iter().all(|file| std::fs::read(file).unwrap().starts_with(b"\x89PNG")));
 
-        let paintings = [Painting::new(&scene, scene.vary.painted[0]).unwrap()];
         let textures = of_textures(&paintings[0]);
         let distinct: HashSet<_> = textures.iter().map(|c| c.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), (REGIONS * REGIONS) as usize, "the whole square is surface");

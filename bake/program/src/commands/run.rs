@@ -25,7 +25,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Noise may be so many times what was asked for before it is warned of: some paths foretell it.
-const NOISE_TOLERANCE: f64 = 1.25;
+const NOISE_TOLERANCE: f64 = 1.1;
 /// How an interrupted bake goes on.
 const RESUME: &str = "finished work is kept, add --resume to go on";
 
@@ -221,7 +221,7 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
     for (ending, what) in more {
         let error = |which: &str| error(&format!("relative_l2_{which}_of_{ending}"));
         if let Some((median, worst)) = error("median").zip(error("worst")).filter(|_| !is_black) {
-            text += &format!("{what}: median {median:.3} %, worst {worst:.3} %\n");
+            text += &format!("{what}: median {median:.1} %, worst {worst:.1} %\n");
         }
     }
     let of_noise = error("relative_l2_of_noise").zip(error("relative_l2_of_noise_unfiltered"));
@@ -230,8 +230,9 @@ fn describe(scene: &Scene, summary: &MethodSummary, is_black: bool, max_error: f
         let was = if filtered { format!(", {before:.2} % before the filter") } else { String::new() };
         let samples = entry.settings.get("mean_samples").and_then(Value::as_f64);
         let by = samples.map_or_else(String::new, |n| format!(", {n:.0} samples a pixel in the mean"));
-        text += &format!("noise over random states: about {after:.2} %{was}{by}\n");
         let asked = entry.settings.get("noise").and_then(Value::as_f64).map(|noise| 100.0 * noise);
+        let wanted = asked.map_or_else(String::new, |asked| format!(" where {asked:.2} % was asked for"));
+        text += &format!("noise over random states: about {after:.2} %{wanted}{was}{by}\n");
         if let Some(asked) = asked.filter(|asked| after > NOISE_TOLERANCE * asked) {
             let all = entry.settings.get("samples").and_then(Value::as_f64).unwrap_or_default();
             let remedy = if samples.is_some_and(|mean| mean < 0.9 * all) {

@@ -22,6 +22,10 @@ fn contents(folder: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
+fn film_size(scene: &str) -> [u32; 2] {
+    relume_scenes::load(Path::new(scene)).unwrap().size
+}
+
 fn pixels(exr: &str) -> Vec<[f32; 3]> {
     let image = read_exr(Path::new(exr)).unwrap();
     let [r, g, b] = ["R", "G", "B"].map(|c| image.channel(c).unwrap());
@@ -61,6 +65,14 @@ fn bake_play_and_compare_with_the_reference() {
     );
     let error = relative_l2(&pixels(&played), &pixels(&reference));
     assert!(error < 0.0005, "relative L2 {error}");
+    // To look at, of the same size.
+    let shown = w.path("reference.png");
+    expect_exit("bake", &["reference", &scene, "--spp", "2", "-o", &shown], 0);
+    let (png, size) = (std::fs::read(&shown).unwrap(), film_size(&scene));
+    assert_eq!(
+        (&png[..8], &png[16..24]),
+        (&b"\x89PNG\r\n\x1a\n"[..], &size.map(u32::to_be_bytes).concat()[..])
+    );
 
     expect_exit("bake", &["verify", &bundle], 0);
     let info: serde_json::Value =
@@ -184,7 +196,9 @@ fn interrupted_and_killed_bakes_go_on_where_they_were() {
     wait_for_log(&w, &mut child, before);
     child.kill().unwrap();
     child.wait().unwrap();
-    w.bake("bundle", &["--spp", "2048", "--bases", "4", "--resume"]);
+    let stderr =
+        expect_exit("bake", &["run", &scene, "-o", &bundle, "--spp", "2048", "--bases", "4", "--resume"], 0);
+    assert!(stderr.contains("note: tracing: goes on after "), "{stderr}");
     assert_eq!(contents(&w.path("bundle")), contents(&w.path("whole")));
 }
 

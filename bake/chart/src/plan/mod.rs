@@ -27,7 +27,8 @@ pub struct Folders<'a> {
     pub charts: &'a Path,
 }
 
-/// The plan for `scene` and what is `asked` of methods, as text or as JSON. Figures of earlier bakes and charts are sought in `folders`.
+/// The plan for `scene` and what is `asked` of methods, as text or as JSON. Figures of earlier bakes and charts are
+/// sought in `folders`.
 ///
 /// # Errors
 /// If a part of the scene cannot be prepared for predictions, such as spheres of an object that encloses

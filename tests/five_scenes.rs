@@ -73,9 +73,9 @@ fn five_scenes_as_they_are_seen() {
     SCENES.into_iter().for_each(|name| measure(name, 256, 4, &VARIANTS));
 }
 
-/// Its last rows: a film of the usual size, and more states.
+/// The same of a film of the usual size, in more states.
 #[test]
-#[ignore = "takes half an hour"]
+#[ignore = "takes the better part of an hour"]
 fn a_large_film_as_it_is_seen() {
     measure("cornell-knot", 512, 8, &AS_BAKED);
 }

@@ -124,12 +124,11 @@ struct Order<'a> {
     shard: Option<&'a Shard>,
 }
 
-/// Fails if a bundle of `scene` may not be put into `folder`, for it holds another or the scene itself.
+/// Fails if a bundle of `scene` may not be put into `folder`, for it holds another.
 ///
 /// # Errors
 /// `Invalid` with the remedy.
 pub fn expect_room(scene: &Scene, folder: &Path) -> Result<()> {
-    publish::expect_apart(folder, scene)?;
     publish::old_manifest(folder, &folder.join(UNFINISHED), scene, Leftover::Resume).map(drop)
 }
 
@@ -167,10 +166,7 @@ fn make(
 ) -> Result<(Outcome, FolderLock)> {
     let Order { folder, size, leftover, shard, .. } = *order;
     let stored = expect_fit(scene, methods, size, job)?;
-    publish::expect_apart(folder, scene)?;
     let lock = FolderLock::take(folder)?;
-    // By a name such as `new/..` it is there only now.
-    publish::expect_apart(folder, scene)?;
     let unfinished = folder.join(UNFINISHED);
     traced::expect_folder(folder)?;
     [folder, &unfinished, &traced::folder_of(folder)].into_iter().try_for_each(expect_files)?;

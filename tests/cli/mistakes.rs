@@ -45,30 +45,6 @@ fn mistakes_in_scenes_get_one_clear_line() {
     expect_exit("bake", &["--help"], 0);
 }
 
-/// However the folder is called, and the scene.
-#[cfg(unix)]
-#[test]
-fn bundles_stay_apart_from_their_scene() {
-    let w = Workshop::new();
-    let folder = w.folder.path();
-    std::fs::create_dir(folder.join("links")).unwrap();
-    std::os::unix::fs::symlink(folder.join("scene.toml"), folder.join("links/linked.toml")).unwrap();
-    std::os::unix::fs::symlink(folder, folder.join("links/back")).unwrap();
-    let refused = |scene: &str, output: &str| {
-        let arguments = ["run", &w.path(scene), "-o", &w.path(output), "--spp", "1", "--size", "2x2"];
-        let stderr = expect_exit("bake", &arguments, 2);
-        assert!(stderr.contains("is the folder of the scene"), "{scene} {output}: {stderr}");
-    };
-    for output in ["", "new/..", "links/back", "links/../animations/.."] {
-        refused("scene.toml", output);
-    }
-    refused("links/linked.toml", "links");
-    refused("links/linked.toml", "");
-    for folder in [folder.to_owned(), folder.join("links")] {
-        assert!(["manifest.json", "unfinished"].iter().all(|name| !folder.join(name).exists()));
-    }
-}
-
 /// One sample has no halves that could tell its noise.
 #[test]
 fn noise_of_single_samples_is_told_to_be_unknown() {

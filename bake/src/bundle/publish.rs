@@ -47,25 +47,6 @@ pub(super) fn old_manifest(
     }
 }
 
-/// Fails if the file of `scene`, or what that is a link to, stands in `folder`, however either is called.
-///
-/// # Errors
-/// `Invalid` with the remedy.
-pub(super) fn expect_apart(folder: &Path, scene: &Scene) -> Result<()> {
-    let Ok(of_bundle) = folder.canonicalize() else { return Ok(()) };
-    let above = |file: &Path| match file.parent() {
-        Some(above) if above.as_os_str().is_empty() => Path::new(".").canonicalize().ok(),
-        above => above.and_then(|above| above.canonicalize().ok()),
-    };
-    let linked = scene.file.canonicalize().ok();
-    let of_scene = [above(&scene.file), linked.as_deref().and_then(above)];
-    if !of_scene.iter().flatten().any(|above| *above == of_bundle) {
-        return Ok(());
-    }
-    let reason = "is the folder of the scene, whose files a bundle would stand among; give another with -o";
-    Err(BakeError::invalid(&Place::file(folder), reason))
-}
-
 /// The method's entry of a finished bundle if all that it `reads` of the scene and its settings are the same,
 /// and its files are whole and of today's versions.
 pub(super) fn reusable_entry(

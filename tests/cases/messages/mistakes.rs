@@ -242,7 +242,6 @@ pub(super) const IN_COMMANDS: &[(&str, &[&str])] = &[
     ("a decimal comma on the command line", &["bake", "run", "scene.toml", "--max-error", "0,01"]),
     ("an error of nothing", &["bake", "run", "scene.toml", "--max-error", "0"]),
     ("another method's option", &["bake", "run", "scene.toml", "--terms", "20"]),
-    ("a bundle among the files of its scene", &["bake", "run", "scene.toml", "-o", "."]),
     ("a misspelt bundle", &["bake", "verify", "bundel"]),
     ("a folder that is no bundle", &["bake", "verify", "bundle"]),
     ("a misspelt file", &["bake", "info", "bundle.relum"]),

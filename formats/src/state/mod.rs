@@ -7,6 +7,7 @@ mod animation;
 mod camera;
 mod light;
 mod material;
+mod paint;
 mod shape;
 mod strict_toml;
 
@@ -18,6 +19,7 @@ pub use material::{
     FIXED_ROUGHNESS_MIN, FIXED_SHININESS_MAX, FIXED_SLOPE_MIN, Ggx, Model, ROUGHNESS_MIN, SHININESS_MAX,
     SHININESS_MIN, SLOPE_MIN,
 };
+pub use paint::{Layer, MAX_PAINT_SIDE, Paint, Texel, texel_of};
 pub use shape::{Pose, Posed};
 pub use strict_toml::{parse as parse_toml, read_text, with_line};
 

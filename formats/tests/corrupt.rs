@@ -6,6 +6,7 @@
 
 use crate::support::raw_file::{RawFile, RawSection};
 use crate::support::reading::{read_and_use, refusal};
+use crate::support::regions;
 use crate::support::samples::{self, Random};
 use crate::support::scenes;
 use crate::support::shapes::shape;
@@ -23,9 +24,9 @@ fn written(value: &impl Stored) -> Vec<u8> {
 }
 
 /// Small sound files, of all models where that matters.
-fn sound_files() -> [(Kind, Vec<u8>); 9] {
+fn sound_files() -> [(Kind, Vec<u8>); 10] {
     // Made once: compressing the table takes long.
-    static FILES: LazyLock<[(Kind, Vec<u8>); 9]> = LazyLock::new(|| {
+    static FILES: LazyLock<[(Kind, Vec<u8>); 10]> = LazyLock::new(|| {
         [
             (Kind::Scene, written(&scenes::scene(3))),
             (Kind::Animation, written(&scenes::animation(3))),
@@ -33,6 +34,7 @@ fn sound_files() -> [(Kind, Vec<u8>); 9] {
             (Kind::BrdfBasis, written(&samples::ggx_basis(3, 3, 2))),
             (Kind::BrdfBasis, written(&samples::cook_torrance_basis(3, 3, 2))),
             (Kind::TransferImages, written(&samples::images(3, 1, 2, true, [3, 2]))),
+            (Kind::RegionImages, written(&regions::region_images(3, 2, true, [3, 2]))),
             (Kind::HaarTable, written(&HaarTable::bake())),
             (Kind::SphereSet, written(&sphere_set(3, 5, 9, 3, 0.5))),
             (Kind::Shape, written(&shape(3, 5))),

@@ -18,6 +18,7 @@ mod materials;
 mod meaning;
 mod microfacet;
 mod receivers;
+mod region_images;
 mod relighting;
 mod round_trip;
 mod shapes;

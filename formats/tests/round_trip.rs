@@ -4,7 +4,7 @@
 use crate::support::raw_file::RawFile;
 use crate::support::received::tensors;
 use crate::support::tensors::tensor;
-use crate::support::{samples, scenes};
+use crate::support::{regions, samples, scenes};
 use half::f16;
 use proptest::prelude::*;
 use relume_formats::container::{CONTAINER_VERSION, Codec, Element, Kind, MAGIC, Reader, Stored, Writer};
@@ -86,6 +86,11 @@ proptest! {
     fn transfer_images(seed: u64, materials in 1usize..4, bases in 2usize..5, one_colour: bool, width in 1u32..6, height in 1u32..6) {
         assert_round_trip(&samples::images(seed, materials, bases, one_colour, [width, height]));
         assert_round_trip(&samples::images_of_all(seed, materials, bases, one_colour, [width, height]));
+    }
+
+    #[test]
+    fn region_images(seed: u64, bases in 2usize..5, one_colour: bool, width in 1u32..70, height in 1u32..6) {
+        assert_round_trip(&regions::region_images(seed, bases, one_colour, [width, height]));
     }
 
     #[test]

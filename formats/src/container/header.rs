@@ -78,6 +78,8 @@ kinds! {
     BrdfTensor = 13, "brdf-tensor", kinds::BrdfTensor, 11;
     /// Light that vertices receive, of the method `transfer-tensor`: `kinds::transfer_tensor`.
     TransferTensor = 14, "transfer-tensor", kinds::TransferTensor, MAX_SECTIONS;
+    /// The images of the method `region-images`: `kinds::region_images`.
+    RegionImages = 15, "region-images", kinds::RegionImages, 128;
 }
 
 impl Kind {

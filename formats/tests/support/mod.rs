@@ -5,6 +5,7 @@ pub mod raw_file;
 pub mod reading;
 pub mod received;
 pub mod refusing;
+pub mod regions;
 pub mod relighting;
 pub mod samples;
 pub mod scenes;

@@ -4,14 +4,16 @@ use glam::Vec3;
 use relume_formats::basis::suns::{MAX_SUNS, split};
 use relume_formats::basis::{Angles, two_level};
 use relume_formats::evaluate;
+use relume_formats::evaluate::region_images::{self, OnBases};
 use relume_formats::evaluate::sparse_transfer;
 use relume_formats::evaluate::sphere_set::Follower;
 use relume_formats::evaluate::transfer_tensor::{Lights, received};
+use relume_formats::kinds::region_images::REGION_COUNT;
 use relume_formats::kinds::scene::EnvironmentLook;
 use relume_formats::kinds::sphere_shadows::NO_ROW;
 use relume_formats::kinds::{
-    BrdfBasis, BrdfTensor, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene,
-    Textures, TransferImages, TransferTensor, VisibilityTable,
+    BrdfBasis, BrdfTensor, Environment, HaarTable, RegionImages, SparseTransfer, SphereSet, SphereShadows,
+    StoredScene, Textures, TransferImages, TransferTensor, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::{Animation, BlinnPhong, Brdf, CookTorrance, Ggx, Model};
@@ -83,6 +85,20 @@ pub fn play_images(images: &TransferImages) {
     if u64::from(meta.size[0]) * u64::from(meta.size[1]) < 1 << 20 {
         let on_bases = vec![vec![[0.5; 3]; meta.bases as usize]; meta.materials.len()];
         evaluate::transfer_images::evaluate(images, &on_bases);
+    }
+}
+
+pub fn play_regions(images: &RegionImages) {
+    let meta = &images.head.meta;
+    if u64::from(meta.size[0]) * u64::from(meta.size[1]) < 1 << 16 {
+        let of_all = OnBases(vec![[0.5; 3]; REGION_COUNT * meta.bases as usize]);
+        let materials = vec![of_all; meta.materials.len()];
+        let factors = region_images::row_factors(&images.head, meta.bases as usize, &materials);
+        for (entries, factors) in images.indirect.iter().zip(&factors) {
+            assert!(
+                region_images::indirect(entries, factors).len() >= (meta.size[0] * meta.size[1]) as usize
+            );
+        }
     }
 }
 

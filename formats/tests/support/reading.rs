@@ -1,13 +1,14 @@
 //! Reading bytes as a file of some kind, and using whatever was read.
 
 use super::playing::{
-    play_animation, play_basis, play_environment, play_images, play_received, play_rows, play_scene,
-    play_shadows, play_shape, play_spheres, play_table, play_tensor, play_textures, play_visibility,
+    play_animation, play_basis, play_environment, play_images, play_received, play_regions, play_rows,
+    play_scene, play_shadows, play_shape, play_spheres, play_table, play_tensor, play_textures,
+    play_visibility,
 };
 use relume_formats::container::{Kind, Stored};
 use relume_formats::kinds::{
-    BrdfBasis, BrdfTensor, Environment, HaarTable, SparseTransfer, SphereSet, SphereShadows, StoredScene,
-    Textures, TransferImages, TransferTensor, VisibilityTable,
+    BrdfBasis, BrdfTensor, Environment, HaarTable, RegionImages, SparseTransfer, SphereSet, SphereShadows,
+    StoredScene, Textures, TransferImages, TransferTensor, VisibilityTable,
 };
 use relume_formats::shape::DeformingMesh;
 use relume_formats::state::Animation;
@@ -22,6 +23,7 @@ pub fn read_and_use(kind: Kind, path: &Path) -> Result<()> {
         Kind::Animation => <Animation as Stored>::read_file(path).map(|animation| play_animation(&animation)),
         Kind::BrdfBasis => BrdfBasis::read_file(path).map(|basis| play_basis(&basis)),
         Kind::TransferImages => TransferImages::read_file(path).map(|images| play_images(&images)),
+        Kind::RegionImages => RegionImages::read_file(path).map(|images| play_regions(&images)),
         Kind::HaarTable => HaarTable::read_file(path).map(|table| play_table(&table)),
         Kind::Environment => Environment::read_file(path).map(|environment| play_environment(&environment)),
         Kind::Textures => Textures::read_file(path).map(|textures| play_textures(&textures)),

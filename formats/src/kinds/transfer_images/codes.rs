@@ -10,13 +10,18 @@
 //! −2, 2 … Where there are three channels, the first and the last store what they are off by more than the
 //! middle one: light of one colour differs by the same factor everywhere.
 
-use super::Head;
+use super::LARGEST_HALF;
+use crate::container::Section;
+use crate::error::Result;
 use half::f16;
 
 /// The bits of the largest half.
 const LARGEST_BITS: u32 = 0x7bff;
 /// The largest exponent of a step over the least half, 2⁻²⁴: that of a half of a single bit, 2¹⁵.
 pub const MAX_STEP: u16 = 39;
+/// How far the largest half of an image may be beyond its range, in parts of it: the logarithm behind its
+/// scale is rounded.
+const RANGE_TOLERANCE: f32 = 0.01;
 
 /// The neighbours of every fragment that predict its values: to the left, above, and above to the left.
 ///
@@ -26,14 +31,15 @@ pub const MAX_STEP: u16 = 39;
 pub struct Neighbours(Vec<[u32; 3]>);
 
 impl Neighbours {
-    /// Of all fragments of `head`.
-    pub fn new(head: &Head) -> Self {
-        // Heads of no width are refused, but only when they are read.
-        let width = head.meta.size[0].max(1);
-        let (editable, count) = (head.meta.editable_fragments as usize, head.pixel.len());
+    /// Of all fragments of a film that is so wide, by `pixel` and `class`, the first `editable` of which are of
+    /// editable materials.
+    pub fn new(width: u32, editable: usize, (all_pixels, classes): (&[u32], &[u16])) -> Self {
+        // Films of no width are refused, but only when they are read.
+        let width = width.max(1);
+        let count = all_pixels.len();
         let mut neighbours = Vec::with_capacity(count);
         for range in [0..editable.min(count), editable.min(count)..count] {
-            let key = |at: usize| (head.pixel[at], head.class[at]);
+            let key = |at: usize| (all_pixels[at], classes[at]);
             // Both what is asked for and what there is are in order.
             let mut finders = [range.start; 3];
             for here in range.clone() {
@@ -59,6 +65,48 @@ impl Neighbours {
         }
         Self(neighbours)
     }
+}
+
+/// What is stored of `values`, [`channels`, fragments]: their step, and [what they are off by](encode).
+pub fn written(values: &[f16], channels: usize, neighbours: &Neighbours) -> Vec<u16> {
+    let step = step_of(values);
+    let mut stored = vec![step];
+    stored.extend(encode(values, channels, step, neighbours));
+    stored
+}
+
+/// The inverse of [`written`], of an image with this scale.
+///
+/// # Errors
+/// `Invalid` where `section` holds what is no half, or not in the range that the scale gives.
+pub(crate) fn read(
+    section: &Section,
+    channels: usize,
+    neighbours: &Neighbours,
+    scale: f32,
+) -> Result<Vec<f16>> {
+    let stored = section.u16s()?;
+    let values = stored
+        .split_first()
+        .filter(|(step, _)| **step <= MAX_STEP)
+        .and_then(|(step, stored)| decode(stored, channels, *step, neighbours))
+        .ok_or_else(|| section.invalid("holds what is no half"))?;
+    section.expect(fault_of_range(scale, &values))?;
+    Ok(values)
+}
+
+/// An image uses the range that its scale gives it, neither more nor less than half.
+fn fault_of_range(scale: f32, values: &[f16]) -> Option<String> {
+    // Without their signs the bits of halves are in the order of their sizes.
+    let largest = values.iter().map(|v| v.to_bits() & 0x7fff).max().unwrap_or(0);
+    let largest = f16::from_bits(largest).to_f32();
+    let most = LARGEST_HALF * (1.0 + RANGE_TOLERANCE);
+    let least = LARGEST_HALF / 2.0 * (1.0 - RANGE_TOLERANCE);
+    if scale == 0.0 {
+        return (largest > 0.0).then(|| format!("has values up to {largest} and scale 0"));
+    }
+    (!(least..=most).contains(&largest))
+        .then(|| format!("its largest value is {largest}, outside {least}..{most}"))
 }
 
 /// The exponent over 2⁻²⁴ of the largest power of two that divides all of `values`; 0 if all are 0.
@@ -196,7 +244,7 @@ fn unfolded(stored: u16) -> i16 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Meta;
+    use super::super::{Head, Meta};
     use super::*;
 
     /// Of a film 5 wide, with these (pixel, class), those of two editable materials first.
@@ -233,7 +281,7 @@ mod tests {
     #[test]
     fn neighbours_are_the_fragments_of_their_class_beside_and_above() {
         let fragments = some();
-        let Neighbours(found) = Neighbours::new(&head(&fragments));
+        let Neighbours(found) = head(&fragments).neighbours();
         for (at, (pixel, class)) in fragments.iter().enumerate() {
             let number = |dx: u32, dy: u32| {
                 let is_inside = pixel % 5 >= dx && pixel / 5 >= dy;
@@ -251,7 +299,7 @@ mod tests {
     #[test]
     fn all_halves_come_back() {
         let fragments: Vec<(u32, u16)> = (0..40).map(|pixel| (pixel, 2)).collect();
-        let neighbours = Neighbours::new(&head(&fragments));
+        let neighbours = head(&fragments).neighbours();
         let halves: Vec<u16> = (0..=u16::MAX).filter(|bits| f16::from_bits(*bits).is_finite()).collect();
         for step in 0..=MAX_STEP {
             let divides = |bits: &&u16| {
@@ -282,7 +330,7 @@ mod tests {
     #[test]
     fn what_is_smooth_takes_little_room() {
         let fragments: Vec<(u32, u16)> = (0..40).map(|pixel| (pixel, 2)).collect();
-        let neighbours = Neighbours::new(&head(&fragments));
+        let neighbours = head(&fragments).neighbours();
         let ramp = |pixel: u32| f16::from_f32(64.0 * (3.0 + (pixel % 5) as f32 + 2.0 * (pixel / 5) as f32));
         let edge = |pixel: u32| f16::from_f32(if pixel % 5 < 2 { 8.0 } else { 4096.0 });
         let images: [(&dyn Fn(u32) -> f16, u16); 2] = [(&ramp, 1), (&edge, 0)];
@@ -302,7 +350,7 @@ mod tests {
 
     #[test]
     fn what_is_no_finite_half_is_refused() {
-        let neighbours = Neighbours::new(&head(&[(0, 2)]));
+        let neighbours = head(&[(0, 2)]).neighbours();
         for (code, step, is_half) in [
             (0x7bffi16, 0, true),
             (0x7c00, 0, false),

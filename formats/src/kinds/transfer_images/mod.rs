@@ -20,10 +20,12 @@
 //! Values are radiance in W/(sr·m²) per unit coefficient, except that single-channel slots hold it per unit of [`Meta::chromaticity`].
 
 pub mod codes;
+pub(crate) mod fragments;
 mod later;
 mod layout;
 
 pub use codes::Neighbours;
+pub use fragments::Fragments;
 pub use later::{Later, MAX_ALBEDO, MAX_DEGREE, node_count};
 pub use layout::{FirstReflection, LaterImages, Layout, Slot};
 
@@ -45,11 +47,6 @@ pub const MAX_SCALE: f32 = 1e18;
 /// The largest stored half of an image: a power of two well below the largest half, so that scales are powers
 /// of two and scaling is exact.
 pub const LARGEST_HALF: f32 = 32_768.0;
-/// How far the largest half of an image may be beyond its range, in parts of it: the logarithm behind its
-/// scale is rounded.
-const RANGE_TOLERANCE: f32 = 0.01;
-/// How far above 1 the coverages of a pixel may be in all, for their rounding to halves.
-const COVERAGE_TOLERANCE: f32 = 1e-3;
 /// Number of sections before the first image.
 pub const HEAD_SECTIONS: usize = 5;
 
@@ -121,6 +118,11 @@ impl Head {
         if slot.fixed.is_some() { self.pixel.len() } else { self.meta.editable_fragments as usize }
     }
 
+    /// What predicts the values of images.
+    pub fn neighbours(&self) -> Neighbours {
+        Neighbours::new(self.meta.size[0], self.meta.editable_fragments as usize, (&self.pixel, &self.class))
+    }
+
     /// Reads the sections before the first image.
     pub fn decode(sections: &mut Sections<'_>) -> Result<Self> {
         let section = sections.take("meta")?;
@@ -129,59 +131,14 @@ impl Head {
         let (materials, bases) = (meta.materials.len(), meta.bases as usize);
         section.expect(later.as_ref().and_then(|later| later.fault(materials, bases)))?;
 
-        let section = sections.take("fragments/pixel")?;
-        let pixel = section.u32s()?;
-        let fragments = section.length()?;
-        let pixels = u64::from(meta.size[0]) * u64::from(meta.size[1]);
-        if u64::from(meta.editable_fragments) > fragments
-            || fragments > pixels * (meta.materials.len() as u64 + 1)
-        {
-            return Err(section.invalid(format!("{fragments} fragments do not fit the film")));
-        }
-        if pixel.iter().any(|p| u64::from(*p) >= pixels) {
-            return Err(section.invalid("a fragment lies outside the film"));
-        }
-
-        let section = sections.take("fragments/class")?;
-        let class = section.u16s()?;
-        section.expect_shape(&[fragments])?;
-        let (editable, fixed) = class.split_at(meta.editable_fragments as usize);
-        let materials = meta.materials.len();
-        let ordered = |from: usize, classes: &[u16]| {
-            (1..classes.len()).all(|i| (pixel[from + i - 1], classes[i - 1]) < (pixel[from + i], classes[i]))
-        };
-        if editable.iter().any(|c| usize::from(*c) >= materials)
-            || fixed.iter().any(|c| usize::from(*c) != materials)
-            || !ordered(0, editable)
-            || !ordered(editable.len(), fixed)
-        {
-            return Err(section.invalid("fragments are not in order, or of a class that is not there"));
-        }
-
-        let section = sections.take("fragments/coverage")?;
-        let coverage = section.f16s()?;
-        section.expect_shape(&[fragments])?;
-        if !coverage.iter().all(|c| *c > f16::ZERO && *c <= f16::ONE) {
-            return Err(section.invalid("a coverage is outside 0..1"));
-        }
-        section.expect(fault_of_coverage(&pixel, editable.len(), &coverage))?;
+        let Fragments { pixel, class, coverage } =
+            Fragments::decode(sections, meta.size, materials, meta.editable_fragments as usize)?;
 
         let section = sections.take("scales")?;
         let scales = section.f32s()?;
         let head = Self { meta, later, pixel, class, coverage, scales };
         section.expect_shape(&[head.layout().slots.len() as u64])?;
-        section.expect_at_most(&head.scales, MAX_SCALE)?;
-        if head.scales.iter().any(|s| *s < 0.0) {
-            return Err(section.invalid("a scale is negative"));
-        }
-        // As f64 even the least f32 has its leading 1 in front of the mantissa.
-        let is_power = |scale: f32| f64::from(scale).to_bits() << 12 == 0;
-        section.expect(
-            head.scales
-                .iter()
-                .find(|scale| !is_power(**scale))
-                .map(|scale| format!("scale {scale:e} is no power of 2")),
-        )?;
+        expect_scales(&section, &head.scales)?;
         Ok(head)
     }
 
@@ -196,14 +153,8 @@ impl Head {
             .ok_or_else(|| section.invalid("is no image of this layout"))?;
         let channels = layout.slots[slot].channels();
         section.expect_shape(&[1 + (channels * self.fragments_of(&layout.slots[slot])) as u64])?;
-        let stored = section.u16s()?;
-        let values = stored
-            .split_first()
-            .filter(|(step, _)| **step <= codes::MAX_STEP)
-            .and_then(|(step, stored)| codes::decode(stored, channels, *step, neighbours))
-            .ok_or_else(|| section.invalid("holds what is no half"))?;
         let scale = self.scales.get(slot).copied().unwrap_or_default();
-        section.expect(fault_of_range(scale, &values))?;
+        let values = codes::read(section, channels, neighbours, scale)?;
         if layout.slots[slot].is_positive() && values.iter().any(|v| v.to_bits() > 0x8000) {
             return Err(section.invalid("radiance of diffuse paths is below 0"));
         }
@@ -223,40 +174,16 @@ fn small_print(section: &Section) -> Result<(Meta, Option<Later>)> {
     }
 }
 
-/// An image uses the range that its scale gives it, neither more nor less than half.
-fn fault_of_range(scale: f32, values: &[f16]) -> Option<String> {
-    // Without their signs the bits of halves are in the order of their sizes.
-    let largest = values.iter().map(|v| v.to_bits() & 0x7fff).max().unwrap_or(0);
-    let largest = f16::from_bits(largest).to_f32();
-    let most = LARGEST_HALF * (1.0 + RANGE_TOLERANCE);
-    let least = LARGEST_HALF / 2.0 * (1.0 - RANGE_TOLERANCE);
-    if scale == 0.0 {
-        return (largest > 0.0).then(|| format!("has values up to {largest} and scale 0"));
+/// Fails unless factors on halves are what they may be.
+pub(crate) fn expect_scales(section: &Section, scales: &[f32]) -> Result<()> {
+    section.expect_at_most(scales, MAX_SCALE)?;
+    if scales.iter().any(|s| *s < 0.0) {
+        return Err(section.invalid("a scale is negative"));
     }
-    (!(least..=most).contains(&largest))
-        .then(|| format!("its largest value is {largest}, outside {least}..{most}"))
-}
-
-/// No pixel is covered more than once. Fragments of editable materials, which come first, and fixed ones are
-/// each in the order of pixels.
-fn fault_of_coverage(pixel: &[u32], editable: usize, coverage: &[f16]) -> Option<String> {
-    let mut groups = [(0, editable), (editable, pixel.len())];
-    let next = |groups: &[(usize, usize); 2]| {
-        groups.iter().filter(|(at, end)| at < end).filter_map(|(at, _)| pixel.get(*at)).min().copied()
-    };
-    while let Some(here) = next(&groups) {
-        let mut sum = 0.0;
-        for (at, end) in &mut groups {
-            while at < end && pixel.get(*at) == Some(&here) {
-                sum += coverage.get(*at).map_or(0.0, |c| c.to_f32());
-                *at += 1;
-            }
-        }
-        if sum > 1.0 + COVERAGE_TOLERANCE {
-            return Some(format!("the fragments of pixel {here} cover {sum} of it, more than all"));
-        }
-    }
-    None
+    // As f64 even the least f32 has its leading 1 in front of the mantissa.
+    let is_power = |scale: f32| f64::from(scale).to_bits() << 12 == 0;
+    let wrong = scales.iter().find(|scale| !is_power(**scale));
+    section.expect(wrong.map(|scale| format!("scale {scale:e} is no power of 2")))
 }
 
 /// Name of the section that holds `slot`.
@@ -296,21 +223,16 @@ impl Stored for TransferImages {
 
     fn encode(&self, out: &mut Writer) -> Result<()> {
         let head = &self.head;
-        let fragments = head.pixel.len() as u64;
         match &head.later {
             None => out.record("meta", &head.meta)?,
             Some(later) => out.record("meta", &(&head.meta, later))?,
         }
-        out.u32s("fragments/pixel", &[fragments], &head.pixel)?;
-        out.u16s("fragments/class", &[fragments], &head.class)?;
-        out.f16s("fragments/coverage", &[fragments], &head.coverage)?;
+        fragments::encode(out, (&head.pixel, &head.class, &head.coverage))?;
         out.f32s("scales", &[head.scales.len() as u64], &head.scales)?;
-        let (layout, neighbours) = (head.layout(), Neighbours::new(head));
+        let (layout, neighbours) = (head.layout(), head.neighbours());
         for image in &self.images {
-            let step = codes::step_of(&image.values);
             let channels = layout.slots[image.slot].channels();
-            let mut stored = vec![step];
-            stored.extend(codes::encode(&image.values, channels, step, &neighbours));
+            let stored = codes::written(&image.values, channels, &neighbours);
             out.u16s(&image_name(image.slot), &[stored.len() as u64], &stored)?;
         }
         Ok(())
@@ -338,7 +260,7 @@ impl TransferImages {
 /// each.
 fn for_each_image(sections: &mut Sections<'_>, mut each: impl FnMut(Image)) -> Result<Head> {
     let head = Head::decode(sections)?;
-    let (layout, neighbours) = (head.layout(), Neighbours::new(&head));
+    let (layout, neighbours) = (head.layout(), head.neighbours());
     let mut count = 0;
     while let Some(section) = sections.take_any()? {
         each(head.decode_image(&layout, &neighbours, &section)?);

@@ -76,7 +76,7 @@ impl Images {
             sum: gpu.compute_pipeline(SUM, "sum_slots"),
             merge: gpu.compute_pipeline(MERGE, "merge"),
             work: Vec::new(),
-            neighbours: Neighbours::new(&head),
+            neighbours: head.neighbours(),
             head,
             layout,
             basis,

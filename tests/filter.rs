@@ -117,7 +117,7 @@ pub fn film_of(scene: &Scene, gather: &Gather<'_>, settings: &Settings) -> Film 
         let (mut number, samples) = (0, gather.samples(pixel, settings.samples));
         gather.pixel(pixel, samples, |path| {
             if let GatherPath::Surface(eye) = path {
-                watcher.add(path, half_of(number, samples), &mut classes[class(eye.material)]);
+                watcher.add(path, half_of(number, samples), &mut classes[class(eye.spot.material)]);
             }
             number += 1;
         });

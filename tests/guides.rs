@@ -8,6 +8,7 @@ use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::guide::{FilmTally, Guide};
 use relume_bake::trace::lights::Lights;
 use relume_bake::trace::reference::radiance_of;
+use relume_bake::trace::spot::Spot;
 use relume_bake::trace::world::World;
 use relume_formats::state::Brdf;
 use relume_scenes::Scene;
@@ -22,7 +23,9 @@ fn guided<'a>(scene: &Scene, world: &'a World, lights: &'a Lights, samples: u32,
 
 /// Mean and variance of the mean, pixel by pixel, of the channels' mean.
 fn moments(scene: &Scene, gather: &Gather<'_>, samples: u32) -> Vec<[f64; 2]> {
-    let brdf = |m: u32, albedo, angles: &_| brdf::evaluate(&scene.materials[m as usize].brdf, albedo, angles);
+    let brdf = |spot: &Spot, angles: &_| {
+        brdf::evaluate(&scene.materials[spot.material as usize].brdf, spot.albedo, angles)
+    };
     let radiance = |path: &GatherPath| f64::from(radiance_of(path, brdf).element_sum()) / 3.0;
     let pixel = |pixel| {
         let (mut sum, mut squares) = (0.0, 0.0);

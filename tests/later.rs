@@ -8,6 +8,7 @@ use relume_bake::methods::transfer_images::albedo_errors::albedo_errors;
 use relume_bake::methods::transfer_images::later::albedos;
 use relume_bake::methods::transfer_images::{held_out, space_for};
 use relume_bake::trace::reference::{Paths, early_radiance_of, later_radiance_of};
+use relume_bake::trace::spot::Spot;
 use relume_bake::trace::tile_counts::TileCounts;
 use relume_formats::Place;
 use relume_formats::basis::Angles;
@@ -202,21 +203,23 @@ fn images_are_what_paths_make_of_albedos_and_two_functions() {
         assert_eq!(later.albedos_of(&coefficients), [[0.95; 3]]);
         let shown = evaluate(&images, &coefficients);
 
-        let functions = |from: usize, to: usize, m: u32, texture: Vec3A, angles: &Angles, less: bool| {
-            if m as usize != varying {
-                let fixed = &scene.materials[m as usize].brdf;
-                return if less { Vec3A::ZERO } else { relume_bake::brdf::evaluate(fixed, texture, angles) };
+        let fixed = |spot: &Spot, angles: &Angles| {
+            relume_bake::brdf::evaluate(&scene.materials[spot.material as usize].brdf, spot.albedo, angles)
+        };
+        let functions = |from: usize, to: usize, spot: &Spot, angles: &Angles, less: bool| {
+            if spot.material as usize != varying {
+                return if less { Vec3A::ZERO } else { fixed(spot, angles) };
             }
             let mut values = [0.0; MAX_BASES];
             basis.evaluate(angles, &mut values[..settings.bases]);
             let value = |k: usize| values[k] - if less { later.albedos[k] * FRAC_1_PI } else { 0.0 };
             (from..to).map(|k| Vec3A::from(coefficients[0][k]) * value(k)).sum()
         };
-        let on = |to: usize| move |m: u32, t: Vec3A, angles: &Angles| functions(0, to, m, t, angles, false);
-        let beyond = |m: u32, t: Vec3A, angles: &Angles| functions(1, 3, m, t, angles, true);
-        let matt = |m: u32, t: Vec3A, angles: &Angles| match m as usize == varying {
+        let on = |to: usize| move |spot: &Spot, angles: &Angles| functions(0, to, spot, angles, false);
+        let beyond = |spot: &Spot, angles: &Angles| functions(1, 3, spot, angles, true);
+        let matt = |spot: &Spot, angles: &Angles| match spot.material as usize == varying {
             true => Vec3A::splat(0.95 * FRAC_1_PI),
-            false => relume_bake::brdf::evaluate(&scene.materials[m as usize].brdf, t, angles),
+            false => fixed(spot, angles),
         };
         let of_pixel = |pixel: u32| {
             let mut sum = Vec3A::ZERO;

@@ -15,6 +15,7 @@ use crate::trace::gather::{EyeVertex, Gather, GatherPath, Onward, Reflection};
 use crate::trace::guide::{FilmTally, Guide, Trial, Trials};
 use crate::trace::lights::Lights;
 use crate::trace::sampler::PixelSampler;
+use crate::trace::spot::Spot;
 use crate::trace::world::World;
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -186,13 +187,14 @@ impl States {
     /// little: to add a density to one that is so much larger takes so much less from its variance.
     fn found(&self, eye: &EyeVertex, onward: &Onward, state: usize) -> [f32; 2] {
         let materials = &self.materials[state];
-        let brdf =
-            |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
+        let brdf = |spot: &Spot, angles: &Angles| {
+            brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
+        };
         let grey = |light: Vec3A| light.element_sum() / 3.0;
         let [_, indirect] = eye.early_light(brdf);
         let later = eye.later_light(brdf, brdf, matt_where_it_varies(&self.varies, brdf));
         let indirect = grey(indirect + later) * onward.density;
-        let of_met = |met: &Reflection| met.light * brdf(eye.material, eye.albedo, &met.angles);
+        let of_met = |met: &Reflection| met.light * brdf(&eye.spot, &met.angles);
         let seen = eye.met().map_or(Vec3A::ZERO, of_met);
         let seen = grey(seen) * (onward.density + onward.of_light);
         let [_, lobes] = onward.densities;

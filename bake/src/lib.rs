@@ -38,6 +38,7 @@ pub mod method;
 pub mod methods;
 pub mod noise_target;
 pub mod output;
+pub mod paintings;
 pub mod playable;
 pub mod probe;
 pub mod random_state;

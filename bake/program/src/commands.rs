@@ -24,8 +24,9 @@ pub use spheres::spheres;
 use crate::cli::{ExportArgs, InfoArgs, PathArgs, PlanArgs, TablesArgs};
 use relume_bake::error::Result;
 use relume_bake::inspect;
-use relume_bake::job::watch_signals;
+use relume_bake::job::{Job, ProgressMode, watch_signals};
 use relume_bake::output::create_folder;
+use relume_bake::paintings::paintings;
 use relume_chart::plan;
 use relume_formats::container::Stored;
 use relume_formats::kinds::{HaarTable, VisibilityTable};
@@ -68,7 +69,7 @@ pub fn export(args: &ExportArgs) -> Result<String> {
     } else {
         let scene = load(&args.what)?;
         // They take longest and may fail: before anything is written.
-        let paintings = regions::paintings(&scene)?;
+        let paintings = paintings(&scene, &Job::new(ProgressMode::Auto))?;
         let files = inspect::export_scene(&scene, &args.output)?;
         [files, regions::export(&scene, &paintings, &args.output)?].concat()
     };

@@ -11,6 +11,7 @@ use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::lights::Lights;
 use crate::trace::reference::{Estimate, Settings};
+use crate::trace::spot::Spot;
 use crate::trace::world::World;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
@@ -133,11 +134,11 @@ fn trace(
         gather.pixel(pixel, samples, |path| {
             Watcher::emitted(path, &mut classes[fixed].0);
             if let GatherPath::Surface(eye) = path {
-                let (seen, shown) = &mut classes[class(eye.material)];
+                let (seen, shown) = &mut classes[class(eye.spot.material)];
                 watcher.add(path, half_of(number, samples), seen);
                 for (shown, materials) in shown.iter_mut().zip(&states) {
-                    let brdf = |m: u32, albedo: Vec3A, angles: &Angles| {
-                        brdf::evaluate(&materials[m as usize], albedo, angles)
+                    let brdf = |spot: &Spot, angles: &Angles| {
+                        brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
                     };
                     let [direct, indirect] = eye.early_light(brdf);
                     shown.add([direct, indirect, eye.later_light(brdf, brdf, brdf)]);

@@ -3,6 +3,7 @@
 use crate::brdf;
 use crate::random_state::{all_as_sharp_as_they_get, all_in_random_state};
 use crate::trace::gather::{EyeVertex, GatherPath};
+use crate::trace::spot::Spot;
 use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::state::Brdf;
@@ -159,35 +160,36 @@ impl Watcher {
 
     /// What tells one surface from the next, but for light: two fixed materials may meet in one plane.
     fn colour(&self, eye: &EyeVertex) -> Vec3A {
-        if self.varies[eye.material as usize] {
-            return eye.albedo;
+        if self.varies[eye.spot.material as usize] {
+            return eye.spot.albedo;
         }
-        match self.states[0][eye.material as usize] {
-            Brdf::BlinnPhong(m) => Vec3A::from(m.kd) * eye.albedo + Vec3A::from(m.ks),
-            Brdf::CookTorrance(m) => Vec3A::from(m.kd) * eye.albedo + Vec3A::from(m.ks),
-            Brdf::Ggx(m) => Vec3A::from(m.base_color) * eye.albedo,
+        match self.states[0][eye.spot.material as usize] {
+            Brdf::BlinnPhong(m) => Vec3A::from(m.kd) * eye.spot.albedo + Vec3A::from(m.ks),
+            Brdf::CookTorrance(m) => Vec3A::from(m.kd) * eye.spot.albedo + Vec3A::from(m.ks),
+            Brdf::Ggx(m) => Vec3A::from(m.base_color) * eye.spot.albedo,
         }
     }
 
     /// By layer, as if materials that vary were matt where fourth and later reflections come from. At the
     /// surface before the eye's bakes keep less of a lobe than is looked at here, so that there is less noise.
     fn light(&self, eye: &EyeVertex, materials: &[Brdf]) -> [Vec3A; LAYERS] {
-        let brdf =
-            |m: u32, albedo: Vec3A, angles: &Angles| brdf::evaluate(&materials[m as usize], albedo, angles);
+        let brdf = |spot: &Spot, angles: &Angles| {
+            brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
+        };
         let [direct, indirect] = eye.early_light(brdf);
         [direct, indirect, eye.later_light(brdf, brdf, matt_where_it_varies(&self.varies, brdf))]
     }
 }
 
-/// `brdf`, which takes the index of a material, its texture's colour and angles, but matt for materials that
-/// vary: as third and later reflections are looked at.
+/// `brdf`, which takes a point of a surface and angles, but matt for materials that vary: as third and later
+/// reflections are looked at.
 pub fn matt_where_it_varies(
     varies: &[bool],
-    brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-) -> impl Fn(u32, Vec3A, &Angles) -> Vec3A {
-    move |m, albedo, angles| {
+    brdf: impl Fn(&Spot, &Angles) -> Vec3A,
+) -> impl Fn(&Spot, &Angles) -> Vec3A {
+    move |spot, angles| {
         let typical = Vec3A::splat(TYPICAL_ALBEDO * FRAC_1_PI);
-        if varies[m as usize] { typical } else { brdf(m, albedo, angles) }
+        if varies[spot.material as usize] { typical } else { brdf(spot, angles) }
     }
 }
 

@@ -130,7 +130,7 @@ impl Pilot<'_> {
         let mut number = 0;
         self.gather.pixel(pixel, PATHS, |path| {
             if let GatherPath::Surface(eye) = path {
-                let moments = classes.entry(self.class(eye.material)).or_default();
+                let moments = classes.entry(self.class(eye.spot.material)).or_default();
                 moments.add(half_of(number, PATHS), &self.watcher.lights(eye));
             }
             number += 1;

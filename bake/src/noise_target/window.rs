@@ -52,7 +52,7 @@ impl Window {
             let mut number = 0;
             pilot.gather.some_of_pixel(*pixel, known..wanted, |path| {
                 if let GatherPath::Surface(eye) = path {
-                    let seen = classes.entry(pilot.class(eye.material)).or_default();
+                    let seen = classes.entry(pilot.class(eye.spot.material)).or_default();
                     let half = if known > 0 { 1 } else { half_of(number, wanted) };
                     pilot.watcher.add(path, half, seen);
                 }

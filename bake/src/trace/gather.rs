@@ -11,6 +11,7 @@ use super::guide::Guide;
 use super::later::LaterVertex;
 use super::lights::{LightSample, Lights};
 use super::sampler::{PixelSampler, Sample};
+use super::spot::Spot;
 use super::tile_counts::TileCounts;
 use super::world::{Owner, Surface, World};
 use crate::brdf::angles;
@@ -58,10 +59,8 @@ impl GatherPath {
 /// The surface that the eye sees.
 #[derive(Debug, Clone)]
 pub struct EyeVertex {
-    /// Index of its material.
-    pub material: u32,
-    /// What its texture multiplies the diffuse colour with.
-    pub albedo: Vec3A,
+    /// What BRDFs know of it.
+    pub spot: Spot,
     /// World space.
     pub position: Vec3A,
     /// Unit shading normal, world space.
@@ -84,15 +83,15 @@ impl EyeVertex {
     }
 
     /// Light that it reflects to the eye, and that was reflected nowhere else, or once more. `brdf` gives the
-    /// BRDF of a material, by its index, where its texture has a certain colour, at some angles.
-    pub fn early_light(&self, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> [Vec3A; 2] {
-        let reflected = |material: u32, albedo: Vec3A, reflections: &[Option<Reflection>]| -> Vec3A {
-            reflections.iter().flatten().map(|r| r.light * brdf(material, albedo, &r.angles)).sum()
+    /// BRDF at a point of a surface, at some angles.
+    pub fn early_light(&self, brdf: impl Fn(&Spot, &Angles) -> Vec3A) -> [Vec3A; 2] {
+        let reflected = |spot: &Spot, reflections: &[Option<Reflection>]| -> Vec3A {
+            reflections.iter().flatten().map(|r| r.light * brdf(spot, &r.angles)).sum()
         };
-        let direct = reflected(self.material, self.albedo, &self.direct);
+        let direct = reflected(&self.spot, &self.direct);
         let indirect = self.indirect.as_ref().map_or(Vec3A::ZERO, |first| {
-            let light = reflected(first.material, first.albedo, &first.reflections);
-            light * brdf(self.material, self.albedo, &first.eye_angles)
+            let light = reflected(&first.spot, &first.reflections);
+            light * brdf(&self.spot, &first.eye_angles)
         });
         [direct, indirect]
     }
@@ -101,13 +100,13 @@ impl EyeVertex {
     /// `first`, and at all others by `before`.
     pub fn later_light(
         &self,
-        brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-        first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-        before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+        brdf: impl Fn(&Spot, &Angles) -> Vec3A,
+        first: impl Fn(&Spot, &Angles) -> Vec3A,
+        before: impl Fn(&Spot, &Angles) -> Vec3A,
     ) -> Vec3A {
         let at_first = self.indirect.as_ref().filter(|vertex| !vertex.later.is_empty());
         at_first.map_or(Vec3A::ZERO, |vertex| {
-            vertex.later_light(first, before) * brdf(self.material, self.albedo, &vertex.eye_angles)
+            vertex.later_light(first, before) * brdf(&self.spot, &vertex.eye_angles)
         })
     }
 }
@@ -143,10 +142,8 @@ pub struct Reflection {
 /// The surface before the one that the eye sees.
 #[derive(Debug, Clone)]
 pub struct FirstVertex {
-    /// Index of its material.
-    pub material: u32,
-    /// What its texture multiplies the diffuse colour with.
-    pub albedo: Vec3A,
+    /// What BRDFs know of it.
+    pub spot: Spot,
     /// At the surface that the eye sees.
     pub eye_angles: Angles,
     /// Light that this surface reflects towards the one that the eye sees, times cosine / density there.
@@ -312,8 +309,7 @@ impl<'a> Gather<'a> {
             _ => None,
         };
         EyeVertex {
-            material,
-            albedo: surface.albedo,
+            spot: surface.spot(material),
             position: surface.position,
             normal: surface.shading_normal,
             emitted: self.lights.emitted(surface),
@@ -334,8 +330,7 @@ impl<'a> Gather<'a> {
         let later = self.later.as_ref().map(|later| self.later_vertices(later, first, material, sample));
         let is_lit = later.is_some() || reflections.iter().any(Option::is_some);
         is_lit.then(|| FirstVertex {
-            material,
-            albedo: first.albedo,
+            spot: first.spot(material),
             eye_angles: bounce.angles,
             reflections,
             weight: bounce.weight(),

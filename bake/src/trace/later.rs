@@ -11,6 +11,7 @@
 use super::bounce::{Bounce, Chooser};
 use super::gather::{FirstVertex, Gather, Reflection, Reflections};
 use super::sampler::Sample;
+use super::spot::Spot;
 use super::world::{Owner, Surface};
 use crate::brdf;
 use crate::brdf::lobes::LobeMixture;
@@ -25,10 +26,8 @@ const PAIRS_PER_REFLECTION: u32 = 4;
 /// A surface that light met before it came to the one before the eye's.
 #[derive(Debug, Clone, Copy)]
 pub struct LaterVertex {
-    /// Index of its material.
-    pub material: u32,
-    /// What its texture multiplies the diffuse colour with.
-    pub albedo: Vec3A,
+    /// What BRDFs know of it.
+    pub spot: Spot,
     /// Between the directions and the normal of the surface that its light goes to.
     pub next_angles: Angles,
     /// Cosine / density there, over the chance that the path went on.
@@ -39,22 +38,21 @@ pub struct LaterVertex {
 
 impl FirstVertex {
     /// Light that it sends on after at least one more reflection, times cosine / density at the surface that
-    /// the eye sees. `first` gives the BRDF of its material, by its index, where its texture has a certain
-    /// colour, at some angles; `before` those of all other surfaces.
+    /// the eye sees. `first` gives its BRDF at some angles; `before` those of all other surfaces.
     pub fn later_light(
         &self,
-        first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-        before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+        first: impl Fn(&Spot, &Angles) -> Vec3A,
+        before: impl Fn(&Spot, &Angles) -> Vec3A,
     ) -> Vec3A {
         let Some(next) = self.later.first() else { return Vec3A::ZERO };
-        let mut throughput = self.weight * first(self.material, self.albedo, &next.next_angles);
+        let mut throughput = self.weight * first(&self.spot, &next.next_angles);
         let mut sum = Vec3A::ZERO;
         for (index, vertex) in self.later.iter().enumerate() {
             throughput *= vertex.weight;
             if let Some(next) = index.checked_sub(1).and_then(|next| self.later.get(next)) {
-                throughput *= before(next.material, next.albedo, &vertex.next_angles);
+                throughput *= before(&next.spot, &vertex.next_angles);
             }
-            let reflected = |r: &Reflection| r.light * before(vertex.material, vertex.albedo, &r.angles);
+            let reflected = |r: &Reflection| r.light * before(&vertex.spot, &r.angles);
             sum += throughput * vertex.reflections.iter().flatten().map(reflected).sum::<Vec3A>();
         }
         sum
@@ -91,8 +89,7 @@ impl Gather<'_> {
                 break;
             }
             vertices.push(LaterVertex {
-                material: owner,
-                albedo: next.albedo,
+                spot: next.spot(owner),
                 next_angles: bounce.angles,
                 weight: bounce.weight() / chance,
                 reflections: [None; 2],

@@ -3,6 +3,7 @@
 mod bounce;
 mod chances;
 mod coating;
+mod coordinates;
 pub mod environment;
 pub mod gather;
 pub mod guide;
@@ -16,6 +17,7 @@ pub mod receivers;
 pub mod reference;
 pub mod sampler;
 pub mod spans;
+pub mod spot;
 pub mod tile_counts;
 pub mod triangle;
 mod wide;

@@ -3,6 +3,7 @@
 use super::gather::GatherPath;
 use super::lights::Lights;
 use super::path::PathTracer;
+use super::spot::Spot;
 use super::world::World;
 use crate::brdf;
 use crate::guided;
@@ -112,8 +113,8 @@ pub fn render(
                 let mut sums = vec![PixelSums::default(); states.len()];
                 gather.pixel(pixel, gather.samples(pixel, settings.samples), |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
-                        sums.add(radiance_of(path, |m, albedo, angles| {
-                            brdf::evaluate(&materials[m as usize], albedo, angles)
+                        sums.add(radiance_of(path, |spot, angles| {
+                            brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
                         }));
                     }
                 });
@@ -124,14 +125,13 @@ pub fn render(
     }
 }
 
-/// Radiance that `path` carries if `brdf` gives the BRDF of a material, by its index, where its texture has a
-/// certain colour, at some angles.
-pub fn radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
+/// Radiance that `path` carries if `brdf` gives the BRDF at a point of a surface, at some angles.
+pub fn radiance_of(path: &GatherPath, brdf: impl Fn(&Spot, &Angles) -> Vec3A) -> Vec3A {
     early_radiance_of(path, &brdf) + later_radiance_of(path, &brdf, &brdf, &brdf)
 }
 
 /// The part of it that was reflected at most twice.
-pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A) -> Vec3A {
+pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(&Spot, &Angles) -> Vec3A) -> Vec3A {
     match path {
         GatherPath::Light(radiance) => *radiance,
         GatherPath::Surface(eye) => {
@@ -145,9 +145,9 @@ pub fn early_radiance_of(path: &GatherPath, brdf: impl Fn(u32, Vec3A, &Angles) -
 /// and `before` at all others.
 pub fn later_radiance_of(
     path: &GatherPath,
-    brdf: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-    first: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
-    before: impl Fn(u32, Vec3A, &Angles) -> Vec3A,
+    brdf: impl Fn(&Spot, &Angles) -> Vec3A,
+    first: impl Fn(&Spot, &Angles) -> Vec3A,
+    before: impl Fn(&Spot, &Angles) -> Vec3A,
 ) -> Vec3A {
     match path {
         GatherPath::Light(_) => Vec3A::ZERO,

@@ -4,12 +4,15 @@
 //! rounding and makes every decision independent of the scene's scale.
 
 use super::coating::Coatings;
+use super::coordinates::Coordinates;
 use super::spans::{Eye, TexelSet};
+use super::spot::Spot;
 use super::triangle::TriangleHit;
 use super::wide::{Found, Wide};
 use glam::Vec3A;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
+use relume_scenes::painting::Painting;
 use relume_scenes::{Emitter, Mesh, Scene};
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -59,6 +62,7 @@ pub struct World {
     /// For triangles that emit the light, and their index in its mesh.
     lights: Vec<Option<[u32; 2]>>,
     coatings: Coatings,
+    coordinates: Coordinates,
     /// Hierarchy units per metre: a power of two.
     units_per_metre: f32,
     /// Half the diagonal of the geometry's bounding box, metres.
@@ -80,6 +84,8 @@ pub struct Surface {
     pub light: Option<OnLight>,
     /// What a texture multiplies the diffuse colour with; 1 without one.
     pub albedo: Vec3A,
+    /// Where it is in the textures that are painted on its material; [`super::spot::UNPAINTED`] if none are.
+    pub uv: [f32; 2],
     /// True if the ray came from the front.
     pub front: bool,
     /// Unit direction to where the ray came from.
@@ -104,6 +110,11 @@ pub struct Meeting {
 }
 
 impl Surface {
+    /// What BRDFs know of it, if it wears the material of this index.
+    pub fn spot(&self, material: u32) -> Spot {
+        Spot { material, albedo: self.albedo, uv: self.uv }
+    }
+
     /// Where a ray that leaves the surface may start without meeting it again.
     pub fn offset(&self) -> Vec3A {
         self.position + self.geometric_normal * self.rounding
@@ -126,6 +137,12 @@ pub fn rounding_of(corners: &[Vec3A]) -> f32 {
 impl World {
     /// Builds the hierarchy.
     pub fn new(scene: &Scene) -> Self {
+        Self::painted(scene, &[])
+    }
+
+    /// The same, with where surfaces are in the textures of `paintings`. These may be of another pose: an object
+    /// has the same triangles in all of them.
+    pub fn painted(scene: &Scene, paintings: &[Painting]) -> Self {
         let mut given = Given::default();
         let mut light_of: Vec<Option<u32>> = vec![None; scene.objects.len()];
         for (index, light) in (0..).zip(&scene.lights) {
@@ -141,12 +158,13 @@ impl World {
                 given.add(&parallelogram(corner, edge_u, edge_v), Owner::Light(index), Some(index));
             }
         }
-        Self::from_triangles(given, Coatings::new(scene), Vec3A::from(scene.camera.position))
+        let on_triangles = (Coatings::new(scene), Coordinates::new(scene, paintings));
+        Self::from_triangles(given, on_triangles, Vec3A::from(scene.camera.position))
     }
 
     fn from_triangles(
         Given { triangles, normals, owners, lights }: Given,
-        coatings: Coatings,
+        (coatings, coordinates): (Coatings, Coordinates),
         eye: Vec3A,
     ) -> Self {
         // What rounding errors are relative to.
@@ -167,6 +185,7 @@ impl World {
             owners: order.clone().map(|i| owners[i]).collect(),
             lights: order.map(|i| lights[i]).collect(),
             coatings: coatings.reordered(&hierarchy.order),
+            coordinates: coordinates.reordered(&hierarchy.order),
             hierarchy,
             units_per_metre,
             radius,
@@ -284,6 +303,7 @@ impl World {
             owner,
             light,
             albedo,
+            uv: self.coordinates.at(found.number(), found.hit.barycentric),
             front,
             outgoing: -direction,
             rounding,

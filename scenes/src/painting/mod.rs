@@ -75,9 +75,13 @@ impl Painting {
 
     /// Where a point of a triangle of object number `object` is, by the weights of its second and third corner;
     /// `None` if that wears another material.
-    pub fn at(&self, object: usize, triangle: usize, [v, w]: [f32; 2]) -> Option<[f32; 2]> {
-        let [a, b, c] = self.objects.get(&object)?.get(triangle)?;
-        Some(std::array::from_fn(|k| (a[k] + (b[k] - a[k]) * v + (c[k] - a[k]) * w).clamp(0.0, 1.0)))
+    pub fn at(&self, object: usize, triangle: usize, barycentric: [f32; 2]) -> Option<[f32; 2]> {
+        self.of_object(object)?.get(triangle).map(|corners| within(corners, barycentric))
+    }
+
+    /// Of all triangles of object number `object`; `None` if that wears another material.
+    pub fn of_object(&self, object: usize) -> Option<&[Corners]> {
+        self.objects.get(&object).map(Vec::as_slice)
     }
 
     /// Whether the middle of each of `side` × `side` cells of the square is on a surface, row by row.
@@ -86,6 +90,11 @@ impl Painting {
         self.objects.values().flatten().for_each(|corners| cover.add(corners));
         cover.counts.iter().map(|count| *count > 0).collect()
     }
+}
+
+/// Where a point of a triangle is, by the weights of its second and third corner.
+pub fn within([a, b, c]: &Corners, [v, w]: [f32; 2]) -> [f32; 2] {
+    std::array::from_fn(|k| (a[k] + (b[k] - a[k]) * v + (c[k] - a[k]) * w).clamp(0.0, 1.0))
 }
 
 /// The number of the region that `uv` is in, row by row.

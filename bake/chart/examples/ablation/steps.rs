@@ -10,6 +10,7 @@ use relume_bake::trace::lights::Lights;
 use relume_bake::trace::receivers::{Receiver, receivers};
 use relume_bake::trace::reference::{self, Paths, Settings};
 use relume_bake::trace::sampler::PixelSampler;
+use relume_bake::trace::spot::UNPAINTED;
 use relume_bake::trace::world::{Owner, Surface, World};
 use relume_chart::play::Playing;
 use relume_chart::{reference as stored, states};
@@ -164,6 +165,7 @@ pub fn exact(scene: &Scene) -> Vec<Rgb> {
             owner: Owner::Material(0),
             light: None,
             albedo: Vec3A::ONE,
+            uv: UNPAINTED,
             front: true,
             outgoing: receiver.normal,
             rounding: 0.0,

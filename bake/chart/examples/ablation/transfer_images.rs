@@ -88,8 +88,8 @@ impl Film<'_> {
     fn analytic(&self, samples: u32) -> Result<Images> {
         let materials = self.materials();
         self.gathered(samples, |state, path| {
-            radiance_of(path, |m, albedo, angles| {
-                brdf::evaluate(&materials[state][m as usize], albedo, angles)
+            radiance_of(path, |spot, angles| {
+                brdf::evaluate(&materials[state][spot.material as usize], spot.albedo, angles)
             })
             .as_dvec3()
         })
@@ -102,7 +102,7 @@ impl Film<'_> {
             materials.iter().map(|materials| editable_coefficients(self.scene, basis, materials)).collect();
         self.gathered(samples, |state, path| {
             let on = OnBases { basis, materials: &materials[state], coefficients: &coefficients[state] };
-            radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
+            radiance_of(path, |spot, angles| on.evaluate(bases, spot, angles)).as_dvec3()
         })
     }
 

@@ -3,61 +3,19 @@
 
 use relume_bake::error::Result;
 use relume_bake::inspected::out::file_name_part;
-use relume_bake::interrupted::Interrupted;
-use relume_bake::job::{Job, ProgressMode, note};
-use relume_bake::trace::world::World;
+use relume_bake::trace::world::{Owner, World};
 use relume_chart::picture;
 use relume_formats::container::replace_file;
 use relume_formats::state::Rgb;
 use relume_scenes::Scene;
 use relume_scenes::painting::{Painting, REGIONS, region_of};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Side of the pictures of textures, pixels: a region is 32.
 const SIDE: u32 = 1024;
 /// Where there is no surface, and what surfaces that are not painted reflect.
 const NOTHING: Rgb = [0.0; 3];
 const UNPAINTED: f32 = 0.18;
-
-/// Where textures lie on the materials of `scene` that are painted, and that anything wears. Tells how they are found.
-///
-/// # Errors
-/// If a material needs an atlas and none can be made, or the user asks to stop.
-pub(super) fn paintings(scene: &Scene) -> Result<Vec<Painting>> {
-    let of = |material: &usize| {
-        let name = &scene.materials[*material].name;
-        match Painting::of_meshes(scene, *material) {
-            Ok(painting) => {
-                note(&format!("note: `{name}` is painted by the texture coordinates of its meshes"));
-                Ok(painting)
-            }
-            Err(why) => {
-                note(&format!(
-                    "note: `{name}` is painted by an atlas, for its texture coordinates do not serve: {why}"
-                ));
-                atlas(scene, *material)
-            }
-        }
-    };
-    let found = scene.vary.painted.iter().map(of).collect::<Result<Vec<_>>>()?;
-    Ok(found.into_iter().filter(|painting| !painting.is_empty()).collect())
-}
-
-fn atlas(scene: &Scene, material: usize) -> Result<Painting> {
-    let worn = scene.objects.iter().filter(|object| object.material == material);
-    let triangles: usize = worn.map(|object| object.mesh.triangles.len()).sum();
-    let progress = Job::new(ProgressMode::Auto).progress("making an atlas", triangles as u64);
-    let told = AtomicUsize::new(0);
-    let goes_on = |done: usize| {
-        let before = told.fetch_max(done, Ordering::Relaxed);
-        progress.advance(done.saturating_sub(before) as u64);
-        progress.check().is_ok()
-    };
-    let atlas = Painting::of_atlas(scene, material, goes_on)?;
-    // Only an interruption ends it.
-    atlas.map_or_else(|| Err(progress.check().err().unwrap_or(Interrupted).into()), Ok)
-}
 
 /// Writes a picture for each of `paintings`, and one of the scene, into the folder `out`. Returns the files.
 ///
@@ -99,23 +57,14 @@ fn colour(uv: [f32; 2]) -> Rgb {
 /// The scene, of every pixel the surface in its middle, as under a lamp beside the camera.
 fn as_seen(scene: &Scene, paintings: &[Painting]) -> Vec<Rgb> {
     let [width, height] = scene.size;
-    let (world, film) = (World::new(scene), scene.camera.film(width, height));
-    let first_triangles: Vec<usize> = scene
-        .objects
-        .iter()
-        .scan(0, |next, object| Some(std::mem::replace(next, *next + object.mesh.triangles.len())))
-        .collect();
+    let (world, film) = (World::painted(scene, paintings), scene.camera.film(width, height));
     let shown = |pixel: u32| {
         let direction = film.direction((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
-        let met = world.meet(film.eye_in_world, direction);
-        let surface = world.intersect(film.eye_in_world, direction);
-        let Some((met, surface)) = met.zip(surface) else { return NOTHING };
-        let triangle = met.triangle as usize;
-        let object = first_triangles.partition_point(|first| *first <= triangle).saturating_sub(1);
-        let within = triangle - first_triangles.get(object).copied().unwrap_or(triangle);
-        let uv = paintings.iter().find_map(|painting| painting.at(object, within, met.barycentric));
+        let Some(surface) = world.intersect(film.eye_in_world, direction) else { return NOTHING };
+        let is_painted = |painting: &Painting| surface.owner == Owner::Material(painting.material as u32);
+        let own = if paintings.iter().any(is_painted) { colour(surface.uv) } else { [UNPAINTED; 3] };
         let cosine = surface.shading_normal.dot(surface.outgoing).max(0.0);
-        uv.map_or([UNPAINTED; 3], colour).map(|channel| channel * (0.3 + 0.7 * cosine))
+        own.map(|channel| channel * (0.3 + 0.7 * cosine))
     };
     (0..width * height).map(shown).collect()
 }
@@ -123,6 +72,8 @@ fn as_seen(scene: &Scene, paintings: &[Painting]) -> Vec<Rgb> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use relume_bake::job::{Job, ProgressMode};
+    use relume_bake::paintings::paintings;
     use std::collections::HashSet;
 
     /// A square that fills the left half of the film and is painted, another material right above, nothing below that.
@@ -140,7 +91,7 @@ mod tests {
         let file = folder.path().join("scene.toml");
         std::fs::write(&file, SCENE).unwrap();
         let scene = relume_scenes::load(&file).unwrap();
-        let paintings = paintings(&scene).unwrap();
+        let paintings = paintings(&scene, &Job::new(ProgressMode::None)).unwrap();
         let files = export(&scene, &paintings, folder.path()).unwrap();
         let paint = format!("regions_{:03}_paint.png", scene.vary.painted[0]);
         assert_eq!(files, [paint.as_str(), "regions.png"].map(|name| folder.path().join(name)));

@@ -8,6 +8,7 @@ use crate::interrupted::Interrupted;
 use crate::job::{Job, Progress};
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::reference::{early_radiance_of, later_radiance_of, radiance_of};
+use crate::trace::spot::Spot;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
@@ -31,7 +32,7 @@ pub fn albedo_errors(
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
     let error = |state: &State<'_>, path: &GatherPath| {
-        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+        let brdf = |spot: &Spot, angles: &Angles| state.brdf(spot, angles);
         let later = later_radiance_of(path, brdf, brdf, brdf);
         [later - state.later_as_baked(path), early_radiance_of(path, brdf) + later]
     };
@@ -53,7 +54,7 @@ pub fn share_of_lobes(
     job: &Job,
 ) -> Result<Option<HeldOutErrors>> {
     let lobes = |state: &State<'_>, path: &GatherPath| {
-        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+        let brdf = |spot: &Spot, angles: &Angles| state.brdf(spot, angles);
         [state.lobes_as_baked(path), radiance_of(path, brdf)]
     };
     let progress = job.progress("light of lobes", pixels.len() as u64);

@@ -15,6 +15,7 @@ use crate::job::Job;
 use crate::trace::gather::{Gather, GatherPath};
 use crate::trace::reference::early_radiance_of;
 use crate::trace::sampler::PixelSampler;
+use crate::trace::spot::Spot;
 use glam::{DVec3, Vec3A};
 use half::f16;
 use rayon::prelude::*;
@@ -278,7 +279,7 @@ fn true_radiance(
     gather.pixel(pixel, samples, |path| {
         shows_light |= path.shows_light();
         for (sum, state) in sums.iter_mut().zip(states) {
-            let brdf = |m: u32, albedo: Vec3A, angles: &Angles| state.brdf(m, albedo, angles);
+            let brdf = |spot: &Spot, angles: &Angles| state.brdf(spot, angles);
             *sum += early_radiance_of(path, brdf).as_dvec3();
             if later {
                 *sum += state.later_as_baked(path).as_dvec3();
@@ -296,17 +297,15 @@ fn compare_bases(
     materials: &[Brdf],
     coefficients: &[Option<Vec<Rgb>>],
 ) -> Vec<Squares> {
-    let analytic = |material: u32, albedo: Vec3A, angles: &Angles| {
-        brdf::evaluate(&materials[material as usize], albedo, angles)
+    let analytic = |spot: &Spot, angles: &Angles| {
+        brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
     };
     let on = OnBases { basis, materials, coefficients };
     let truth: DVec3 = paths.iter().map(|path| early_radiance_of(path, analytic).as_dvec3()).sum();
     let squares = |bases: usize| {
         let sum: DVec3 = paths
             .iter()
-            .map(|path| {
-                early_radiance_of(path, |m, albedo, angles| on.evaluate(bases, m, albedo, angles)).as_dvec3()
-            })
+            .map(|path| early_radiance_of(path, |spot, angles| on.evaluate(bases, spot, angles)).as_dvec3())
             .sum();
         Squares { difference: truth.distance_squared(sum), norm: truth.length_squared() }
     };
@@ -325,15 +324,15 @@ pub struct OnBases<'a> {
 
 impl OnBases<'_> {
     /// The BRDF of a material with the first `bases` of the basis.
-    pub fn evaluate(&self, bases: usize, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
-        let Some(coefficients) = &self.coefficients[material as usize] else {
-            return brdf::evaluate(&self.materials[material as usize], albedo, angles);
+    pub fn evaluate(&self, bases: usize, spot: &Spot, angles: &Angles) -> Vec3A {
+        let Some(coefficients) = &self.coefficients[spot.material as usize] else {
+            return brdf::evaluate(&self.materials[spot.material as usize], spot.albedo, angles);
         };
         let mut values = [0.0; MAX_BASES];
         self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
         let mut terms = coefficients[..bases].iter().zip(&values).map(|(c, v)| Vec3A::from(*c) * *v);
         // The texture acts on the diffuse basis only.
-        terms.next().unwrap_or_default() * albedo + terms.sum::<Vec3A>()
+        terms.next().unwrap_or_default() * spot.albedo + terms.sum::<Vec3A>()
     }
 }
 

@@ -198,7 +198,7 @@ impl Exchange {
         let mut weight = DVec3::ONE;
         // The last material that varies, and what of its light arrived since.
         let mut before: Option<usize> = None;
-        let (mut material, mut albedo) = (first.material, first.albedo);
+        let (mut material, mut albedo) = (first.spot.material, first.spot.albedo);
         let mut ahead = first.later.iter();
         loop {
             let here = scene.vary.place_of(material);
@@ -220,7 +220,7 @@ impl Exchange {
                 }
             };
             weight *= reflectance * f64::from(next.weight);
-            (material, albedo) = (next.material, next.albedo);
+            (material, albedo) = (next.spot.material, next.spot.albedo);
         }
     }
 

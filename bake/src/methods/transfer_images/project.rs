@@ -110,7 +110,7 @@ impl<'a> Projector<'a> {
         match path {
             GatherPath::Light(_) => records.classes[fixed].count += 1,
             GatherPath::Surface(eye) => {
-                let reflector = self.materials[eye.material as usize];
+                let reflector = self.materials[eye.spot.material as usize];
                 let class = if let Reflector::Editable(class) = reflector { class } else { fixed };
                 let record = &mut records.classes[class];
                 record.count += 1;
@@ -129,22 +129,22 @@ impl<'a> Projector<'a> {
                 sums,
                 FirstReflection::None,
                 direct.light,
-                eye.albedo,
+                eye.spot.albedo,
                 &self.values(&direct.angles),
             );
         }
         if let Some(first) = &eye.indirect {
             let at_eye = self.values(&first.eye_angles);
             self.each_first(first, |reflection, light| {
-                self.add_slots(sums, reflection, light, eye.albedo, &at_eye)
+                self.add_slots(sums, reflection, light, eye.spot.albedo, &at_eye)
             });
         }
     }
 
     fn add_fixed(&self, eye: &EyeVertex, material: &Brdf, sums: &mut [f32]) {
-        add_rgb(sums, 0, reflect(&eye.direct, eye.albedo, material));
+        add_rgb(sums, 0, reflect(&eye.direct, eye.spot.albedo, material));
         if let Some(first) = &eye.indirect {
-            let at_eye = brdf::evaluate(material, eye.albedo, &first.eye_angles);
+            let at_eye = brdf::evaluate(material, eye.spot.albedo, &first.eye_angles);
             self.each_first(first, |reflection, light| {
                 add_rgb(sums, 3 * self.layout.first_index(reflection), light * at_eye)
             });
@@ -153,9 +153,9 @@ impl<'a> Projector<'a> {
 
     /// Calls `each` with every first reflection that `first` stands for and the light it sends on.
     fn each_first(&self, first: &FirstVertex, mut each: impl FnMut(FirstReflection, Vec3A)) {
-        match self.materials[first.material as usize] {
+        match self.materials[first.spot.material as usize] {
             Reflector::Fixed(material) => {
-                each(FirstReflection::Fixed, reflect(&first.reflections, first.albedo, &material))
+                each(FirstReflection::Fixed, reflect(&first.reflections, first.spot.albedo, &material))
             }
             Reflector::Editable(material) => {
                 let mut sums = [Vec3A::ZERO; MAX_BASES];
@@ -165,7 +165,7 @@ impl<'a> Projector<'a> {
                         .zip(&values[..self.layout.bases])
                         .for_each(|(sum, value)| *sum += *light * *value);
                 }
-                sums[0] *= first.albedo;
+                sums[0] *= first.spot.albedo;
                 for (basis, light) in sums[..self.layout.bases].iter().enumerate() {
                     each(FirstReflection::Editable { material, basis }, *light);
                 }
@@ -186,9 +186,9 @@ impl<'a> Projector<'a> {
         mut each: impl FnMut(FirstReflection, Vec3A),
     ) {
         let arriving = self.arriving(&later.albedos, first);
-        match self.materials[first.material as usize] {
+        match self.materials[first.spot.material as usize] {
             Reflector::Fixed(material) => {
-                let reflectance = brdf::evaluate(&material, first.albedo, angles);
+                let reflectance = brdf::evaluate(&material, first.spot.albedo, angles);
                 for (node, light) in arriving.iter().enumerate() {
                     each(FirstReflection::Later { node }, *light * reflectance);
                 }
@@ -227,7 +227,7 @@ impl<'a> Projector<'a> {
                     shares.iter_mut().zip(node_albedos).for_each(|(s, albedos)| *s *= albedos[class]);
                 }
             }
-            let (reflector, albedo) = (self.materials[vertex.material as usize], vertex.albedo);
+            let (reflector, albedo) = (self.materials[vertex.spot.material as usize], vertex.spot.albedo);
             let (light, class) = match reflector {
                 Reflector::Fixed(material) => (reflect(&vertex.reflections, albedo, &material), None),
                 Reflector::Editable(class) => {

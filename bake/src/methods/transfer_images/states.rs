@@ -5,6 +5,7 @@ use super::later::{beyond_albedo, lambert};
 use crate::brdf;
 use crate::trace::gather::GatherPath;
 use crate::trace::reference::later_radiance_of;
+use crate::trace::spot::Spot;
 use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
@@ -52,15 +53,15 @@ impl<'a> State<'a> {
     }
 
     /// As it is, sr⁻¹.
-    pub(super) fn brdf(&self, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
-        brdf::evaluate(&self.materials[material as usize], albedo, angles)
+    pub(super) fn brdf(&self, spot: &Spot, angles: &Angles) -> Vec3A {
+        brdf::evaluate(&self.materials[spot.material as usize], spot.albedo, angles)
     }
 
     /// Light of third and later reflections as it is baked, but for nodes; all of it if none are.
     pub(super) fn later_as_baked(&self, path: &GatherPath) -> Vec3A {
-        let brdf = |m: u32, albedo: Vec3A, angles: &Angles| self.brdf(m, albedo, angles);
+        let brdf = |spot: &Spot, angles: &Angles| self.brdf(spot, angles);
         let Some(baked) = &self.baked else { return later_radiance_of(path, brdf, brdf, brdf) };
-        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| self.by_albedo(baked, m, albedo, angles);
+        let by_albedo = |spot: &Spot, angles: &Angles| self.by_albedo(baked, spot, angles);
         let eye = self.on_bases(baked, baked.later.eye_bases);
         later_radiance_of(path, eye, by_albedo, by_albedo) + self.lobes_as_baked(path)
     }
@@ -71,13 +72,13 @@ impl<'a> State<'a> {
             return Vec3A::ZERO;
         };
         let AsBaked { later, coefficients, .. } = baked;
-        let beyond = |m: u32, _: Vec3A, angles: &Angles| {
+        let beyond = |spot: &Spot, angles: &Angles| {
             let mut values = [0.0; MAX_BASES];
             self.basis.evaluate(angles, &mut values[..self.basis.bases()]);
-            let coefficients = coefficients[m as usize].iter().flatten().skip(1);
+            let coefficients = coefficients[spot.material as usize].iter().flatten().skip(1);
             coefficients.zip(beyond_albedo(later, &values)).map(|(c, value)| Vec3A::from(*c) * value).sum()
         };
-        let by_albedo = |m: u32, albedo: Vec3A, angles: &Angles| self.by_albedo(baked, m, albedo, angles);
+        let by_albedo = |spot: &Spot, angles: &Angles| self.by_albedo(baked, spot, angles);
         later_radiance_of(path, self.on_bases(baked, later.lobe_eye_bases), beyond, by_albedo)
     }
 
@@ -86,14 +87,14 @@ impl<'a> State<'a> {
         &'b self,
         baked: &'b AsBaked<'_>,
         bases: u32,
-    ) -> impl Fn(u32, Vec3A, &Angles) -> Vec3A + use<'a, 'b> {
+    ) -> impl Fn(&Spot, &Angles) -> Vec3A + use<'a, 'b> {
         let on = OnBases { basis: self.basis, materials: &self.materials, coefficients: &baked.coefficients };
-        move |m: u32, albedo: Vec3A, angles: &Angles| on.evaluate(bases as usize, m, albedo, angles)
+        move |spot: &Spot, angles: &Angles| on.evaluate(bases as usize, spot, angles)
     }
 
     /// A Lambert surface's for a material that varies.
-    fn by_albedo(&self, baked: &AsBaked<'_>, material: u32, albedo: Vec3A, angles: &Angles) -> Vec3A {
-        baked.lambert[material as usize].unwrap_or_else(|| self.brdf(material, albedo, angles))
+    fn by_albedo(&self, baked: &AsBaked<'_>, spot: &Spot, angles: &Angles) -> Vec3A {
+        baked.lambert[spot.material as usize].unwrap_or_else(|| self.brdf(spot, angles))
     }
 }
 

@@ -1,8 +1,9 @@
-//! Coinciding triangles, and rays that must not escape.
+//! Coinciding triangles, rays that must not escape, and what is known of what they meet.
 
 use super::*;
 use crate::trace::sampler::PixelSampler;
 use crate::trace::spans::TexelRays;
+use crate::trace::spot::UNPAINTED;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -24,6 +25,36 @@ fn triangles_that_coincide_make_no_deep_tree() {
     let hit = world.intersect(Vec3A::new(0.2, 0.2, 3.0), Vec3A::NEG_Z).unwrap();
     assert!(hit.position.distance(Vec3A::new(0.2, 0.2, 0.0)) < 1e-5 && hit.front);
     assert!(world.intersect(Vec3A::new(0.7, 0.7, 3.0), Vec3A::NEG_Z).is_none());
+}
+
+/// By triangles counted in another way than the hierarchy's, and nothing where nothing is painted.
+#[test]
+fn surfaces_know_where_textures_lie_on_them() {
+    let scene = relume_scenes::load(&relume_scenes::resolve("cornell-knot").unwrap()).unwrap();
+    let painted = scene.vary.materials[0];
+    let painting = Painting::of_atlas(&scene, painted, |_| true).unwrap().unwrap();
+    let (world, plain) = (World::painted(&scene, std::slice::from_ref(&painting)), World::new(&scene));
+    let numbered = |object: usize| {
+        (0..scene.objects[object].mesh.triangles.len()).map(move |triangle| (object, triangle))
+    };
+    let triangles: Vec<_> = (0..scene.objects.len()).flat_map(numbered).collect();
+    let (mut met, mut others) = (0, 0);
+    for index in 0..1024 {
+        let film = scene.camera.film(32, 32);
+        let (eye, direction) =
+            (film.eye_in_world, film.direction((index % 32) as f32 + 0.5, (index / 32) as f32 + 0.5));
+        let Some((meeting, surface)) = world.meet(eye, direction).zip(world.intersect(eye, direction)) else {
+            continue;
+        };
+        let of_triangle =
+            |(object, index): &(usize, usize)| painting.at(*object, *index, meeting.barycentric);
+        let expected = triangles.get(meeting.triangle as usize).and_then(of_triangle);
+        assert_eq!(expected.is_some(), meeting.owner == Owner::Material(painted as u32));
+        *if expected.is_some() { &mut met } else { &mut others } += 1;
+        assert_eq!(surface.uv, expected.unwrap_or(UNPAINTED));
+        assert_eq!(plain.intersect(eye, direction).map(|surface| surface.uv), Some(UNPAINTED));
+    }
+    assert!(met > 20 && others > 20, "{met} {others}");
 }
 
 /// A ray in any direction from a hundredth of the longest side below a triangle.

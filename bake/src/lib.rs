@@ -27,6 +27,7 @@ pub mod darkness;
 pub mod error;
 pub mod exr_file;
 pub mod filter;
+pub mod fragments;
 pub mod guided;
 pub mod inspect;
 pub mod inspected;

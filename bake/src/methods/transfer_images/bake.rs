@@ -1,16 +1,16 @@
 //! From a scene to images: tiles of traced and projected pixels, packed.
 
+use super::channels::channels;
 use super::chromaticity::{chromaticity, grey_channel};
-use super::filtered::Filtered;
 use super::held_out::{SPACING, one_pixel_in};
 use super::later::later;
+use super::pack::pack;
 use super::project::{Projector, Record};
-use super::records::Records;
 use super::settings::{NAME, READS, REVISION, Settings};
-use super::tiles::{Tile, TileFragment};
 use crate::error::Result;
 use crate::filter::seen::half_of;
 use crate::filter::{Filter, Noise, Watcher};
+use crate::fragments::{Filtered, Records, Tile, TileFragment, pixels_of, tiles_of};
 use crate::job::Job;
 use crate::scene_hash::hash_of;
 use crate::stage::Stage;
@@ -23,9 +23,6 @@ use relume_formats::kinds::transfer_images::{Later, LaterImages, Layout, Meta, T
 use relume_formats::state::{Brdf, Rgb};
 use relume_scenes::Scene;
 use xxhash_rust::xxh3::xxh3_128;
-
-/// Side of a tile, pixels.
-pub(super) const TILE: u32 = crate::filter::TILE as u32;
 
 /// Images of a scene.
 pub struct Baked {
@@ -64,7 +61,9 @@ pub fn bake(
     };
     let Some(log) = run(&tiles)? else { return Ok(None) };
     let samples = |pixel: u32| gather.samples(pixel, settings.samples);
-    let traced = Records { log: &log, tiles: tiles.pieces(), layout: &layout, samples: &samples };
+    let channels = channels(&layout);
+    let fixed = layout.materials as u16;
+    let traced = Records { log: &log, tiles: tiles.pieces(), channels: &channels, fixed, samples: &samples };
     let filter = Filter::new(traced.film(settings.size[0], job)?, job)?;
     let noise = filter.noise();
 
@@ -80,16 +79,16 @@ pub fn bake(
     let head = (meta, later.clone());
     if !settings.filter {
         let noise = noise.map(|noise| Noise { after: noise.before, ..noise });
-        let images = traced.pack(basis, head, None, job)?;
+        let images = pack(&traced, &layout, basis, head, None, job)?;
         return Ok(Some(Baked { images, unfiltered: None, noise }));
     }
     let mut measured = one_pixel_in(SPACING, settings.size);
     measured.sort_unstable();
-    let unfiltered = traced.pack(basis, head.clone(), Some(&measured), job)?;
-    let stage = Filtered::new(&traced, filter, tiles.grid(), tiles.key);
+    let unfiltered = pack(&traced, &layout, basis, head.clone(), Some(&measured), job)?;
+    let stage = Filtered::new(&traced, filter, tiles_of(settings.size), tiles.key, NAME);
     let Some(filtered) = run(&stage)? else { return Ok(None) };
     let filtered = Records { log: &filtered, ..traced };
-    let images = filtered.pack(basis, head, None, job)?;
+    let images = pack(&filtered, &layout, basis, head, None, job)?;
     Ok(Some(Baked { images, unfiltered: Some(unfiltered), noise }))
 }
 
@@ -119,13 +118,6 @@ struct Tiles<'a> {
     key: u128,
 }
 
-impl Tiles<'_> {
-    /// Tiles along each side of the film.
-    fn grid(&self) -> [u32; 2] {
-        self.settings.size.map(|side| side.div_ceil(TILE))
-    }
-}
-
 impl Stage for Tiles<'_> {
     fn name(&self) -> String {
         NAME.to_owned()
@@ -140,15 +132,12 @@ impl Stage for Tiles<'_> {
     }
 
     fn pieces(&self) -> u32 {
-        let [columns, rows] = self.grid();
+        let [columns, rows] = tiles_of(self.settings.size);
         columns * rows
     }
 
     fn piece(&self, number: u32) -> Result<Vec<u8>> {
-        let ([width, height], [columns, _]) = (self.settings.size, self.grid());
-        let (x0, y0) = (number % columns * TILE, number / columns * TILE);
-        let row = |y: u32| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x);
-        let pixels = (y0..(y0 + TILE).min(height)).flat_map(row);
+        let pixels = pixels_of(number, self.settings.size);
         Ok(trace_pixels(pixels, self.settings.samples, self.gather, &self.projector).encode())
     }
 }

@@ -1,12 +1,12 @@
 //! Whether the method serves a scene, and what that takes.
 
-use super::bake::TILE;
 use super::basis::model;
 use super::chromaticity::chromaticity;
 use super::held_out;
 use super::later;
 use super::settings::{NAME, Settings};
 use crate::error::{BakeError, Result};
+use crate::fragments::SIDE;
 use crate::guided;
 use crate::trace::gather::MAX_REFLECTIONS;
 use relume_formats::Place;
@@ -66,7 +66,7 @@ pub(super) fn predicted_bytes(scene: &Scene, settings: &Settings) -> u64 {
     let texels = scene.environment.as_ref().map_or(0, |e| e.map.map.texels.len() as u64);
     // A tile is filtered beside those around it, and some pixels show several classes.
     let tiles =
-        9 * u64::from(TILE * TILE) * layout.channels() as u64 * 4 * rayon::current_num_threads() as u64;
+        9 * u64::from(SIDE * SIDE) * layout.channels() as u64 * 4 * rayon::current_num_threads() as u64;
     fragments * (layout.channels() as u64 * 8 + 32 + FILTERED)
         + tiles
         + pixels.div_ceil(u64::from(held_out::SPACING.pow(2))) * 12 * u64::from(held_out::STATES)

@@ -1,7 +1,7 @@
 //! Method `transfer-images` (thesis §4.1): light and view stay, materials of whole objects vary.
 //!
 //! Gather: the paths of [`crate::trace::gather`]. Project: every path on every basis, [`project`]. Filter:
-//! noise out, the same way of all images, [`filtered`]. Compress: halves with a range per image, [`pack`].
+//! noise out, the same way of all images, [`crate::fragments`]. Compress: halves with a range per image, [`pack`].
 //! What it cannot do: exponents above 200 or roughness below 0.32, lights or views that vary. Third and later
 //! reflections know materials by their albedos alone, [`later`].
 //!
@@ -10,8 +10,8 @@
 pub mod albedo_errors;
 mod bake;
 mod basis;
+mod channels;
 mod chromaticity;
-mod filtered;
 mod fit;
 pub mod held_out;
 mod inspected;
@@ -20,12 +20,10 @@ mod method;
 pub mod pack;
 mod prediction;
 mod project;
-mod records;
 mod registered;
 mod rounding;
 mod settings;
 mod states;
-mod tiles;
 
 pub use bake::{Baked, bake};
 pub use basis::{model, space_for};

@@ -3,6 +3,22 @@
 use crate::filter::Seen;
 use crate::filter::seen::WORDS;
 
+/// Side of a tile, pixels.
+pub const SIDE: u32 = crate::filter::TILE as u32;
+
+/// Tiles along each side of a film of `size` pixels.
+pub fn tiles_of(size: [u32; 2]) -> [u32; 2] {
+    size.map(|side| side.div_ceil(SIDE))
+}
+
+/// The pixels of tile number `tile` of such a film, in order.
+pub fn pixels_of(tile: u32, [width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
+    let [columns, _] = tiles_of([width, height]);
+    let (x0, y0) = (tile % columns * SIDE, tile / columns * SIDE);
+    let row = move |y: u32| (x0..(x0 + SIDE).min(width)).map(move |x| y * width + x);
+    (y0..(y0 + SIDE).min(height)).flat_map(row)
+}
+
 /// Bytes of the small print of a fragment.
 const SMALL_PRINT: usize = 10 + 4 * WORDS;
 

@@ -2,17 +2,26 @@
 
 use super::tiles::{Tile, TileFragment};
 use crate::error::Result;
-use crate::filter::Film;
+use crate::filter::{Film, LAYERS};
 use crate::interrupted::Interrupted;
 use crate::job::{Job, Progress};
 use crate::work_log::WorkLog;
 use rayon::prelude::*;
-use relume_formats::kinds::transfer_images::Layout;
+use std::ops::Range;
 
 /// Tiles that are in memory at a time.
 const BATCH: u32 = 64;
 
-/// A fragment with the sums of its channels, slot by slot.
+/// What the channels of a fragment are.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Channels {
+    /// Their number.
+    pub count: usize,
+    /// Those of each layer of light, which noise is filtered out of.
+    pub layers: [Vec<Range<usize>>; LAYERS],
+}
+
+/// A fragment with the sums of its channels.
 pub type Record<'a> = (TileFragment, &'a [f32]);
 
 /// A log that has all tiles.
@@ -22,8 +31,10 @@ pub struct Records<'a> {
     pub log: &'a WorkLog,
     /// Their number.
     pub tiles: u32,
-    /// What channels there are.
-    pub layout: &'a Layout,
+    /// What channels fragments of materials that vary have, and those of fixed ones.
+    pub channels: &'a [Channels; 2],
+    /// The class of everything fixed.
+    pub fixed: u16,
     /// How many samples pixels have.
     pub samples: &'a (dyn Fn(u32) -> u32 + Sync),
 }
@@ -61,27 +72,31 @@ impl Records<'_> {
     pub fn of<'t>(&self, tile: &'t Tile) -> Result<Vec<Record<'t>>> {
         let mut values = tile.values.as_slice();
         let mut record = |fragment: &TileFragment| {
-            let (record, rest) = values.split_at_checked(self.channels(fragment)).ok_or_else(|| {
-                self.log.refuse("holds a tile that does not fit the layout; bake again with --force")
-            })?;
+            let (record, rest) =
+                values.split_at_checked(self.channels_of(fragment).count).ok_or_else(|| {
+                    self.log.refuse("holds a tile that does not fit the layout; bake again with --force")
+                })?;
             values = rest;
             Ok((*fragment, record))
         };
         tile.fragments.iter().map(&mut record).collect()
     }
 
-    /// Fixed fragments have the first slots only, all of them RGB.
-    fn channels(&self, fragment: &TileFragment) -> usize {
-        if self.is_fixed(fragment) { 3 * self.layout.firsts() } else { self.layout.channels() }
+    /// Those of a fragment.
+    pub(super) fn channels_of(&self, fragment: &TileFragment) -> &Channels {
+        &self.channels[usize::from(self.is_fixed(fragment))]
     }
 
     fn is_fixed(&self, fragment: &TileFragment) -> bool {
-        usize::from(fragment.class) == self.layout.materials
+        fragment.class == self.fixed
     }
 
     /// Hands over the records of some tiles at a time, in their order, as far as they are `wanted`; means over
-    /// samples now, in which is what surfaces emit.
-    pub(super) fn for_each_batch(
+    /// samples now, in the first channels of which is what surfaces emit.
+    ///
+    /// # Errors
+    /// If the log cannot be read or the job is interrupted.
+    pub fn for_each_batch(
         &self,
         progress: &Progress,
         wanted: impl Fn(&TileFragment) -> bool,
@@ -102,12 +117,14 @@ impl Records<'_> {
         Ok(())
     }
 
-    /// Means over samples, with what surfaces emit in those of direct light.
+    /// Means over samples, with what surfaces emit in the first channels of the fixed class.
     fn means(&self, mut tile: Tile) -> Tile {
         let mut values = tile.values.as_mut_slice();
         for fragment in &tile.fragments {
             // Of another layout: refused as it is read.
-            let Some((record, rest)) = values.split_at_mut_checked(self.channels(fragment)) else { break };
+            let Some((record, rest)) = values.split_at_mut_checked(self.channels_of(fragment).count) else {
+                break;
+            };
             if self.is_fixed(fragment) {
                 record.iter_mut().zip(fragment.seen.emitted).for_each(|(sum, emitted)| *sum += emitted);
             }

@@ -1,15 +1,11 @@
 //! Takes the noise out of traced tiles, a tile a piece.
 
-use super::bake::TILE;
 use super::records::{Record, Records};
-use super::settings::NAME;
-use super::tiles::{Tile, TileFragment};
+use super::tiles::{SIDE, Tile, TileFragment};
 use crate::error::Result;
-use crate::filter::{Filter, LAYERS, Layer, Row};
+use crate::filter::{Filter, LAYERS, Row};
 use crate::stage::Stage;
-use relume_formats::kinds::transfer_images::FirstReflection;
 use std::collections::HashMap;
-use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_128;
 
 /// Filtering tiles.
@@ -19,19 +15,19 @@ pub struct Filtered<'a> {
     /// Tiles along each side of the film.
     grid: [u32; 2],
     key: u128,
-    /// Channels of each layer in the records of editable fragments and of fixed ones.
-    editable: [Vec<Range<usize>>; LAYERS],
-    fixed: [Vec<Range<usize>>; LAYERS],
+    method: &'static str,
 }
 
 impl<'a> Filtered<'a> {
-    /// What was `traced`, under this key.
-    pub fn new(traced: &'a Records<'a>, filter: Filter, grid: [u32; 2], key: u128) -> Self {
-        let slots = &traced.layout.slots;
-        let editable = slots.iter().map(|slot| (slot.first, slot.channels()));
-        let fixed = slots.iter().filter_map(|slot| Some((slot.fixed?, slot.channels())));
-        let (editable, fixed) = (channels_of_layers(editable), channels_of_layers(fixed));
-        Self { traced, filter, grid, key: xxh3_128(format!("{key:032x} filter").as_bytes()), editable, fixed }
+    /// What was `traced` by a method, under this key.
+    pub fn new(
+        traced: &'a Records<'a>,
+        filter: Filter,
+        grid: [u32; 2],
+        key: u128,
+        method: &'static str,
+    ) -> Self {
+        Self { traced, filter, grid, key: xxh3_128(format!("{key:032x} filter").as_bytes()), method }
     }
 
     /// A tile and those around it, each with its number.
@@ -50,9 +46,8 @@ impl<'a> Filtered<'a> {
         rows: &[Row; LAYERS],
         records: &HashMap<u32, Record<'_>>,
     ) -> Vec<f32> {
-        let is_fixed = usize::from(fragment.class) == self.traced.layout.materials;
         let mut values = vec![0.0; record.len()];
-        for (row, channels) in rows.iter().zip(if is_fixed { &self.fixed } else { &self.editable }) {
+        for (row, channels) in rows.iter().zip(&self.traced.channels_of(fragment).layers) {
             for (number, weight) in row {
                 let Some((other, sums)) = records.get(number) else { continue };
                 let weight = weight * surface_samples(fragment) / surface_samples(other);
@@ -68,7 +63,7 @@ impl<'a> Filtered<'a> {
 
 impl Stage for Filtered<'_> {
     fn name(&self) -> String {
-        format!("{NAME}-filtered")
+        format!("{}-filtered", self.method)
     }
 
     fn label(&self) -> Option<&'static str> {
@@ -90,7 +85,7 @@ impl Stage for Filtered<'_> {
             let known = self.traced.of(tile)?.into_iter();
             records.extend(known.filter_map(|r| Some((self.filter.number(r.0.pixel, r.0.class)?, r))));
         }
-        let place = [number % self.grid[0] * TILE, number / self.grid[0] * TILE];
+        let place = [number % self.grid[0] * SIDE, number / self.grid[0] * SIDE];
         let rows: HashMap<_, _> = self.filter.rows(place.map(|p| p as i32)).into_iter().collect();
         let own = tiles.iter().filter(|(of, _)| *of == number).map(|(_, tile)| tile);
         let mut filtered = Tile::default();
@@ -110,27 +105,4 @@ impl Stage for Filtered<'_> {
 
 fn surface_samples(fragment: &TileFragment) -> f32 {
     fragment.seen.samples[0] + fragment.seen.samples[1]
-}
-
-fn layer_of(first: FirstReflection) -> Layer {
-    match first {
-        FirstReflection::None => Layer::Direct,
-        FirstReflection::Fixed | FirstReflection::Editable { .. } => Layer::Indirect,
-        FirstReflection::Later { .. } | FirstReflection::LaterLobe { .. } => Layer::Later,
-    }
-}
-
-/// Of slots in their order, each with its channels.
-fn channels_of_layers(slots: impl Iterator<Item = (FirstReflection, usize)>) -> [Vec<Range<usize>>; LAYERS] {
-    let mut layers: [Vec<Range<usize>>; LAYERS] = Default::default();
-    let mut start = 0;
-    for (first, channels) in slots {
-        let layer = &mut layers[layer_of(first) as usize];
-        match layer.last_mut() {
-            Some(last) if last.end == start => last.end += channels,
-            _ => layer.push(start..start + channels),
-        }
-        start += channels;
-    }
-    layers
 }

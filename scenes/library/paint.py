@@ -5,6 +5,7 @@ Needs nothing but Python. What it writes is ours and free for any use (CC0)."""
 
 import math
 import struct
+import sys
 import zlib
 from pathlib import Path
 
@@ -130,7 +131,7 @@ class Model:
         return str(table.setdefault(value, len(table) + 1))
 
     def write(self, name):
-        lines = [f"# made by {Path(__file__).name}, CC0"]
+        lines = [f"# made by {Path(sys.argv[0]).name}, CC0"]
         for tag, table in self.tables.items():
             lines += [" ".join([tag] + [f"{x:g}" for x in value]) for value in table]
         (HERE / name).write_text("\n".join(lines + self.faces) + "\n")

@@ -19,6 +19,7 @@ fn references(scene: &Scene, states: &[Vec<Brdf>], settings: &Settings, paths: P
     reference::render(
         scene,
         &scenes,
+        &[],
         &reference::Settings { size, samples, seed, reflections: 2, paths, target: None },
         &job(),
     )

@@ -16,6 +16,7 @@
 //! * [`first_scene`]: first scenes for models, and looks at scenes before they are baked;
 //! * [`cases`]: inputs that went wrong once;
 //! * [`reuse`]: what a change of a scene traces again;
+//! * [`painted`]: painted materials in references;
 //! * [`pieces`]: bakes over many machines;
 //! * [`spheres`]: sphere sets as a user makes them;
 //! * [`sphere_motion`]: fitted spheres on meshes that deform;
@@ -38,6 +39,7 @@ mod guides;
 mod later;
 mod lights;
 mod noise;
+mod painted;
 mod pieces;
 mod plan;
 mod relighting;

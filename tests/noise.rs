@@ -149,7 +149,7 @@ fn references_have_the_same_paths() {
         paths: Paths::Gather,
         target: Some(target),
     };
-    let truth = reference::render(&scene, &[in_state(&scene, state)], &settings, &job()).unwrap();
+    let truth = reference::render(&scene, &[in_state(&scene, state)], &[], &settings, &job()).unwrap();
     let error = relative_l2(&images, &truth[0].radiance);
     println!("{error:.1e}");
     assert!(error < 0.01, "{error}");

@@ -32,8 +32,13 @@ pub fn is_black(scene: &Scene, [width, height]: [u32; 2]) -> Result<bool> {
         target: None,
     };
     let scene = in_grey(scene);
-    let images =
-        reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
+    let images = reference::render(
+        &scene,
+        std::slice::from_ref(&scene),
+        &[],
+        &settings,
+        &Job::new(ProgressMode::None),
+    )?;
     Ok(images.iter().flat_map(|image| &image.radiance).flatten().all(|radiance| *radiance == 0.0))
 }
 

@@ -6,6 +6,7 @@
 //! * [`basis`]: the bases that stored numbers refer to;
 //! * [`kinds`]: one module per kind of stored thing;
 //! * `map_file`: environment maps from files of other programs, with the feature `maps`;
+//! * `paint_file`: textures painted on materials, from such files, with the same feature;
 //! * [`method`]: the cards of the methods: names, what they let vary, files;
 //! * [`near`]: what was meant by a name that is not there;
 //! * [`shape`]: shapes that deform, and where a clip moves them;
@@ -34,6 +35,8 @@ pub mod map_file;
 pub mod method;
 pub mod name;
 pub mod near;
+#[cfg(feature = "maps")]
+pub mod paint_file;
 mod regular;
 pub mod shape;
 pub mod state;

@@ -1,7 +1,7 @@
 //! Files of environment maps, as scenes and players are given them: Radiance `.hdr` and OpenEXR `.exr`,
 //! equirectangular, in whatever primaries they name.
 
-mod open_exr;
+pub(crate) mod open_exr;
 mod primaries;
 mod radiance;
 mod signatures;
@@ -68,7 +68,7 @@ pub fn read_map(path: &Path, warnings: &mut Vec<String>) -> Result<EquirectMap> 
 }
 
 /// Refuses a file that is of another kind than its name says, by what it seems to be.
-fn expect_kind(path: &Path, place: &Place) -> Result<()> {
+pub(crate) fn expect_kind(path: &Path, place: &Place) -> Result<()> {
     let (is_of_kind, kind): (fn(&[u8]) -> bool, _) = if has_extension(path, "exr") {
         (|start| start.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "OpenEXR")
     } else if has_extension(path, "hdr") {

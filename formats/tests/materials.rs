@@ -42,6 +42,42 @@ fn leaves_replace_what_they_name_and_nothing_else() {
     assert_eq!(with(&GROOVES, "fresnel = 0.04\nroughness = 0.1").unwrap(), grooves(0.04, 0.1));
 }
 
+/// A text with an ending is the file of a texture; as such it is written again, and an animation holds it until
+/// the next.
+#[test]
+fn leaves_may_be_files_of_textures() {
+    let text = "[materials.a]\nkd = \"kd.png\"\nks = [0.1, 0.2, 0.25]\nshininess = \"maps/s.v2.exr\"\n";
+    let state: State = parse_toml(text, &place()).unwrap();
+    let change = &state.materials["a"];
+    assert_eq!((change.kd, change.ks, change.shininess), (None, Some([0.1, 0.2, 0.25]), None));
+    let files: Vec<_> = change.textures.iter().map(|(key, file)| (*key, file.as_str())).collect();
+    assert_eq!(files, [("kd", "kd.png"), ("shininess", "maps/s.v2.exr")]);
+    let again: State = parse_toml(&toml::to_string(&state).unwrap(), &place()).unwrap();
+    assert_eq!(again, state);
+
+    let keys = "duration_s = 2\n[[key]]\nt_s = 0\nmaterials.a.kd = 'a.png'\nmaterials.a.shininess = 10\n\
+                [[key]]\nt_s = 1\nmaterials.a.kd = 'b.png'\nmaterials.a.shininess = 20\n";
+    let animation = Animation::parse("turn", keys, &place()).unwrap();
+    for (time_s, file, shininess) in [(0.0, "a.png", 10.0), (0.75, "a.png", 17.5), (1.5, "b.png", 20.0)] {
+        let change = &animation.sample(time_s).unwrap().materials["a"];
+        assert_eq!((change.textures["kd"].as_str(), change.shininess), (file, Some(shininess)));
+    }
+}
+
+/// A bundle knows no textures.
+#[test]
+fn stored_materials_refuse_textures() {
+    let (name, brdf) = ("a".to_owned(), BLINN_PHONG);
+    let stored = StoredMaterial { name, brdf, varies: true, textured: false, sharpest: 200.0 };
+    let state: State = parse_toml("[materials.a]\nshininess = 's.png'", &place()).unwrap();
+    let refused = stored.with(&BLINN_PHONG, &state.materials["a"], &place()).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "state.toml: material `a`: `s.png` is a texture for shininess, but this bundle shows materials as wholes; write a number, or see it painted by \
+         `bake reference`"
+    );
+}
+
 #[test]
 fn a_leaf_of_another_model_is_refused_with_the_right_ones() {
     let has_ggx = "is \"ggx\", which has base_color, metallic and roughness, not";

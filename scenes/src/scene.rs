@@ -3,7 +3,7 @@
 use relume_formats::basis::{EquirectMap, Texture, linear_from_srgb};
 use relume_formats::display::Tonemap;
 use relume_formats::shape::DeformingMesh;
-use relume_formats::state::{Animation, Brdf, Camera, Model, Rgb};
+use relume_formats::state::{Animation, Brdf, Camera, Model, Paint, Rgb};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -107,6 +107,8 @@ pub struct Material {
     pub brdf: Brdf,
     /// Multiplies kd or the base colour, where the mesh has texture coordinates.
     pub texture: Option<Arc<Texture>>,
+    /// What a state has painted on it: then this says what it is, and not `brdf`.
+    pub paint: Option<Arc<Paint>>,
     /// Where the texture's alpha is below this, there is no surface (glTF's alpha mode MASK).
     pub alpha_cutoff: Option<f32>,
 }

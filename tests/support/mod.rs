@@ -60,7 +60,7 @@ pub fn render(
     seed: u64,
 ) -> Estimate {
     let settings = Settings { size, samples, seed, reflections, paths, target: None };
-    reference::render(scene, std::slice::from_ref(scene), &settings, &job()).unwrap().swap_remove(0)
+    reference::render(scene, std::slice::from_ref(scene), &[], &settings, &job()).unwrap().swap_remove(0)
 }
 
 /// The path tracer's mean radiance along rays that `ray` makes from two uniform numbers, with its standard

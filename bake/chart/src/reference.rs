@@ -62,7 +62,8 @@ pub fn render(scene: &Scene, number: usize, size: [u32; 2], folder: &Path, job: 
             paths: Paths::Best,
             target: None,
         };
-        let estimate = reference::render(scene, std::slice::from_ref(scene), &settings, job)?.swap_remove(0);
+        let estimate =
+            reference::render(scene, std::slice::from_ref(scene), &[], &settings, job)?.swap_remove(0);
         let seconds = start.elapsed().as_secs_f64();
         replace_file(&took, seconds.to_string().as_bytes())?;
         write(&path, size, &estimate.radiance)?;

@@ -55,6 +55,18 @@ impl LobeMixture {
         Self { glossy: if chance > 0.0 { vec![(chance, exponent)] } else { Vec::new() } }
     }
 
+    /// For a surface of which some light is reflected as by each of these materials: by all of them alike.
+    pub fn for_materials(materials: &[Brdf]) -> Self {
+        let part = 1.0 / materials.len() as f32;
+        let lobes = |material: &Brdf| {
+            Self::for_material(material)
+                .glossy
+                .into_iter()
+                .map(|(chance, exponent)| (chance * part, exponent))
+        };
+        Self { glossy: materials.iter().flat_map(lobes).collect() }
+    }
+
     /// A direction with its density per steradian. It may point below the surface, where it carries nothing.
     pub fn sample(&self, normal: Vec3A, outgoing: Vec3A, choice: f32, [u, v]: [f32; 2]) -> (Vec3A, f32) {
         let (tangent, bitangent) = normal.any_orthonormal_pair();

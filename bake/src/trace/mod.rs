@@ -2,6 +2,7 @@
 
 mod bounce;
 mod chances;
+pub mod coat;
 mod coating;
 mod coordinates;
 pub mod environment;

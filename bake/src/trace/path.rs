@@ -1,13 +1,13 @@
 //! The path tracer that is our truth: any number of reflections, directions by the actual materials, lights
 //! and directions combined by the balance heuristic (Veach 1997).
 
+use super::coat::{Coat, CoatAt};
 use super::lights::Lights;
 use super::sampler::{PixelSampler, Sample};
 use super::world::{Owner, Surface, World};
 use crate::brdf;
-use crate::brdf::lobes::LobeMixture;
 use glam::Vec3A;
-use relume_formats::state::{Brdf, Film};
+use relume_formats::state::Film;
 use relume_scenes::Scene;
 
 /// Dimension pairs that one reflection uses; pair 0 is the film's.
@@ -21,7 +21,7 @@ pub struct PathTracer<'a> {
     lights: &'a Lights,
     film: Film,
     width: u32,
-    materials: Vec<(Brdf, LobeMixture)>,
+    materials: Vec<Coat>,
     max_reflections: u32,
     seed: u64,
 }
@@ -36,14 +36,12 @@ impl<'a> PathTracer<'a> {
         max_reflections: u32,
         seed: u64,
     ) -> Self {
-        let materials =
-            scene.materials.iter().map(|m| (m.brdf, LobeMixture::for_material(&m.brdf))).collect();
         Self {
             world,
             lights,
             film: scene.camera.film(size[0], size[1]),
             width: size[0],
-            materials,
+            materials: Coat::all_of(scene),
             max_reflections,
             seed,
         }
@@ -76,8 +74,8 @@ impl<'a> PathTracer<'a> {
                 break;
             }
             let first_pair = 1 + reflection * PAIRS_PER_REFLECTION;
-            radiance += throughput * self.direct(&surface, material, sample, first_pair);
-            let Some((next, chance, factor)) = self.reflect(&surface, material, sample, first_pair) else {
+            radiance += throughput * self.direct(&surface, &material, sample, first_pair);
+            let Some((next, chance, factor)) = self.reflect(&surface, &material, sample, first_pair) else {
                 break;
             };
             throughput *= factor;
@@ -94,9 +92,9 @@ impl<'a> PathTracer<'a> {
         radiance
     }
 
-    fn material_of(&self, surface: &Surface) -> Option<&(Brdf, LobeMixture)> {
+    fn material_of(&self, surface: &Surface) -> Option<CoatAt<'_>> {
         match surface.owner {
-            Owner::Material(index) => self.materials.get(index as usize),
+            Owner::Material(index) => Some(self.materials.get(index as usize)?.at(&surface.spot(index))),
             Owner::Light(_) => None,
         }
     }
@@ -114,13 +112,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Light that arrives straight from a light and is reflected.
-    fn direct(
-        &self,
-        surface: &Surface,
-        (material, mixture): &(Brdf, LobeMixture),
-        sample: &Sample,
-        first_pair: u32,
-    ) -> Vec3A {
+    fn direct(&self, surface: &Surface, material: &CoatAt<'_>, sample: &Sample, first_pair: u32) -> Vec3A {
         let choice = sample.pair(first_pair)[0];
         let Some(light) =
             self.lights.sample_visible(self.world, surface, choice, sample.pair(first_pair + 1))
@@ -128,14 +120,10 @@ impl<'a> PathTracer<'a> {
             return Vec3A::ZERO;
         };
         let normal = surface.shading_normal;
-        let brdf = brdf::evaluate(
-            material,
-            surface.albedo,
-            &brdf::angles(light.direction, surface.outgoing, normal),
-        );
+        let brdf = material.evaluate(&brdf::angles(light.direction, surface.outgoing, normal));
         let share = light
             .density
-            .map_or(1.0, |d| d / (d + mixture.density(normal, surface.outgoing, light.direction)));
+            .map_or(1.0, |d| d / (d + material.lobes.density(normal, surface.outgoing, light.direction)));
         brdf * light.weight * (light.direction.dot(normal) * share)
     }
 
@@ -143,20 +131,19 @@ impl<'a> PathTracer<'a> {
     fn reflect(
         &self,
         surface: &Surface,
-        (material, mixture): &(Brdf, LobeMixture),
+        material: &CoatAt<'_>,
         sample: &Sample,
         first_pair: u32,
     ) -> Option<(Vec3A, f32, Vec3A)> {
         let normal = surface.shading_normal;
         let choice = sample.pair(first_pair)[1];
         let (direction, density) =
-            mixture.sample(normal, surface.outgoing, choice, sample.pair(first_pair + 2));
+            material.lobes.sample(normal, surface.outgoing, choice, sample.pair(first_pair + 2));
         let cosine = direction.dot(normal);
         if cosine <= 0.0 || direction.dot(surface.geometric_normal) <= 0.0 {
             return None;
         }
-        let brdf =
-            brdf::evaluate(material, surface.albedo, &brdf::angles(direction, surface.outgoing, normal));
+        let brdf = material.evaluate(&brdf::angles(direction, surface.outgoing, normal));
         let factor = brdf * (cosine / density);
         (factor != Vec3A::ZERO).then_some((direction, density, factor))
     }

@@ -1,11 +1,11 @@
 //! Reference images: radiance and its variance at every pixel, for any state.
 
+use super::coat::Coat;
 use super::gather::GatherPath;
 use super::lights::Lights;
 use super::path::PathTracer;
 use super::spot::Spot;
 use super::world::World;
-use crate::brdf;
 use crate::guided;
 use crate::interrupted::Interrupted;
 use crate::job::Job;
@@ -13,8 +13,8 @@ use crate::noise_target::NoiseTarget;
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
-use relume_formats::state::Brdf;
 use relume_scenes::Scene;
+use relume_scenes::painting::Painting;
 
 /// Which paths a reference traces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,17 +88,19 @@ impl PixelSums {
 }
 
 /// Renders `scenes`, which must differ in their materials only. With [`Paths::Gather`] they share one set of
-/// paths, whose directions follow the materials of `base`.
+/// paths, whose directions follow the materials of `base`. `paintings` say where textures lie on materials that any
+/// of them paints.
 ///
 /// # Errors
 /// If the job is interrupted.
 pub fn render(
     base: &Scene,
     scenes: &[Scene],
+    paintings: &[Painting],
     settings: &Settings,
     job: &Job,
 ) -> Result<Vec<Estimate>, Interrupted> {
-    let world = World::new(base);
+    let world = World::painted(base, paintings);
     let lights = Lights::new(base, &world);
     match settings.paths {
         Paths::Best => {
@@ -107,14 +109,13 @@ pub fn render(
         Paths::Gather => {
             let gather =
                 guided::gather(base, &world, &lights, &settings.guided(), job)?.with_later_highlights();
-            let states: Vec<Vec<Brdf>> =
-                scenes.iter().map(|s| s.materials.iter().map(|m| m.brdf).collect()).collect();
+            let states: Vec<Vec<Coat>> = scenes.iter().map(Coat::all_of).collect();
             let pixel = |pixel| {
                 let mut sums = vec![PixelSums::default(); states.len()];
                 gather.pixel(pixel, gather.samples(pixel, settings.samples), |path| {
                     for (sums, materials) in sums.iter_mut().zip(&states) {
                         sums.add(radiance_of(path, |spot, angles| {
-                            brdf::evaluate(&materials[spot.material as usize], spot.albedo, angles)
+                            materials[spot.material as usize].evaluate(spot, angles)
                         }));
                     }
                 });

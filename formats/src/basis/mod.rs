@@ -28,4 +28,4 @@ pub mod two_level;
 pub use angles::Angles;
 pub use equirect::EquirectMap;
 pub use hex::{hex_from_linear, linear_from_hex};
-pub use texture::{Filter, Texture, Wrap, linear_from_srgb, srgb_from_linear};
+pub use texture::{Filter, Texture, Wrap, linear_from_srgb, linear_from_srgb_unit, srgb_from_linear};

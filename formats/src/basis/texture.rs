@@ -86,13 +86,14 @@ fn wrapped(index: i64, count: i64, wrap: Wrap) -> i64 {
 
 /// One channel, sRGB to linear (IEC 61966-2-1).
 pub fn linear_from_srgb(byte: u8) -> f32 {
-    static TABLE: std::sync::LazyLock<[f32; 256]> = std::sync::LazyLock::new(|| {
-        std::array::from_fn(|i| {
-            let x = i as f64 / 255.0;
-            (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
-        })
-    });
+    static TABLE: std::sync::LazyLock<[f32; 256]> =
+        std::sync::LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb_unit(i as f64 / 255.0) as f32));
     TABLE[usize::from(byte)]
+}
+
+/// One channel, sRGB from 0 to 1 (IEC 61966-2-1), to linear.
+pub fn linear_from_srgb_unit(x: f64) -> f64 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// One channel, linear in 0..=1 to sRGB (IEC 61966-2-1), rounded to 8 bits; what is below is 0, what is above

@@ -227,9 +227,10 @@ impl StoredMaterial {
     /// `brdf`, which the material has at the moment, with the leaves that `change` names replaced.
     ///
     /// # Errors
-    /// `Invalid` for leaves of another model and for what [`StoredMaterial::validate`] refuses.
+    /// `Invalid` for leaves of another model, for textures, and for what [`StoredMaterial::validate`] refuses.
     pub fn with(&self, brdf: &Brdf, change: &MaterialState, place: &Place) -> Result<Brdf> {
         let brdf = brdf.replaced(change, &self.name, place)?;
+        change.expect_numbers(&self.name, place)?;
         self.validate(&brdf, place)?;
         Ok(brdf)
     }

@@ -1,6 +1,7 @@
-//! OpenEXR pictures: which part and layer of a file is the map, and where its texels lie on the sphere.
+//! OpenEXR pictures: which part and layer of a file is the map or texture, and where its texels lie on the
+//! sphere or in the square.
 //!
-//! The display window is the whole sphere. Of a data window that differs, what lies outside is cropped and
+//! The display window is the whole of it. Of a data window that differs, what lies outside is cropped and
 //! what is missing is black. `whiteLuminance` tells nothing about light in our units and is left alone, as
 //! other renderers do: `gain` says how bright a map is.
 
@@ -39,20 +40,38 @@ enum Channels {
     Grey(Text),
 }
 
-/// Reads the picture at `path`, and the primaries that it names.
+/// What sizes pictures may have, width and height.
+pub(crate) struct Sizes {
+    /// Of the texels that a file has.
+    pub bounded: fn(u64, u64, &Place) -> Result<()>,
+    /// Of the whole picture.
+    pub whole: fn(u64, u64, &Place) -> Result<()>,
+}
+
+/// Reads the map at `path`, and the primaries that it names.
 pub(super) fn read(path: &Path, place: &Place) -> Result<(EquirectMap, Option<Primaries>)> {
+    let maps = Sizes { bounded: expect_bounded, whole: expect_equirect };
+    let ([width, height], texels, primaries) = picture(path, place, &maps)?;
+    Ok((EquirectMap { width, height, texels }, primaries))
+}
+
+/// Width and height of a picture, its texels row by row, and the primaries that it names.
+type Picture = ([u32; 2], Vec<Rgb>, Option<Primaries>);
+
+/// Reads the picture at `path`; a grey one has three channels that are alike.
+pub(crate) fn picture(path: &Path, place: &Place, sizes: &Sizes) -> Result<Picture> {
     let open = || open_regular(path).map(BufReader::new);
     expect_flat(&mut open()?, place)?;
     let meta = MetaData::read_from_buffered(open()?, false).map_err(|e| refused(e, place))?;
-    meta.headers
-        .iter()
-        .try_for_each(|h| expect_bounded(h.layer_size.width() as u64, h.layer_size.height() as u64, place))?;
+    meta.headers.iter().try_for_each(|h| {
+        (sizes.bounded)(h.layer_size.width() as u64, h.layer_size.height() as u64, place)
+    })?;
     let layer = choose(&meta.headers, place)?;
     let header = meta
         .headers
         .get(layer.part)
-        .ok_or_else(|| Error::invalid(place, "not an OpenEXR map: it has no picture"))?;
-    let window = check(header, place)?;
+        .ok_or_else(|| Error::invalid(place, "not an OpenEXR picture: it has no picture"))?;
+    let window = check(header, place, sizes)?;
     let canvas = Canvas::new(header, window, place)?;
     let texels = match layer.channels {
         Channels::Colour([r, g, b]) => colour(open()?, canvas, [r, g, b]),
@@ -63,8 +82,8 @@ pub(super) fn read(path: &Path, place: &Place) -> Result<(EquirectMap, Option<Pr
             [c.red, c.green, c.blue, c.white].map(|xy| [f64::from(xy.0), f64::from(xy.1)]);
         Primaries { red, green, blue, white }
     });
-    let (width, height) = (canvas.width as u32, canvas.height as u32);
-    Ok((EquirectMap { width, height, texels: texels.map_err(|e| refused(e, place))? }, chromaticities))
+    let size = [canvas.width as u32, canvas.height as u32];
+    Ok((size, texels.map_err(|e| refused(e, place))?, chromaticities))
 }
 
 /// Bit 11 of the file's flags, which follow the signature and the version.
@@ -85,7 +104,7 @@ fn expect_flat(file: &mut impl Read, place: &Place) -> Result<()> {
 }
 
 /// What can be told before texels are read; returns the display window.
-fn check(header: &Header, place: &Place) -> Result<IntegerBounds> {
+fn check(header: &Header, place: &Place, sizes: &Sizes) -> Result<IntegerBounds> {
     if header.own_attributes.environment_map == Some(EnvironmentMap::Cube) {
         return Err(Error::unsupported(
             place,
@@ -97,7 +116,7 @@ fn check(header: &Header, place: &Place) -> Result<IntegerBounds> {
         return Err(Error::unsupported(place, reason));
     }
     let window = header.shared_attributes.display_window;
-    expect_equirect(window.size.width() as u64, window.size.height() as u64, place)?;
+    (sizes.whole)(window.size.width() as u64, window.size.height() as u64, place)?;
     Ok(window)
 }
 
@@ -238,7 +257,7 @@ fn layers_of(part: usize, header: &Header) -> Vec<Layer> {
 fn ambiguous(layers: &[&Layer], place: &Place) -> Error {
     let names: Vec<String> = layers.iter().take(LISTED).map(|layer| format!("`{}`", layer.name)).collect();
     let reason = format!(
-        "has {} pictures, in the layers {}; save the one that lights the scene as a file of its own",
+        "has {} pictures, in the layers {}; save the one that is meant as a file of its own",
         layers.len(),
         names.join(", ")
     );
@@ -266,13 +285,13 @@ fn refused(error: exr::error::Error, place: &Place) -> Error {
     match error {
         // How the library says that the file ends too early.
         exr::error::Error::Invalid(what) if what == "reference to missing bytes" => {
-            Error::invalid(place, "not an OpenEXR map, or cut short; save it again")
+            Error::invalid(place, "not an OpenEXR picture, or cut short; save it again")
         }
         exr::error::Error::Io(e) => Error::io(place, e),
         exr::error::Error::NotSupported(what) => {
             Error::unsupported(place, format!("{what}; save it as plain RGB scan lines"))
         }
-        other => Error::invalid(place, format!("not an OpenEXR map ({other}); save it again")),
+        other => Error::invalid(place, format!("not an OpenEXR picture ({other}); save it again")),
     }
 }
 

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 /// The chromaticities of a colour space, CIE 1931 xy.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Primaries {
+pub(crate) struct Primaries {
     pub red: [f64; 2],
     pub green: [f64; 2],
     pub blue: [f64; 2],

@@ -238,6 +238,7 @@ impl Brdf {
             base_color: now.base_color.filter(|_| change.base_color.is_some()),
             metallic: now.metallic.filter(|_| change.metallic.is_some()),
             roughness: now.roughness.filter(|_| change.roughness.is_some()),
+            ..now
         }
     }
 

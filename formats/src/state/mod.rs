@@ -5,6 +5,7 @@
 
 mod animation;
 mod camera;
+mod leaf;
 mod light;
 mod material;
 mod paint;
@@ -25,6 +26,7 @@ pub use strict_toml::{parse as parse_toml, read_text, with_line};
 
 use crate::display::Tonemap;
 use crate::error::{Error, Place, Result};
+use crate::name::plain;
 use crate::near::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -110,29 +112,24 @@ pub struct LightState {
 
 /// Changes to one material.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "leaf::Leaves", into = "leaf::Leaves")]
 pub struct MaterialState {
     /// Diffuse reflectance, 0..1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kd: Option<Rgb>,
     /// Glossy reflectance, 0..1; kd + ks must not exceed 1 in any channel.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ks: Option<Rgb>,
     /// Blinn-Phong exponent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shininess: Option<f32>,
     /// How much of ks Cook-Torrance reflects at normal incidence, 0..1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fresnel: Option<f32>,
     /// GGX base colour, 0..1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_color: Option<Rgb>,
     /// GGX share of metal, 0..1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metallic: Option<f32>,
     /// Perceptual roughness of GGX, or slope of Cook-Torrance.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f32>,
+    /// Files of textures, by the key that they stand for; paths from the folder of the state.
+    pub textures: BTreeMap<&'static str, String>,
 }
 
 impl MaterialState {
@@ -148,8 +145,32 @@ impl MaterialState {
             ("metallic", &[Ggx], self.metallic.is_some()),
             ("roughness", &[Ggx, CookTorrance], self.roughness.is_some()),
         ];
-        leaves.into_iter().find_map(|(name, of, set)| (set && !of.contains(&model)).then_some(name))
+        let sets = |name: &str, set| set || self.textures.contains_key(name);
+        leaves
+            .into_iter()
+            .find_map(|(name, of, set)| (sets(name, set) && !of.contains(&model)).then_some(name))
     }
+
+    /// Fails if it names a texture, where none can be painted on material `name`.
+    pub(crate) fn expect_numbers(&self, name: &str, place: &Place) -> Result<()> {
+        match self.textures.iter().next() {
+            None => Ok(()),
+            Some((key, file)) => Err(Error::invalid(
+                place,
+                format!(
+                    "material `{name}`: `{}` is a texture for {key}, but this bundle shows materials as wholes; write {}, \
+                     or see it painted by `bake reference`",
+                    plain(file),
+                    numbers_of(key),
+                ),
+            )),
+        }
+    }
+}
+
+/// What may be written for `key` of a material instead of a texture.
+pub fn numbers_of(key: &str) -> &'static str {
+    if ["kd", "ks", "base_color"].contains(&key) { "three numbers" } else { "a number" }
 }
 
 /// Changes to one shape.

@@ -57,6 +57,9 @@ pub type Texel = [Rgb; 3];
 pub struct Paint {
     /// Says the model, and what no texture says.
     pub brdf: Brdf,
+    /// Whether the scene's texture, which multiplies the material's own colour, is left out: another stands in
+    /// its place.
+    pub replaces_texture: bool,
     /// Texels per row, and rows.
     pub size: [u32; 2],
     /// Row by row from the upper left corner of the square of texture coordinates.
@@ -67,23 +70,32 @@ impl Paint {
     /// The same material everywhere, on `size` texels.
     pub fn uniform(brdf: &Brdf, size: [u32; 2]) -> Self {
         let count = size[0] as usize * size[1] as usize;
-        Self { brdf: *brdf, size, texels: vec![texel_of(brdf); count] }
+        Self { brdf: *brdf, replaces_texture: false, size, texels: vec![texel_of(brdf); count] }
     }
 
     /// What the textures say at texture coordinates `uv`: linear between the centres of texels, and beyond the
     /// outer ones as these have it.
     pub fn at(&self, uv: [f32; 2]) -> Texel {
-        let [(x0, x1, fx), (y0, y1, fy)] = std::array::from_fn(|axis| neighbours(uv[axis], self.size[axis]));
         let texel =
             |x: u32, y: u32| self.texels.get((y * self.size[0] + x) as usize).copied().unwrap_or_default();
-        let corners = [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)];
-        std::array::from_fn(|layer| {
-            std::array::from_fn(|channel| {
-                let [a, b, c, d] = corners.map(|texel| texel[layer][channel]);
-                let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
-                top + (bottom - top) * fy
-            })
-        })
+        let corners = Corners::at(uv, self.size, texel);
+        std::array::from_fn(|layer| corners.mean(|texel| texel[layer]))
+    }
+
+    /// Makes the texture of `layer` one of `size` texels, row by row, brought to the size of the paint: linear
+    /// between the centres of texels.
+    pub fn set(&mut self, layer: Layer, size: [u32; 2], values: &[Rgb]) {
+        let [width, height] = self.size;
+        let place = layer as usize;
+        let at = |x: u32, y: u32| values.get((y * size[0] + x) as usize).copied().unwrap_or_default();
+        // By itself no texel is moved by a rounding error.
+        let is_as_large = self.size == size;
+        for (index, texel) in (0..).zip(&mut self.texels) {
+            let (x, y) = (index % width, index / width);
+            let middle = [(x, width), (y, height)].map(|(at, count)| (at as f32 + 0.5) / count as f32);
+            texel[place] =
+                if is_as_large { at(x, y) } else { Corners::at(middle, size, at).mean(|value| *value) };
+        }
     }
 
     /// Checks that every texel is a material that may vary, its lobe no sharper than `sharpest`. `name` is the
@@ -145,6 +157,29 @@ pub fn texel_of(brdf: &Brdf) -> Texel {
         Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) => [kd, ks, [shininess; 3]],
         Brdf::Ggx(Ggx { base_color, metallic, roughness }) => [base_color, [metallic; 3], [roughness; 3]],
         Brdf::CookTorrance(CookTorrance { kd, ks, roughness, .. }) => [kd, ks, [roughness; 3]],
+    }
+}
+
+/// The four texels around a place, and how far it is from the first to the others along each axis.
+struct Corners<T> {
+    texels: [T; 4],
+    way: [f32; 2],
+}
+
+impl<T: Copy> Corners<T> {
+    fn at(uv: [f32; 2], size: [u32; 2], texel: impl Fn(u32, u32) -> T) -> Self {
+        let [(x0, x1, fx), (y0, y1, fy)] = std::array::from_fn(|axis| neighbours(uv[axis], size[axis]));
+        Self { texels: [texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1)], way: [fx, fy] }
+    }
+
+    /// What `of` texels becomes in between.
+    fn mean(&self, of: impl Fn(&T) -> Rgb) -> Rgb {
+        let ([fx, fy], values) = (self.way, self.texels.each_ref().map(of));
+        std::array::from_fn(|channel| {
+            let [a, b, c, d] = values.map(|value| value[channel]);
+            let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
+            top + (bottom - top) * fy
+        })
     }
 }
 

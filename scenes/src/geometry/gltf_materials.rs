@@ -116,7 +116,8 @@ impl<'a> MaterialReader<'a> {
             pbr.base_color_texture().map(|info| self.texture(&info.texture())).transpose()?.flatten();
         let (alpha_cutoff, invisible) = self.mask(source, alpha, texture.is_some());
         let (emission, glow) = self.emission(source)?;
-        let material = Material { name: name.to_owned(), brdf: Brdf::Ggx(ggx), texture, alpha_cutoff };
+        let material =
+            Material { name: name.to_owned(), brdf: Brdf::Ggx(ggx), texture, paint: None, alpha_cutoff };
         Ok(GltfMaterial { material, emission, glow, invisible })
     }
 

@@ -91,7 +91,7 @@ fn described(
     let texture =
         file.texture.as_deref().map(|texture| read_texture(texture, &place, context)).transpose()?;
     let alpha_cutoff = alpha_cutoff(file, &place)?;
-    Ok(Material { name: name.to_owned(), brdf, texture, alpha_cutoff })
+    Ok(Material { name: name.to_owned(), brdf, texture, paint: None, alpha_cutoff })
 }
 
 fn read_texture(name: &str, place: &Place, context: &mut Context<'_>) -> Result<Arc<Texture>> {
@@ -130,6 +130,7 @@ fn leaves(file: &MaterialFile) -> MaterialState {
         base_color: file.base_color,
         metallic: file.metallic,
         roughness: file.roughness,
+        ..MaterialState::default()
     }
 }
 

@@ -2,20 +2,24 @@
 
 use super::environment::named_map;
 use crate::library::locate;
-use crate::scene::{Emitter, Environment, NamedMap, Scene};
+use crate::scene::{Emitter, Environment, Material, NamedMap, Scene};
 use crate::suggest::Names;
+use relume_formats::name::plain;
 use relume_formats::near::nearest;
-use relume_formats::state::{EnvironmentState, Rgb, State};
+use relume_formats::paint_file::Canvas;
+use relume_formats::state::{EnvironmentState, MaterialState, Rgb, State, numbers_of};
 use relume_formats::{Error, Place, Result};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 impl Scene {
     /// This scene, which is at rest, at `state`, whether or not it varies so at playback. Meshes are shared,
     /// not copied, but for those that it poses: clips repeat, and a clip without a time is at its start.
-    /// `place` is where the state comes from; maps that it names are sought beside it, then beside the scene.
+    /// `place` is where the state comes from; maps that it names are sought beside it, then beside the scene, and
+    /// textures beside it.
     ///
     /// # Errors
-    /// `Invalid` for names that the scene lacks and values out of range, `Io` for a map that is not there.
+    /// `Invalid` for names that the scene lacks and values out of range, `Io` for a map or texture that is not there.
     pub fn with_state(&self, state: &State, place: &Place) -> Result<Self> {
         let mut scene = self.clone();
         for (name, change) in &state.shapes {
@@ -29,8 +33,8 @@ impl Scene {
         }
         let names = Names::new("material", self.materials.iter().map(|m| m.name.as_str()));
         for (name, change) in &state.materials {
-            let material = &mut scene.materials[names.index_of(name, place)?];
-            material.brdf = material.brdf.with(change, name, place)?;
+            let index = names.index_of(name, place)?;
+            scene.materials[index] = self.material_with(index, change, place, &mut scene.warnings)?;
         }
         let names = Names::new("light", self.lights.iter().map(|l| l.name.as_str()));
         for (name, change) in &state.lights {
@@ -42,6 +46,34 @@ impl Scene {
             scene.environment = Some(self.environment_with(change, place, &mut scene.warnings)?);
         }
         Ok(scene)
+    }
+
+    /// Material number `index` with this change.
+    fn material_with(
+        &self,
+        index: usize,
+        change: &MaterialState,
+        place: &Place,
+        warnings: &mut Vec<String>,
+    ) -> Result<Material> {
+        let material = &self.materials[index];
+        let Some((key, file)) = change.textures.iter().next() else {
+            let brdf = material.brdf.with(change, &material.name, place)?;
+            return Ok(Material { brdf, ..material.clone() });
+        };
+        if !self.vary.painted.contains(&index) {
+            let (name, file) = (&material.name, plain(file));
+            let reason = format!(
+                "material `{name}`: `{file}` is a texture for {key}, but the material is not painted; add `{name}` to [vary] painted in \
+                 scene.toml, or write {}",
+                numbers_of(key)
+            );
+            return Err(Error::invalid(place, reason));
+        }
+        let sharpest = self.vary.sharpest_of(index, &material.brdf);
+        let canvas = Canvas { name: &material.name, brdf: &material.brdf, sharpest };
+        let paint = canvas.paint(change, place, warnings)?;
+        Ok(Material { paint: Some(Arc::new(paint)), ..material.clone() })
     }
 
     /// Names of the materials that vary at playback, in the order of `[vary]`.

@@ -14,6 +14,7 @@ pub(super) const IN_SCENES: &[(&str, &str, &str)] = &[
     ("one number for three", "kd = [0.6, 0.6, 0.6]", "kd = 0.6"),
     ("a colour as in CSS", "kd = [0.6, 0.6, 0.6]", "kd = \"#cc8844\""),
     ("a colour as in CSS, without quotes", "kd = [0.6, 0.6, 0.6]", "kd = #cc8844"),
+    ("a texture for a colour of a scene", "kd = [0.6, 0.6, 0.6]", "kd = \"kd.png\""),
     ("a list that is too long", "size = [64, 64]", "size = [64, 64, 64]"),
     ("a list that is too short", "position = [0.0, 1.2, 4.0]", "position = [0.0, 1.2]"),
     ("a colour with alpha", "kd = [0.6, 0.6, 0.6]", "kd = [0.6, 0.6, 0.6, 1.0]"),
@@ -160,6 +161,7 @@ pub(super) const IN_STATES: &[(&str, &str)] = &[
     ("a mirror's blur", "[materials.steel]\ngloss_deg = 1.0\n"),
     ("a texture for a colour", "[materials.paint]\nkd = \"kd.png\"\n"),
     ("a texture for a number", "[materials.paint]\nshininess = \"s.exr\"\n"),
+    ("a texture for what has none", "[materials.steel]\nfresnel = \"f.png\"\n"),
     (
         "a medium",
         "[media.glass]\nindex = 1.5\nextinction = [0.0, 0.1, 0.2]\nscattering = [0.0, 0.0, 0.0]\nphase_g = 0.0\n",

@@ -58,7 +58,9 @@ pub fn at_states(scene: &Scene) -> Result<Vec<Scene>> {
 fn reference(scene: &Scene, seed: u64) -> Result<Vec<Rgb>> {
     let settings =
         Settings { size: SIZE, samples: SAMPLES, seed, reflections: 1, paths: Paths::Best, target: None };
-    Ok(reference::render(scene, std::slice::from_ref(scene), &settings, &quiet())?.swap_remove(0).radiance)
+    Ok(reference::render(scene, std::slice::from_ref(scene), &[], &settings, &quiet())?
+        .swap_remove(0)
+        .radiance)
 }
 
 /// Where the pixels of a film are sampled.

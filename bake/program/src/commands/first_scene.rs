@@ -40,8 +40,13 @@ fn write_new(model: &Path, scene_file: &Path, preview: &Path, scale: Option<f64>
     let (size, samples) = PREVIEW;
     let settings =
         Settings { size, samples, seed: 0, reflections: scene.reflections, paths: Paths::Best, target: None };
-    let images =
-        reference::render(&scene, std::slice::from_ref(&scene), &settings, &Job::new(ProgressMode::None))?;
+    let images = reference::render(
+        &scene,
+        std::slice::from_ref(&scene),
+        &[],
+        &settings,
+        &Job::new(ProgressMode::None),
+    )?;
     let display = Display { exposure_ev: scene.camera.exposure_ev, tonemap: scene.tonemap };
     let shown: Vec<_> =
         images.into_iter().flat_map(|image| image.radiance).map(|radiance| display.shown(radiance)).collect();

@@ -1,6 +1,6 @@
 //! `bake reference`.
 
-use super::common::{load, start_threads, warn_of_per_cent};
+use super::common::{load, start_threads, warn, warn_of_per_cent};
 use crate::cli::ReferenceArgs;
 use relume_bake::brdf::blinn_phong::glossy_albedo;
 use relume_bake::error::{BakeError, Result};
@@ -9,13 +9,14 @@ use relume_bake::filter::pictures;
 use relume_bake::job::{Job, say, watch_signals};
 use relume_bake::noise_target::NoiseTarget;
 use relume_bake::output::expect_writable;
+use relume_bake::paintings::paintings;
 use relume_bake::trace::gather::MAX_REFLECTIONS;
 use relume_bake::trace::reference::{self, Estimate, Paths};
 use relume_chart::picture;
 use relume_formats::Place;
 use relume_formats::container::replace_file;
 use relume_formats::display::Display;
-use relume_formats::state::{BlinnPhong, Brdf, State, with_line};
+use relume_formats::state::{BlinnPhong, Brdf, Paint, State, with_line};
 use relume_scenes::{ALL_REFLECTIONS, Scene};
 use std::path::{Path, PathBuf};
 
@@ -42,6 +43,7 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
     states.iter().for_each(|state| warn_of_gain(state, settings.reflections));
     let job = Job::new(args.progress);
     files.iter().try_for_each(|file| expect_writable(file))?;
+    let paintings = if states.iter().any(is_painted) { paintings(&base, &job)? } else { Vec::new() };
     // States of the same light, view and shape share one set of gather paths; the others need their own, and
     // the sooner each is written the better.
     let mut from = 0;
@@ -50,9 +52,13 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
         let to = from + states[from..].iter().take_while(alike).count().max(1);
         // Directions follow the base's materials, whatever the states say.
         let base = Scene { materials: base.materials.clone(), ..states[from].clone() };
-        let filtered = args.filter && args.paths == Paths::Gather;
-        let render = if filtered { pictures::render } else { reference::render };
-        let images = render(&base, &states[from..to], &settings, &job)?;
+        let (filtered, states_alike) = (args.filter && args.paths == Paths::Gather, &states[from..to]);
+        // Filters mix what is alike but for its textures.
+        let images = if filtered && !states_alike.iter().any(is_painted) {
+            pictures::render(&base, states_alike, &settings, &job)
+        } else {
+            reference::render(&base, states_alike, &paintings, &settings, &job)
+        }?;
         for ((image, state), file) in images.iter().zip(&states[from..to]).zip(&files[from..to]) {
             match file.extension().is_some_and(|ending| ending == "png") {
                 true => write_shown(image, state, settings.size, file)?,
@@ -66,9 +72,15 @@ pub fn reference(args: &ReferenceArgs) -> Result<String> {
 
 fn states(base: &Scene, files: &[PathBuf]) -> Result<Vec<Scene>> {
     let state = |file: &PathBuf| {
-        Ok(base.with_state(&State::read_file(file)?, &Place::file(file)).map_err(with_line)?)
+        let state = base.with_state(&State::read_file(file)?, &Place::file(file)).map_err(with_line)?;
+        warn(state.warnings.get(base.warnings.len()..).unwrap_or_default());
+        Ok(state)
     };
     files.iter().map(state).collect()
+}
+
+fn is_painted(state: &Scene) -> bool {
+    state.materials.iter().any(|material| material.paint.is_some())
 }
 
 fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
@@ -92,9 +104,7 @@ fn reflections(args: &ReferenceArgs, scene: &Scene) -> Result<u32> {
 /// Sums over many reflections need not converge if a material sends back more than it gets.
 fn warn_of_gain(scene: &Scene, reflections: u32) {
     for material in scene.materials.iter().filter(|_| reflections > MAX_REFLECTIONS) {
-        // The other models never reflect more than they receive.
-        let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = material.brdf else { continue };
-        let albedo = kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(shininess)).fold(0.0, f32::max);
+        let albedo = material.paint.as_deref().map_or_else(|| most_reflected(&material.brdf), most_of_paint);
         if albedo > 1.0 {
             let name = &material.name;
             say(&format!(
@@ -102,6 +112,18 @@ fn warn_of_gain(scene: &Scene, reflections: u32) {
             ));
         }
     }
+}
+
+/// Of what arrives, in the channel that reflects most.
+fn most_reflected(brdf: &Brdf) -> f32 {
+    // The other models never reflect more than they receive.
+    let Brdf::BlinnPhong(BlinnPhong { kd, ks, shininess }) = brdf else { return 0.0 };
+    kd.iter().zip(ks).map(|(kd, ks)| kd + ks * glossy_albedo(*shininess)).fold(0.0, f32::max)
+}
+
+fn most_of_paint(paint: &Paint) -> f32 {
+    let of_texel = |texel| paint.brdf.channels(texel).iter().map(most_reflected).fold(0.0, f32::max);
+    paint.texels.iter().map(of_texel).fold(0.0, f32::max)
 }
 
 fn differ_in_materials_only(a: &Scene, b: &Scene) -> bool {

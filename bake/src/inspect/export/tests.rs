@@ -316,7 +316,13 @@ fn a_scene_is_exported_as_loaded() {
             .meta
             .materials
             .iter()
-            .map(|m| Material { name: m.name.clone(), brdf: m.brdf, texture: None, alpha_cutoff: None })
+            .map(|m| Material {
+                name: m.name.clone(),
+                brdf: m.brdf,
+                texture: None,
+                paint: None,
+                alpha_cutoff: None,
+            })
             .collect(),
         objects: ["ring", "ring/2"]
             .map(|name| Object {

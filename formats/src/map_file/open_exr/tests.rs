@@ -93,11 +93,11 @@ fn what_is_no_picture_or_several_is_refused_by_name() {
     for (parts, expected) in [
         (
             vec![plain(two)],
-            "has 2 pictures, in the layers `a`, `b.c`; save the one that lights the scene as a file of its own",
+            "has 2 pictures, in the layers `a`, `b.c`; save the one that is meant as a file of its own",
         ),
         (
             parts,
-            "has 2 pictures, in the layers `left`, `right`; save the one that lights the scene as a file of its own",
+            "has 2 pictures, in the layers `left`, `right`; save the one that is meant as a file of its own",
         ),
         (
             vec![plain(&["Z", "N.X", "R"])],
@@ -185,9 +185,9 @@ fn deep_files_and_fewer_samples_are_refused_by_name() {
         message(&sampled),
         "sky.exr: some of its channels have fewer samples than texels; save it as plain RGB, every channel at full resolution"
     );
-    assert_eq!(message(&whole[..60]), "sky.exr: not an OpenEXR map, or cut short; save it again");
+    assert_eq!(message(&whole[..60]), "sky.exr: not an OpenEXR picture, or cut short; save it again");
     assert_eq!(
         message(b"hello"),
-        "sky.exr: not an OpenEXR map (invalid: file identifier missing); save it again"
+        "sky.exr: not an OpenEXR picture (invalid: file identifier missing); save it again"
     );
 }

@@ -7,6 +7,7 @@
 use super::{hints, unserved};
 use crate::counts::counted;
 use crate::near::what_there_is;
+use crate::state::leaf::{LEAF, is_file};
 use serde::de::value::StrDeserializer;
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, IntoDeserializer, MapAccess, SeqAccess,
@@ -117,7 +118,7 @@ impl<'a, 'de> Reader<'a, 'de> {
         )
     }
 
-    /// Fails if a texture stands here, where no method supports one.
+    /// Fails if a texture stands here, where none may.
     fn expect_numbers(&self) -> Result<(), Fault> {
         let refusal = unserved::of_value(self.key, self.value.get_ref());
         refusal.map_or(Ok(()), |reason| Err(Fault::new(reason, self.value.span())))
@@ -210,10 +211,14 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, Fault> {
-        visitor.visit_newtype_struct(self)
+        match self.value.get_ref() {
+            DeValue::String(file) if name == LEAF && is_file(file) => visitor.visit_str(file),
+            _ if name == LEAF => visitor.visit_some(self),
+            _ => visitor.visit_newtype_struct(self),
+        }
     }
 
     /// A list of any length; a list of tables is written as `[[name]]`.

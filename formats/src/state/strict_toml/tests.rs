@@ -74,14 +74,8 @@ fn what_no_method_supports_is_refused_as_what_it_is() {
             format!("line 1, column 13: materials.a: `gloss_deg` is the blur of the model \"mirror\", which no method of this version supports; {models}"),
         ),
         (
-            "materials.a.base_color = \"Wood.PNG\"",
-            "line 1, column 26: materials.a.base_color: \"Wood.PNG\" is a texture for `base_color`, which no method of this version supports; write three \
-             numbers, or name the file by `texture` in scene.toml and bake again"
-                .to_owned(),
-        ),
-        (
-            "materials.a.shininess = \"s.exr\"",
-            "line 1, column 25: materials.a.shininess: \"s.exr\" is a texture for `shininess`, which no method of this version supports; write a number"
+            "materials.a.fresnel = \"f.png\"",
+            "line 1, column 23: materials.a.fresnel: \"f.png\" is a texture for `fresnel`, which is the same all over a material; write a number"
                 .to_owned(),
         ),
         // Of other places and values there is nothing known.

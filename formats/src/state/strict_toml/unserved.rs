@@ -2,6 +2,8 @@
 //! they are, not as unknown.
 
 use super::hints::short;
+use crate::state::leaf::is_file;
+use crate::state::numbers_of;
 use toml::de::DeValue;
 
 /// The keys by which a state is known, and each of an animation's.
@@ -46,9 +48,6 @@ const KEYS: [Key; 7] = [
 /// The models of materials that no method supports.
 const MODELS: [&str; 1] = ["mirror"];
 
-/// Files that are textures.
-const PICTURES: [&str; 5] = [".png", ".jpg", ".jpeg", ".exr", ".hdr"];
-
 /// Why `key`, whose value is `value`, is refused where `expected` may stand, if it is known.
 pub(super) fn of_key(key: &str, value: &DeValue<'_>, expected: &[&str]) -> Option<String> {
     if let Some(model) =
@@ -62,21 +61,18 @@ pub(super) fn of_key(key: &str, value: &DeValue<'_>, expected: &[&str]) -> Optio
     KEYS.iter().find(is_it).map(|(_, _, what, remedy)| refusal(&format!("`{key}`"), what, remedy))
 }
 
-/// Why `value` is refused as the value of `key`, if it is known: a texture where a material has numbers.
+/// Why `value` is refused as the value of `key`, if it is known: a texture where a material has numbers alone,
+/// in a scene or for a key that has no textures.
 pub(super) fn of_value(key: &str, value: &DeValue<'_>) -> Option<String> {
-    let file = value.as_str().filter(|_| MATERIAL.contains(&key))?;
-    let lower = file.to_lowercase();
-    PICTURES.iter().any(|ending| lower.ends_with(ending)).then(|| {
-        let is_colour = ["kd", "base_color"].contains(&key);
-        let numbers = if ["kd", "ks", "base_color"].contains(&key) { "three numbers" } else { "a number" };
-        let in_scene =
-            if is_colour { ", or name the file by `texture` in scene.toml and bake again" } else { "" };
-        refusal(
-            &format!("\"{}\"", short(file)),
-            &format!("a texture for `{key}`"),
-            &format!("write {numbers}{in_scene}"),
-        )
-    })
+    let file = value.as_str().filter(|text| MATERIAL.contains(&key) && is_file(text))?;
+    let (why, remedy) = match key {
+        "fresnel" => ("which is the same all over a material", ""),
+        "kd" | "base_color" => {
+            ("which states may have where materials are painted", ", or name the file by `texture`")
+        }
+        _ => ("which states may have where materials are painted", ""),
+    };
+    Some(format!("\"{}\" is a texture for `{key}`, {why}; write {}{remedy}", short(file), numbers_of(key)))
 }
 
 fn refusal(which: &str, what: &str, remedy: &str) -> String {

@@ -190,6 +190,7 @@ fn kept(leaves: &MaterialState, keeps: impl Fn(&str) -> bool) -> MaterialState {
         base_color: leaves.base_color.filter(|_| keeps("base_color")),
         metallic: leaves.metallic.filter(|_| keeps("metallic")),
         roughness: leaves.roughness.filter(|_| keeps("roughness")),
+        textures: leaves.textures.clone().into_iter().filter(|(key, _)| keeps(key)).collect(),
     }
 }
 

@@ -42,6 +42,7 @@ pub mod output;
 pub mod paintings;
 pub mod playable;
 pub mod probe;
+pub mod random_paint;
 pub mod random_state;
 pub mod report;
 pub mod scene_hash;

@@ -112,8 +112,8 @@ fn pixels_are_the_sums_of_the_thesis() {
                         _ => (k, 1.0),
                     };
                     let half = images.direct[e][plane * count + fragment].to_f32();
-                    let mut light = f64::from(half) * f64::from(head.scales[e]) * f64::from(colour);
-                    let mut size = light.abs();
+                    let direct = f64::from(half) * f64::from(head.scales[e]) * f64::from(colour);
+                    let (mut light, mut size) = (0.0, 0.0);
                     for index in 0..SIDE * SIDE {
                         let Some(entries) = images.indirect.get(e) else { break };
                         let (tile, cell) = (*cell as usize / 1024, *cell as usize % 1024);
@@ -125,8 +125,8 @@ fn pixels_are_the_sums_of_the_thesis() {
                         }
                     }
                     let share = f64::from(head.fragments.coverage[fragment].to_f32());
-                    expected[pixel][k] += c[k] * light * share;
-                    sizes[pixel][k] += (c[k].abs() + 1.0) * size * share;
+                    expected[pixel][k] += c[k] * (direct + light * share);
+                    sizes[pixel][k] += (c[k].abs() + 1.0) * (direct.abs() + size * share);
                 }
             }
         }

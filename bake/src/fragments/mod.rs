@@ -5,9 +5,11 @@
 //! is the last.
 
 mod filtered;
+mod pixel;
 mod records;
 mod tiles;
 
 pub use filtered::Filtered;
+pub use pixel::{PixelRecord, PixelRecords, trace};
 pub use records::{Channels, Record, Records};
 pub use tiles::{SIDE, Tile, TileFragment, pixels_of, tiles_of};

@@ -65,6 +65,14 @@ impl Records<'_> {
         Ok(Tile::decode(&self.log.read(tile)?))
     }
 
+    /// The same in means over samples, with what surfaces emit in the first channels of the fixed class.
+    ///
+    /// # Errors
+    /// If the log cannot be read.
+    pub fn mean_tile(&self, tile: u32) -> Result<Tile> {
+        Ok(self.means(self.tile(tile)?))
+    }
+
     /// The records of `tile`.
     ///
     /// # Errors
@@ -105,7 +113,7 @@ impl Records<'_> {
         for first in (0..self.tiles).step_by(BATCH as usize) {
             progress.check().map_err(|Interrupted| Interrupted)?;
             let batch = first..self.tiles.min(first + BATCH);
-            let read = |id: u32| Ok(self.means(self.tile(id)?));
+            let read = |id: u32| self.mean_tile(id);
             let tiles = batch.clone().into_par_iter().map(read).collect::<Result<Vec<Tile>>>()?;
             let mut records = Vec::new();
             for tile in &tiles {

@@ -5,6 +5,7 @@ pub mod choice;
 mod coarse;
 pub mod environment_lit;
 mod receiver_pieces;
+pub mod region_images;
 pub mod registered;
 pub mod sparse_transfer;
 pub mod sphere_shadows;

@@ -265,6 +265,22 @@ impl<'a> Gather<'a> {
         }
     }
 
+    /// Where the first `samples` paths of pixel number `pixel` begin: where in the pixel, in [0, 1)², and on what.
+    pub fn seen(&self, pixel: u32, samples: u32, mut each: impl FnMut([f32; 2], &Spot)) {
+        let sampler = PixelSampler::new(self.seed, pixel);
+        let corner = [pixel % self.size[0], pixel / self.size[0]];
+        for index in 0..samples {
+            let within = sampler.sample(index).pair(0);
+            let [x, y] = std::array::from_fn(|k| corner[k] as f32 + within[k]);
+            let surface = self.world.intersect(self.film.eye_in_world, self.film.direction(x, y));
+            if let Some(surface) = surface
+                && let Owner::Material(material) = surface.owner
+            {
+                each(within, &surface.spot(material));
+            }
+        }
+    }
+
     /// A path through any point of the film: the first two numbers of `sample` choose it.
     pub fn anywhere(&self, sample: &Sample) -> GatherPath {
         let within = sample.pair(0);

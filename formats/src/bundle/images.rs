@@ -3,6 +3,7 @@
 use super::refuse;
 use crate::error::{Place, Result};
 use crate::kinds::BrdfBasis;
+use crate::kinds::region_images;
 use crate::kinds::scene::{self, StoredMaterial};
 use crate::kinds::transfer_images::Head;
 use std::collections::{HashMap, HashSet};
@@ -10,16 +11,37 @@ use std::collections::{HashMap, HashSet};
 /// Fails unless size, bases and materials of the images at `place` are those of `basis` and `scene`: a
 /// material has images exactly if it varies.
 pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place: &Place) -> Result<()> {
-    let (meta, place) = (&head.meta, place.part("section `meta`"));
-    if meta.size != scene.size {
-        return refuse(&place, format!("film size {:?}, the scene's is {:?}", meta.size, scene.size));
+    let meta = &head.meta;
+    expect_shown((meta.size, meta.bases, &meta.materials), basis, scene, place)
+}
+
+/// The same of the images of regions.
+pub fn expect_regions(
+    head: &region_images::Head,
+    basis: &BrdfBasis,
+    scene: &scene::Meta,
+    place: &Place,
+) -> Result<()> {
+    let meta = &head.meta;
+    expect_shown((meta.size, meta.bases, &meta.materials), basis, scene, place)
+}
+
+fn expect_shown(
+    (size, bases, materials): ([u32; 2], u32, &[String]),
+    basis: &BrdfBasis,
+    scene: &scene::Meta,
+    place: &Place,
+) -> Result<()> {
+    let place = place.part("section `meta`");
+    if size != scene.size {
+        return refuse(&place, format!("film size {size:?}, the scene's is {:?}", scene.size));
     }
-    if meta.bases as usize != basis.bases() {
-        return refuse(&place, format!("{} bases, the BRDF basis has {}", meta.bases, basis.bases()));
+    if bases as usize != basis.bases() {
+        return refuse(&place, format!("{bases} bases, the BRDF basis has {}", basis.bases()));
     }
     let known: HashMap<&str, &StoredMaterial> =
         scene.materials.iter().map(|m| (m.name.as_str(), m)).collect();
-    for name in &meta.materials {
+    for name in materials {
         match known.get(name.as_str()) {
             Some(material) if material.varies && material.brdf.model() != basis.functions.model() => {
                 return refuse(&place, format!("material `{name}` is of another model than the BRDF basis"));
@@ -34,7 +56,7 @@ pub fn expect_images(head: &Head, basis: &BrdfBasis, scene: &scene::Meta, place:
             None => return refuse(&place, format!("material `{name}` is not in the scene")),
         }
     }
-    let shown: HashSet<&str> = meta.materials.iter().map(String::as_str).collect();
+    let shown: HashSet<&str> = materials.iter().map(String::as_str).collect();
     match scene.materials.iter().find(|m| m.varies && !shown.contains(m.name.as_str())) {
         Some(left_out) => refuse(
             &place,

@@ -6,7 +6,7 @@
 //! nothing large must be kept.
 //!
 //! * [`expect_name`]: what the manifest calls a file's content;
-//! * [`expect_images`]: images against basis and scene;
+//! * [`expect_images`], [`expect_regions`]: images against basis and scene;
 //! * [`Maps`], [`expect_textures`] and [`expect_lit`]: maps and textures against the scene, and the main file
 //!   of a method that they light;
 //! * [`expect_spaces`]: tensors against BRDF spaces, bases and the scene;
@@ -27,7 +27,7 @@ mod tensors;
 
 pub use animations::{expect_playable, expect_some_plays, sets_only};
 pub use brdfs::Brdfs;
-pub use images::expect_images;
+pub use images::{expect_images, expect_regions};
 pub use lit::{MAX_MAP_TEXELS, MAX_MAPS, Maps, expect_lit, expect_textures};
 pub use look::{Look, Scope};
 pub use settings::Settings;

@@ -25,7 +25,8 @@ pub enum Worn<'a> {
 pub struct OnBases(pub Vec<Rgb>);
 
 impl OnBases {
-    fn of(&self, region: usize, basis: usize, bases: usize) -> Rgb {
+    /// That of a basis, of so many; of a region, if they differ.
+    pub fn of(&self, region: usize, basis: usize, bases: usize) -> Rgb {
         self.0.get(region * bases + basis).copied().unwrap_or_default()
     }
 }
@@ -151,32 +152,35 @@ pub fn evaluate(images: &RegionImages, basis: &BrdfBasis, worn: &[Worn<'_>]) -> 
     let planes: Vec<Vec<Rgb>> =
         images.indirect.iter().zip(&factors).map(|(entries, factors)| indirect(entries, factors)).collect();
     let Planes { cells, .. } = head.planes();
-    let Fragments { pixel, class, coverage } = &head.fragments;
-    let whole: Vec<Option<Vec<Rgb>>> = worn
-        .iter()
-        .map(|worn| match worn {
-            Worn::Whole(brdf) => basis.coefficients_of(brdf),
-            Worn::Painted(_) => None,
-        })
-        .collect();
-    let mut taps = head.taps.iter();
+    let Fragments { pixel, coverage, .. } = &head.fragments;
+    let at_eye = at_fragments(head, basis, worn)?;
     let mut film = vec![[0.0; 3]; head.meta.size[0] as usize * head.meta.size[1] as usize];
-    for (fragment, class) in class.iter().enumerate() {
-        let coefficients = match worn.get(usize::from(*class)) {
-            // Fixed surfaces have one basis, in which their BRDF is.
-            None => vec![[1.0; 3]],
-            Some(Worn::Whole(_)) => whole[usize::from(*class)].clone()?,
-            Some(Worn::Painted(paint)) => at_taps(basis, paint, taps.next()?)?,
-        };
+    for (fragment, coefficients) in at_eye.iter().enumerate() {
         let share = coverage[fragment].to_f32();
         for (e, c) in coefficients.iter().enumerate() {
             let direct = direct_light(images, e, fragment);
             let before = planes.get(e).map_or([0.0; 3], |plane| plane[cells[fragment] as usize]);
             let out = &mut film[pixel[fragment] as usize];
-            (0..3).for_each(|k| out[k] += c[k] * (direct[k] + before[k]) * share);
+            (0..3).for_each(|k| out[k] += c[k] * (direct[k] + before[k] * share));
         }
     }
     Some(film)
+}
+
+/// Coefficients of every fragment on the bases of the eye: fixed ones have one basis, in which their BRDF is.
+pub fn at_fragments(head: &Head, basis: &BrdfBasis, worn: &[Worn<'_>]) -> Option<Vec<Vec<Rgb>>> {
+    let whole = |worn: &Worn<'_>| match worn {
+        Worn::Whole(brdf) => basis.coefficients_of(brdf),
+        Worn::Painted(_) => None,
+    };
+    let wholes: Vec<Option<Vec<Rgb>>> = worn.iter().map(whole).collect();
+    let mut taps = head.taps.iter();
+    let mut of = |class: &u16| match worn.get(usize::from(*class)) {
+        None => Some(vec![[1.0; 3]]),
+        Some(Worn::Whole(_)) => wholes[usize::from(*class)].clone(),
+        Some(Worn::Painted(paint)) => at_taps(basis, paint, taps.next()?),
+    };
+    head.fragments.class.iter().map(&mut of).collect()
 }
 
 /// Mean coefficients of a painted material at what a fragment shows of it.

@@ -2,12 +2,14 @@
 //! files it has. Whoever chooses a method, plans a bake, checks a bundle or plays one reads it here.
 
 mod card;
+mod region_images;
 mod sparse_transfer;
 mod sphere_shadows;
 mod transfer_images;
 mod transfer_tensor;
 
 pub use card::{Card, Count, Form, Materials, Variation};
+pub use region_images::REGION_IMAGES;
 pub use sparse_transfer::SPARSE_TRANSFER;
 pub use sphere_shadows::SPHERE_SHADOWS;
 pub use transfer_images::TRANSFER_IMAGES;
@@ -17,7 +19,8 @@ use crate::error::{Error, Place, Result};
 use crate::near::did_you_mean;
 
 /// All methods, the one whose frames cost least first.
-pub const CARDS: [&Card; 4] = [&TRANSFER_IMAGES, &SPARSE_TRANSFER, &TRANSFER_TENSOR, &SPHERE_SHADOWS];
+pub const CARDS: [&Card; 5] =
+    [&TRANSFER_IMAGES, &REGION_IMAGES, &SPARSE_TRANSFER, &TRANSFER_TENSOR, &SPHERE_SHADOWS];
 
 impl Card {
     /// The card of the method called `name`.

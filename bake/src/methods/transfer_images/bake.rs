@@ -5,16 +5,15 @@ use super::chromaticity::{chromaticity, grey_channel};
 use super::held_out::{SPACING, one_pixel_in};
 use super::later::later;
 use super::pack::pack;
-use super::project::{Projector, Record};
+use super::project::Projector;
 use super::settings::{NAME, READS, REVISION, Settings};
 use crate::error::Result;
-use crate::filter::seen::half_of;
 use crate::filter::{Filter, Noise, Watcher};
-use crate::fragments::{Filtered, Records, Tile, TileFragment, pixels_of, tiles_of};
+use crate::fragments::{self, Filtered, PixelRecords, Records, Tile, pixels_of, tiles_of};
 use crate::job::Job;
 use crate::scene_hash::hash_of;
 use crate::stage::Stage;
-use crate::trace::gather::Gather;
+use crate::trace::gather::{Gather, GatherPath};
 use crate::work_log::WorkLog;
 use relume_formats::kinds::BrdfBasis;
 use relume_formats::kinds::brdf_basis::Functions;
@@ -162,19 +161,6 @@ pub(super) fn trace_pixels(
     gather: &Gather<'_>,
     projector: &Projector<'_>,
 ) -> Tile {
-    let mut records = projector.empty();
-    let mut tile = Tile::default();
-    for pixel in pixels {
-        let (mut number, samples) = (0, gather.samples(pixel, samples));
-        gather.pixel(pixel, samples, |path| {
-            projector.add(path, half_of(number, samples), &mut records);
-            number += 1;
-        });
-        records.drain(|class, record| {
-            let Record { count, seen, .. } = *record;
-            tile.fragments.push(TileFragment { pixel, class: class as u16, count, seen });
-            tile.values.extend_from_slice(&record.sums);
-        });
-    }
-    tile
+    let add = |path: &GatherPath, half: usize, records: &mut PixelRecords| projector.add(path, half, records);
+    fragments::trace(pixels, samples, gather, projector.empty(), add)
 }

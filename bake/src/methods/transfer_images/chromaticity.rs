@@ -45,7 +45,7 @@ fn colours_of(emitter: &Emitter) -> Box<dyn Iterator<Item = Rgb> + '_> {
 }
 
 /// The channel in which light of this colour is brightest.
-pub(super) fn grey_channel(chromaticity: Option<Rgb>) -> usize {
+pub fn grey_channel(chromaticity: Option<Rgb>) -> usize {
     let colour = chromaticity.unwrap_or([1.0; 3]);
     (0..3).max_by(|a, b| colour[*a].total_cmp(&colour[*b])).unwrap_or(0)
 }

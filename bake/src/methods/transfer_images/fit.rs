@@ -17,7 +17,7 @@ use relume_scenes::{ALL_REFLECTIONS, Scene};
 const FILTERED: u64 = 512;
 
 /// Fails, naming what stands in the way, unless the method serves what `scene` varies.
-pub(super) fn expect_fit(scene: &Scene) -> Result<()> {
+pub fn expect_fit(scene: &Scene) -> Result<()> {
     let place = Place::file(&scene.file);
     let refuse = |reason: String| Err(BakeError::invalid(&place, reason));
     if scene.vary.shape {

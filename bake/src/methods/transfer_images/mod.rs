@@ -28,5 +28,7 @@ mod states;
 pub use bake::{Baked, bake};
 pub use basis::{model, space_for};
 pub use chromaticity::chromaticity;
+pub(super) use chromaticity::grey_channel;
+pub(super) use fit::expect_fit;
 pub use registered::METHOD;
 pub use settings::{Bases, NAME, REVISION, Settings, TransferImagesMethod};

@@ -3,7 +3,8 @@
 
 use super::later::{Nodes, lambert};
 use crate::brdf;
-use crate::filter::{Seen, Watcher};
+use crate::filter::Watcher;
+use crate::fragments::PixelRecords;
 use crate::trace::gather::{EyeVertex, FirstVertex, GatherPath, Reflection};
 use glam::Vec3A;
 use relume_formats::basis::Angles;
@@ -43,29 +44,6 @@ struct Channels {
 /// Basis values at one reflection.
 type Values = [f32; MAX_BASES];
 
-/// What the samples of one pixel add up to.
-pub struct PixelRecords {
-    /// For each class, the fixed one last.
-    classes: Vec<Record>,
-}
-
-/// What the samples of one class in a pixel add up to.
-#[derive(Clone, Default)]
-pub struct Record {
-    /// Their number.
-    pub count: u32,
-    /// What is seen beside its channels; what anything emits is with the fixed class.
-    pub seen: Seen,
-    /// By channel.
-    pub sums: Vec<f32>,
-}
-
-impl Record {
-    fn of(channels: usize) -> Self {
-        Self { sums: vec![0.0; channels], ..Self::default() }
-    }
-}
-
 impl<'a> Projector<'a> {
     /// Prepares the projection. `editable` lists the materials that vary in order of their class;
     /// `grey_channel` is the largest of the light's chromaticity; `later` is there if `layout` has later
@@ -97,22 +75,20 @@ impl<'a> Projector<'a> {
 
     /// Records with nothing in them.
     pub fn empty(&self) -> PixelRecords {
-        let mut classes = vec![Record::of(self.layout.channels()); self.layout.materials];
-        classes.push(Record::of(3 * self.layout.firsts()));
-        PixelRecords { classes }
+        PixelRecords::new(self.layout.materials, [self.layout.channels(), 3 * self.layout.firsts()])
     }
 
     /// Adds one path, of the first `half` of the samples or the second, 0 or 1.
     pub fn add(&self, path: &GatherPath, half: usize, records: &mut PixelRecords) {
         let fixed = self.layout.materials;
         // What a surface emits does not follow its material.
-        Watcher::emitted(path, &mut records.classes[fixed].seen);
+        Watcher::emitted(path, &mut records.of(fixed).seen);
         match path {
-            GatherPath::Light(_) => records.classes[fixed].count += 1,
+            GatherPath::Light(_) => records.of(fixed).count += 1,
             GatherPath::Surface(eye) => {
                 let reflector = self.materials[eye.spot.material as usize];
                 let class = if let Reflector::Editable(class) = reflector { class } else { fixed };
-                let record = &mut records.classes[class];
+                let record = records.of(class);
                 record.count += 1;
                 self.watcher.add(path, half, &mut record.seen);
                 match reflector {
@@ -271,19 +247,6 @@ impl<'a> Projector<'a> {
         let mut values = [0.0; MAX_BASES];
         self.basis.evaluate(angles, &mut values[..self.layout.bases]);
         values
-    }
-}
-
-impl PixelRecords {
-    /// Hands over every class that was met or emits, and forgets them.
-    pub fn drain(&mut self, mut each: impl FnMut(usize, &Record)) {
-        for (class, record) in self.classes.iter_mut().enumerate() {
-            if record.count > 0 || record.seen != Seen::default() {
-                each(class, record);
-                (record.count, record.seen) = (0, Seen::default());
-                record.sums.fill(0.0);
-            }
-        }
     }
 }
 

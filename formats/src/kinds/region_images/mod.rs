@@ -16,8 +16,8 @@
 //! | `indirect/NN/coarse` | u16  | [numbers]             | light reflected once before, on a basis of the eye: the first 8 × 8 Haar coefficients of every tile of its [`planes`] |
 //! | `indirect/NN/fine`   | u16  | [numbers]             | the others |
 //!
-//! What a fragment of class k shows is Σₑ cₖₑ·(Dₑ + Sₑ)·coverage: on basis e of the eye its mean coefficient at the taps, direct light D, and light
-//! S that was reflected before; fixed fragments have basis 0 alone, and coefficient 1. S is Σᵢ αᵢ·Bᵢ over the rows of the basis, Bᵢ an image with a number
+//! What a fragment of class k shows is Σₑ cₖₑ·(Dₑ + Sₑ·coverage): on basis e of the eye its mean coefficient at the taps, direct light D, which is
+//! weighted by coverage already, and light S that was reflected before; fixed fragments have basis 0 alone, and coefficient 1. S is Σᵢ αᵢ·Bᵢ over the rows of the basis, Bᵢ an image with a number
 //! in every cell ([`planes`]), and α what the materials make of the row ([`Row`]).
 
 pub mod entries;

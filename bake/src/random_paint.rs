@@ -5,6 +5,7 @@ use crate::trace::sampler::{PixelSampler, Sample};
 use relume_formats::state::{Brdf, Paint, Texel, texel_of};
 use relume_scenes::Scene;
 use std::f32::consts::TAU;
+use std::sync::Arc;
 
 /// Texels on a side.
 const SIDE: u32 = 256;
@@ -13,34 +14,26 @@ const COLOURS: u32 = 6;
 /// Cells of a mosaic.
 const CELLS: u32 = 24;
 
-/// How a material that varies is in a random state.
-#[derive(Debug, Clone, PartialEq)]
-pub enum RandomMaterial {
-    /// The same everywhere.
-    Whole(Brdf),
-    /// Painted.
-    Painted(Paint),
-}
-
-/// The materials that vary in random state number `state`: those that take textures in turn washes of colour, mosaics,
+/// `scene` in random state number `state`: the materials that take textures have in turn washes of colour, mosaics,
 /// stripes, and checks, of six random materials each.
-pub fn random_paintings(state: u32, scene: &Scene) -> Vec<RandomMaterial> {
-    let vary = &scene.vary;
-    let wholes = random_state(state, scene);
-    let of = |(class, (material, brdf)): (u32, (&usize, Brdf))| {
-        if !vary.painted.contains(material) {
-            return RandomMaterial::Whole(brdf);
+pub fn in_random_paint(state: u32, scene: &Scene) -> Scene {
+    let mut painted = scene.clone();
+    for (class, (material, brdf)) in scene.vary.materials.iter().zip(random_state(state, scene)).enumerate() {
+        painted.materials[*material].brdf = brdf;
+        if scene.vary.painted.contains(material) {
+            let colour = |k: u32| texel_of(&random_state(1000 + state * COLOURS + k, scene)[class]);
+            let colours: Vec<Texel> = (0..COLOURS).map(colour).collect();
+            let sample = PixelSampler::new(0x7061_696e_7473, state).sample(class as u32);
+            let paint = painting(&brdf, &colours, state % 4, &sample);
+            painted.materials[*material].paint = Some(Arc::new(paint));
         }
-        let colour = |k: u32| texel_of(&random_state(1000 + state * COLOURS + k, scene)[class as usize]);
-        let colours: Vec<Texel> = (0..COLOURS).map(colour).collect();
-        let sample = PixelSampler::new(0x7061_696e_7473, state).sample(class);
-        RandomMaterial::Painted(painting(&brdf, &colours, state % 4, &sample))
-    };
-    (0..).zip(vary.materials.iter().zip(wholes)).map(of).collect()
+    }
+    painted
 }
 
 fn painting(brdf: &Brdf, colours: &[Texel], pattern: u32, sample: &Sample) -> Paint {
     let mut paint = Paint::uniform(brdf, [SIDE; 2]);
+    paint.replaces_texture = true;
     for (index, texel) in (0..).zip(&mut paint.texels) {
         let uv = [index % SIDE, index / SIDE].map(|x| (x as f32 + 0.5) / SIDE as f32);
         *texel = match pattern {

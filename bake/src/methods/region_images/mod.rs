@@ -6,12 +6,14 @@
 //! Haar coefficients of tiles, the small ones left out, [`cells`]; light without a reflection before whole, [`pack`].
 //! What it cannot do: lights or views that vary; at the surface before the eye's, materials are their regions' means.
 
-mod bake;
+pub mod bake;
 mod cells;
+mod covariance;
 pub mod held_out;
 mod inspected;
 mod layout;
 mod method;
+mod model;
 mod pack;
 mod pilot;
 mod prediction;
@@ -22,5 +24,6 @@ mod settings;
 mod taps;
 mod weights;
 
+pub use model::Parts;
 pub use registered::METHOD;
 pub use settings::{NAME, REVISION, Settings};

@@ -5,12 +5,13 @@
 //! show in random states is too small to matter are left out, those of all groups alike, the least ones first; so the
 //! pairs of glossy bases that the thesis drops (eq. 4-36) go where they may, and stay where they show.
 
+use super::covariance::Covariance;
 use super::layout::sources;
 use super::project::{Reflector, Reflectors, values};
 use super::settings::{NAME, Settings};
-use super::weights::{Group, Weights, root_of_covariance};
+use super::weights::{Group, Weights};
 use crate::brdf;
-use crate::compress::linalg::symmetric_eigen;
+use crate::compress::linalg::{single_thread, symmetric_eigen};
 use crate::error::Result;
 use crate::filter::seen::half_of;
 use crate::interrupted::Interrupted;
@@ -23,6 +24,7 @@ use crate::trace::reference::early_radiance_of;
 use crate::trace::spot::Spot;
 use glam::Vec3A;
 use ndarray::Array2;
+use ndarray_linalg::error::LinalgError;
 use rayon::prelude::*;
 use relume_formats::basis::Angles;
 use relume_formats::kinds::BrdfBasis;
@@ -34,7 +36,7 @@ use relume_scenes::painting::region_of;
 /// One path of so many is traced, and of how many pixels at least; and of each pixel as many as this, be those of the
 /// bake ever so few, for a pair of regions is known by the products of two paths.
 const SHARE: u64 = 16;
-const LEAST_PIXELS: u64 = 1024;
+const LEAST_PIXELS: u64 = 16384;
 const LEAST_PATHS: u32 = 128;
 /// Pixels that are in memory at a time.
 const BATCH: usize = 512;
@@ -246,15 +248,15 @@ impl Pilot<'_> {
             })
             .collect();
         let progress = self.job.progress("choosing components", keys.len() as u64);
+        let covariances: Vec<Covariance> = (0..painted.len())
+            .into_par_iter()
+            .map(|number| Covariance::new(touched(&products[number * bases * bases])))
+            .collect::<std::result::Result<_, _>>()?;
         let found = keys.par_iter().map(|&(eye, _, basis, number)| {
             progress.check()?;
             let products = &products[number * bases * bases + eye * bases + basis];
-            let components = Components::new(
-                products,
-                scale,
-                squares[basis],
-                budget / squares[eye].max(f64::MIN_POSITIVE),
-            );
+            let least = budget / squares[eye].max(f64::MIN_POSITIVE);
+            let components = Components::new(products, scale * squares[basis], least, &covariances[number]);
             progress.advance(1);
             Ok(components)
         });
@@ -265,8 +267,8 @@ impl Pilot<'_> {
         });
         let ranks = ranks(&errors.collect::<Vec<_>>(), budget);
         let group = |((key, components), rank): ((&(usize, usize, usize, usize), &Components), usize)| {
-            let &(eye, material, basis, _) = key;
-            let (baked, played) = components.weights(rank, squares[basis]);
+            let &(eye, material, basis, number) = key;
+            let (baked, played) = components.weights(rank, squares[basis].sqrt(), &covariances[number]);
             Group { eye: eye as u16, material: material as u16, basis: basis as u16, baked, played }
         };
         Ok(keys.iter().zip(&found).zip(ranks).map(group).collect())
@@ -287,10 +289,13 @@ fn ranks(errors: &[Vec<f64>], budget: f64) -> Vec<usize> {
     errors.iter().map(|errors| errors.iter().take_while(|error| **error >= least).count().min(MOST)).collect()
 }
 
+/// The regions that anything comes from.
+fn touched(products: &[f64]) -> Vec<usize> {
+    (0..REGION_COUNT).filter(|i| products[i * REGION_COUNT + i] != 0.0).collect()
+}
+
 /// The components of a group.
 struct Components {
-    /// The regions that anything comes from.
-    regions: Vec<usize>,
     /// What each shows in the mean, decreasing: eigenvalues of K^½·A·Aᵀ·K^½ that are no noise. Those of noise alone
     /// are as often below 0 as above, and as far.
     values: Vec<f64>,
@@ -299,32 +304,25 @@ struct Components {
 }
 
 impl Components {
-    /// Of the `products` of regions, but for `scale`; `square` is the mean square of their coefficients. None if all
-    /// of them show less than `least`.
+    /// Of the `products` of regions, but for `scale`. None if all of them show less than `least`.
     fn new(
         products: &[f64],
         scale: f64,
-        square: f64,
         least: f64,
-    ) -> std::result::Result<Self, ndarray_linalg::error::LinalgError> {
-        let regions: Vec<usize> =
-            (0..REGION_COUNT).filter(|i| products[i * REGION_COUNT + i] != 0.0).collect();
+        covariance: &Covariance,
+    ) -> std::result::Result<Self, LinalgError> {
+        let Covariance { regions, root, .. } = covariance;
         let count = regions.len();
-        let [own, all] = root_of_covariance(square, count, false);
         let at = |i: usize, j: usize| {
             let (i, j) = (regions[i.min(j)], regions[i.max(j)]);
             scale * products[i * REGION_COUNT + j]
         };
         let matrix = Array2::from_shape_fn([count; 2], |(i, j)| at(i, j));
-        // (own·I + all·11ᵀ)·M·(own·I + all·11ᵀ), by the sums of rows.
-        let sums: Vec<f64> = matrix.rows().into_iter().map(|row| row.sum()).collect();
-        let total: f64 = sums.iter().sum();
-        let weighed = Array2::from_shape_fn([count; 2], |(i, j)| {
-            own * own * matrix[[i, j]] + own * all * (sums[i] + sums[j]) + all * all * total
-        });
+        single_thread();
+        let weighed = root.dot(&matrix).dot(root);
         let shown: f64 = weighed.diag().sum();
         if count == 0 || shown <= least {
-            return Ok(Self { regions, values: Vec::new(), vectors: Array2::zeros([count, 0]) });
+            return Ok(Self { values: Vec::new(), vectors: Array2::zeros([count, 0]) });
         }
         let (mut values, mut vectors) = symmetric_eigen(&weighed)?;
         let noise = values.last().map_or(0.0, |least| (-least).max(0.0));
@@ -335,21 +333,19 @@ impl Components {
                 column.mapv_inplace(|x| -x);
             }
         }
-        Ok(Self { regions, values, vectors })
+        Ok(Self { values, vectors })
     }
 
-    /// Those of the first `rank`: baked, [regions, rank], and played, [rank, regions].
-    fn weights(&self, rank: usize, square: f64) -> (Vec<f32>, Vec<f32>) {
+    /// Those of the first `rank`: baked, [regions, rank], and played, [rank, regions]; `size` is the root of the mean
+    /// square of coefficients.
+    fn weights(&self, rank: usize, size: f64, covariance: &Covariance) -> (Vec<f32>, Vec<f32>) {
         let first = self.vectors.slice(ndarray::s![.., ..rank]);
-        let sums: Vec<f64> = first.columns().into_iter().map(|column| column.sum()).collect();
-        let [baking, playing] =
-            [false, true].map(|inverse| root_of_covariance(square, self.regions.len(), inverse));
+        let (baking, playing) = (covariance.root.dot(&first) * size, covariance.inverse.dot(&first) / size);
         let (mut baked, mut played) = (vec![0.0; REGION_COUNT * rank], vec![0.0; rank * REGION_COUNT]);
-        for (i, region) in self.regions.iter().enumerate() {
+        for (i, region) in covariance.regions.iter().enumerate() {
             for j in 0..rank {
-                let of = |[own, all]: [f64; 2]| (own * first[[i, j]] + all * sums[j]) as f32;
-                baked[region * rank + j] = of(baking);
-                played[j * REGION_COUNT + region] = of(playing);
+                baked[region * rank + j] = baking[[i, j]] as f32;
+                played[j * REGION_COUNT + region] = playing[[i, j]] as f32;
             }
         }
         (baked, played)
@@ -421,14 +417,15 @@ mod tests {
         for (i, j) in (0..3).flat_map(|i| (i..3).map(move |j| (i, j))) {
             products[i * REGION_COUNT + j] = sent.iter().map(|pixel| pixel[i] * pixel[j]).sum();
         }
-        let components = Components::new(&products, 1.0, 0.5, 0.0).unwrap();
-        assert_eq!(components.regions, [0, 1, 2]);
+        let covariance = Covariance::new(touched(&products)).unwrap();
+        assert_eq!(covariance.regions, [0, 1, 2]);
+        let components = Components::new(&products, 0.5, 0.0, &covariance).unwrap();
         assert!(components.values[1] > 1e-3, "{:?}", components.values);
         assert!(
             components.values.get(2).is_none_or(|value| *value < 1e-9),
             "two regions are never told apart"
         );
-        let (baked, played) = components.weights(2, 0.5);
+        let (baked, played) = components.weights(2, 0.5f64.sqrt(), &covariance);
         // Whatever the coefficients, both components together give each pixel what it shows.
         let c = |region: usize| 0.1 + region as f64;
         let alpha = |k: usize| (0..3).map(|i| f64::from(played[k * REGION_COUNT + i]) * c(i)).sum::<f64>();

@@ -15,7 +15,7 @@ const READS: [Part; 6] =
 /// Bases of direct light, unless others are asked for (thesis §4.2.2).
 pub const BASES: usize = 6;
 /// Most bases of light that was reflected before, at either surface.
-pub const INDIRECT_BASES: usize = 4;
+pub const INDIRECT_BASES: usize = 6;
 
 /// The settings that change results.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,14 +5,11 @@
 //! that is seen]; what they make of light in a state is cᵀA, c their coefficients. Baked is B = VᵀK^½·A, and played
 //! αᵀB with α = VᵀK^−½·c: with K = E[c·cᵀ] over states, and V the first eigenvectors of K^½·A·Aᵀ·K^½, no other B of
 //! as many rows is off by less in the mean over all states (Eckart and Young 1936), and every α has a mean square of 1.
-//! The thesis takes the components of A as it is, as if coefficients of regions had nothing to do with each other:
-//! but what all of a material have in common, light from all regions at once, shows most.
+//! The thesis takes the components of A as it is, as if coefficients of regions had nothing to do with each other: but
+//! regions side by side are alike in most textures, and what many of them send on together shows most ([`super::covariance`]).
 
 use relume_formats::kinds::region_images::{REGION_COUNT, Source};
 use relume_formats::state::Rgb;
-
-/// What part of the mean square of a coefficient all regions have in common; the rest is each region's own.
-pub const COMMON: f64 = 0.5;
 
 /// One group.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -121,16 +118,6 @@ impl Reader<'_> {
     }
 }
 
-/// The square root of K = `square`·((1 − [`COMMON`])·I + [`COMMON`]·11ᵀ) of so many `regions`, or its inverse, as its
-/// factors of I and of 11ᵀ.
-pub fn root_of_covariance(square: f64, regions: usize, inverse: bool) -> [f64; 2] {
-    let regions = regions as f64;
-    let own = (square * (1.0 - COMMON)).sqrt();
-    let all = (square * (1.0 - COMMON + COMMON * regions)).sqrt();
-    let [own, all] = if inverse { [1.0 / own, 1.0 / all] } else { [own, all] };
-    [own, (all - own) / regions]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,22 +133,5 @@ mod tests {
         assert_eq!(Weights::decode(&weights.encode()), weights);
         assert_eq!(weights.group(1, Source::Painted { material: 1, basis: 2 }), Some(1));
         assert_eq!(weights.group(1, Source::Whole { material: 1, basis: 2 }), None);
-    }
-
-    #[test]
-    fn roots_are_roots() {
-        let matrix = |[own, all]: [f64; 2], i: usize, j: usize| all + if i == j { own } else { 0.0 };
-        for square in [0.3, 7.0] {
-            let (root, inverse) =
-                (root_of_covariance(square, 70, false), root_of_covariance(square, 70, true));
-            for (i, j) in [(0, 0), (0, 1)] {
-                let product = |a: [f64; 2], b: [f64; 2]| {
-                    (0..70).map(|k| matrix(a, i, k) * matrix(b, k, j)).sum::<f64>()
-                };
-                let k = square * (COMMON + if i == j { 1.0 - COMMON } else { 0.0 });
-                assert!((product(root, root) - k).abs() < 1e-9 * square);
-                assert!((product(root, inverse) - if i == j { 1.0 } else { 0.0 }).abs() < 1e-9);
-            }
-        }
     }
 }

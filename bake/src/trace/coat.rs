@@ -7,7 +7,6 @@ use glam::Vec3A;
 use relume_formats::basis::Angles;
 use relume_formats::state::{Brdf, Paint};
 use relume_scenes::Scene;
-use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A material in one state.
@@ -20,19 +19,21 @@ pub struct Coat {
 }
 
 /// A material at one point.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct CoatAt<'a> {
-    of_channels: OfChannels,
+    brdf: &'a Brdf,
+    /// The BRDF of each channel, where they are not alike.
+    apart: Option<&'a [Brdf; 3]>,
     albedo: Vec3A,
     /// Its lobes, to choose directions by.
-    pub lobes: Cow<'a, LobeMixture>,
+    pub lobes: &'a LobeMixture,
 }
 
-/// The BRDF of each channel.
-#[derive(Debug, Clone, Copy)]
-enum OfChannels {
-    Alike(Brdf),
-    Apart([Brdf; 3]),
+/// What textures say at one point.
+#[derive(Debug, Clone)]
+pub struct Painted {
+    brdfs: [Brdf; 3],
+    lobes: LobeMixture,
 }
 
 impl Coat {
@@ -48,34 +49,43 @@ impl Coat {
 
     /// The BRDF at a spot that wears the material, sr⁻¹.
     pub fn evaluate(&self, spot: &Spot, angles: &Angles) -> Vec3A {
-        match &self.paint {
-            None => brdf::evaluate(&self.brdf, spot.albedo, angles),
-            Some(paint) => OfChannels::of(paint, spot).evaluate(albedo_beside(paint, spot), angles),
+        let Some(paint) = &self.paint else { return brdf::evaluate(&self.brdf, spot.albedo, angles) };
+        let (brdfs, albedo) = (paint.brdf.channels(&paint.at(spot.uv)), albedo_beside(paint, spot));
+        match are_alike(&brdfs) {
+            true => brdf::evaluate(&brdfs[0], albedo, angles),
+            false => evaluate_apart(&brdfs, albedo, angles),
         }
     }
 
-    /// The material at a spot that wears it.
-    pub fn at(&self, spot: &Spot) -> CoatAt<'_> {
+    /// The material at a spot that wears it. What is painted there is put into `painted`.
+    pub fn at<'a>(&'a self, spot: &Spot, painted: &'a mut Option<Painted>) -> CoatAt<'a> {
         let Some(paint) = &self.paint else {
-            return CoatAt {
-                of_channels: OfChannels::Alike(self.brdf),
-                albedo: spot.albedo,
-                lobes: Cow::Borrowed(&self.lobes),
-            };
+            return CoatAt { brdf: &self.brdf, apart: None, albedo: spot.albedo, lobes: &self.lobes };
         };
-        let of_channels = OfChannels::of(paint, spot);
-        let lobes = match &of_channels {
-            OfChannels::Alike(brdf) => LobeMixture::for_material(brdf),
-            OfChannels::Apart(brdfs) => LobeMixture::for_materials(brdfs),
+        let Painted { brdfs, lobes } = painted.insert(Painted::new(paint, spot));
+        let apart = (!are_alike(brdfs)).then_some(&*brdfs);
+        CoatAt { brdf: &brdfs[0], apart, albedo: albedo_beside(paint, spot), lobes }
+    }
+}
+
+impl Painted {
+    fn new(paint: &Paint, spot: &Spot) -> Self {
+        let brdfs = paint.brdf.channels(&paint.at(spot.uv));
+        let lobes = match are_alike(&brdfs) {
+            true => LobeMixture::for_material(&brdfs[0]),
+            false => LobeMixture::for_materials(&brdfs),
         };
-        CoatAt { of_channels, albedo: albedo_beside(paint, spot), lobes: Cow::Owned(lobes) }
+        Self { brdfs, lobes }
     }
 }
 
 impl CoatAt<'_> {
     /// The BRDF, sr⁻¹.
     pub fn evaluate(&self, angles: &Angles) -> Vec3A {
-        self.of_channels.evaluate(self.albedo, angles)
+        match self.apart {
+            None => brdf::evaluate(self.brdf, self.albedo, angles),
+            Some(brdfs) => evaluate_apart(brdfs, self.albedo, angles),
+        }
     }
 }
 
@@ -84,19 +94,12 @@ fn albedo_beside(paint: &Paint, spot: &Spot) -> Vec3A {
     if paint.replaces_texture { Vec3A::ONE } else { spot.albedo }
 }
 
-impl OfChannels {
-    fn of(paint: &Paint, spot: &Spot) -> Self {
-        let brdfs @ [first, others @ ..] = paint.brdf.channels(&paint.at(spot.uv));
-        if others == [first; 2] { Self::Alike(first) } else { Self::Apart(brdfs) }
-    }
+fn are_alike([first, others @ ..]: &[Brdf; 3]) -> bool {
+    others.iter().all(|other| other == first)
+}
 
-    fn evaluate(&self, albedo: Vec3A, angles: &Angles) -> Vec3A {
-        match self {
-            Self::Alike(brdf) => brdf::evaluate(brdf, albedo, angles),
-            Self::Apart(brdfs) => {
-                let [r, g, b] = brdfs.each_ref().map(|brdf| brdf::evaluate(brdf, albedo, angles));
-                Vec3A::new(r.x, g.y, b.z)
-            }
-        }
-    }
+/// Red by the first, green by the second, and blue by the third.
+fn evaluate_apart(brdfs: &[Brdf; 3], albedo: Vec3A, angles: &Angles) -> Vec3A {
+    let [r, g, b] = brdfs.each_ref().map(|brdf| brdf::evaluate(brdf, albedo, angles));
+    Vec3A::new(r.x, g.y, b.z)
 }

@@ -4,6 +4,7 @@
 use super::coat::{Coat, CoatAt};
 use super::lights::Lights;
 use super::sampler::{PixelSampler, Sample};
+use super::spot::Spot;
 use super::world::{Owner, Surface, World};
 use crate::brdf;
 use glam::Vec3A;
@@ -64,12 +65,13 @@ impl<'a> PathTracer<'a> {
         let mut radiance = Vec3A::ZERO;
         let mut throughput = Vec3A::ONE;
         let mut before: Option<(Surface, f32)> = None;
+        let mut painted = None;
         for reflection in 0.. {
             let hit = self.world.intersect(origin, direction);
             radiance += throughput * self.emitted(before.as_ref(), direction, hit.as_ref());
-            let Some((surface, material)) = hit.and_then(|s| self.material_of(&s).map(|m| (s, m))) else {
-                break;
-            };
+            let Some((surface, spot)) = hit.and_then(|s| spot_of(&s).map(|spot| (s, spot))) else { break };
+            let Some(coat) = self.materials.get(spot.material as usize) else { break };
+            let material = coat.at(&spot, &mut painted);
             if reflection == self.max_reflections {
                 break;
             }
@@ -90,13 +92,6 @@ impl<'a> PathTracer<'a> {
             before = Some((surface, chance));
         }
         radiance
-    }
-
-    fn material_of(&self, surface: &Surface) -> Option<CoatAt<'_>> {
-        match surface.owner {
-            Owner::Material(index) => Some(self.materials.get(index as usize)?.at(&surface.spot(index))),
-            Owner::Light(_) => None,
-        }
     }
 
     /// Light met by a ray, weighted against the chance that [`PathTracer::direct`] had found it; `before` is
@@ -146,5 +141,12 @@ impl<'a> PathTracer<'a> {
         let brdf = material.evaluate(&brdf::angles(direction, surface.outgoing, normal));
         let factor = brdf * (cosine / density);
         (factor != Vec3A::ZERO).then_some((direction, density, factor))
+    }
+}
+
+fn spot_of(surface: &Surface) -> Option<Spot> {
+    match surface.owner {
+        Owner::Material(index) => Some(surface.spot(index)),
+        Owner::Light(_) => None,
     }
 }

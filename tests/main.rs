@@ -42,6 +42,7 @@ mod noise;
 mod painted;
 mod pieces;
 mod plan;
+mod region_images;
 mod relighting;
 mod reuse;
 mod shadows;

@@ -3,7 +3,8 @@
 use super::job;
 use relume_bake::brdf::basis::Space;
 use relume_bake::guided;
-use relume_bake::methods::transfer_images::{self, Baked, Settings};
+pub use relume_bake::methods::transfer_images::Settings;
+use relume_bake::methods::transfer_images::{self, Baked};
 use relume_bake::stage::{Share, Stage, fill};
 use relume_bake::trace::gather::{Gather, GatherPath};
 use relume_bake::trace::lights::Lights;

@@ -2,6 +2,7 @@
 
 pub mod images;
 pub mod pictures;
+pub mod regions;
 pub mod relit;
 pub mod room;
 pub mod waiting;

@@ -5,9 +5,8 @@ use relume_formats::method::{Materials, Variation};
 use relume_scenes::Vary;
 
 /// All methods, a line each, in the order of their cards: the one whose frames cost least first.
-pub const METHODS: [&Registered; 5] = [
+pub const METHODS: [&Registered; 4] = [
     &super::transfer_images::METHOD,
-    &super::region_images::METHOD,
     &super::sparse_transfer::METHOD,
     &super::transfer_tensor::METHOD,
     &super::sphere_shadows::METHOD,

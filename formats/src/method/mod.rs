@@ -19,8 +19,7 @@ use crate::error::{Error, Place, Result};
 use crate::near::did_you_mean;
 
 /// All methods, the one whose frames cost least first.
-pub const CARDS: [&Card; 5] =
-    [&TRANSFER_IMAGES, &REGION_IMAGES, &SPARSE_TRANSFER, &TRANSFER_TENSOR, &SPHERE_SHADOWS];
+pub const CARDS: [&Card; 4] = [&TRANSFER_IMAGES, &SPARSE_TRANSFER, &TRANSFER_TENSOR, &SPHERE_SHADOWS];
 
 impl Card {
     /// The card of the method called `name`.

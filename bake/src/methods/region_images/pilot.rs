@@ -248,9 +248,10 @@ impl Pilot<'_> {
             })
             .collect();
         let progress = self.job.progress("choosing components", keys.len() as u64);
-        let covariances: Vec<Covariance> = (0..painted.len())
-            .into_par_iter()
-            .map(|number| Covariance::new(touched(&products[number * bases * bases])))
+        // Whatever comes from a region comes by the diffuse bases, too, whose products come first.
+        let of_materials = products.chunks((bases * bases).max(1)).filter_map(<[_]>::first);
+        let covariances: Vec<Covariance> = of_materials
+            .map(|products| Covariance::new(touched(products)))
             .collect::<std::result::Result<_, _>>()?;
         let found = keys.par_iter().map(|&(eye, _, basis, number)| {
             progress.check()?;

@@ -1,10 +1,12 @@
 //! The scenes of the library: they load, stand where they should, and their animations loop.
 
 use crate::library::resolve;
+use crate::painting::Painting;
 use crate::scene::{ALL_REFLECTIONS, Emitter, Object, Scene};
 use crate::test_support::{enclosed_volume, open_edges};
 use glam::Vec3;
-use relume_formats::state::{Model, TrackValues};
+use relume_formats::Place;
+use relume_formats::state::{Model, State, TrackValues};
 use std::path::Path;
 
 pub(crate) fn load(name: &str) -> relume_formats::Result<Scene> {
@@ -212,4 +214,56 @@ fn showroom_loads() {
         "the knot stands on its stand"
     );
     check_animations(&scene);
+}
+
+/// Every state beside a scene is one that it may be in, textures and all.
+fn check_states(scene: &Scene) {
+    let folder = scene.file.parent().unwrap().join("states");
+    let mut count = 0;
+    for file in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let state = State::read_file(&file).unwrap();
+        let scene = scene.with_state(&state, &Place::file(&file)).unwrap();
+        let painted = scene.vary.painted.iter().map(|index| &scene.materials[*index]);
+        assert!(painted.clone().all(|material| material.paint.is_some()), "{}", file.display());
+        count += painted.count();
+    }
+    assert_eq!(count, 4, "{}", folder.display());
+}
+
+#[test]
+fn painted_scenes_load_with_their_textures() {
+    for (name, painted) in [("cubes", "walls"), ("tube", "tube")] {
+        let scene = load(name).unwrap();
+        let [material] = scene.vary.painted[..] else { panic!("{name}") };
+        assert_eq!(scene.materials[material].name, painted);
+        assert!(!Painting::of_meshes(&scene, material).unwrap().is_empty(), "its coordinates serve");
+        check_states(&scene);
+    }
+    let Some(scene) = load_if_fetched("bunny-painted", "bunny.obj") else { return };
+    check_states(&scene);
+}
+
+/// The bunny's textures are made for the atlas that its scene gets.
+#[test]
+fn the_atlas_of_the_painted_bunny_is_the_one_that_its_textures_are_for() {
+    let Some(scene) = load_if_fetched("bunny-painted", "bunny.obj") else { return };
+    let painting = Painting::of_atlas(&scene, scene.vary.painted[0], |_| true).unwrap().unwrap();
+    let text =
+        std::fs::read_to_string(resolve("bunny-painted").unwrap().with_file_name("atlas.txt")).unwrap();
+    let rest = |start: &'static str| text.lines().filter_map(move |line| line.strip_prefix(start));
+    let numbers = |line: &str| line.split(' ').map(|x| x.parse::<f64>().unwrap()).collect::<Vec<_>>();
+    let corners: Vec<Vec<f64>> = rest("t ").map(numbers).collect();
+    let bunny = scene.objects.iter().position(|object| object.material == painting.material).unwrap();
+    let mut triangles = 0;
+    for (triangle, line) in rest("f ").enumerate() {
+        for (corner, weights) in numbers(line).into_iter().zip([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) {
+            let here = painting.at(bunny, triangle, weights).unwrap();
+            let there = &corners[corner as usize - 1];
+            let off = (0..2).map(|k| (f64::from(here[k]) - there[k]).abs()).fold(0.0, f64::max);
+            // Of 256 texels on a side a quarter; the file has five digits.
+            assert!(off < 1e-3, "triangle {triangle}: {here:?}, {there:?}");
+        }
+        triangles += 1;
+    }
+    assert_eq!(triangles, scene.objects[bunny].mesh.triangles.len());
 }

@@ -50,6 +50,9 @@ pub struct Sizes {
 /// By row of all bases of the eye, one after the other: the cells of a tile.
 type Tile = Vec<Vec<f32>>;
 
+/// The rows that have anything at a place, and how many steps.
+type Place = Vec<(u16, i16)>;
+
 impl Cells<'_> {
     fn row_count(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()
@@ -179,7 +182,7 @@ impl Cells<'_> {
     pub fn entries(&self, step: f64, job: &Job) -> Result<Vec<(Vec<f32>, Entries)>> {
         let steps: Vec<f32> =
             self.units().iter().map(|unit| (step / unit.max(f64::MIN_POSITIVE)) as f32).collect();
-        let mut places: Vec<Vec<Vec<(u16, i16)>>> = vec![Vec::new(); self.rows.len()];
+        let mut places: Vec<Vec<Place>> = vec![Vec::new(); self.rows.len()];
         self.for_each_tile("compressing light between surfaces", job, |tile| {
             let mut first = 0;
             for (places, rows) in places.iter_mut().zip(self.rows) {
@@ -192,7 +195,7 @@ impl Cells<'_> {
             }
         })?;
         let mut steps = steps.as_slice();
-        let of_eye = |(places, rows): (Vec<Vec<(u16, i16)>>, &Vec<RowOf>)| {
+        let of_eye = |(places, rows): (Vec<Place>, &Vec<RowOf>)| {
             let (own, rest) = steps.split_at(rows.len());
             steps = rest;
             (own.to_vec(), Entries::of_places(&places))
@@ -202,7 +205,7 @@ impl Cells<'_> {
 }
 
 /// The coefficients at a place that are at least a step of their row.
-fn of_place(tile: &[Vec<f32>], steps: &[f32], place: usize) -> Vec<(u16, i16)> {
+fn of_place(tile: &[Vec<f32>], steps: &[f32], place: usize) -> Place {
     let of_row = |(row, (cells, step)): (u16, (&Vec<f32>, &f32))| {
         let steps = cells[place] / step;
         (steps.abs() >= 1.0).then(|| (row, steps.round().clamp(-32_767.0, 32_767.0) as i16))

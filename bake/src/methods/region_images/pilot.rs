@@ -88,6 +88,9 @@ impl Stage for Pilot<'_> {
     }
 }
 
+/// What a group is of: basis of the eye, class, basis there; and which of the painted materials the class is.
+type Key = (usize, usize, usize, usize);
+
 /// What a path adds to the products of its pixel.
 struct Sent {
     /// Which of the painted materials, in their order, times [`REGION_COUNT`], and the region.
@@ -238,7 +241,7 @@ impl Pilot<'_> {
     ) -> Result<Vec<Group>> {
         let bases = self.bases();
         let all = sources(&vec![true; self.scene.vary.materials.len()], bases);
-        let keys: Vec<(usize, usize, usize, usize)> = (0..bases)
+        let keys: Vec<Key> = (0..bases)
             .flat_map(|eye| all.iter().map(move |source| (eye, *source)))
             .filter_map(|(eye, source)| {
                 let Source::Painted { material, basis } = source else { return None };
@@ -267,7 +270,7 @@ impl Pilot<'_> {
             components.values.iter().map(|value| value * squares[key.0]).collect::<Vec<f64>>()
         });
         let ranks = ranks(&errors.collect::<Vec<_>>(), budget);
-        let group = |((key, components), rank): ((&(usize, usize, usize, usize), &Components), usize)| {
+        let group = |((key, components), rank): ((&Key, &Components), usize)| {
             let &(eye, material, basis, number) = key;
             let (baked, played) = components.weights(rank, squares[basis].sqrt(), &covariances[number]);
             Group { eye: eye as u16, material: material as u16, basis: basis as u16, baked, played }

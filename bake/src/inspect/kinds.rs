@@ -2,12 +2,14 @@
 
 use crate::inspected::{Inspected, SHARED};
 use crate::methods::choice::METHODS;
+use crate::methods::region_images;
 use relume_formats::container::Kind;
 use relume_formats::{Error, Place, Result};
 
-/// Everything that can be told, the methods' own kinds last.
+/// Everything that can be told, the methods' own kinds last; of region-images before it is a method to ask for.
 fn all() -> impl Iterator<Item = &'static Inspected> {
-    SHARED.iter().chain(METHODS.into_iter().flat_map(|method| method.inspected))
+    let methods = METHODS.into_iter().chain([&region_images::METHOD]);
+    SHARED.iter().chain(methods.flat_map(|method| method.inspected))
 }
 
 /// What can be told of the file at `place`, which is of `kind`.
